@@ -1,0 +1,21 @@
+"""What a filter raises when it cannot do what was asked."""
+
+
+class FilterInputError(ValueError):
+    """The mesh or a parameter is not one that the technique is defined for; the message says which, why and what to do."""
+
+
+class UnstableStepError(FilterInputError):
+    """An explicit step is longer than the operator's spectrum allows.
+
+    Attributes:
+        largest_stable: the longest step that does not amplify any mode, in the unit of the step that was asked for.
+    """
+
+    def __init__(self, message: str, *, largest_stable: float) -> None:
+        super().__init__(message)
+        self.largest_stable = largest_stable
+
+
+class ConvergenceError(RuntimeError):
+    """An iterative solver ended above its tolerance; the message gives the residual that it reached."""

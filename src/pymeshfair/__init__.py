@@ -1,0 +1,1 @@
+"""Reproducible clean-up of 3D scans for MeshLab and Python."""
