@@ -209,7 +209,7 @@ def apply_coord_implicit_fairing(
         float,
         Percentage(
             label="Detail size",
-            default="8edge",
+            default="6edge",
             help="Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay. Larger is smoother. "
             "For the operators 'cotangent' and 'robust'; not used when a time step is given.",
         ),
