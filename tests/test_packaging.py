@@ -1,0 +1,100 @@
+"""The wheel and the source distribution hold what the tree holds, whatever pyproject.toml lists by hand."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tarfile
+import zipfile
+from pathlib import Path, PurePosixPath
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+#: the folders of the tree that become packages of the wheel
+PACKAGES = {
+    "src/pymeshfair": "pymeshfair",
+    "filters": "pymeshfair/filters",
+    "plugins": "pymeshfair/plugins",
+    "mlx_scripts": "pymeshfair/mlx_scripts",
+}
+SHIPPED = {".py", ".mlx", ".json", ".pyi", ".typed"}
+#: what only building or running leaves behind
+GENERATED = shutil.ignore_patterns("__pycache__", "*.egg-info", "build", "dist", ".*_cache", ".venv*", ".git", ".hypothesis")
+
+
+def shipped_files() -> set[str]:
+    """The files of the tree that belong into the wheel, by their place in it."""
+    found = set()
+    for source, target in PACKAGES.items():
+        for folder, folders, names in os.walk(ROOT / source):  # does not follow the links in src/pymeshfair
+            folders[:] = [f for f in folders if f != "__pycache__"]
+            inside = Path(folder).relative_to(ROOT / source)
+            found |= {str(PurePosixPath(target, *inside.parts, n)) for n in names if Path(n).suffix in SHIPPED}
+    return found
+
+
+def build(source: Path, target: Path, *kinds: str) -> None:
+    """Build distributions without asking the network for the build backend."""
+    command = [sys.executable, "-m", "build", "--no-isolation", *kinds, "--outdir", str(target), str(source)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a wheel from the tree, and in ``sdist/`` a source distribution with the wheel that is built from it."""
+    folder = tmp_path_factory.mktemp("distributions")
+    copy = folder / "copy"  # a build in the tree would leave files that enter the next wheel
+    shutil.copytree(ROOT, copy, symlinks=True, ignore=GENERATED)
+    build(copy, folder, "--wheel")
+    build(copy, folder / "sdist")  # without a kind: the sdist, and the wheel out of it
+    return folder
+
+
+def wheel_files(folder: Path) -> set[str]:
+    """The names in the wheel, its own metadata left out."""
+    [wheel] = folder.glob("*.whl")
+    names = zipfile.ZipFile(wheel).namelist()
+    assert len(names) == len(set(names)), "a file is in the wheel twice"
+    return {name for name in names if ".dist-info/" not in name}
+
+
+def test_wheel_holds_exactly_the_files_of_the_tree(built: Path) -> None:
+    """Every module, recipe, table and stub is in the wheel once, at its place, and nothing else is."""
+    assert wheel_files(built) == shipped_files()
+
+
+def test_wheel_from_the_source_distribution_is_the_same(built: Path) -> None:
+    """The source distribution is enough to build the same wheel."""
+    assert wheel_files(built / "sdist") == wheel_files(built)
+
+
+def test_source_distribution_holds_what_building_and_testing_need(built: Path) -> None:
+    """Every file of the tree's own folders is in the source distribution, and the linked folders are in it once."""
+    [archive] = (built / "sdist").glob("*.tar.gz")
+    names = {str(PurePosixPath(*PurePosixPath(n).parts[1:])) for n in tarfile.open(archive).getnames()}
+    for folder in ("src/pymeshfair", "filters", "plugins", "mlx_scripts", "tests"):
+        for path in (ROOT / folder).glob("**/*.py"):
+            relative = path.relative_to(ROOT)
+            linked = relative.parts[:2] == ("src", "pymeshfair") and relative.parts[2] in {"filters", "plugins", "mlx_scripts"}
+            assert (str(PurePosixPath(relative)) in names) != linked, relative
+    files = ["pyproject.toml", "README.md", "LICENSE", "CHANGELOG.md", "CONTRIBUTING.md", "docs/bibliography.bib", ".ci/run"]
+    assert not [f for f in files if f not in names]
+
+
+def test_every_package_is_in_a_package_of_the_wheel(built: Path) -> None:
+    """A folder with modules has an ``__init__.py``, so that nothing works from the tree alone."""
+    files = shipped_files()
+    folders = {str(PurePosixPath(f).parent) for f in files if f.endswith(".py")}
+    assert not [f for f in folders if f"{f}/__init__.py" not in files]
+
+
+@pytest.mark.parametrize("package", ["filters", "plugins"])
+def test_import_from_the_checkout_is_refused(package: str) -> None:
+    """A second copy of a package, found through the working directory, stops at once and names the right import."""
+    done = subprocess.run([sys.executable, "-c", f"import {package}"], cwd=ROOT, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 1
+    assert f"ImportError: import pymeshfair.{package}, not the checkout folder" in done.stderr
