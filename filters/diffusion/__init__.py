@@ -1,0 +1,1 @@
+"""Smoothing as diffusion: explicit steps, Taubin's two-sided steps, implicit steps."""

@@ -1,0 +1,106 @@
+"""The cotangent operators: linear finite elements on the triangles."""
+
+import math
+
+import numpy as np
+from numba import njit, prange
+from scipy import sparse
+
+from ..topology import Floats, Ints, Longs, OneRings, one_rings, ring_ends
+from .laplacian import Laplacian, assemble_stiffness, ring_sums
+from .mass import mixed_voronoi_areas
+from .scale import scaled_to_unit
+
+#: A triangle whose doubled area is below this share of its longest edge squared is given that area in the cotangents, which
+#: keeps them below 1e10. A triangle of three coincident vertices contributes nothing.
+SMALLEST_AREA = 1e-10
+
+
+def cotangent_stiffness(vertices: Floats, faces: Ints) -> sparse.csr_matrix:
+    """C, (n, n): C_ij = (cot a_ij + cot b_ij) / 2 over the angles opposite the edge, C_ii = -sum_j C_ij [pinkall1993].
+
+    The sign is that of ``igl.cotmatrix``. Symmetric to the bit, rows that sum to 0, negative semidefinite also where obtuse
+    angles make a weight negative. An edge adds up the cotangents of all its faces, however many. The result does not depend
+    on the size or place of the mesh.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+    """
+    rings, weights = _ring_weights(vertices, faces)
+    return assemble_stiffness(rings, weights)
+
+
+def cotangent_laplacian(vertices: Floats, faces: Ints) -> Laplacian:
+    """The normalised operator: L p_i = sum_j w_ij (p_j - p_i) / sum_j |w_ij| with w the weights of `cotangent_stiffness`.
+
+    Where no weight is negative this is the weighted mean of the one-ring minus p_i. Obtuse angles can make weights negative;
+    dividing by the sum of the w_ij themselves, which stays positive but may get small, would then amplify some modes at any
+    step. Divided by the sum of their sizes the eigenvalues lie in [-2, 0], a step of up to 1 is stable, no such step increases
+    the area of a closed surface, and a flat mesh still keeps its interior vertices.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+    """
+    rings, weights = _ring_weights(vertices, faces)
+    return Laplacian(assemble_stiffness(rings, weights), ring_sums(rings, np.abs(weights)))
+
+
+def laplace_beltrami(vertices: Floats, faces: Ints) -> Laplacian:
+    """L p_i = 1 / (2 A_i) sum_j (cot a_ij + cot b_ij) (p_j - p_i), A_i the mixed Voronoi area [meyer2003].
+
+    L p is the mean curvature vector 2 H n, pointing inwards on a sphere, where it is -2 p / r^2. Its unit is one over a squared
+    length, so a step counts in squared mesh units.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+    """
+    return Laplacian(cotangent_stiffness(vertices, faces), mixed_voronoi_areas(vertices, faces))
+
+
+def _ring_weights(vertices: Floats, faces: Ints) -> tuple[OneRings, Floats]:
+    rings = one_rings(faces, len(vertices))
+    weights = np.zeros(len(rings.neighbours))
+    points, _ = scaled_to_unit(vertices)
+    _add_cotangents(points, *ring_ends(faces, len(vertices)), rings.offsets, rings.neighbours, weights)
+    return rings, weights
+
+
+@njit(cache=True)
+def halved_cotangents(ux: float, uy: float, uz: float, vx: float, vy: float, vz: float) -> tuple[float, float]:
+    """Half the cotangents at u and at v of the triangle (0, u, v)."""
+    uu = ux * ux + uy * uy + uz * uz
+    vv = vx * vx + vy * vy + vz * vz
+    dx, dy, dz = vx - ux, vy - uy, vz - uz
+    longest = max(uu, vv, dx * dx + dy * dy + dz * dz)
+    if longest == 0.0:
+        return 0.0, 0.0
+    cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    half = 0.5 / max(math.sqrt(cx * cx + cy * cy + cz * cz), SMALLEST_AREA * longest)
+    return -(ux * dx + uy * dy + uz * dz) * half, (vx * dx + vy * dy + vz * dz) * half
+
+
+@njit(cache=True)
+def _position(neighbours: Ints, start: int, stop: int, j: int) -> int:
+    while stop - start > 1:
+        middle = (start + stop) // 2
+        if neighbours[middle] <= j:
+            start = middle
+        else:
+            stop = middle
+    return start
+
+
+@njit(cache=True, parallel=True)
+def _add_cotangents(points: Floats, end_offsets: Longs, ends: Ints, offsets: Longs, neighbours: Ints, weights: Floats) -> None:
+    for i in prange(offsets.shape[0] - 1):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        for k in range(end_offsets[i], end_offsets[i + 1], 2):
+            a, b = ends[k], ends[k + 1]
+            at_a, at_b = halved_cotangents(
+                points[a, 0] - x, points[a, 1] - y, points[a, 2] - z, points[b, 0] - x, points[b, 1] - y, points[b, 2] - z
+            )
+            weights[_position(neighbours, offsets[i], offsets[i + 1], b)] += at_a
+            weights[_position(neighbours, offsets[i], offsets[i + 1], a)] += at_b

@@ -1,0 +1,120 @@
+"""What every Laplace operator here is made of: a stiffness matrix and a mass for every vertex."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit, prange
+from scipy import sparse
+
+from ..topology import Floats, Ints, Longs, OneRings
+
+
+@dataclass(frozen=True, eq=False)
+class Laplacian:
+    """The operator L = M^-1 C on n vertices, with real eigenvalues of at most 0.
+
+    Attributes:
+        stiffness: C, (n, n) scipy.sparse.csr_matrix float64, symmetric, negative semidefinite, with
+            C_ij = w_ij for an edge and C_ii = -sum_j w_ij, so that every row sums to 0. Indices are sorted; the diagonal
+            is stored.
+        mass: the diagonal of M, (n,) float64, not negative; 0 at a vertex that no triangle uses.
+    """
+
+    stiffness: sparse.csr_matrix
+    mass: Floats
+
+    @property
+    def inverse_mass(self) -> Floats:
+        """(n,) 1 / mass, and 0 where the mass is 0: L does not move such a vertex."""
+        return np.divide(1.0, self.mass, out=np.zeros_like(self.mass), where=self.mass > 0.0)
+
+    def matrix(self) -> sparse.csr_matrix:
+        """L = M^-1 C, (n, n); the row of a vertex without mass is 0."""
+        return sparse.csr_matrix(sparse.diags_array(self.inverse_mass) @ self.stiffness)
+
+    def apply(self, values: Floats) -> Floats:
+        """L @ values for (n,) or (n, k) values."""
+        product: Floats = self.stiffness @ values
+        return product * (self.inverse_mass if values.ndim == 1 else self.inverse_mass[:, None])
+
+    def spectral_bound(self) -> float:
+        """An upper bound of the largest eigenvalue of -L, by Gershgorin's circles: max_i (|C_ii| + sum_j |C_ij|) / M_ii.
+
+        An explicit step of at most 2 / bound amplifies no mode. On regular triangulations the bound is 4/3 of the truth.
+        """
+        sums = np.asarray(abs(self.stiffness).sum(axis=1)).ravel()
+        return float((sums * self.inverse_mass).max(initial=0.0))
+
+
+def assemble_stiffness(rings: OneRings, weights: Floats) -> sparse.csr_matrix:
+    """C, (n, n), with ``C[i, neighbours[k]] = weights[k]`` for the entries k of i's one-ring and rows that sum to 0."""
+    n = len(rings.offsets) - 1
+    size = len(rings.neighbours) + n
+    index_type: Any = np.int32 if size < np.iinfo(np.int32).max else np.int64
+    starts = (rings.offsets + np.arange(n + 1)).astype(index_type)
+    columns = np.empty(size, dtype=index_type)
+    data = np.empty(size)
+    _fill_rows(rings.offsets, rings.neighbours, weights, columns, data)
+    stiffness = sparse.csr_matrix((data, columns, starts), shape=(n, n))
+    stiffness.has_sorted_indices = True
+    stiffness.has_canonical_format = True
+    return stiffness
+
+
+def ring_sums(rings: OneRings, weights: Floats) -> Floats:
+    """(n,) the sum of the weights over each one-ring."""
+    sums = np.empty(len(rings.offsets) - 1)
+    _sum_rings(rings.offsets, weights, sums)
+    return sums
+
+
+def ring_lengths(vertices: Floats, rings: OneRings) -> Floats:
+    """(2 e,) the length of the edge to each neighbour."""
+    lengths = np.empty(len(rings.neighbours))
+    _measure_rings(vertices, rings.offsets, rings.neighbours, lengths)
+    return lengths
+
+
+@njit(cache=True, parallel=True)
+def _fill_rows(offsets: Longs, neighbours: Ints, weights: Floats, columns: Ints | Longs, data: Floats) -> None:
+    for i in prange(offsets.shape[0] - 1):
+        at = offsets[i] + i
+        diagonal = -1
+        total = 0.0
+        for k in range(offsets[i], offsets[i + 1]):
+            j = neighbours[k]
+            if j > i and diagonal < 0:
+                diagonal = at
+                at += 1
+            columns[at] = j
+            data[at] = weights[k]
+            total += weights[k]
+            at += 1
+        if diagonal < 0:
+            diagonal = at
+        columns[diagonal] = i
+        data[diagonal] = -total
+
+
+@njit(cache=True, parallel=True)
+def _sum_rings(offsets: Longs, weights: Floats, sums: Floats) -> None:
+    for i in prange(offsets.shape[0] - 1):
+        total = 0.0
+        for k in range(offsets[i], offsets[i + 1]):
+            total += weights[k]
+        sums[i] = total
+
+
+@njit(cache=True, parallel=True)
+def _measure_rings(vertices: Floats, offsets: Longs, neighbours: Ints, lengths: Floats) -> None:
+    for i in prange(offsets.shape[0] - 1):
+        for k in range(offsets[i], offsets[i + 1]):
+            j = neighbours[k]
+            x = vertices[j, 0] - vertices[i, 0]
+            y = vertices[j, 1] - vertices[i, 1]
+            z = vertices[j, 2] - vertices[i, 2]
+            lengths[k] = math.sqrt(x * x + y * y + z * z)

@@ -1,0 +1,77 @@
+"""The area that belongs to each vertex."""
+
+import math
+
+import numpy as np
+from numba import njit, prange
+
+from ..topology import Floats, Ints, Longs, ring_ends
+
+
+def barycentric_areas(vertices: Floats, faces: Ints) -> Floats:
+    """(n,) a third of the area of the triangles around each vertex; they add up to the area of the mesh.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+    """
+    areas = np.empty(len(vertices))
+    _sum_thirds(vertices, *ring_ends(faces, len(vertices)), areas)
+    return areas
+
+
+def mixed_voronoi_areas(vertices: Floats, faces: Ints) -> Floats:
+    """(n,) the mixed Voronoi area of each vertex; they add up to the area of the mesh [meyer2003].
+
+    In a triangle without obtuse angle a corner owns the points that lie nearest to it; else the obtuse corner owns half of the
+    triangle and the others a quarter each. A triangle without area contributes nothing.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+    """
+    areas = np.empty(len(vertices))
+    _sum_mixed(vertices, *ring_ends(faces, len(vertices)), areas)
+    return areas
+
+
+@njit(cache=True)
+def mixed_share(ux: float, uy: float, uz: float, vx: float, vy: float, vz: float) -> float:
+    """The mixed Voronoi area that corner 0 owns of the triangle (0, u, v)."""
+    cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    doubled = math.sqrt(cx * cx + cy * cy + cz * cz)
+    if doubled == 0.0:
+        return 0.0
+    if ux * vx + uy * vy + uz * vz < 0.0:
+        return 0.25 * doubled
+    dx, dy, dz = vx - ux, vy - uy, vz - uz
+    at_u = -(ux * dx + uy * dy + uz * dz)
+    at_v = vx * dx + vy * dy + vz * dz
+    if at_u < 0.0 or at_v < 0.0:
+        return 0.125 * doubled
+    return ((vx * vx + vy * vy + vz * vz) * (at_u / doubled) + (ux * ux + uy * uy + uz * uz) * (at_v / doubled)) * 0.125
+
+
+@njit(cache=True, parallel=True)
+def _sum_thirds(points: Floats, offsets: Longs, ends: Ints, areas: Floats) -> None:
+    for i in prange(offsets.shape[0] - 1):
+        total = 0.0
+        for k in range(offsets[i], offsets[i + 1], 2):
+            u = points[ends[k]] - points[i]
+            v = points[ends[k + 1]] - points[i]
+            cx, cy, cz = u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
+            total += math.sqrt(cx * cx + cy * cy + cz * cz)
+        areas[i] = total / 6.0
+
+
+@njit(cache=True, parallel=True)
+def _sum_mixed(points: Floats, offsets: Longs, ends: Ints, areas: Floats) -> None:
+    for i in prange(offsets.shape[0] - 1):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        total = 0.0
+        for k in range(offsets[i], offsets[i + 1], 2):
+            a, b = ends[k], ends[k + 1]
+            total += mixed_share(
+                points[a, 0] - x, points[a, 1] - y, points[a, 2] - z, points[b, 0] - x, points[b, 1] - y, points[b, 2] - z
+            )
+        areas[i] = total
