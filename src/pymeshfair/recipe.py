@@ -1,0 +1,122 @@
+"""Recipes: the scripts that pymeshfair ships and those of users, with the words at their head."""
+
+from __future__ import annotations
+
+import importlib.resources
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from .declaration import nearest
+from .errors import UnknownNameError
+from .overrides import override
+from .scripts.read import parse_script, read_script
+from .scripts.script import Script
+
+if TYPE_CHECKING:
+    from importlib.resources.abc import Traversable
+
+
+@dataclass(frozen=True)
+class RecipeInfo:
+    """What the comment at the head of a recipe says.
+
+    The comment is a title on the first line and paragraphs, three of which begin with a word and a colon: ``For:``, ``Does:`` and
+    ``Tune:``. Any of them may be missing.
+
+    Attributes:
+        title: the first line.
+        purpose: for which scans the recipe is (``For:``).
+        does: what it does to them (``Does:``).
+        tune: what to change when the result is not right (``Tune:``).
+        more: the other paragraphs.
+    """
+
+    title: str = ""
+    purpose: str = ""
+    does: str = ""
+    tune: str = ""
+    more: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """A checked chain of filters with a name.
+
+    Attributes:
+        name: a shipped recipe's name, or the path of a script without its folder and ``.mlx``.
+        script: the steps.
+    """
+
+    name: str
+    script: Script
+
+    @property
+    def info(self) -> RecipeInfo:
+        """The words at the head of the script, taken apart."""
+        return _info(self.script.comment)
+
+    @property
+    def title(self) -> str:
+        """The first line of the head comment; the name if there is none."""
+        return self.info.title or self.name
+
+    @property
+    def description(self) -> str:
+        """The head comment without its title."""
+        return self.script.comment.partition("\n")[2].strip()
+
+    def override(self, overrides: Sequence[str]) -> Recipe:
+        """The recipe with these values put over its own, each ``STEP.PARAM=VALUE``; see `pymeshfair.overrides.override`."""
+        return replace(self, script=override(self.script, overrides))
+
+
+def shipped_recipes() -> tuple[str, ...]:
+    """The names of the recipes that pymeshfair ships, in alphabetical order."""
+    return tuple(sorted(_shipped()))
+
+
+def load_recipe(name_or_path: str | os.PathLike[str]) -> Recipe:
+    """A shipped recipe by its name, or a script by its path; a path ends in ``.mlx`` or has a folder.
+
+    Raises:
+        UnknownNameError: no recipe of that name is shipped, and there is no such file.
+        ScriptError: something in the script is wrong; lists every problem.
+    """
+    text = os.fspath(name_or_path)
+    path = Path(text)
+    shipped = _shipped()
+    if isinstance(name_or_path, str) and text in shipped:
+        file = shipped[text]
+        return Recipe(text, parse_script(file.read_bytes(), file.name, path=Path(str(file))))
+    if path.suffix.lower() == ".mlx" or path.name != text or path.is_file():
+        return Recipe(path.stem, read_script(path))
+    near = nearest(text, shipped)
+    hint = f"; did you mean {near!r}?" if near else ""
+    names = ", ".join(sorted(shipped)) or "none"
+    raise UnknownNameError(
+        f"there is no recipe {text!r}{hint} (shipped: {names}; a script of your own is given by its path, with .mlx)",
+        suggestion=near,
+    )
+
+
+def _shipped() -> dict[str, Traversable]:
+    files = importlib.resources.files("pymeshfair.mlx_scripts").iterdir()
+    return {file.name.removesuffix(".mlx"): file for file in files if file.name.endswith(".mlx")}
+
+
+def _info(comment: str) -> RecipeInfo:
+    title, _, rest = comment.partition("\n")
+    said: dict[str, str] = {}
+    more: list[str] = []
+    for paragraph in re.split(r"\n[ \t]*\n", rest.strip()):
+        text = " ".join(paragraph.split())
+        keyword, colon, words = text.partition(":")
+        if colon and keyword in ("For", "Does", "Tune") and keyword not in said:
+            said[keyword] = words.strip()
+        elif text:
+            more.append(text)
+    return RecipeInfo(title.strip(), said.get("For", ""), said.get("Does", ""), said.get("Tune", ""), tuple(more))

@@ -1,0 +1,53 @@
+"""What is wrong with a script, said so that the one who wrote it finds the place and the cure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ..errors import PymeshfairError
+
+
+@dataclass(frozen=True, kw_only=True)
+class Problem:
+    """One thing that is wrong with a script.
+
+    Attributes:
+        message: what is wrong, what was written and what is allowed.
+        file: the path or name of the script.
+        line: counted from 1; None if the whole file is meant.
+        filter: the name of the filter as written there.
+        parameter: the name of the parameter as written there.
+        suggestion: what to write instead, where one thing is likely.
+    """
+
+    message: str
+    file: str
+    line: int | None = None
+    filter: str | None = None
+    parameter: str | None = None
+    suggestion: str | None = None
+
+    def __str__(self) -> str:
+        place = self.file if self.line is None else f"{self.file}:{self.line}"
+        step = "" if self.filter is None else f": filter {shortened(self.filter)!r}"
+        parameter = "" if self.parameter is None else f": parameter {shortened(self.parameter)!r}"
+        hint = "" if self.suggestion is None else f" (did you mean {self.suggestion!r}?)"
+        return f"{place}{step}{parameter}: {self.message}{hint}"
+
+
+class ScriptError(PymeshfairError):
+    """A script cannot be read, or something in it is wrong; the message has one line for each problem.
+
+    Attributes:
+        problems: all of them, in the order of the file.
+    """
+
+    def __init__(self, problems: Sequence[Problem]) -> None:
+        self.problems = tuple(problems)
+        super().__init__("\n".join(map(str, self.problems)))
+
+
+def shortened(text: str) -> str:
+    """The text, cut to a length that a message can hold."""
+    return text if len(text) <= 80 else f"{text[:77]}..."

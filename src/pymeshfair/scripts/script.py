@@ -1,0 +1,64 @@
+"""A filter script in memory: filters with checked values, in the order in which they run."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from ..declaration import Filter
+
+
+@dataclass(frozen=True)
+class Step:
+    """One filter of a script with the values that the script gives.
+
+    Attributes:
+        filter: what runs.
+        values: by Python parameter name, as `Filter.check` returns them: lengths as `Length`, choices as words. Parameters
+            that are absent take their default on the mesh that the step meets.
+        line: where the step begins in its file, counted from 1; None if it came from no file. Two steps that differ in
+            their line alone are equal.
+    """
+
+    filter: Filter
+    values: Mapping[str, Any] = field(default_factory=dict)
+    line: int | None = field(default=None, compare=False)
+
+    def with_values(self, values: Mapping[str, Any]) -> Step:
+        """The step with these values checked and put over its own."""
+        return replace(self, values=self.filter.check({**self.values, **values}))
+
+    def with_defaults(self) -> Step:
+        """The step with every value said that is known without a mesh.
+
+        A built-in filter leaves some to the mesh, such as the number of triangles to decimate to; those stay absent.
+        """
+        known = {p.name: p.default for p in self.filter.parameters if p.default is not None}
+        return replace(self, values=self.filter.check({**known, **self.values}))
+
+
+@dataclass(frozen=True)
+class Script:
+    """A chain of steps.
+
+    Attributes:
+        steps: in the order in which they run.
+        comment: the words at the head of the file, without the marks of a comment.
+        path: where it was read from; it does not count when scripts are compared.
+    """
+
+    steps: tuple[Step, ...]
+    comment: str = ""
+    path: Path | None = field(default=None, compare=False)
+
+    def with_defaults(self) -> Script:
+        """The script with every value said that is known without a mesh."""
+        return replace(self, steps=tuple(step.with_defaults() for step in self.steps))
+
+
+def clean_comment(text: str) -> str:
+    """A comment's text without its common indentation and without empty lines at its ends."""
+    return inspect.cleandoc("\n".join(line.rstrip() for line in text.expandtabs().splitlines())).strip()
