@@ -1,0 +1,76 @@
+"""CONTRIBUTING.md's five steps, followed to the letter in a copy of the project."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+PROJECT = Path(__file__).parents[1]
+BLOCK = re.compile(r"^```(?:python|xml)\n(?:# |<!-- )(\S+?\.(?:py|mlx))( \(append\))?(?: -->)?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the project in which every code block of the five steps stands in the file that it names."""
+    copy = tmp_path_factory.mktemp("contribution") / "pymeshfair"
+    copy.mkdir()
+    for name in ("filters", "plugins", "mlx_scripts", "src", "docs", "pyproject.toml"):
+        source = PROJECT / name
+        if source.is_dir():
+            shutil.copytree(source, copy / name, symlinks=True, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
+        else:
+            shutil.copy(source, copy / name)
+    blocks = BLOCK.findall((PROJECT / "CONTRIBUTING.md").read_text(encoding="utf-8"))
+    assert len(blocks) == 4
+    for name, append, code in blocks:
+        file = copy / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with file.open("a" if append else "x", encoding="utf-8") as opened:
+            opened.write(("\n\n" if append else "") + code)
+    return copy
+
+
+def run(project: Path, *arguments: str) -> str:
+    """What Python prints in the copy, with the copy's packages before the installed ones."""
+    environment = {**os.environ, "PYTHONPATH": f"{project / 'src'}{os.pathsep}{project}", "PYTHONDONTWRITEBYTECODE": "1"}
+    done = subprocess.run(
+        [sys.executable, *arguments], cwd=project, env=environment, capture_output=True, text=True, timeout=120, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_the_proof_of_step_three_passes(project: Path) -> None:
+    """The example's own test runs and passes where step 3 puts it."""
+    assert "1 passed" in run(project, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--import-mode=importlib", "tests/filters/test_grid.py")
+
+
+def test_the_new_filter_is_a_method_a_script_step_and_known_to_the_command(project: Path, tmp_path: Path) -> None:
+    """After the five steps the filter works in all three places that CONTRIBUTING.md names."""
+    program = (
+        "import numpy as np, pymeshlab, pymeshfair\n"
+        "ms = pymeshfair.MeshSet()\n"
+        "ms.add_mesh(pymeshlab.Mesh(np.array([[0.1, 0, 0], [1.2, 0, 0], [0, 0.9, 0]]), np.array([[0, 1, 2]])))\n"
+        "ms.apply_coord_round_to_grid(spacing='0.5')\n"
+        "print(ms.current_mesh().vertex_matrix().tolist())\n"
+    )
+    assert json.loads(run(project, "-c", program)) == [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    described = json.loads(run(project, "-m", "pymeshfair.commands.app", "info", "apply_coord_round_to_grid", "--json"))
+    assert described["name"] == "Round to Grid"
+    mesh, cleaned = tmp_path / "mesh.off", tmp_path / "rounded.off"
+    mesh.write_text("OFF\n3 1 0\n0 0 0\n100 0 0\n0 33.3 0\n3 0 1 2\n")
+    run(project, "-m", "pymeshfair.commands.app", "run", "round_to_grid", str(mesh), "-o", str(cleaned))
+    assert cleaned.exists()
+
+
+def test_step_five_writes_the_new_filter_into_stubs_and_pages(project: Path) -> None:
+    """The two commands of step 5 make the stubs and the reference name the new filter."""
+    run(project, "-m", "pymeshfair.stubs")
+    run(project, "docs/make_pages.py")
+    assert "apply_coord_round_to_grid" in (project / "src/pymeshfair/meshset.pyi").read_text(encoding="utf-8")
+    assert "apply_coord_round_to_grid" in (project / "docs/filters.md").read_text(encoding="utf-8")

@@ -1,0 +1,39 @@
+"""The documentation says what is true today."""
+
+import importlib.util
+import re
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+PROJECT = Path(__file__).parents[1]
+DOCS = PROJECT / "docs"
+
+
+def pages() -> ModuleType:
+    """docs/make_pages.py as a module."""
+    spec = importlib.util.spec_from_file_location("make_pages", DOCS / "make_pages.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize("name", ["filters.md", "recipes.md"])
+def test_pages_are_current(name: str) -> None:
+    """Each generated page is what its generator writes now; `python docs/make_pages.py` renews it."""
+    assert (DOCS / name).read_text(encoding="utf-8") == pages().PAGES[name]()
+
+
+@pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", "docs/filters.md", "docs/recipes.md"])
+def test_links_lead_somewhere(page: str) -> None:
+    """Every relative link of a page names a file of the project, and its anchor exists."""
+    text = (PROJECT / page).read_text(encoding="utf-8")
+    for target in re.findall(r"\]\((?!https?:)([^)]+)\)", text):
+        path, _, anchor = target.partition("#")
+        file = (PROJECT / page).parent / path if path else PROJECT / page
+        assert file.exists(), target
+        if anchor:
+            assert f'id="{anchor}"' in file.read_text(encoding="utf-8"), target
