@@ -1,0 +1,248 @@
+"""What a surface is, in numbers: its size, its topology, how rough it is and how well shaped its triangles are.
+
+Everything is linear in the mesh but for the sorting of edges at a vertex, and is computed relative to the mean vertex, so that
+a mesh far from the origin (UTM, ECEF) loses no digits that its coordinates have.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+
+from ..topology import check_mesh, connected_components, edge_face_counts, edge_lengths, face_adjacency, referenced_vertices
+
+Floats: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int32]
+Bools: TypeAlias = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class SurfaceMeasures:
+    """The measures of one mesh; lengths in mesh units, areas and volumes in their square and cube, angles in degrees.
+
+    A measure is None where it is not defined: the volume of a mesh with a border, the edges of a point cloud. A face that names
+    a vertex twice counts in `faces` and `degenerate_faces` and nowhere else.
+
+    Attributes:
+        vertices: all of them.
+        faces: all of them.
+        edges: pairs of vertices that a face joins, each once.
+        unreferenced_vertices: vertices that no face uses.
+        degenerate_faces: faces of no area: a vertex named twice, coincident vertices, three vertices on a line. They are left
+            out of `roughness` and count as 0 in `triangle_quality`.
+        border_edges: edges with exactly one face.
+        non_manifold_edges: edges with more than two faces.
+        non_manifold_vertices: vertices of a non-manifold edge, and those whose faces form more than one fan, such as the tip
+            where two cones touch.
+        components: parts that no face connects; vertices without a face are none.
+        closed: there are faces and every edge has two.
+        oriented: at every edge with two faces they run along it in opposite directions, so that they agree on the outside.
+        euler_characteristic: referenced vertices - edges + faces.
+        genus: the number of handles, all components together: components - euler_characteristic / 2. Only for closed, oriented
+            meshes without non-manifold vertices.
+        diagonal: of the bounding box of all vertices.
+        area: of all faces.
+        volume: sum of det(a, b, c) / 6 over the faces, positive if they are counter-clockwise seen from outside. Only for closed,
+            oriented meshes.
+        mean_edge: the mean length of the edges.
+        roughness: the mean angle between the normals of two faces that share an edge: 0 for a plane, larger is rougher. Which
+            way the faces are oriented does not matter.
+        triangle_quality: the mean of l / (sqrt(3) R) over the faces, l the shortest edge and R the circumradius: 1 if all are
+            equilateral, towards 0 for slivers.
+        mean_spacing: the mean distance from a point to its nearest neighbour; only for point clouds of two points or more.
+    """
+
+    vertices: int
+    faces: int
+    edges: int
+    unreferenced_vertices: int
+    degenerate_faces: int
+    border_edges: int
+    non_manifold_edges: int
+    non_manifold_vertices: int
+    components: int
+    closed: bool
+    oriented: bool
+    euler_characteristic: int
+    genus: int | None
+    diagonal: float
+    area: float
+    volume: float | None
+    mean_edge: float | None
+    roughness: float | None
+    triangle_quality: float | None
+    mean_spacing: float | None
+
+
+def surface_measures(vertices: ArrayLike, faces: ArrayLike) -> SurfaceMeasures:
+    """Measure a triangle mesh, or a point cloud if there are no faces.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) indices of vertices.
+
+    Raises:
+        FilterInputError: a coordinate that is not finite, or an index that names no vertex.
+    """
+    points, triangles = check_mesh(vertices, faces)
+    n_vertices, n_faces = len(points), len(triangles)
+    # Relative to the mean of the box and not of the vertices: exact to the last bit for boxes of few digits.
+    low, high = (points.min(axis=0), points.max(axis=0)) if n_vertices else (np.zeros(3), np.zeros(3))
+    points = points - (low / 2 + high / 2)
+
+    a, b, c = triangles.T
+    proper = triangles[(a != b) & (b != c) & (c != a)]
+    pairs, face_counts = edge_face_counts(proper)
+    unreferenced = n_vertices - int(referenced_vertices(proper, n_vertices).sum())
+    components = connected_components(proper, n_vertices)[1]
+    neighbours, shared = face_adjacency(proper)
+
+    border, crowded = int((face_counts == 1).sum()), int((face_counts > 2).sum())
+    pinched = _fans(proper, neighbours, shared, n_vertices) > 1
+    pinched[pairs[face_counts > 2]] = True
+    closed = len(proper) > 0 and border == 0 and crowded == 0
+    euler = n_vertices - unreferenced - len(pairs) + len(proper)
+
+    normals, doubled, quality = _measure_faces(points, proper)
+    angles, agree = _measure_edges(proper, normals, neighbours, shared)
+    oriented = bool(agree.all())
+    lengths = edge_lengths(points, pairs)
+    return SurfaceMeasures(
+        vertices=n_vertices,
+        faces=n_faces,
+        edges=len(pairs),
+        unreferenced_vertices=unreferenced,
+        degenerate_faces=n_faces - int((doubled > 0).sum()),
+        border_edges=border,
+        non_manifold_edges=crowded,
+        non_manifold_vertices=int(pinched.sum()),
+        components=components,
+        closed=closed,
+        oriented=oriented,
+        euler_characteristic=euler,
+        genus=components - euler // 2 if closed and oriented and not pinched.any() else None,
+        diagonal=float(np.linalg.norm(high - low)),
+        area=float(doubled.sum()) / 2,
+        volume=_volume(points, proper, normals) if closed and oriented else None,
+        mean_edge=float(lengths.mean()) if len(lengths) else None,
+        roughness=_roughness(angles),
+        triangle_quality=float(quality.sum()) / n_faces if n_faces else None,
+        mean_spacing=_mean_spacing(points) if n_faces == 0 else None,
+    )
+
+
+def _fans(faces: Ints, neighbours: Ints, shared: Ints, n_vertices: int) -> Ints:
+    """(n,) the number of fans that the faces of a vertex form, linked through edges with two faces."""
+    fans: Ints = np.bincount(_first_corners(faces, neighbours, shared), minlength=n_vertices).astype(np.int32)
+    return fans
+
+
+@njit(cache=True)
+def _first_corners(faces: Ints, neighbours: Ints, shared: Ints) -> Ints:
+    """For every fan its vertex. Union-find over the corners 3 f + k of the faces."""
+    parent = np.arange(3 * faces.shape[0])
+    for p in range(neighbours.shape[0]):
+        for vertex in shared[p]:
+            i = _root(parent, _corner(faces, neighbours[p, 0], vertex))
+            j = _root(parent, _corner(faces, neighbours[p, 1], vertex))
+            parent[max(i, j)] = min(i, j)
+    vertices = np.empty(3 * faces.shape[0], dtype=np.int32)
+    found = 0
+    for i in range(parent.shape[0]):
+        if parent[i] == i:
+            vertices[found] = faces[i // 3, i % 3]
+            found += 1
+    return vertices[:found].copy()
+
+
+@njit(cache=True)
+def _corner(faces: Ints, face: int, vertex: int) -> int:
+    for k in range(2):
+        if faces[face, k] == vertex:
+            return int(3 * face + k)
+    return int(3 * face + 2)
+
+
+@njit(cache=True)
+def _root(parent: NDArray[np.int64], i: int) -> int:
+    while parent[i] != i:
+        parent[i] = parent[parent[i]]
+        i = parent[i]
+    return i
+
+
+@njit(cache=True)
+def _measure_faces(points: Floats, faces: Ints) -> tuple[Floats, Floats, Floats]:
+    """The normals of the faces, twice their area long; twice their areas; and their quality, 0 where the area is 0."""
+    normals = np.empty((faces.shape[0], 3))
+    doubled = np.empty(faces.shape[0])
+    quality = np.zeros(faces.shape[0])
+    for f in range(faces.shape[0]):
+        a, b, c = points[faces[f, 0]], points[faces[f, 1]], points[faces[f, 2]]
+        ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+        vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+        wx, wy, wz = c[0] - b[0], c[1] - b[1], c[2] - b[2]
+        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        normals[f, 0], normals[f, 1], normals[f, 2] = nx, ny, nz
+        doubled[f] = math.sqrt(nx * nx + ny * ny + nz * nz)
+        p = math.sqrt(ux * ux + uy * uy + uz * uz)
+        q = math.sqrt(vx * vx + vy * vy + vz * vz)
+        r = math.sqrt(wx * wx + wy * wy + wz * wz)
+        if doubled[f] > 0:
+            # R = p q r / (4 A) and doubled = 2 A.
+            quality[f] = min(1.0, 2 / math.sqrt(3) * doubled[f] / (p * q * r / min(p, q, r)))
+    return normals, doubled, quality
+
+
+@njit(cache=True)
+def _measure_edges(faces: Ints, normals: Floats, neighbours: Ints, shared: Ints) -> tuple[Floats, Bools]:
+    """For two faces that share an edge the angle between their normals, NaN if one has no area; and whether they agree.
+
+    They agree if they run along the edge in opposite directions; if not, one of them is turned over for the angle.
+    """
+    angles = np.empty(neighbours.shape[0])
+    agree = np.empty(neighbours.shape[0], dtype=np.bool_)
+    for p in range(neighbours.shape[0]):
+        f, g = neighbours[p]
+        u, v = shared[p]
+        agree[p] = _runs_along(faces, f, u, v) != _runs_along(faces, g, u, v)
+        sign = 1.0 if agree[p] else -1.0
+        ax, ay, az = normals[f]
+        bx, by, bz = normals[g]
+        cosine = sign * (ax * bx + ay * by + az * bz)
+        cx, cy, cz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+        # The arc tangent keeps the digits of small angles that the arc cosine loses.
+        angles[p] = math.atan2(math.sqrt(cx * cx + cy * cy + cz * cz), cosine)
+        if (ax == 0 and ay == 0 and az == 0) or (bx == 0 and by == 0 and bz == 0):
+            angles[p] = np.nan
+    return angles, agree
+
+
+@njit(cache=True)
+def _runs_along(faces: Ints, face: int, start: int, end: int) -> bool:
+    for k in range(3):
+        if faces[face, k] == start and faces[face, (k + 1) % 3] == end:
+            return True
+    return False
+
+
+def _volume(points: Floats, faces: Ints, normals: Floats) -> float:
+    """Sum of det(a, b, c) / 6 = a . ((b - a) x (c - a)) / 6."""
+    return float(np.einsum("ij,ij->i", points[faces[:, 0]], normals).sum()) / 6
+
+
+def _roughness(angles: Floats) -> float | None:
+    counted = angles[np.isfinite(angles)]
+    return math.degrees(float(counted.mean())) if len(counted) else None
+
+
+def _mean_spacing(points: Floats) -> float | None:
+    if len(points) < 2:
+        return None
+    from scipy.spatial import cKDTree  # 0.1 s that a mesh with faces need not wait for
+
+    distances, _ = cKDTree(points).query(points, k=2)
+    return float(distances[:, 1].mean())

@@ -1,0 +1,150 @@
+"""How a run ends when it does not end well."""
+
+from __future__ import annotations
+
+import signal
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..errors import PymeshfairError
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where in a run: at a step of the recipe, or before or after the steps.
+
+    Attributes:
+        doing: what was going on in words: ``"reading scan.ply"``, ``"step 2 of 5, 'Close Holes'"``.
+        step: the number of the step from 1, or None outside the steps.
+        total: how many steps the recipe has.
+        filter: MeshLab's name of the step's filter.
+        file: the recipe's file, if it has one.
+        line: where in that file the step begins.
+    """
+
+    doing: str
+    step: int | None = None
+    total: int | None = None
+    filter: str | None = None
+    file: Path | None = None
+    line: int | None = None
+
+    def __str__(self) -> str:
+        if self.file is None or self.step is None:
+            return self.doing
+        return f"{self.doing} ({self.file.name if self.line is None else f'{self.file.name}:{self.line}'})"
+
+
+class RunError(PymeshfairError):
+    """A run did not come to its end; no output was written, and what was there before is untouched."""
+
+
+class InputError(RunError):
+    """The input cannot be read, or what was read is no mesh.
+
+    Attributes:
+        path: the input, or the file that it names.
+        reason: one sentence.
+    """
+
+    def __init__(self, path: Path, reason: str) -> None:
+        super().__init__(f"cannot read {path}: {reason}")
+        self.path = path
+        self.reason = reason
+
+
+class OutputError(RunError):
+    """The output cannot be written, or must not be.
+
+    Attributes:
+        path: the output, or a file beside it.
+        reason: one sentence.
+    """
+
+    def __init__(self, path: Path, reason: str) -> None:
+        super().__init__(f"cannot write {path}: {reason}")
+        self.path = path
+        self.reason = reason
+
+
+class StepFailed(RunError):
+    """A filter refused its mesh or its parameters, or gave a result that no file may hold.
+
+    Attributes:
+        place: which step.
+        reason: the filter's own words.
+    """
+
+    def __init__(self, place: Place, reason: str) -> None:
+        super().__init__(f"{place}: {reason}")
+        self.place = place
+        self.reason = reason
+
+
+class WorkerDied(RunError):
+    """The worker process ended without a word; with MeshLab's filters that happens on some awkward meshes.
+
+    Attributes:
+        place: what it was doing.
+        status: its exit status; minus the signal's number if a signal ended it.
+        details: the end of what it wrote to stderr.
+    """
+
+    def __init__(self, place: Place, status: int, details: str = "", *, memory_limit: int | None = None) -> None:
+        super().__init__(f"{place}: the worker process {_cause(status, memory_limit)}")
+        self.place = place
+        self.status = status
+        self.details = details
+
+    @property
+    def signal(self) -> str | None:
+        """The name of the signal that ended the worker, such as ``"SIGSEGV"``, or None."""
+        return _signal_name(self.status)
+
+
+class RunTimeout(RunError):
+    """The run took longer than it was given, and was stopped.
+
+    Attributes:
+        place: what it was doing.
+        seconds: what it was given.
+    """
+
+    def __init__(self, place: Place, seconds: float) -> None:
+        super().__init__(f"{place}: stopped after the {seconds:g} s that the run was given; give it more, or a smaller mesh")
+        self.place = place
+        self.seconds = seconds
+
+
+class OutOfMemory(RunError):
+    """The run needed more memory than there is, or than it was given.
+
+    Attributes:
+        place: what it was doing.
+        limit: what it was given in bytes, or None.
+    """
+
+    def __init__(self, place: Place, limit: int | None) -> None:
+        given = "there is" if limit is None else f"the {limit / 1e6:.0f} MB that the run was given"
+        super().__init__(f"{place}: needed more memory than {given}; give it more, or a smaller mesh")
+        self.place = place
+        self.limit = limit
+
+
+def _signal_name(status: int) -> str | None:
+    if status >= 0:
+        return None
+    try:
+        return signal.Signals(-status).name
+    except ValueError:
+        return f"signal {-status}"
+
+
+def _cause(status: int, memory_limit: int | None) -> str:
+    name = _signal_name(status)
+    if name is None:
+        return f"ended with exit status {status}, which it never does by itself"
+    if name == "SIGKILL":
+        return "was killed (SIGKILL): by hand, or by the system because memory ran out"
+    limited = "" if memory_limit is None else f", perhaps for want of memory (the limit is {memory_limit / 1e6:.0f} MB)"
+    return f"crashed ({name}){limited}"

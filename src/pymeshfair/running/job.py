@@ -1,0 +1,143 @@
+"""What a run is given, what it tells while it goes on, and what it gives back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+from ..recipe import Recipe
+
+
+@dataclass(frozen=True)
+class Job:
+    """One mesh file, one recipe, one file to write.
+
+    Attributes:
+        recipe: the steps, overrides included.
+        input: the mesh file to read.
+        output: the file to write; its extension says the format.
+        overwrite: replace `output` whatever it is, the input itself included. Without it an existing file is replaced only if
+            it is, to the byte, what a former run wrote there from the same input.
+        timeout: seconds from start to end, or None.
+        memory_limit: bytes that the worker may take, or None. Held by the operating system, where it has such limits.
+        threads: that a filter may use; None means all processors, or what OMP_NUM_THREADS says.
+        overrides: the texts ``STEP.PARAM=VALUE`` that the recipe was changed by, for the record alone.
+        command: the command line that asked for the run, for the record alone.
+    """
+
+    recipe: Recipe
+    input: Path
+    output: Path
+    overwrite: bool = False
+    timeout: float | None = None
+    memory_limit: int | None = None
+    threads: int | None = None
+    overrides: tuple[str, ...] = ()
+    command: tuple[str, ...] = ()
+
+
+# ------------------------------------------------------------------------------------------------------------------- events
+
+
+@dataclass(frozen=True)
+class PhaseStarted:
+    """The run goes on to something that is no step: ``"reading"`` or ``"writing"``."""
+
+    phase: Literal["reading", "writing"]
+
+
+@dataclass(frozen=True)
+class StepStarted:
+    """A step begins.
+
+    Attributes:
+        index: its number, from 1 to `total`.
+        total: how many there are.
+        filter: MeshLab's name of its filter.
+    """
+
+    index: int
+    total: int
+    filter: str
+
+
+@dataclass(frozen=True)
+class StepProgress:
+    """How far a step is: `fraction` from 0 to 1. Not every filter tells, and some tell more than one run from 0 to 1."""
+
+    index: int
+    fraction: float
+
+
+@dataclass(frozen=True)
+class StepFinished:
+    """A step has ended after `seconds`."""
+
+    index: int
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Message:
+    """Something a user wants to know: a filter's words (``"info"``), or what a run could not keep (``"warning"``)."""
+
+    text: str
+    level: Literal["info", "warning"] = "info"
+
+
+Event: TypeAlias = PhaseStarted | StepStarted | StepProgress | StepFinished | Message
+
+
+# ------------------------------------------------------------------------------------------------------------------- result
+
+
+@dataclass(frozen=True)
+class StepReport:
+    """What one step did.
+
+    Attributes:
+        number: from 1.
+        filter: MeshLab's name of the filter.
+        python_name: its name in Python.
+        seconds: how long it took.
+        parameters: every parameter with the value that was effective on this mesh; lengths in mesh units.
+        values: what the filter reported.
+        messages: what it said.
+    """
+
+    number: int
+    filter: str
+    python_name: str
+    seconds: float
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    values: Mapping[str, Any] = field(default_factory=dict)
+    messages: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """What a run did.
+
+    Attributes:
+        output: the file that was written.
+        provenance: the file beside it that says how it came about.
+        side_files: textures and material files that belong to the output, as far as they were written.
+        before: the measures of the mesh as read (`pymeshfair.filters.inspection.surface_measures.SurfaceMeasures`).
+        after: the measures of the mesh as written.
+        steps: one report a step.
+        warnings: everything that was in the input and is not in the output, or needs to be known about it.
+        seconds: from start to end.
+        peak_memory: bytes that the worker took at most, or None where the system does not say.
+    """
+
+    output: Path
+    provenance: Path
+    side_files: tuple[Path, ...]
+    before: Mapping[str, Any]
+    after: Mapping[str, Any]
+    steps: tuple[StepReport, ...]
+    warnings: tuple[str, ...]
+    seconds: float
+    peak_memory: int | None
