@@ -27,11 +27,11 @@ import numbers
 import re
 import typing
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, Protocol, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from .errors import DeclarationError, ParameterError, UnknownNameError
 
@@ -99,7 +99,7 @@ class Arity(enum.IntEnum):
 
 LengthUnit: TypeAlias = Literal["absolute", "percent", "edge"]
 _LENGTH_SUFFIX: Mapping[LengthUnit, str] = {"absolute": "", "percent": "%", "edge": "edge"}
-_LENGTH = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(%|edges?)?\s*")
+_LENGTH = re.compile(r"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*(%|edges?)?")
 
 
 @dataclass(frozen=True)
@@ -120,9 +120,11 @@ class Length:
     @classmethod
     def parse(cls, text: str) -> Length:
         """Read ``"0.3"``, ``"1%"`` or ``"0.5edge"``; raise `ParameterError` for anything else."""
-        match = _LENGTH.fullmatch(text)
+        match = _LENGTH.fullmatch(text.strip()) if len(text) <= 400 else None
         if match is None:
-            raise ParameterError(f"{text!r} is no length: write 0.3 (mesh units), 1% (of the diagonal) or 0.5edge (mean edges)")
+            raise ParameterError(
+                f"{_shown(text)} is no length: write 0.3 (mesh units), 1% (of the diagonal) or 0.5edge (mean edges)"
+            )
         amount, suffix = match.groups()
         unit: LengthUnit = "percent" if suffix == "%" else "edge" if suffix else "absolute"
         return cls(float(amount), unit)
@@ -181,9 +183,14 @@ class Parameter:
     def _refuse(self, value: Any) -> ParameterError:
         return ParameterError(f"parameter {self.name!r} takes {self.describe_allowed()}, got {_shown(value)}")
 
+    def _refuse_what_meshlab_cannot_hold(self, number: float) -> None:
+        # MeshLab's parameters are C floats; it drops a script's number outside their range without a word.
+        if number != 0.0 and not 2.0**-150 < abs(number) <= 3.4028234663852886e38:
+            raise ParameterError(f"{self._refuse(number)}: MeshLab keeps numbers in single precision, from 1e-45 to 3.4e38")
+
 
 def _shown(value: Any) -> str:
-    text = repr(value)
+    text = str(value) if isinstance(value, Length) else repr(value)
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 
@@ -246,6 +253,7 @@ class Float(Parameter):
         number = float(value)
         if not (math.isfinite(number) and _at_least(number, self.minimum) and _at_most(number, self.maximum)):
             raise self._refuse(value)
+        self._refuse_what_meshlab_cannot_hold(number)
         return number
 
     def describe_allowed(self) -> str:
@@ -270,6 +278,7 @@ class Percentage(Parameter):
             value = Length.parse(value)
         if not isinstance(value, Length) or not _at_least(value.amount, self.minimum):
             raise self._refuse(value)
+        self._refuse_what_meshlab_cannot_hold(value.amount)
         return value
 
     def describe_allowed(self) -> str:

@@ -89,13 +89,13 @@ def _step_index(steps: Sequence[Step], name: str, text: str) -> int:
     if found:
         listed = ", ".join(f"{i + 1} ({steps[i].filter.name})" for i in found)
         raise UnknownNameError(f"cannot set {text!r}: {name!r} fits several steps, {listed}; give the step's number")
-    near = nearest(name, [n for step in steps for n in _names(step)])
+    near = nearest(name, [n for step in steps for n in (*_names(step), *step.filter.name.split())])
     hint = f"; did you mean {near!r}?" if near else f"; the script has {_counted(steps)}"
     raise UnknownNameError(f"cannot set {text!r}: no step's filter is called {name!r}{hint}", suggestion=near)
 
 
 def _parameter(known: Filter, name: str, text: str) -> Parameter:
-    names: Mapping[str, Parameter] = {n: p for p in known.parameters for n in (p.xml_name, p.name)}
+    names: Mapping[str, Parameter] = {n: p for p in known.parameters for n in (p.name, p.xml_name)}
     if name in names:
         return names[name]
     near = nearest(name, names)

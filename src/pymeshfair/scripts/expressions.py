@@ -7,36 +7,31 @@ word, so the syntax is checked before anything runs. Names of variables are not:
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from collections.abc import Callable
 
 #: muParser's functions as MeshLab registers them, with the fewest and the most arguments
-FUNCTIONS = {
+FUNCTIONS: dict[str, tuple[int, int | None]] = {
     **dict.fromkeys(("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh"), (1, 1)),
     **dict.fromkeys(("log2", "log10", "log", "ln", "exp", "sqrt", "sign", "rint", "abs"), (1, 1)),
     **dict.fromkeys(("min", "max", "sum", "avg"), (1, None)),
     "atan2": (2, 2),
     "rnd": (0, 0),
 }
+OPERATORS = frozenset({"<=", ">=", "!=", "==", "&&", "||", "+", "-", "*", "/", "^", "<", ">"})
+
+MOST_CHARACTERS = 10_000
+MOST_PARENTHESES = 64
 
 _TOKEN = re.compile(
-    r"\s*(?:(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)|(?P<name>[A-Za-z_][A-Za-z0-9_]*)"
-    r"|(?P<operator><=|>=|!=|==|&&|\|\||[-+*/^<>])|(?P<mark>[()?:,])|(?P<end>\Z)|(?P<other>\S))"
+    r"\s*(?:(?P<number>(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)|(?P<name>[A-Za-z_][A-Za-z0-9_]*)"
+    r"|(?P<mark><=|>=|!=|==|&&|\|\||\S)|(?P<end>\Z))"
 )
-_WITH_EXPRESSIONS = re.compile(r"_by_function|_by_condition|_new_custom_|_implicit_surface")
+_FILTERS = re.compile(r"_by_function|_by_condition|_new_custom_|_implicit_surface")
 
 
 def is_expression(filter_name: str, parameter_name: str) -> bool:
     """Whether that text of the filter of that Python name is an expression; the filters of new attributes take a name, too."""
-    return _WITH_EXPRESSIONS.search(filter_name) is not None and parameter_name != "name"
-
-
-@dataclass
-class _Level:
-    """What is open between two parentheses: of a function, its name and arguments so far; the question marks without a colon."""
-
-    function: str | None = None
-    arguments: int = 0
-    questions: int = 0
+    return _FILTERS.search(filter_name) is not None and parameter_name != "name"
 
 
 def expression_error(text: str) -> str | None:
@@ -45,84 +40,110 @@ def expression_error(text: str) -> str | None:
     An assignment (``q = 0``) and several results (``x, y``), which muParser lets pass, are refused too: where a filter asks for
     one value they are slips.
     """
-    levels = [_Level()]
-    wants_value = True
-    signed = False  # muParser takes one sign before a value, not two
-    position = 0
-    previous: str | None = None
-    while True:
-        token = _TOKEN.match(text, position)
-        assert token is not None  # the pattern takes any character and the end
-        kind, word = token.lastgroup or "", token.group().strip()
-        where = f"{word!r} at character {token.start(kind) + 1}"
-        position = token.end()
-        level = levels[-1]
-        if kind == "end":
-            break
-        if kind == "other":
-            return f"{where} has no meaning there" if word != "=" else f"{where} assigns; write == to compare"
-        if kind in ("number", "name"):
-            if not wants_value:
-                return f"{where} follows a value; an operator is missing"
-            if kind == "name" and word in FUNCTIONS and text[position:].lstrip()[:1] != "(":
-                return f"{where} is a function and needs parentheses"
-            wants_value, signed = False, False
-            previous = word if kind == "name" else None
-            if text[position:].lstrip()[:1] == "(":
-                if previous not in FUNCTIONS:
-                    return f"{where} is not a function; these are: {', '.join(sorted(FUNCTIONS))}"
-                levels.append(_Level(function=word, arguments=1))
-                position = text.index("(", position) + 1
-                wants_value = True
-                if text[position:].lstrip()[:1] == ")":
-                    levels[-1].arguments = 0
-                    wants_value = False
-        elif word == "(":
-            if not wants_value:
-                return f"{where} follows a value; an operator is missing"
-            levels.append(_Level())
-            signed = False
-        elif wants_value:
-            if word not in ("+", "-") or signed:
-                return f"{where} stands where a value must"
-            signed = True
-        elif kind == "operator":
-            wants_value = True
-        elif word == "?":
-            level.questions += 1
-            wants_value = True
-        elif word == ":":
-            if level.questions == 0:
-                return f"{where} has no question mark before it"
-            level.questions -= 1
-            wants_value = True
-        else:
-            if level.questions:
-                return f"a question mark before character {position} has no colon"
-            if word == ",":
-                if level.function is None:
-                    return f"{where} is outside a function"
-                level.arguments += 1
-                wants_value = True
-            elif len(levels) == 1:
-                return f"{where} closes nothing"
-            else:
-                if error := _argument_error(level):
-                    return error
-                levels.pop()
-                wants_value = False
-    if wants_value:
-        return "it is empty" if not text.strip() else "it ends where a value must follow"
-    if levels[-1].questions:
-        return "a question mark has no colon"
-    return "a parenthesis is not closed" if len(levels) > 1 else None
-
-
-def _argument_error(level: _Level) -> str | None:
-    if level.function is None:
-        return None
-    fewest, most = FUNCTIONS[level.function]
-    if level.arguments < fewest or (most is not None and level.arguments > most):
-        needed = str(fewest) if fewest == most else f"at least {fewest}"
-        return f"{level.function!r} takes {needed} argument{'' if needed == '1' else 's'}, got {level.arguments}"
+    if not text.strip():
+        return "it is empty"
+    if len(text) > MOST_CHARACTERS:
+        return f"it has more than {MOST_CHARACTERS} characters"
+    try:
+        _Expression(text).parse()
+    except _SyntaxRefusedError as error:
+        return str(error)
     return None
+
+
+class _SyntaxRefusedError(Exception):
+    """The expression breaks off here."""
+
+
+class _Expression:
+    """Descends through: choice = sum ["?" choice ":" choice]; sum = operand {operator operand}."""
+
+    def __init__(self, text: str) -> None:
+        self._tokens = list(_TOKEN.finditer(text))
+        self._next = 0
+        self._depth = 0
+
+    @property
+    def _word(self) -> str:
+        return self._tokens[self._next].group().strip()
+
+    @property
+    def _kind(self) -> str | None:
+        return self._tokens[self._next].lastgroup
+
+    def parse(self) -> None:
+        self._choice()
+        if self._kind != "end":
+            self._refuse("is not expected there" if self._word in (")", ":", ",") else "follows a value without an operator")
+
+    def _refuse(self, reason: str) -> None:
+        token = self._tokens[self._next]
+        if self._kind == "end":
+            raise _SyntaxRefusedError("it ends where more must follow")
+        if self._word == "=":
+            reason = "assigns; write == to compare"
+        raise _SyntaxRefusedError(f"{self._word!r} at character {token.start(token.lastgroup or 0) + 1} {reason}")
+
+    def _accept(self, word: str) -> bool:
+        if self._word != word:
+            return False
+        self._next += 1
+        return True
+
+    def _expect(self, word: str) -> None:
+        if not self._accept(word):
+            self._refuse(f"stands where {word!r} must")
+
+    def _choice(self) -> None:
+        self._sum()
+        while self._accept("?"):
+            self._deeper(self._choice)
+            self._expect(":")
+            self._sum()
+
+    def _sum(self) -> None:
+        self._operand()
+        while self._word in OPERATORS:
+            self._next += 1
+            self._operand()
+
+    def _operand(self) -> None:
+        if self._word in ("+", "-"):  # muParser takes one sign, not two
+            self._next += 1
+        if self._accept("("):
+            self._deeper(self._choice)
+            self._expect(")")
+        elif self._kind == "number":
+            self._next += 1
+        elif self._kind == "name":
+            self._variable_or_function()
+        else:
+            self._refuse("stands where a value must")
+
+    def _variable_or_function(self) -> None:
+        name = self._word
+        called = self._tokens[self._next + 1].group().strip() == "("
+        if called != (name in FUNCTIONS):
+            self._refuse("is a function and needs parentheses" if not called else f"is not a function of {', '.join(FUNCTIONS)}")
+        self._next += 1
+        if not called:
+            return
+        self._expect("(")
+        arguments = 0
+        if self._word != ")":
+            arguments = 1
+            self._deeper(self._choice)
+            while self._accept(","):
+                arguments += 1
+                self._deeper(self._choice)
+        fewest, most = FUNCTIONS[name]
+        if self._word == ")" and (arguments < fewest or (most is not None and arguments > most)):
+            self._refuse(f"ends {name}() after {arguments} arguments; it takes {fewest}{'' if fewest == most else ' or more'}")
+        self._expect(")")
+
+    def _deeper(self, part: Callable[[], None]) -> None:
+        self._depth += 1
+        if self._depth > MOST_PARENTHESES:
+            raise _SyntaxRefusedError(f"it nests more than {MOST_PARENTHESES} deep")
+        part()
+        self._depth -= 1

@@ -57,12 +57,13 @@ _REQUIRED: Mapping[str, Mapping[str, bool]] = {
     "RichEnum": {"enum_cardinality": True},
     "RichOpenFile": {"exts_cardinality": True},
 }
-_RENAMED_TYPES = {"RichPoint3f": "RichPosition", "RichMatrix44": "RichMatrix44f", "RichPercentage": "RichAbsPerc"}
+_OLD_TYPES = frozenset({"RichPoint3f"})
 #: MeshLab allocates as many words as a script announces
 _MOST_CHOICES = 1000
 
-_WHOLE = re.compile(r"[+-]?[0-9]{1,20}")
-_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_WHOLE = re.compile(r"\s*[+-]?[0-9]{1,20}\s*")
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_MOST_DIGITS = 400
 
 
 class _RefusedError(Exception):
@@ -95,7 +96,7 @@ def _type_complaints(parameter: Parameter, attributes: Attributes) -> Iterator[C
         yield "the attribute type is missing; MeshLab would drop the parameter and take its default", parameter.xml_type
         return
     if written not in _ACCEPTED.get(parameter.xml_type, {parameter.xml_type}):
-        if written in _RENAMED_TYPES:
+        if written in _OLD_TYPES:
             yield f"type {written!r} is an old name", parameter.xml_type
         else:
             yield (
@@ -108,22 +109,31 @@ def _type_complaints(parameter: Parameter, attributes: Attributes) -> Iterator[C
         if text is None:
             yield f"the attribute {name} is missing; MeshLab would drop the parameter and take its default", None
         elif not (_is_count(text) if whole else _is_number(text)):
-            yield f"the attribute {name} must be a {'whole ' if whole else ''}number, got {shortened(text)!r}", None
+            needed = f"a whole number from 0 to {_MOST_CHOICES}" if whole else "a number"
+            yield f"the attribute {name} must be {needed}, got {shortened(text)!r}", None
 
 
 def _is_count(text: str) -> bool:
-    return _WHOLE.fullmatch(text.strip()) is not None and 0 <= int(text) <= _MOST_CHOICES
+    return _WHOLE.fullmatch(text) is not None and 0 <= int(text) <= _MOST_CHOICES
 
 
 def _is_number(text: str) -> bool:
-    return _NUMBER.fullmatch(text.strip()) is not None and math.isfinite(float(text))
+    return _parsed(text) is not None
 
 
-def _checked(parameter: Parameter, value: Any, written: str) -> Any:
+def _parsed(text: str) -> float | None:
+    """The finite number that the text spells as MeshLab reads it, with blanks around it; None if it spells none."""
+    if len(text) > _MOST_DIGITS or _NUMBER.fullmatch(text.strip()) is None:
+        return None
+    number = float(text)
+    return number if math.isfinite(number) else None
+
+
+def _checked(parameter: Parameter, value: Any) -> Any:
     try:
         return parameter.check(value)
-    except ParameterError:
-        raise _RefusedError(f"takes {parameter.describe_allowed()}, got {shortened(written)!r}") from None
+    except ParameterError as error:
+        raise _RefusedError(str(error).removeprefix(f"parameter {parameter.name!r} ")) from None
 
 
 def _text(attributes: Attributes, name: str = "value") -> str:
@@ -134,18 +144,20 @@ def _text(attributes: Attributes, name: str = "value") -> str:
 
 
 def _whole(parameter: Parameter, text: str) -> int:
-    if _WHOLE.fullmatch(text.strip()) is None:
-        suggestion = str(int(float(text))) if _is_number(text) and float(text).is_integer() and abs(float(text)) < 2**31 else None
+    if _WHOLE.fullmatch(text) is None:
+        number = _parsed(text)
+        suggestion = None if number is None or not number.is_integer() or abs(number) >= 2**31 else str(int(number))
         raise _RefusedError(f"takes {parameter.describe_allowed()}, got {shortened(text)!r}", suggestion)
     return int(text)
 
 
 def _number(parameter: Parameter, text: str) -> float:
-    if _NUMBER.fullmatch(text.strip()) is None:
-        pointed = text.strip().replace(",", ".")
-        suggestion = pointed if _NUMBER.fullmatch(pointed) else None
+    number = _parsed(text)
+    if number is None:
+        pointed = text.replace(",", ".")
+        suggestion = pointed if pointed != text and _is_number(pointed) else None
         raise _RefusedError(f"takes {parameter.describe_allowed()}, got {shortened(text)!r}", suggestion)
-    return float(text)
+    return number
 
 
 def _read_bool(parameter: Parameter, attributes: Attributes) -> bool:
@@ -160,23 +172,18 @@ def _read_bool(parameter: Parameter, attributes: Attributes) -> bool:
 
 
 def _read_whole(parameter: Parameter, attributes: Attributes) -> Any:
-    text = _text(attributes)
-    return _checked(parameter, _whole(parameter, text), text)
+    return _checked(parameter, _whole(parameter, _text(attributes)))
 
 
 def _read_float(parameter: Parameter, attributes: Attributes) -> Any:
     text = _text(attributes)
     if "relative" in attributes:
         raise _RefusedError("relative= belongs to lengths alone, and this parameter is a plain number")
-    return _checked(parameter, _number(parameter, text), text)
+    return _checked(parameter, _number(parameter, text))
 
 
 def _read_length(parameter: Parameter, attributes: Attributes) -> Any:
-    text = _text(attributes)
-    number = _number(parameter, text)
-    if not math.isfinite(number):
-        raise _RefusedError(f"takes {parameter.describe_allowed()}, got {shortened(text)!r}")
-    length = Length(number)
+    length = Length(_number(parameter, _text(attributes)))
     if "relative" in attributes:
         text = attributes["relative"]
         try:
@@ -185,14 +192,14 @@ def _read_length(parameter: Parameter, attributes: Attributes) -> Any:
             raise _RefusedError(f"relative= takes a length such as 1% or 0.5edge, got {shortened(text)!r}") from None
         if length.unit == "absolute":
             raise _RefusedError(f"relative= takes a length with a unit, got {shortened(text)!r}", f"{text}%")
-    return _checked(parameter, length, text)
+    return _checked(parameter, length)
 
 
 def _read_enum(parameter: Parameter, attributes: Attributes) -> Any:
     assert isinstance(parameter, Enum)
     text = _text(attributes)
     allowed = "; ".join(f"{i}: {shortened(word)}" for i, word in enumerate(parameter.choices))
-    if _WHOLE.fullmatch(text.strip()) is None:
+    if _WHOLE.fullmatch(text) is None:
         suggestion = str(parameter.choices.index(text)) if text in parameter.choices else None
         raise _RefusedError(f"takes the number of a choice ({allowed}), got {shortened(text)!r}", suggestion)
     index = int(text)
@@ -210,23 +217,22 @@ def _read_enum(parameter: Parameter, attributes: Attributes) -> Any:
 
 def _read_point(parameter: Parameter, attributes: Attributes) -> Any:
     texts = [_text(attributes, name) for name in ("x", "y", "z")]
-    return _checked(parameter, [_number(parameter, text) for text in texts], ", ".join(texts))
+    return _checked(parameter, [_number(parameter, text) for text in texts])
 
 
 def _read_color(parameter: Parameter, attributes: Attributes) -> Any:
     texts = [_text(attributes, name) for name in ("r", "g", "b", "a")]
-    return _checked(parameter, [_whole(parameter, text) for text in texts], ", ".join(texts))
+    return _checked(parameter, [_whole(parameter, text) for text in texts])
 
 
 def _read_matrix(parameter: Parameter, attributes: Attributes) -> Any:
     texts = [_text(attributes, f"val{i}") for i in range(16)]
     numbers = [_number(parameter, text) for text in texts]
-    return _checked(parameter, [numbers[i : i + 4] for i in range(0, 16, 4)], ", ".join(texts))
+    return _checked(parameter, [numbers[i : i + 4] for i in range(0, 16, 4)])
 
 
 def _read_text(parameter: Parameter, attributes: Attributes) -> Any:
-    text = _text(attributes)
-    return _checked(parameter, text, text)
+    return _checked(parameter, _text(attributes))
 
 
 def _read_nothing(parameter: Parameter, attributes: Attributes) -> Any:
