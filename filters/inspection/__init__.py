@@ -1,0 +1,1 @@
+"""Looking at a surface: numbers, scalars and colours that say what it is like."""

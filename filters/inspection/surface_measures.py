@@ -223,10 +223,8 @@ def _measure_edges(faces: Ints, normals: Floats, neighbours: Ints, shared: Ints)
 
 @njit(cache=True)
 def _runs_along(faces: Ints, face: int, start: int, end: int) -> bool:
-    for k in range(3):
-        if faces[face, k] == start and faces[face, (k + 1) % 3] == end:
-            return True
-    return False
+    k = 0 if faces[face, 0] == start else 1 if faces[face, 1] == start else 2
+    return bool(faces[face, k] == start and faces[face, (k + 1) % 3] == end)
 
 
 def _volume(points: Floats, faces: Ints, normals: Floats) -> float:

@@ -67,7 +67,7 @@ class OutputError(RunError):
         self.reason = reason
 
 
-class StepFailed(RunError):
+class StepFailed(RunError):  # noqa: N818 - says what happened
     """A filter refused its mesh or its parameters, or gave a result that no file may hold.
 
     Attributes:
@@ -81,7 +81,7 @@ class StepFailed(RunError):
         self.reason = reason
 
 
-class WorkerDied(RunError):
+class WorkerDied(RunError):  # noqa: N818 - says what happened
     """The worker process ended without a word; with MeshLab's filters that happens on some awkward meshes.
 
     Attributes:
@@ -102,7 +102,7 @@ class WorkerDied(RunError):
         return _signal_name(self.status)
 
 
-class RunTimeout(RunError):
+class RunTimeout(RunError):  # noqa: N818 - says what happened
     """The run took longer than it was given, and was stopped.
 
     Attributes:
@@ -116,7 +116,7 @@ class RunTimeout(RunError):
         self.seconds = seconds
 
 
-class OutOfMemory(RunError):
+class OutOfMemory(RunError):  # noqa: N818 - says what happened
     """The run needed more memory than there is, or than it was given.
 
     Attributes:
