@@ -2,7 +2,41 @@
 
 from typing import Literal, TypeAlias, get_args
 
+from ..operators.build import OperatorName
+from ..operators.inverse_length import inverse_length_laplacian
+from ..operators.laplacian import Laplacian
+from ..operators.scale_dependent import scale_dependent_laplacian
+from ..operators.uniform import uniform_laplacian
+from ..topology import Floats, Ints
+
 #: "fixed": border vertices stay. "along": they see their neighbours on the border only, so the border is smoothed as a curve.
 #: "free": they are vertices like any other, and the border draws in.
 BorderPolicy: TypeAlias = Literal["fixed", "along", "free"]
 BORDER_POLICIES: tuple[BorderPolicy, ...] = get_args(BorderPolicy)
+
+#: What an operator of surfaces becomes on a curve. Inverse lengths are to a polyline what cotangents are to triangles: linear
+#: finite elements; the scale-dependent operator is their second derivative by arc length, with the unit of Laplace-Beltrami.
+CURVE_OPERATOR: dict[OperatorName, Literal["uniform", "inverse_length", "scale_dependent"]] = {
+    "uniform": "uniform",
+    "inverse_length": "inverse_length",
+    "cotangent": "inverse_length",
+    "scale_dependent": "scale_dependent",
+    "laplace_beltrami": "scale_dependent",
+    "robust": "scale_dependent",
+}
+
+
+def curve_laplacian(vertices: Floats, edges: Ints, operator: OperatorName) -> Laplacian:
+    """What `operator` becomes on the polylines that the edges form, such as the borders of a mesh under the policy "along".
+
+    Args:
+        vertices: (n, 3) coordinates.
+        edges: (e, 2) edges; the rows of vertices that none of them touches are 0.
+        operator: an operator of surfaces; its curve operator is that of `CURVE_OPERATOR`.
+    """
+    curve = CURVE_OPERATOR[operator]
+    if curve == "uniform":
+        return uniform_laplacian(edges, len(vertices))
+    if curve == "inverse_length":
+        return inverse_length_laplacian(vertices, edges)
+    return scale_dependent_laplacian(vertices, edges)
