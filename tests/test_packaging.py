@@ -75,7 +75,8 @@ def test_wheel_from_the_source_distribution_is_the_same(built: Path) -> None:
 def test_source_distribution_holds_what_building_and_testing_need(built: Path) -> None:
     """Every file of the tree's own folders is in the source distribution, and the linked folders are in it once."""
     [archive] = (built / "sdist").glob("*.tar.gz")
-    names = {str(PurePosixPath(*PurePosixPath(n).parts[1:])) for n in tarfile.open(archive).getnames()}
+    with tarfile.open(archive) as opened:
+        names = {str(PurePosixPath(*PurePosixPath(n).parts[1:])) for n in opened.getnames()}
     for folder in ("src/pymeshfair", "filters", "plugins", "mlx_scripts", "tests"):
         for path in (ROOT / folder).glob("**/*.py"):
             relative = path.relative_to(ROOT)

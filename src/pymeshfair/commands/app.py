@@ -1,0 +1,53 @@
+"""The command ``pymeshfair``: one module a command, each importing what is heavy only when it runs, so that help is instant.
+
+Exit codes: 0 done, 1 the run failed, 2 wrong usage or an invalid recipe, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from . import check, demo, doctor, info, list, run
+from .group import CommandGroup
+
+app = typer.Typer(
+    name="pymeshfair",
+    cls=CommandGroup,
+    invoke_without_command=True,
+    add_completion=False,
+    rich_markup_mode=None,  # plain help: rich's would double the time until the first letter
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
+)
+app.command()(demo.demo)
+app.command()(run.run)
+app.command()(check.check)
+app.add_typer(list.app, name="list")
+app.command()(info.info)
+app.command()(doctor.doctor)
+
+
+@app.callback()
+def pymeshfair(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Show the version.")] = False,
+    debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")] = False,
+) -> None:
+    """Reproducible clean-up of 3D scans with MeshLab's filters and those that it lacks.
+
+    Try `pymeshfair demo`, then `pymeshfair list recipes` and `pymeshfair run RECIPE INPUT -o OUTPUT`.
+    """
+    if version:
+        import importlib.metadata
+
+        typer.echo(f"pymeshfair {importlib.metadata.version('pymeshfair')}")
+    elif context.invoked_subcommand is None:
+        typer.echo(context.get_help(), err=True)
+        raise typer.Exit(2)
+
+
+def main() -> None:
+    """The entry point of the console script."""
+    app()

@@ -1,0 +1,67 @@
+"""``pymeshfair demo``: the main job on a real range map that the pymeshlab wheel carries."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .options import Debug, Json
+from .run import carry_out
+
+_RECIPE = "clean_range_map"
+_SCAN = Path("tests/sample_meshes/rangemaps/face000.ply")
+
+
+def demo(
+    folder: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Where to write.")] = Path("pymeshfair_demo"),
+    json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Clean a range map of a face, 85,849 vertices from a laser scanner, and say what to try next."""
+    from ..recipe import load_recipe
+    from ..running.errors import OutputError
+    from ..running.job import Job
+
+    scan = sample_scan()
+    output = folder / "face_clean.ply"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(folder, error.strerror or str(error)) from error
+    typer.echo(f"cleaning {scan} with the recipe {_RECIPE}", err=True)
+    carry_out(Job(load_recipe(_RECIPE), scan, output, overwrite=True, command=tuple(sys.argv)), json=json)
+    typer.echo(
+        f"\nTry next:\n  pymeshfair info {_RECIPE}\n"
+        f"  pymeshfair run {_RECIPE} {_quoted(scan)} -o {_quoted(folder / 'smoother.ply')} --set implicit.detail_size=10edge\n"
+        f"  pymeshfair list recipes",
+        err=True,
+    )
+
+
+def sample_scan() -> Path:
+    """The range map in the folder of pymeshlab, which is found without importing it.
+
+    Raises:
+        InputError: pymeshlab is not installed, or came without its samples.
+    """
+    from ..running.errors import InputError
+
+    spec = importlib.util.find_spec("pymeshlab")
+    if spec is None or spec.origin is None:
+        raise InputError(_SCAN, "pymeshlab is not installed; `python -m pip install pymeshlab` installs it with this scan")
+    scan = Path(spec.origin).parent / _SCAN
+    if not scan.is_file():
+        raise InputError(
+            scan, "this pymeshlab came without its samples; the wheels of pymeshlab 2025.7 and later on PyPI have them"
+        )
+    return scan
+
+
+def _quoted(path: Path) -> str:
+    import shlex
+
+    return shlex.quote(str(path))

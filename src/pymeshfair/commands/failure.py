@@ -1,0 +1,62 @@
+"""What users see of an error: one message on stderr and, with ``--json``, one document on stdout."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import typer
+
+from ..errors import ParameterError, PymeshfairError, UnknownNameError
+from .json_document import print_document
+
+LIBGL_ADVICE = (
+    "pymeshlab needs the system library libGL.so.1, which is missing here: "
+    "`apt install libgl1` (Debian, Ubuntu) or `dnf install libglvnd-glx` (Fedora) installs it"
+)
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why a command did not do what was asked.
+
+    Attributes:
+        kind: the name of the exception, e.g. ``"ScriptError"``.
+        message: what was wrong, where, and what to do.
+        exit_code: 1 the run failed, 2 wrong usage or an invalid recipe, 130 interrupted.
+        details: what else the exception knows, such as the problems of a script or the step that failed.
+    """
+
+    kind: str
+    message: str
+    exit_code: int
+    details: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, error: Exception) -> Failure:
+        """The failure that an exception stands for."""
+        kind, message = type(error).__name__, str(error)
+        details = {name: value for name, value in vars(error).items() if not name.startswith("_")}
+        if "libGL.so.1" in f"{message} {details.get('details')}":
+            return cls(kind, f"{message}\n{LIBGL_ADVICE}", 1, details)
+        if isinstance(error, PymeshfairError):
+            invalid = isinstance(error, UnknownNameError | ParameterError) or "problems" in details
+            return cls(kind, message, 2 if invalid else 1, details)
+        if isinstance(error, OSError):
+            return cls(kind, message, 1)
+        message = f"unexpected {kind}: {message}\nthis is a defect of pymeshfair or of a plugin; --debug shows where it happened"
+        return cls(kind, message, 1)
+
+    def document(self) -> dict[str, Any]:
+        """The value of ``"error"`` in the JSON document."""
+        return {**self.details, "kind": self.kind, "message": self.message}
+
+    def show(self, *, json: bool) -> None:
+        """Print the message on stderr and, with `json`, the document on stdout."""
+        typer.echo(f"{typer.style('error:', fg='red')} {self.message}", err=True)
+        if json:
+            print_document({"error": self.document()})
+
+
+INTERRUPTED = Failure("Interrupted", "interrupted", 130)

@@ -1,0 +1,96 @@
+"""Everything that a declaration says about a filter, as data and as a page of text."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator
+from typing import Any
+
+from ..declaration import Filter, Length, Parameter
+from ..scripts import Script, Step, format_script
+
+_WIDTH = 100
+
+
+def filter_document(known: Filter) -> dict[str, Any]:
+    """The declaration in terms of JSON."""
+    return {
+        "python_name": known.python_name,
+        "name": known.name,
+        "origin": known.origin,
+        "info": known.info,
+        "classes": known.classes,
+        "requires": known.requires,
+        "changes": known.changes,
+        "arity": known.arity.name.lower(),
+        "references": known.references,
+        "parameters": [_parameter_document(p) for p in known.parameters],
+        "python": python_call(known),
+        "mlx": mlx_element(known),
+    }
+
+
+def _parameter_document(parameter: Parameter) -> dict[str, Any]:
+    return {
+        "name": parameter.name,
+        "mlx_name": parameter.xml_name,
+        "mlx_type": parameter.xml_type,
+        "label": parameter.label,
+        "type": type(parameter).__name__.lower(),
+        "allowed": parameter.describe_allowed(),
+        "default": said(parameter.default),
+        "minimum": getattr(parameter, "minimum", None),
+        "maximum": getattr(parameter, "maximum", None),
+        "choices": getattr(parameter, "choices", None),
+        "advanced": parameter.advanced,
+        "help": parameter.help,
+    }
+
+
+def filter_page(known: Filter) -> str:
+    """The declaration as a page: what it does, its parameters, how to call it."""
+    return "\n".join(_page(known))
+
+
+def _page(known: Filter) -> Iterator[str]:
+    menus = ", ".join(c.name.replace("_", " ").lower() for c in type(known.classes) if c in known.classes and c.name)
+    yield f"{known.python_name}\n{known.name!r}, a filter of {known.origin} ({menus})"
+    if known.info:
+        yield f"\n{known.info}"
+    yield "\nParameters" if known.parameters else "\nIt has no parameters."
+    for parameter in known.parameters:
+        default = "depends on the mesh" if parameter.default is None else repr(said(parameter.default))
+        yield f"\n  {parameter.name}  (default {default}{', advanced' if parameter.advanced else ''})"
+        yield _indented(f"{parameter.label}: {parameter.describe_allowed()}.")
+        if parameter.help:
+            yield _indented(parameter.help)
+    yield f"\nIn Python\n{textwrap.indent(python_call(known), '  ')}"
+    yield f"\nIn a .mlx script\n{textwrap.indent(mlx_element(known), '  ')}"
+    if known.references:
+        yield f"\nReferences (docs/bibliography.bib)\n  {', '.join(known.references)}"
+
+
+def _indented(text: str) -> str:
+    return textwrap.fill(text, _WIDTH, initial_indent=" " * 6, subsequent_indent=" " * 6)
+
+
+def python_call(known: Filter) -> str:
+    """The call with every default that is known without a mesh."""
+    given = [f"{p.name}={said(p.default)!r}" for p in known.parameters if p.default is not None]
+    call = f"ms.{known.python_name}({', '.join(given)})"
+    if len(call) <= _WIDTH:
+        return call
+    return f"ms.{known.python_name}(\n" + "".join(f"    {g},\n" for g in given) + ")"
+
+
+def mlx_element(known: Filter) -> str:
+    """The step of a script with every default that is known without a mesh."""
+    lines = format_script(Script((Step(known).with_defaults(),))).splitlines()
+    first = next(i for i, line in enumerate(lines) if line.lstrip().startswith("<filter"))
+    last = next(i for i, line in enumerate(lines) if line.startswith("</FilterScript"))
+    return textwrap.dedent("\n".join(lines[first:last]))
+
+
+def said(value: Any) -> Any:
+    """A parameter's value as users write it: lengths as ``"1%"``."""
+    return str(value) if isinstance(value, Length) else value

@@ -1,0 +1,118 @@
+"""What this machine has, what is wrong with it, and what to do about that: one look after the other."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import platform
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from .failure import LIBGL_ADVICE
+
+#: below this a temporary folder cannot hold the two copies of a large scan that a run needs
+_ENOUGH_DISK = 1 << 30
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that was looked at.
+
+    Attributes:
+        name: what was looked at.
+        ok: whether it is as it should be.
+        detail: what was found.
+        advice: what to do, when it is not.
+    """
+
+    name: str
+    ok: bool
+    detail: str
+    advice: str = ""
+
+
+def look_around() -> Iterator[Finding]:
+    """Look at everything, whatever is found on the way."""
+    for look in (_python, _packages, _pymeshlab, _numba, _plugins, _disk):
+        yield from _safely(look)
+
+
+def _safely(look: Callable[[], Iterator[Finding]]) -> Iterator[Finding]:
+    """What `look` finds; an exception is a finding too, since here nothing may stop the other looks."""
+    try:
+        yield from look()
+    except Exception as error:
+        yield Finding(look.__name__.removeprefix("_"), False, f"{type(error).__name__}: {error}")
+
+
+def _python() -> Iterator[Finding]:
+    yield Finding("python", True, f"{platform.python_version()} ({sys.executable})")
+    yield Finding("system", True, platform.platform())
+
+
+def _packages() -> Iterator[Finding]:
+    """The installed versions of what pymeshfair's own metadata says that it needs."""
+    yield Finding("pymeshfair", True, importlib.metadata.version("pymeshfair"))
+    found, missing = [], []
+    for requirement in importlib.metadata.requires("pymeshfair") or ():
+        name = re.match(r"[\w.-]+", requirement)
+        if name is None or "extra ==" in requirement:
+            continue
+        try:
+            found.append(f"{name[0]} {importlib.metadata.version(name[0])}")
+        except importlib.metadata.PackageNotFoundError:
+            missing.append(name[0])
+    advice = f"`python -m pip install {' '.join(missing)}`" if missing else ""
+    yield Finding("packages", not missing, ", ".join([*found, *(f"{m} is missing" for m in missing)]), advice)
+
+
+def _pymeshlab() -> Iterator[Finding]:
+    """Whether pymeshlab can be imported; in a process of its own, since a broken library may end the process."""
+    done = subprocess.run([sys.executable, "-c", "import pymeshlab"], capture_output=True, text=True, timeout=120)
+    if done.returncode == 0:
+        yield Finding("pymeshlab", True, "can be imported")
+        return
+    said = done.stderr.strip().rpartition("\n")[2] or f"import ended with code {done.returncode}"
+    yield Finding("pymeshlab", False, said, LIBGL_ADVICE if "libGL.so.1" in said else "")
+
+
+def _numba() -> Iterator[Finding]:
+    """Whether numba compiles, and where it keeps what it compiled."""
+    import numba
+
+    try:
+        compiled = numba.njit(cache=True)(_successor)
+    except RuntimeError as error:
+        advice = "set the environment variable NUMBA_CACHE_DIR to a folder that can be written"
+        yield Finding("numba", False, str(error), advice)
+        return
+    works = compiled(1) == 2
+    yield Finding("numba", works, f"compiles; keeps its results in {compiled.stats.cache_path}")
+
+
+def _successor(number: int) -> int:
+    return number + 1
+
+
+def _plugins() -> Iterator[Finding]:
+    from ..registry import all_filters, broken_plugins
+
+    count = Counter(f.origin for f in all_filters())
+    yield Finding("filters", True, ", ".join(f"{n} of {origin}" for origin, n in sorted(count.items())))
+    for broken in broken_plugins():
+        where = f"{broken.distribution}: {broken.entry_point}: {broken.reason}"
+        cure = "reinstall" if broken.distribution == "pymeshfair" else "update or uninstall"
+        advice = f"what it declares is left out, everything else works; {cure} {broken.distribution}"
+        yield Finding("plugin", False, where, advice)
+
+
+def _disk() -> Iterator[Finding]:
+    folder = tempfile.gettempdir()  # raises FileNotFoundError when no candidate can be written
+    free = shutil.disk_usage(folder).free
+    advice = "" if free >= _ENOUGH_DISK else "free some space, or set TMPDIR to a folder on another disk"
+    yield Finding("disk", free >= _ENOUGH_DISK, f"{free / 1e9:.1f} GB free in {folder}", advice)

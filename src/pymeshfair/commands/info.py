@@ -1,0 +1,94 @@
+"""``pymeshfair info FILTER|RECIPE|MESH``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from .json_document import print_document
+from .options import Debug, Json
+
+if TYPE_CHECKING:
+    from ..declaration import Filter
+
+
+def info(
+    subject: Annotated[str, typer.Argument(metavar="FILTER|RECIPE|MESH", help="A name, or the path of an .mlx or mesh file.")],
+    json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Tell everything about a filter, a recipe or a mesh file."""
+    from ..recipe import shipped_recipes
+
+    if subject in shipped_recipes() or subject.casefold().endswith(".mlx"):
+        _tell_recipe(subject, json=json)
+    elif (known := _filter_named(subject)) is not None:
+        _tell_filter(known, json=json)
+    elif Path(subject).exists():
+        _tell_mesh(Path(subject), json=json)
+    else:
+        raise _nothing_named(subject)
+
+
+def _filter_named(name: str) -> Filter | None:
+    from ..errors import UnknownNameError
+    from ..registry import find_filter
+
+    try:
+        return find_filter(name)
+    except UnknownNameError:
+        return None
+
+
+def _nothing_named(subject: str) -> Exception:
+    from ..declaration import nearest
+    from ..errors import UnknownNameError
+    from ..recipe import shipped_recipes
+    from ..registry import all_filters
+
+    names = [name for known in all_filters() for name in (known.python_name, known.name)]
+    near = nearest(subject, [*names, *shipped_recipes()])
+    hint = f"did you mean {near!r}?" if near else "`pymeshfair list filters` and `pymeshfair list recipes` name what there is"
+    return UnknownNameError(f"{subject!r} is no filter, no recipe and no file; {hint}", suggestion=near)
+
+
+def _tell_filter(known: Filter, *, json: bool) -> None:
+    from .filter_page import filter_document, filter_page
+
+    if json:
+        print_document({"filter": filter_document(known)})
+    else:
+        typer.echo(filter_page(known))
+
+
+def _tell_recipe(name: str, *, json: bool) -> None:
+    from ..recipe import load_recipe
+    from .filter_page import said
+
+    recipe = load_recipe(name)
+    steps = [(step.filter, {name: said(value) for name, value in step.values.items()}) for step in recipe.script.steps]
+    if json:
+        listed = [{"python_name": f.python_name, "name": f.name, "parameters": values} for f, values in steps]
+        print_document(
+            {"recipe": {"name": recipe.name, "title": recipe.title, "description": recipe.description, "steps": listed}}
+        )
+        return
+    typer.echo(f"{recipe.name}: {recipe.title}\n\n{recipe.description}\n\nSteps")
+    for number, (known, values) in enumerate(steps, start=1):
+        typer.echo(f"{number:>4}  {known.name}  ({known.python_name})")
+        for parameter, value in values.items():
+            typer.echo(f"        {parameter} = {value}")
+
+
+def _tell_mesh(path: Path, *, json: bool) -> None:
+    from ..running.inspect import inspect_mesh
+    from .measures_table import measures_table
+    from .tables import console
+
+    found = inspect_mesh(path)
+    if json:
+        print_document({"mesh": found})
+        return
+    console().print(measures_table({str(path): found}))

@@ -1,0 +1,76 @@
+"""``pymeshfair list filters|recipes``."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from .json_document import print_document
+from .options import Debug, Json
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from ..declaration import Filter
+
+app = typer.Typer(help="List filters or recipes.", rich_markup_mode=None)
+
+
+@app.command()
+def filters(
+    text: Annotated[str, typer.Argument(help="Words that the names or the summary must contain.")] = "",
+    origin: Annotated[str, typer.Option(help="Only filters of pymeshfair, of meshlab or of another package of plugins.")] = "",
+    json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """List the filters, MeshLab's and those of the plugins."""
+    from ..registry import all_filters
+
+    found = [f for f in _of_origin(all_filters(), origin) if _contains(f"{f.python_name} {f.name} {f.summary}", text)]
+    if json:
+        rows = [{"python_name": f.python_name, "name": f.name, "origin": f.origin, "summary": f.summary} for f in found]
+        print_document({"filters": rows})
+        return
+    from .tables import console, table
+
+    if not found:
+        typer.echo(f"no filter contains {text!r}", err=True)
+        return
+    console().print(
+        table(["Python name", "MeshLab name", "origin", "summary"], [(f.python_name, f.name, f.origin, f.summary) for f in found])
+    )
+
+
+@app.command()
+def recipes(json: Json = False, debug: Debug = False) -> None:
+    """List the recipes that pymeshfair ships."""
+    from ..recipe import load_recipe, shipped_recipes
+
+    found = [load_recipe(name) for name in shipped_recipes()]
+    if json:
+        rows = [{"name": r.name, "title": r.title, "for": r.info.purpose, "steps": len(r.script.steps)} for r in found]
+        print_document({"recipes": rows})
+        return
+    from .tables import console, table
+
+    console().print(table(["recipe", "title", "for"], [(r.name, r.title, r.info.purpose) for r in found]))
+    typer.echo("\n`pymeshfair info RECIPE` tells more, `pymeshfair run RECIPE INPUT -o OUTPUT` runs it", err=True)
+
+
+def _of_origin(known: Iterable[Filter], origin: str) -> list[Filter]:
+    known = list(known)
+    if not origin:
+        return known
+    chosen = [f for f in known if f.origin.casefold() == origin.casefold()]
+    if not chosen:
+        names = ", ".join(sorted({f.origin for f in known}))
+        raise typer.BadParameter(f"no filter comes from {origin!r}; there are {names}", param_hint="'--origin'")
+    return chosen
+
+
+def _contains(haystack: str, words: str) -> bool:
+    """Whether every word is in there, capitals and the difference between spaces, dashes and underscores aside."""
+    plain = re.sub(r"[\s_-]+", " ", haystack.casefold())
+    return all(word in plain for word in re.sub(r"[\s_-]+", " ", words.casefold()).split())

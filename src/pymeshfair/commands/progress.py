@@ -1,0 +1,96 @@
+"""What a run shows while it goes on: a bar on a terminal, lines elsewhere; always on stderr."""
+
+from __future__ import annotations
+
+import sys
+import time
+from types import TracebackType
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+from ..running.job import Event, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
+
+#: seconds between two lines about the same step where there is no bar
+_PATIENCE = 10.0
+
+
+class ProgressLines:
+    """One line when a step begins, one when it ends, and one now and then within a long step."""
+
+    def __init__(self) -> None:
+        self._step = ""
+        self._silent_since = time.monotonic()
+
+    def __enter__(self) -> ProgressLines:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        pass
+
+    def __call__(self, event: Event) -> None:
+        """Show an event of the run."""
+        if isinstance(event, PhaseStarted):
+            self._say(event.phase)
+        elif isinstance(event, StepStarted):
+            self._step = f"step {event.index} of {event.total}"
+            self._say(f"{self._step}: {event.filter}")
+        elif isinstance(event, StepFinished):
+            self._say(f"{self._step}: {event.seconds:.2f} s")
+        elif isinstance(event, StepProgress) and time.monotonic() - self._silent_since > _PATIENCE:
+            self._say(f"{self._step}: {event.fraction:.0%}")
+        elif isinstance(event, Message) and event.level == "info":
+            self._say(f"  {event.text}")
+
+    def _say(self, text: str) -> None:
+        typer.echo(text, err=True)
+        self._silent_since = time.monotonic()
+
+
+class ProgressBar:
+    """A bar over the steps, which also moves within a step whose filter tells how far it is; finished steps stay above it."""
+
+    def __init__(self) -> None:
+        self._bar = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TaskProgressColumn(),
+            TimeElapsedColumn(),
+            console=Console(stderr=True, highlight=False, emoji=False),
+            transient=True,
+        )
+        self._task = self._bar.add_task("starting", total=None)
+        self._step = StepStarted(0, 0, "")
+
+    def __enter__(self) -> ProgressBar:
+        self._bar.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self._bar.stop()
+
+    def __call__(self, event: Event) -> None:
+        """Show an event of the run."""
+        if isinstance(event, PhaseStarted):
+            self._bar.update(self._task, description=event.phase)
+        elif isinstance(event, StepStarted):
+            self._step = event
+            description = escape(f"step {event.index} of {event.total}: {event.filter}")
+            self._bar.update(self._task, description=description, total=event.total, completed=event.index - 1)
+        elif isinstance(event, StepProgress):
+            self._bar.update(self._task, completed=event.index - 1 + event.fraction)
+        elif isinstance(event, StepFinished):
+            self._bar.update(self._task, completed=event.index)
+            self._print(f"{event.index:>3}  {event.seconds:8.2f} s  {self._step.filter}")
+        elif event.level == "info":
+            self._print(f"{'':17}{event.text}")
+
+    def _print(self, text: str) -> None:
+        self._bar.console.print(text, markup=False)
+
+
+def progress() -> ProgressBar | ProgressLines:
+    """What fits where stderr goes."""
+    return ProgressBar() if sys.stderr.isatty() else ProgressLines()

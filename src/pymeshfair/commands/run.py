@@ -1,0 +1,93 @@
+"""``pymeshfair run RECIPE INPUT -o OUTPUT``."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from .json_document import print_document
+from .options import Debug, Json
+
+if TYPE_CHECKING:
+    from ..running.job import Job, RunResult
+
+
+def run(
+    recipe: Annotated[str, typer.Argument(metavar="RECIPE", help="A shipped name or the path of an .mlx file.")],
+    input: Annotated[Path, typer.Argument(metavar="INPUT", help="The mesh file to clean.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="The mesh file to write; its extension is the format.")],
+    set: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="STEP.PARAM=VALUE",
+            help="Another value for a parameter; STEP is a number or a part of the filter's name. May be repeated.",
+        ),
+    ] = None,
+    timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop the run after that time.", min=0.001)] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace OUTPUT, even if it is the input.")] = False,
+    json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Clean a mesh file with a recipe.
+
+    Beside OUTPUT, OUTPUT.provenance.json says how it came about. OUTPUT appears whole or not at all.
+    """
+    from ..recipe import load_recipe
+    from ..running.job import Job
+
+    overrides = tuple(set or ())
+    job = Job(
+        recipe=load_recipe(recipe).override(overrides),
+        input=input,
+        output=output,
+        overwrite=overwrite,
+        timeout=timeout,
+        overrides=overrides,
+        command=tuple(sys.argv),
+    )
+    carry_out(job, json=json)
+
+
+def carry_out(job: Job, *, json: bool) -> None:
+    """Run the job with its progress on stderr, then print what came of it on stdout."""
+    from ..running.supervise import run_job
+    from .progress import progress
+
+    with progress() as show:
+        result = run_job(job, show)
+    for warning in result.warnings:
+        typer.echo(f"{typer.style('warning:', fg='yellow')} {warning}", err=True)
+    if json:
+        print_document(_document(job, result))
+    else:
+        _show(result)
+
+
+def _document(job: Job, result: RunResult) -> dict[str, object]:
+    return {
+        "recipe": job.recipe.name,
+        "input": job.input,
+        "output": result.output,
+        "provenance": result.provenance,
+        "side_files": result.side_files,
+        "seconds": result.seconds,
+        "peak_memory": result.peak_memory,
+        "steps": result.steps,
+        "before": result.before,
+        "after": result.after,
+        "warnings": result.warnings,
+    }
+
+
+def _show(result: RunResult) -> None:
+    from .measures_table import measures_table
+    from .tables import console
+
+    console().print(measures_table({"before": result.before, "after": result.after}))
+    typer.echo(f"\n{len(result.steps)} {'step' if len(result.steps) == 1 else 'steps'} in {result.seconds:.1f} s. Written:")
+    for path in (result.output, *result.side_files, result.provenance):
+        typer.echo(f"  {path}")

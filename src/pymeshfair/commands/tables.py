@@ -1,0 +1,32 @@
+"""Tables and texts on stdout. Texts of users, such as paths with brackets, are never read as rich's markup."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable, Sequence
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+#: one row a line where the output is a file or a pipe: what reads it need not glue lines together
+_UNFOLDED = 500
+
+
+def console() -> Console:
+    """The console on stdout."""
+    width = None if sys.stdout.isatty() or "COLUMNS" in os.environ else _UNFOLDED
+    return Console(width=width, highlight=False, markup=False, emoji=False, soft_wrap=True)
+
+
+def table(headers: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Iterable[int] = ()) -> Table:
+    """A table of texts; the columns in `numbers` are aligned to the right."""
+    result = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    right = set(numbers)
+    for index, header in enumerate(headers):
+        result.add_column(Text(header), justify="right" if index in right else "left", overflow="fold")
+    for row in rows:
+        result.add_row(*map(Text, row))
+    return result

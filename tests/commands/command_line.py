@@ -1,0 +1,47 @@
+"""Runs `pymeshfair` in a process of its own, as a shell does, and without one where that is enough."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from typer.testing import CliRunner, Result
+
+from pymeshfair.commands.app import app
+
+#: the program of the interpreter that runs the tests, whatever else is on the PATH
+COMMAND = [sys.executable, "-c", "from pymeshfair.commands.app import main; main()"]
+
+
+def run_process(
+    *arguments: str | Path, environment: Mapping[str, str] | None = None, timeout: float = 120
+) -> subprocess.CompletedProcess[str]:
+    """A real process, whose stdout and stderr are pipes."""
+    return subprocess.run(
+        [*COMMAND, *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=timeout,
+        env={**os.environ, **(environment or {})},
+    )
+
+
+def invoke(*arguments: str | Path) -> Result:
+    """The same within this process."""
+    return CliRunner().invoke(app, list(map(str, arguments)), prog_name="pymeshfair")
+
+
+def document(printed: str) -> dict[str, Any]:
+    """The one JSON document that stdout holds; NaN and Infinity, which are no JSON, are refused."""
+
+    def refuse(word: str) -> None:
+        raise AssertionError(f"{word} is no JSON")
+
+    read = json.loads(printed, parse_constant=refuse)
+    assert isinstance(read, dict)
+    return read

@@ -1,0 +1,160 @@
+"""What all commands share: help at once, exit codes, one message or one JSON document for an error."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import subprocess
+import sys
+
+import pytest
+import typer
+
+from pymeshfair import recipe
+from pymeshfair.commands.app import app
+from pymeshfair.commands.failure import LIBGL_ADVICE
+
+from .command_line import document, invoke, run_process
+
+#: each takes longer to import than the help may take to appear
+HEAVY = ["numpy", "scipy", "numba", "pymeshlab", "trimesh", "rich", "pymeshfair.declaration", "pymeshfair.registry"]
+COMMANDS = {"demo", "run", "check", "list", "info", "doctor"}
+
+
+def all_commands() -> list[tuple[str, typer.core.TyperCommand]]:
+    """Every command that can be called, with the words that call it."""
+    found = []
+    waiting = [("pymeshfair", typer.main.get_command(app))]
+    while waiting:
+        name, command = waiting.pop()
+        if isinstance(command, typer.core.TyperGroup):
+            waiting += [(f"{name} {n}", c) for n, c in command.commands.items()]
+        else:
+            found.append((name, command))
+    return found
+
+
+def test_help_imports_nothing_heavy() -> None:
+    """Whoever asks for help waits for typer alone."""
+    program = (
+        "import sys\nfrom pymeshfair.commands.app import main\nsys.argv = ['pymeshfair', '--help']\n"
+        f"try: main()\nexcept SystemExit as end: print(end.code, [m for m in {HEAVY} if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    assert done.stdout.splitlines()[-1] == "0 []", done.stderr
+
+
+def test_help_names_every_command() -> None:
+    """The help is a complete list."""
+    shown = invoke("--help")
+    assert shown.exit_code == 0
+    assert {line.split()[0] for line in shown.stdout.partition("Commands:")[2].splitlines() if line.strip()} >= COMMANDS
+
+
+def test_version_is_that_of_the_package() -> None:
+    """`--version` prints what the installed metadata says."""
+    assert invoke("--version").stdout == f"pymeshfair {importlib.metadata.version('pymeshfair')}\n"
+
+
+@pytest.mark.parametrize(("name", "command"), all_commands(), ids=[name for name, _ in all_commands()])
+def test_every_command_has_json_and_debug_and_explains_itself(name: str, command: typer.core.TyperCommand) -> None:
+    """The two options are everywhere, and every command and option has words."""
+    options = {option for parameter in command.params for option in parameter.opts}
+    assert {"--json", "--debug"} <= options
+    assert command.help
+    assert all(getattr(parameter, "help", None) for parameter in command.params)
+
+
+def test_no_command_is_wrong_usage() -> None:
+    """Without a command the help goes to stderr and the exit code is 2."""
+    done = invoke()
+    assert (done.exit_code, done.stdout) == (2, "")
+    assert "Commands:" in done.stderr
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["runn"],
+        ["run", "smooth_taubin"],
+        ["run", "smooth_taubin", "a.ply", "-o", "b.ply", "--timeout", "soon"],
+        ["run", "smooth_taubin", "a.ply", "-o", "b.ply", "--timeout", "-1"],
+        ["run", "smooth_taubin", "a.ply", "b.ply"],
+        ["check"],
+        ["list", "meshes"],
+        ["list"],
+        ["list", "filters", "--origin", "nobody"],
+        ["info"],
+        ["doctor", "--fast"],
+    ],
+    ids=" ".join,
+)
+def test_wrong_usage_ends_with_2_and_one_document(arguments: list[str]) -> None:
+    """A command line that cannot be read is one message on stderr and, if asked for, one document on stdout."""
+    plain, with_json = invoke(*arguments), invoke(*arguments, "--json")
+    assert (plain.exit_code, plain.stdout) == (2, "")
+    assert plain.stderr.startswith("error: ")
+    assert with_json.exit_code == 2
+    error = document(with_json.stdout)["error"]
+    assert error["kind"] == "UsageError"
+    assert error["message"] in with_json.stderr
+
+
+def test_near_misses_are_suggested() -> None:
+    """A mistyped command is answered with the right one."""
+    assert "'check'" in invoke("chekc").stderr
+
+
+def test_unexpected_error_shows_its_traceback_only_with_debug(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A defect is a message and exit code 1; `--debug` adds where it happened."""
+
+    def broken(name: str) -> None:
+        raise ZeroDivisionError("by nothing")
+
+    monkeypatch.setattr(recipe, "load_recipe", broken)
+    plain, debugged, with_json = (invoke("check", "x.mlx", *more) for more in ([], ["--debug"], ["--json"]))
+    assert [plain.exit_code, debugged.exit_code, with_json.exit_code] == [1, 1, 1]
+    assert "ZeroDivisionError: by nothing" in plain.stderr
+    assert "Traceback" not in plain.stderr + plain.stdout
+    assert "Traceback" in debugged.stderr
+    assert document(with_json.stdout)["error"]["kind"] == "ZeroDivisionError"
+
+
+def test_interruption_ends_with_130(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ctrl-C is no failure of the run: it has an exit code and a kind of its own."""
+
+    def interrupted(name: str) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(recipe, "load_recipe", interrupted)
+    done = invoke("check", "x.mlx", "--json")
+    assert done.exit_code == 130
+    assert document(done.stdout)["error"]["kind"] == "Interrupted"
+    assert "Traceback" not in done.stderr
+
+
+def test_missing_libgl_is_answered_with_the_package_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The loader's words about libGL.so.1 are followed by what installs it."""
+
+    def broken(name: str) -> None:
+        raise ImportError("libGL.so.1: cannot open shared object file: No such file or directory")
+
+    monkeypatch.setattr(recipe, "load_recipe", broken)
+    done = invoke("check", "x.mlx")
+    assert done.exit_code == 1
+    assert LIBGL_ADVICE in done.stderr
+    assert "apt install libgl1" in LIBGL_ADVICE
+
+
+def test_a_closed_pipe_is_no_traceback() -> None:
+    """`pymeshfair list filters | head -1` ends quietly."""
+    program = f"{sys.executable} -c 'from pymeshfair.commands.app import main; main()' list filters | head -1"
+    done = subprocess.run(["sh", "-c", program], capture_output=True, text=True, timeout=60)
+    assert "Traceback" not in done.stderr
+    assert len(done.stdout.splitlines()) == 1
+
+
+def test_command_is_installed() -> None:
+    """The package's metadata has the console script `pymeshfair`, and its target answers."""
+    [script] = [e for e in importlib.metadata.entry_points(group="console_scripts") if e.name == "pymeshfair"]
+    assert script.value == "pymeshfair.commands.app:main"
+    assert run_process("--version").returncode == 0

@@ -1,0 +1,65 @@
+"""`pymeshfair list` names the filters and the recipes."""
+
+from __future__ import annotations
+
+import pytest
+
+from pymeshfair.recipe import shipped_recipes
+from pymeshfair.registry import all_filters, custom_filters
+
+from .command_line import document, invoke
+
+
+def test_filters_are_all_there() -> None:
+    """Without a search, every filter of the registry is listed, both kinds."""
+    listed = document(invoke("list", "filters", "--json").stdout)["filters"]
+    assert [f["python_name"] for f in listed] == [f.python_name for f in all_filters()]
+    assert {f["origin"] for f in listed} == {"MeshLab", "pymeshfair"}
+
+
+def test_table_has_one_line_a_filter_where_stdout_is_no_terminal() -> None:
+    """What reads a pipe finds both names and the summary of a filter on one line."""
+    lines = invoke("list", "filters").stdout.splitlines()
+    for known in custom_filters():
+        [line] = [line for line in lines if line.startswith(f"{known.python_name} ")]
+        assert known.name in line
+        assert known.summary in line
+
+
+@pytest.mark.parametrize("origin", ["pymeshfair", "meshlab", "MeshLab"])
+def test_origin_narrows_the_list(origin: str) -> None:
+    """`--origin` takes the name in any case."""
+    listed = document(invoke("list", "filters", "--origin", origin, "--json").stdout)["filters"]
+    assert listed
+    assert {f["origin"].lower() for f in listed} == {origin.lower()}
+
+
+def test_unknown_origin_is_answered_with_those_there_are() -> None:
+    """A wrong origin is wrong usage, and names what it could have been."""
+    done = invoke("list", "filters", "--origin", "blender")
+    assert done.exit_code == 2
+    assert "MeshLab, pymeshfair" in done.stderr
+
+
+@pytest.mark.parametrize("text", ["taubin smooth", "Taubin_Smooth", "smoothing taubin"])
+def test_search_takes_words_in_any_order_case_and_spelling(text: str) -> None:
+    """A filter is found by words of its Python name or its MeshLab name."""
+    listed = document(invoke("list", "filters", text, "--origin", "meshlab", "--json").stdout)["filters"]
+    assert [f["python_name"] for f in listed] == ["apply_coord_taubin_smoothing"]
+
+
+def test_search_without_a_result_says_so() -> None:
+    """Nothing found is no error: an empty list and a sentence on stderr."""
+    done = invoke("list", "filters", "zebra")
+    assert (done.exit_code, done.stdout) == (0, "")
+    assert "'zebra'" in done.stderr
+    assert document(invoke("list", "filters", "zebra", "--json").stdout) == {"filters": []}
+
+
+def test_recipes_are_named_with_their_purpose() -> None:
+    """Every shipped recipe has a title and says for which scans it is."""
+    listed = document(invoke("list", "recipes", "--json").stdout)["recipes"]
+    assert [r["name"] for r in listed] == list(shipped_recipes())
+    assert all(r["title"] and r["for"] and r["steps"] > 0 for r in listed)
+    shown = invoke("list", "recipes").stdout
+    assert all(r["name"] in shown and r["title"] in shown and r["for"] in shown for r in listed)

@@ -1,0 +1,163 @@
+"""The directions of imports, the names of modules and the completeness of declarations, read from the sources."""
+
+from __future__ import annotations
+
+import ast
+import os
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from pymeshfair.registry import broken_plugins, custom_filters
+
+ROOT = Path(__file__).parent.parent
+#: the folders of the packages and the names under which they are imported
+FOLDERS = {
+    "src/pymeshfair": "pymeshfair",
+    "filters": "pymeshfair.filters",
+    "plugins": "pymeshfair.plugins",
+    "mlx_scripts": "pymeshfair.mlx_scripts",
+}
+#: from the ground up: a part of the host imports parts of a lower floor or of its own part
+FLOORS = [
+    {"errors"},
+    {"declaration"},
+    {"meshlab_facts"},
+    {"registry", "layer"},
+    {"scripts"},
+    {"meshset", "recipe"},
+    {"running"},
+    {"commands"},
+]
+#: the modules that may import pymeshlab, all others leave it to them
+TOUCH_PYMESHLAB = {"pymeshfair", "pymeshfair.layer", "pymeshfair.meshset", "pymeshfair.meshlab_facts"}
+#: what plugins may know of the host
+PLUGINS_MAY_IMPORT = {"declaration", "errors", "filters", "plugins"}
+
+
+def sources() -> Iterator[tuple[str, Path]]:
+    """Every module of the product: its dotted name and its file."""
+    for folder, package in FOLDERS.items():
+        for parent, folders, names in os.walk(ROOT / folder):  # does not follow the links in src/pymeshfair
+            folders[:] = sorted(f for f in folders if f != "__pycache__")
+            for name in sorted(n for n in names if n.endswith(".py")):
+                inside = (Path(parent) / name).relative_to(ROOT / folder).with_suffix("")
+                parts = [p for p in inside.parts if p != "__init__"]
+                yield ".".join([package, *parts]), Path(parent) / name
+
+
+MODULES = dict(sources())
+
+
+def imports(module: str) -> set[str]:
+    """The absolute names of everything that a module imports, at its top or within a function."""
+    path = MODULES[module]
+    package = module.split(".") if path.name == "__init__.py" else module.split(".")[:-1]
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            base = package[: len(package) + 1 - node.level] if node.level else []
+            start = ".".join([*base, *(node.module or "").split(".")]).strip(".")
+            # `from . import declaration` names a module, `from .declaration import Filter` a thing within one
+            found |= {f"{start}.{alias.name}" if f"{start}.{alias.name}" in MODULES else start for alias in node.names}
+    return found
+
+
+def part(name: str) -> str:
+    """The part of the host that a dotted name belongs to: ``pymeshfair.running.job`` to ``running``, the package itself to ''."""
+    return f"{name}.".split(".")[1]
+
+
+def ours(module: str) -> set[str]:
+    """What a module imports of pymeshfair."""
+    return {name for name in imports(module) if name.split(".")[0] == "pymeshfair"}
+
+
+HOST = [m for m in MODULES if part(m) not in {"filters", "plugins", "mlx_scripts", ""}]
+FILTERS = [m for m in MODULES if part(m) == "filters"]
+PLUGINS = [m for m in MODULES if part(m) == "plugins"]
+
+
+def test_every_part_of_the_host_has_a_floor() -> None:
+    """A new part of the host is placed before it is used, and no floor names a part that is gone."""
+    assert {part(m) for m in HOST} == set().union(*FLOORS)
+
+
+@pytest.mark.parametrize("module", HOST)
+def test_host_imports_downwards(module: str) -> None:
+    """A module of the host imports its own part, lower floors and the mathematics, and never a plugin."""
+    floor = {name: level for level, names in enumerate(FLOORS) for name in names}
+    own = part(module)
+    for name in ours(module):
+        other = part(name)
+        allowed = other in {"", own, "filters", "mlx_scripts"} or floor.get(other, len(FLOORS)) < floor[own]
+        assert allowed, f"{module} imports {name}"
+
+
+@pytest.mark.parametrize("module", FILTERS)
+def test_filters_know_nothing_of_ours_outside(module: str) -> None:
+    """The mathematics imports neither the host, nor a plugin, nor pymeshlab."""
+    assert not [name for name in ours(module) if part(name) != "filters"]
+    assert "pymeshlab" not in {name.split(".")[0] for name in imports(module)}
+
+
+@pytest.mark.parametrize("module", PLUGINS)
+def test_plugins_know_the_vocabulary_and_the_mathematics(module: str) -> None:
+    """A plugin imports declarations, errors and filters, as a third party's would."""
+    assert {part(name) for name in ours(module)} <= PLUGINS_MAY_IMPORT
+
+
+def test_only_the_modules_next_to_meshlab_import_pymeshlab() -> None:
+    """Whoever wants a mesh asks the layer or the mesh set."""
+    found = {m for m in MODULES if "pymeshlab" in {name.split(".")[0] for name in imports(m)}}
+    assert found <= TOUCH_PYMESHLAB
+
+
+@pytest.mark.parametrize("module", HOST)
+def test_host_never_names_a_plugin(module: str) -> None:
+    """The host finds plugins through entry points: no text of its own holds the name of one, imports included."""
+    names = "|".join(m.removeprefix("pymeshfair.plugins.") for m in PLUGINS if m != "pymeshfair.plugins")
+    assert not re.search(rf"\bplugins[./]({names})\b", MODULES[module].read_text("utf-8"))
+
+
+def test_no_module_is_a_drawer() -> None:
+    """A module is named after what it does."""
+    drawers = {"utils", "util", "helpers", "helper", "common", "misc"}
+    assert not [m for m in MODULES if drawers & {word for name in m.split(".") for word in name.split("_")}]
+
+
+def test_every_module_says_what_it_is() -> None:
+    """A module that holds anything begins with a docstring."""
+    trees = {m: ast.parse(path.read_text("utf-8")) for m, path in MODULES.items()}
+    assert not [m for m, tree in trees.items() if tree.body and not ast.get_docstring(tree)]
+
+
+def test_every_plugin_loads() -> None:
+    """Each of our entry points names a module that loads, and each of its filters was taken."""
+    assert broken_plugins() == ()
+
+
+@pytest.mark.parametrize("declared", custom_filters(), ids=lambda f: f.python_name)
+def test_every_filter_explains_itself(declared: object) -> None:
+    """A filter has a summary, and every parameter a label and a help text that is a sentence."""
+    from pymeshfair.declaration import Filter
+
+    assert isinstance(declared, Filter)
+    assert declared.summary.endswith(".")
+    for parameter in declared.parameters:
+        assert parameter.label, parameter.name
+        assert parameter.help.endswith("."), parameter.name
+
+
+def test_every_reference_is_in_the_bibliography() -> None:
+    """Each key that a declaration or a docstring cites stands in the one bibliography."""
+    known = set(re.findall(r"^@\w+\{([^,\s]+),", (ROOT / "docs/bibliography.bib").read_text("utf-8"), re.MULTILINE))
+    cited = {key for declared in custom_filters() for key in declared.references}
+    for path in MODULES.values():
+        cited |= set(re.findall(r"\[([a-z]+[12]\d{3}[a-z]?)\]", path.read_text("utf-8")))
+    assert cited
+    assert cited <= known, f"not in docs/bibliography.bib: {sorted(cited - known)}"
