@@ -27,13 +27,12 @@ def demo(
     from ..running.job import Job
 
     scan = sample_scan()
-    output = folder / "face_clean.ply"
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise OutputError(folder, error.strerror or str(error)) from error
     typer.echo(f"cleaning {scan} with the recipe {_RECIPE}", err=True)
-    carry_out(Job(load_recipe(_RECIPE), scan, output, overwrite=True, command=tuple(sys.argv)), json=json)
+    carry_out(Job(load_recipe(_RECIPE), scan, folder / "face_clean.ply", command=tuple(sys.argv)), json=json)
     typer.echo(
         f"\nTry next:\n  pymeshfair info {_RECIPE}\n"
         f"  pymeshfair run {_RECIPE} {_quoted(scan)} -o {_quoted(folder / 'smoother.ply')} --set implicit.detail_size=10edge\n"

@@ -1,0 +1,75 @@
+"""`pymeshfair demo` is the first thing that anyone runs."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from pymeshfair.commands.demo import sample_scan
+
+from .command_line import invoke, run_process
+
+
+def test_demo_cleans_the_range_map_and_names_what_to_try_next(tmp_path: Path) -> None:
+    """The scan of 85,849 vertices comes out in fewer pieces and smoother; a second demo in the same folder works too."""
+    folder = tmp_path / "new" / "demo"
+    done = run_process("demo", "-o", folder)
+    assert done.returncode == 0, done.stderr
+    written = folder / "face_clean.ply"
+    assert {p.name for p in folder.iterdir()} == {written.name, f"{written.name}.provenance.json"}
+    assert str(written) in done.stdout
+    before, after = re.search(r"^vertices +([\d,]+) +([\d,]+)", done.stdout, re.MULTILINE).groups()  # type: ignore[union-attr]
+    assert before == "85,849"
+    assert 0.9 * 85_849 < int(after.replace(",", "")) < 85_849
+    before, after = re.search(r"^components +([\d,]+) +([\d,]+)", done.stdout, re.MULTILINE).groups()  # type: ignore[union-attr]
+    assert int(after.replace(",", "")) < int(before.replace(",", ""))
+    before, after = re.search(r"^roughness .*? ([\d.]+) +([\d.]+)", done.stdout, re.MULTILINE).groups()  # type: ignore[union-attr]
+    assert float(after) < float(before) / 2
+    provenance = json.loads((folder / f"{written.name}.provenance.json").read_text("utf-8"))
+    assert provenance
+    again = run_process("demo", "-o", folder)
+    assert again.returncode == 0, again.stderr
+
+
+def test_commands_to_try_next_can_be_copied(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each command that the demo proposes is one that pymeshfair reads, with files that exist."""
+    from pymeshfair.commands import demo
+
+    jobs = []
+    monkeypatch.setattr(demo, "carry_out", lambda job, *, json: jobs.append(job))
+    folder = tmp_path / "a folder"
+    done = invoke("demo", "-o", folder)
+    assert done.exit_code == 0
+    assert jobs[0].input == sample_scan()
+    proposed = [shlex.split(line) for line in done.stderr.splitlines() if line.startswith("  pymeshfair ")]
+    assert [words[1] for words in proposed] == ["info", "run", "list"]
+    for words in proposed:
+        if words[1] != "run":
+            assert invoke(*words[1:]).exit_code == 0
+        else:
+            assert Path(words[3]) == sample_scan()
+            checked = invoke(*words[1:], "--timeout", "0.001")  # read and checked, then stopped
+            assert checked.exit_code == 1
+            assert "the run was given" in checked.stderr
+
+
+def test_a_folder_that_cannot_be_made_is_a_message(tmp_path: Path) -> None:
+    """A file in the way of the folder ends with 1 and names it."""
+    (tmp_path / "demo").write_text("a file", encoding="utf-8")
+    done = invoke("demo", "-o", tmp_path / "demo")
+    assert done.exit_code == 1
+    assert done.stderr.startswith(f"error: cannot write {tmp_path / 'demo'}: ")
+
+
+def test_a_pymeshlab_without_its_samples_is_a_message(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """A pymeshlab from elsewhere than PyPI may lack the scan; the message says so."""
+    from pymeshfair.commands import demo
+
+    monkeypatch.setattr(demo, "_SCAN", Path("nowhere.ply"))
+    done = invoke("demo", "-o", tmp_path)
+    assert done.exit_code == 1
+    assert "came without its samples" in done.stderr

@@ -1,0 +1,93 @@
+"""`pymeshfair info` tells everything about a filter, a recipe or a mesh."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pymeshfair.commands.filter_page import mlx_element
+from pymeshfair.declaration import FilterClass
+from pymeshfair.recipe import load_recipe, shipped_recipes
+from pymeshfair.registry import all_filters, custom_filters, find_filter
+from pymeshfair.scripts import parse_script
+
+from .command_line import document, invoke
+
+OURS = custom_filters()
+
+
+@pytest.mark.parametrize("python_name", [f.python_name for f in OURS])
+def test_page_of_a_filter_holds_its_whole_declaration(python_name: str) -> None:
+    """Names, text, and of every parameter the name, what is allowed, the default and the help are on the page."""
+    known = find_filter(python_name)
+    page = " ".join(invoke("info", python_name).stdout.split())
+    for text in (known.python_name, known.name, known.origin, known.info, *known.references):
+        assert " ".join(text.split()) in page
+    for parameter in known.parameters:
+        assert f" {parameter.name} (default " in page
+        assert " ".join(f"{parameter.label}: {parameter.describe_allowed()}. {parameter.help}".split()) in page
+
+
+@pytest.mark.parametrize("python_name", [f.python_name for f in OURS])
+def test_document_of_a_filter_holds_every_parameter(python_name: str) -> None:
+    """The JSON lists the parameters in declared order with names, type, bounds, default and help."""
+    known = find_filter(python_name)
+    read = document(invoke("info", python_name, "--json").stdout)["filter"]
+    assert FilterClass(sum(FilterClass[name] for name in read["classes"])) == known.classes
+    assert [p["name"] for p in read["parameters"]] == [p.name for p in known.parameters]
+    for told, parameter in zip(read["parameters"], known.parameters, strict=True):
+        assert told["mlx_name"] == parameter.xml_name
+        assert told["help"] == parameter.help
+        assert told["minimum"] == getattr(parameter, "minimum", None)
+        assert parameter.check(told["default"]) == parameter.default
+
+
+def test_a_filter_is_found_by_both_names() -> None:
+    """MeshLab's name tells the same as Python's."""
+    by_python, by_name = (invoke("info", n).stdout for n in ("apply_coord_taubin_smoothing", "Taubin Smooth"))
+    assert by_python == by_name
+    assert "a filter of MeshLab" in by_name
+
+
+def test_shown_script_elements_are_valid_steps() -> None:
+    """What `info` shows as a step of a script is read back as that filter with its defaults, for all filters of both kinds."""
+    steps = "".join(mlx_element(known) for known in all_filters())
+    read = parse_script(f"<!DOCTYPE FilterScript><FilterScript>{steps}</FilterScript>".encode(), "shown.mlx").steps
+    assert [step.filter for step in read] == list(all_filters())
+    for step in read:
+        assert step.values == {p.name: p.default for p in step.filter.parameters if p.default is not None}
+
+
+@pytest.mark.parametrize("name", shipped_recipes())
+def test_page_of_a_recipe_holds_its_head_comment_and_steps(name: str) -> None:
+    """Title, description, every step and every value that the recipe gives are shown."""
+    recipe = load_recipe(name)
+    shown = invoke("info", name).stdout
+    assert recipe.title in shown
+    assert recipe.description in shown
+    for number, step in enumerate(recipe.script.steps, start=1):
+        assert f"{number:>4}  {step.filter.name}  ({step.filter.python_name})" in shown
+    read = document(invoke("info", name, "--json").stdout)["recipe"]
+    assert [s["python_name"] for s in read["steps"]] == [s.filter.python_name for s in recipe.script.steps]
+    assert [list(s["parameters"]) for s in read["steps"]] == [list(s.values) for s in recipe.script.steps]
+
+
+def test_a_recipe_may_be_a_path(tmp_path: Path) -> None:
+    """An .mlx file of the user's is told about like a shipped one."""
+    path = tmp_path / "mine.mlx"
+    path.write_text('<FilterScript><filter name="Select Border"/></FilterScript>', encoding="utf-8")
+    assert "   1  Select Border" in invoke("info", path).stdout
+
+
+@pytest.mark.parametrize(
+    ("asked", "meant"),
+    [("taubin smoth", "Taubin Smooth"), ("clean_rangemap", "clean_range_map"), ("Selct Border", "Select Border")],
+)
+def test_what_is_nothing_is_answered_with_the_nearest_name(asked: str, meant: str) -> None:
+    """Filters and recipes are both suggested; the exit code is that of wrong usage."""
+    done = invoke("info", asked, "--json")
+    assert done.exit_code == 2
+    error = document(done.stdout)["error"]
+    assert (error["kind"], error["suggestion"]) == ("UnknownNameError", meant)
+    assert f"did you mean {meant!r}?" in done.stderr

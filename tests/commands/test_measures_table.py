@@ -1,0 +1,33 @@
+"""The table of before and after."""
+
+from __future__ import annotations
+
+import pytest
+from rich.console import Console
+
+from pymeshfair.commands.measures_table import measures_table
+
+USUAL = ["vertices", "faces", "border edges", "components", "area", "mean edge", "roughness"]
+
+
+def shown(before: dict[str, object], after: dict[str, object], capsys: pytest.CaptureFixture[str]) -> list[list[str]]:
+    """The cells of the table's rows."""
+    Console(width=200).print(measures_table({"before": before, "after": after}))
+    return [[cell for cell in line.split("  ") if cell.strip()] for line in capsys.readouterr().out.splitlines()[2:]]
+
+
+def test_usual_measures_are_always_there(capsys: pytest.CaptureFixture[str]) -> None:
+    """The seven measures of the contract are shown in their order, a missing one as a dash."""
+    rows = shown({"vertices": 1234567, "area": 0.123456789}, {"vertices": 0, "area": 12345678.9}, capsys)
+    assert [row[0].strip().partition(" (")[0] for row in rows] == USUAL
+    cells = {row[0].strip(): [cell.strip() for cell in row[1:]] for row in rows}
+    assert cells["vertices"] == ["1,234,567", "0"]
+    assert cells["area"] == ["0.123457", "1.23457e+07"]
+    assert cells["faces"] == ["-", "-"]
+
+
+def test_rare_measures_are_shown_where_they_say_something(capsys: pytest.CaptureFixture[str]) -> None:
+    """Non-manifold edges are a row if one of the meshes has some; zeros in both are not."""
+    names = [row[0].strip() for row in shown({"non_manifold_edges": 3, "degenerate_faces": 0}, {"degenerate_faces": 0}, capsys)]
+    assert "non-manifold edges" in names
+    assert "degenerate faces" not in names
