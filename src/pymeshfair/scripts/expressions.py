@@ -122,9 +122,11 @@ class _Expression:
 
     def _variable_or_function(self) -> None:
         name = self._word
-        called = self._tokens[self._next + 1].group().strip() == "("
-        if called != (name in FUNCTIONS):
-            self._refuse("is a function and needs parentheses" if not called else f"is not a function of {', '.join(FUNCTIONS)}")
+        called = self._tokens[self._next + 1].group() == "("  # no blank between: muParser does not take one
+        if called and name not in FUNCTIONS:
+            self._refuse(f"is not a function of {', '.join(FUNCTIONS)}")
+        if not called and name in FUNCTIONS:
+            self._refuse("is a function and needs parentheses right after it")
         self._next += 1
         if not called:
             return
