@@ -114,8 +114,14 @@ class Length:
     unit: LengthUnit = "absolute"
 
     def __post_init__(self) -> None:
-        if not math.isfinite(self.amount):
-            raise ParameterError(f"a length must be finite, got {self.amount}")
+        amount = _as_float(self.amount)
+        if amount is None or not math.isfinite(amount):
+            raise ParameterError(f"the amount of a length must be a finite number, got {_shown(self.amount)}")
+        if self.unit not in _LENGTH_SUFFIX:
+            raise ParameterError(
+                f"the unit of a length is one of {', '.join(map(repr, _LENGTH_SUFFIX))}, got {_shown(self.unit)}"
+            )
+        object.__setattr__(self, "amount", amount)  # numpy's numbers print themselves differently
 
     @classmethod
     def parse(cls, text: str) -> Length:
@@ -189,6 +195,16 @@ class Parameter:
             raise ParameterError(f"{self._refuse(number)}: MeshLab keeps numbers in single precision, from 1e-45 to 3.4e38")
 
 
+def _as_float(value: Any) -> float | None:
+    """The float of a real number of Python or numpy; None of anything else, truth values included."""
+    if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Real):
+        return None
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
+
+
 def _shown(value: Any) -> str:
     text = str(value) if isinstance(value, Length) else repr(value)
     return text if len(text) <= 80 else f"{text[:77]}..."
@@ -248,10 +264,8 @@ class Float(Parameter):
         return self.rich_type
 
     def check(self, value: Any) -> float:
-        if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Real):
-            raise self._refuse(value)
-        number = float(value)
-        if not (math.isfinite(number) and _at_least(number, self.minimum) and _at_most(number, self.maximum)):
+        number = _as_float(value)
+        if number is None or not (math.isfinite(number) and _at_least(number, self.minimum) and _at_most(number, self.maximum)):
             raise self._refuse(value)
         self._refuse_what_meshlab_cannot_hold(number)
         return number
@@ -328,7 +342,7 @@ class Mesh(Parameter):
     python_type = int
 
     def check(self, value: Any) -> int:
-        if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Integral) or value < 0:
+        if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Integral) or not 0 <= int(value) < 2**31:
             raise self._refuse(value)
         return int(value)
 
@@ -432,12 +446,12 @@ def _bounds(minimum: float | None, maximum: float | None) -> str:
 
 def _numbers(parameter: Parameter, value: Any, shape: tuple[int, ...]) -> Floats:
     try:
-        array = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
+        array = np.asarray(value)
+    except (TypeError, ValueError):  # rows of different lengths
         raise parameter._refuse(value) from None
-    if array.shape != shape or not np.isfinite(array).all():
+    if array.dtype.kind not in "iuf" or array.shape != shape or not np.isfinite(array).all():
         raise parameter._refuse(value)
-    return array
+    return array.astype(np.float64)
 
 
 # ----------------------------------------------------------------------------------------------------------- layer and edit
@@ -623,6 +637,12 @@ def mesh_filter(
     """
 
     def declare(function: Callable[..., Edit]) -> Filter:
+        parameters = tuple(_parameters(function))
+        in_scripts = [p.xml_name for p in parameters]
+        if len(set(in_scripts)) != len(in_scripts):
+            raise DeclarationError(
+                f"{function.__module__}.{function.__name__}: two parameters share a name in scripts, {in_scripts}"
+            )
         return Filter(
             python_name=function.__name__,
             name=name,
@@ -631,7 +651,7 @@ def mesh_filter(
             requires=requires,
             changes=changes,
             arity=arity,
-            parameters=tuple(_parameters(function)),
+            parameters=parameters,
             references=tuple(references),
             origin=function.__module__.partition(".")[0],
             function=function,
@@ -645,15 +665,40 @@ def _parameters(function: Callable[..., Edit]) -> Iterable[Parameter]:
     hints = typing.get_type_hints(function, include_extras=True)
     if not inspect.getdoc(function):
         raise DeclarationError(f"{where} has no docstring; it is the filter's description")
-    for index, argument in enumerate(inspect.signature(function).parameters.values()):
-        if index == 0 or argument.name == "progress":
+    arguments = list(inspect.signature(function).parameters.values())
+    if not arguments or arguments[0].kind not in (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD):
+        raise DeclarationError(f"{where} must take the layer as its first, positional parameter")
+    for argument in arguments[1:]:
+        if argument.name == "progress":
             continue
         if argument.kind is not argument.KEYWORD_ONLY:
             raise DeclarationError(f"{where}: parameter {argument.name!r} must be keyword-only")
-        described = [x for x in getattr(hints[argument.name], "__metadata__", ()) if isinstance(x, Parameter)]
+        hint = hints.get(argument.name)
+        described = [x for x in getattr(hint, "__metadata__", ()) if isinstance(x, Parameter)]
         if len(described) != 1:
             raise DeclarationError(f"{where}: annotate {argument.name!r} as Annotated[type, Float(...)] or another parameter")
+        _check_consistent(described[0], typing.get_args(hint)[0], f"{where}: parameter {argument.name!r}")
         yield _completed(described[0], argument, where)
+
+
+_PLAIN_TYPES = (bool, int, float, str)
+
+
+def _check_consistent(described: Parameter, annotated: Any, where: str) -> None:
+    """Raise `DeclarationError` if a parameter's type, bounds and choices contradict each other."""
+    minimum, maximum = getattr(described, "minimum", None), getattr(described, "maximum", None)
+    if minimum is not None and maximum is not None and minimum > maximum:
+        raise DeclarationError(f"{where} has the minimum {minimum} above the maximum {maximum}")
+    if isinstance(described, Enum):
+        if not described.choices or len(set(described.choices)) != len(described.choices):
+            raise DeclarationError(f"{where} needs choices, each of them once; it has {described.choices}")
+        if typing.get_origin(annotated) is Literal and not set(described.choices) <= set(typing.get_args(annotated)):
+            raise DeclarationError(f"{where} offers {described.choices}, but its type allows {typing.get_args(annotated)}")
+    elif described.python_type in _PLAIN_TYPES and annotated in _PLAIN_TYPES and annotated is not described.python_type:
+        kind = type(described).__name__
+        raise DeclarationError(
+            f"{where} is annotated as {annotated.__name__}, but {kind} hands over {described.python_type.__name__}"
+        )
 
 
 def _completed(described: Parameter, argument: inspect.Parameter, where: str) -> Parameter:

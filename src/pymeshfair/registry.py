@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import functools
 import importlib.metadata
+import keyword
 import traceback
-from collections.abc import Iterator
+from collections.abc import Iterable, Set
 from dataclasses import dataclass, replace
 
 from .declaration import Filter, nearest
@@ -73,7 +74,7 @@ def find_filter(name: str) -> Filter:
     try:
         return known[name]
     except KeyError:
-        near = nearest(name, known)
+        near = _nearest(name, known)
         hint = f"; did you mean {near!r}?" if near else "; `pymeshfair list filters` names them all"
         raise UnknownNameError(f"there is no filter {name!r}{hint}", suggestion=near) from None
 
@@ -83,35 +84,82 @@ def reload_plugins() -> None:
     _load.cache_clear()
 
 
+def _nearest(name: str, known: Iterable[str]) -> str | None:
+    """The nearest Python name to what looks like one, else the nearest GUI name; if there is none, the nearest of either."""
+    names = list(known)
+    alike = [n for n in names if _looks_like_python(n) == _looks_like_python(name)]
+    return nearest(name, alike) or nearest(name, names)
+
+
+def _looks_like_python(name: str) -> bool:
+    return name.isidentifier() and "_" in name
+
+
 @functools.cache
 def _load() -> _Registry:
     taken = {name for known in meshlab_filters() for name in (known.python_name, known.name)}
     custom: list[Filter] = []
     broken: list[BrokenPlugin] = []
-    for entry in _entry_points():
-        distribution = entry.dist.name if entry.dist else "?"
-        written = f"{entry.name} = {entry.value}"
+    for plugin in _plugins(broken):
         try:
-            declared = [f for f in vars(entry.load()).values() if isinstance(f, Filter)]
-        except Exception as error:
-            reason = f"{type(error).__name__}: {error}"
-            broken.append(BrokenPlugin(distribution, written, reason, traceback.format_exc()))
+            declared = plugin.filters()
+        except (Exception, SystemExit) as error:
+            broken.append(plugin.broken(f"{type(error).__name__}: {error}", traceback.format_exc()))
             continue
+        if not declared:
+            broken.append(plugin.broken("declares no filter"))
         for found in declared:
-            clash = {found.python_name, found.name} & taken
-            if clash:
-                reason = f"filter {found.python_name!r}: the name {min(clash)!r} is taken by another filter"
-                broken.append(BrokenPlugin(distribution, written, reason))
+            if any(found.function is other.function for other in custom):
+                continue  # imported from another plugin, or under a second name
+            reason = _why_unusable(found, taken)
+            if reason is not None:
+                broken.append(plugin.broken(f"filter {found.python_name!r} {reason}"))
                 continue
             taken |= {found.python_name, found.name}
-            custom.append(replace(found, origin=distribution))
+            custom.append(replace(found, origin=plugin.distribution))
     custom.sort(key=lambda f: (f.origin != "pymeshfair", f.python_name))
     return _Registry({f.python_name: f for f in custom}, tuple(broken))
 
 
-def _entry_points() -> Iterator[importlib.metadata.EntryPoint]:
-    """The plugins' entry points, ours first so that no other package can take a name of ours."""
-    found = importlib.metadata.entry_points(group=ENTRY_POINT_GROUP)
-    return iter(
-        sorted(found, key=lambda e: (e.dist is None or e.dist.name != "pymeshfair", e.dist.name if e.dist else "", e.name))
-    )
+@dataclass(frozen=True)
+class _Plugin:
+    distribution: str
+    entry: importlib.metadata.EntryPoint
+
+    def filters(self) -> list[Filter]:
+        loaded = self.entry.load()
+        return [loaded] if isinstance(loaded, Filter) else [f for f in vars(loaded).values() if isinstance(f, Filter)]
+
+    def broken(self, reason: str, details: str = "") -> BrokenPlugin:
+        return BrokenPlugin(self.distribution, f"{self.entry.name} = {self.entry.value}", reason, details)
+
+
+def _why_unusable(found: Filter, taken: Set[str]) -> str | None:
+    if found.function is None:
+        return "has no function"
+    if not found.python_name.isidentifier() or keyword.iskeyword(found.python_name) or not found.name.strip():
+        return f"needs a Python name and a name for menus; they are {found.python_name!r} and {found.name!r}"
+    clash = {found.python_name, found.name} & taken
+    return f"cannot be added: the name {min(clash)!r} is taken by another filter" if clash else None
+
+
+def _plugins(broken: list[BrokenPlugin]) -> list[_Plugin]:
+    """The plugins by their packages' names, ours first so that no other package can take a name of ours."""
+    found: dict[str, list[_Plugin]] = {}
+    for distribution in importlib.metadata.distributions():
+        # Each package's metadata apart: importlib's own entry_points() fails as a whole on one broken package.
+        try:
+            text = distribution.read_text("entry_points.txt")
+            if not text or ENTRY_POINT_GROUP not in text:
+                continue
+            name = str(distribution.metadata["Name"] or "?")
+            if name in found:
+                continue  # the same package further down sys.path
+            entries = distribution.entry_points.select(group=ENTRY_POINT_GROUP)
+            found[name] = [_Plugin(name, entry) for entry in sorted(entries, key=lambda e: e.name)]
+        except Exception as error:
+            place = getattr(distribution, "_path", "?")
+            broken.append(
+                BrokenPlugin(str(place), "entry_points.txt", f"{type(error).__name__}: {error}", traceback.format_exc())
+            )
+    return [plugin for name in sorted(found, key=lambda n: (n != "pymeshfair", n)) for plugin in found[name]]
