@@ -11,7 +11,7 @@ from .laplacian import Laplacian, assemble_stiffness, ring_sums
 from .mass import mixed_voronoi_areas
 from .scale import scaled_to_unit
 
-#: A triangle whose doubled area is below this share of its longest edge squared is given that area in the cotangents, which
+#: A triangle whose doubled area is below this share of the sum of its squared edges is given that area in the cotangents, which
 #: keeps them below 1e10. A triangle of three coincident vertices contributes nothing.
 SMALLEST_AREA = 1e-10
 
@@ -69,21 +69,23 @@ def _ring_weights(vertices: Floats, faces: Ints) -> tuple[OneRings, Floats]:
 
 
 @njit(cache=True)
-def halved_cotangents(ux: float, uy: float, uz: float, vx: float, vy: float, vz: float) -> tuple[float, float]:
-    """Half the cotangents at u and at v of the triangle (0, u, v)."""
-    uu = ux * ux + uy * uy + uz * uz
-    vv = vx * vx + vy * vy + vz * vz
+def halved_cotangents(
+    ux: float, uy: float, uz: float, uu: float, vx: float, vy: float, vz: float, vv: float
+) -> tuple[float, float]:
+    """Half the cotangents at u and at v of the triangle (0, u, v), given also the squared lengths of u and v."""
     dx, dy, dz = vx - ux, vy - uy, vz - uz
-    longest = max(uu, vv, dx * dx + dy * dy + dz * dz)
-    if longest == 0.0:
-        return 0.0, 0.0
     cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    half = 0.5 / max(math.sqrt(cx * cx + cy * cy + cz * cz), SMALLEST_AREA * longest)
+    smallest = SMALLEST_AREA * (uu + vv + (dx * dx + dy * dy + dz * dz))
+    doubled = max(math.sqrt(cx * cx + cy * cy + cz * cz), smallest)
+    if doubled == 0.0:
+        return 0.0, 0.0
+    half = 0.5 / doubled
     return -(ux * dx + uy * dy + uz * dz) * half, (vx * dx + vy * dy + vz * dz) * half
 
 
 @njit(cache=True)
-def _position(neighbours: Ints, start: int, stop: int, j: int) -> int:
+def position(neighbours: Ints, start: int, stop: int, j: int) -> int:
+    """Where j is in ``neighbours[start:stop]``, which is ascending and has it."""
     while stop - start > 1:
         middle = (start + stop) // 2
         if neighbours[middle] <= j:
@@ -99,8 +101,8 @@ def _add_cotangents(points: Floats, end_offsets: Longs, ends: Ints, offsets: Lon
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         for k in range(end_offsets[i], end_offsets[i + 1], 2):
             a, b = ends[k], ends[k + 1]
-            at_a, at_b = halved_cotangents(
-                points[a, 0] - x, points[a, 1] - y, points[a, 2] - z, points[b, 0] - x, points[b, 1] - y, points[b, 2] - z
-            )
-            weights[_position(neighbours, offsets[i], offsets[i + 1], b)] += at_a
-            weights[_position(neighbours, offsets[i], offsets[i + 1], a)] += at_b
+            ux, uy, uz = points[a, 0] - x, points[a, 1] - y, points[a, 2] - z
+            vx, vy, vz = points[b, 0] - x, points[b, 1] - y, points[b, 2] - z
+            at_a, at_b = halved_cotangents(ux, uy, uz, ux * ux + uy * uy + uz * uz, vx, vy, vz, vx * vx + vy * vy + vz * vz)
+            weights[position(neighbours, offsets[i], offsets[i + 1], b)] += at_a
+            weights[position(neighbours, offsets[i], offsets[i + 1], a)] += at_b

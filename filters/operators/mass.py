@@ -36,8 +36,8 @@ def mixed_voronoi_areas(vertices: Floats, faces: Ints) -> Floats:
 
 
 @njit(cache=True)
-def mixed_share(ux: float, uy: float, uz: float, vx: float, vy: float, vz: float) -> float:
-    """The mixed Voronoi area that corner 0 owns of the triangle (0, u, v)."""
+def mixed_share(ux: float, uy: float, uz: float, uu: float, vx: float, vy: float, vz: float, vv: float) -> float:
+    """The mixed Voronoi area that corner 0 owns of the triangle (0, u, v), given also the squared lengths of u and v."""
     cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
     doubled = math.sqrt(cx * cx + cy * cy + cz * cz)
     if doubled == 0.0:
@@ -49,7 +49,7 @@ def mixed_share(ux: float, uy: float, uz: float, vx: float, vy: float, vz: float
     at_v = vx * dx + vy * dy + vz * dz
     if at_u < 0.0 or at_v < 0.0:
         return 0.125 * doubled
-    return ((vx * vx + vy * vy + vz * vz) * (at_u / doubled) + (ux * ux + uy * uy + uz * uz) * (at_v / doubled)) * 0.125
+    return (vv * (at_u / doubled) + uu * (at_v / doubled)) * 0.125
 
 
 @njit(cache=True, parallel=True)
@@ -71,7 +71,7 @@ def _sum_mixed(points: Floats, offsets: Longs, ends: Ints, areas: Floats) -> Non
         total = 0.0
         for k in range(offsets[i], offsets[i + 1], 2):
             a, b = ends[k], ends[k + 1]
-            total += mixed_share(
-                points[a, 0] - x, points[a, 1] - y, points[a, 2] - z, points[b, 0] - x, points[b, 1] - y, points[b, 2] - z
-            )
+            ux, uy, uz = points[a, 0] - x, points[a, 1] - y, points[a, 2] - z
+            vx, vy, vz = points[b, 0] - x, points[b, 1] - y, points[b, 2] - z
+            total += mixed_share(ux, uy, uz, ux * ux + uy * uy + uz * uz, vx, vy, vz, vx * vx + vy * vy + vz * vz)
         areas[i] = total

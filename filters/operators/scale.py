@@ -28,3 +28,15 @@ def unit_scale(vertices: Floats) -> float:
     if extent == 0.0:
         return 1.0
     return math.ldexp(1.0, int(np.clip(-math.frexp(extent)[1], -1000, 1000)))
+
+
+def centred_and_scaled(vertices: Floats) -> tuple[Floats, float]:
+    """As `scaled_to_unit`, with the middle of the box at the origin, where coordinates are as exact as they can be.
+
+    For points far from the origin, such as geo-referenced ones, compute a displacement here and add it to the original.
+    """
+    if len(vertices) == 0:
+        return vertices, 1.0
+    scale = unit_scale(vertices)
+    middle = vertices.max(axis=0) * 0.5 + vertices.min(axis=0) * 0.5
+    return (vertices - middle) * scale, scale

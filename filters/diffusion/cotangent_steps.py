@@ -1,0 +1,170 @@
+"""One diffusion step of the cotangent operators: compiled kernels that compute the weights as they go round each star.
+
+Each kernel takes the points of one moment and writes those of the next for the listed vertices; the others keep what `out`
+holds. `rule` says what the weighted sum of a star's edges is divided by.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit, prange
+
+from ..operators.cotangent import halved_cotangents, position
+from ..operators.mass import mixed_share
+from ..topology import Floats, Ints, Longs
+
+#: the sum of the weights' sizes; the mixed Voronoi area; MeshLab's sum of the doubled weights, plus one
+NORMALISED, BY_AREA, MESHLAB = 0, 1, 2
+
+_U: Any = np.uint64
+
+
+@njit(cache=True)
+def _share(rule: int, step: float, total: float, size: float, area: float) -> float:
+    """What the weighted sum of edges is multiplied by; 0 where the operator is not defined."""
+    if rule == NORMALISED:
+        return step / size if size > 0.0 else 0.0
+    if rule == BY_AREA:
+        return step / area if area > 0.0 else 0.0
+    return 2.0 / (2.0 * total + 1.0) if total > 0.0 else 0.0
+
+
+@njit(cache=True, parallel=True)
+def star_step(
+    points: Floats, out: Floats, which: Ints, closed: bool, offsets: Longs, neighbours: Ints, rule: int, step: float
+) -> float:
+    """A step of vertices whose neighbours are in the order of a walk: round a closed star, or (not `closed`) across an open one.
+
+    Returns Gershgorin's bound of the spectrum of -L, by area.
+    """
+    bound = 0.0
+    for m in prange(which.shape[0]):
+        i = _U(which[m])
+        row = _walk_star(points, out, i, closed, neighbours, _U(offsets[i]), _U(offsets[i + _U(1)]), rule, step)
+        bound = max(bound, row)
+    return bound
+
+
+@njit(cache=True)
+def _walk_star(
+    points: Floats, out: Floats, i: int, closed: bool, neighbours: Ints, start: int, stop: int, rule: int, step: float
+) -> float:
+    px, py, pz = points[i, 0], points[i, 1], points[i, 2]
+    x = y = z = total = size = area = 0.0
+    # Edge u, the triangle (u, v), edge v, and so on. The weight of an edge is known once both its triangles are.
+    begin = start if closed else start + _U(1)
+    j = _U(neighbours[stop - _U(1)]) if closed else _U(neighbours[start])
+    ux, uy, uz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
+    uu = ux * ux + uy * uy + uz * uz
+    weight = first = 0.0
+    for k in range(begin, stop):
+        j = _U(neighbours[k])
+        vx, vy, vz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
+        vv = vx * vx + vy * vy + vz * vz
+        at_u, at_v = halved_cotangents(ux, uy, uz, uu, vx, vy, vz, vv)
+        if rule == BY_AREA:
+            area += mixed_share(ux, uy, uz, uu, vx, vy, vz, vv)
+        if k == start:
+            first = at_v
+        else:
+            weight += at_v
+            x += weight * ux
+            y += weight * uy
+            z += weight * uz
+            total += weight
+            size += abs(weight)
+        weight = at_u
+        ux, uy, uz, uu = vx, vy, vz, vv
+    weight += first
+    x += weight * ux
+    y += weight * uy
+    z += weight * uz
+    total += weight
+    size += abs(weight)
+    share = _share(rule, step, total, size, area)
+    out[i, 0] = px + share * x
+    out[i, 1] = py + share * y
+    out[i, 2] = pz + share * z
+    return (total + size) / area if area > 0.0 else 0.0
+
+
+@njit(cache=True)
+def irregular_step(
+    points: Floats,
+    out: Floats,
+    which: Ints,
+    offsets: Longs,
+    neighbours: Ints,
+    corner_offsets: Longs,
+    corners: Ints,
+    rule: int,
+    step: float,
+) -> float:
+    """As `star_step`, for vertices whose neighbours are ascending and whose triangles come in any order."""
+    bound = 0.0
+    for i in which:
+        start, stop = offsets[i], offsets[i + 1]
+        weights = np.zeros(stop - start)
+        area = 0.0
+        for k in range(corner_offsets[i], corner_offsets[i + 1], 2):
+            a, b = corners[k], corners[k + 1]
+            ux, uy, uz = points[a, 0] - points[i, 0], points[a, 1] - points[i, 1], points[a, 2] - points[i, 2]
+            vx, vy, vz = points[b, 0] - points[i, 0], points[b, 1] - points[i, 1], points[b, 2] - points[i, 2]
+            uu = ux * ux + uy * uy + uz * uz
+            vv = vx * vx + vy * vy + vz * vz
+            at_a, at_b = halved_cotangents(ux, uy, uz, uu, vx, vy, vz, vv)
+            weights[position(neighbours, start, stop, b) - start] += at_a
+            weights[position(neighbours, start, stop, a) - start] += at_b
+            area += mixed_share(ux, uy, uz, uu, vx, vy, vz, vv)
+        total = weights.sum()
+        size = np.abs(weights).sum()
+        share = _share(rule, step, total, size, area)
+        for c in range(3):
+            change = 0.0
+            for k in range(start, stop):
+                change += weights[k - start] * (points[neighbours[k], c] - points[i, c])
+            out[i, c] = points[i, c] + share * change
+        if area > 0.0:
+            bound = max(bound, (total + size) / area)
+    return bound
+
+
+@njit(cache=True, parallel=True)
+def element_bound(points: Floats, faces: Ints) -> float:
+    """A bound of the spectrum of -L by area: the largest eigenvalue of a single triangle's own M^-1 C.
+
+    The operator's stiffness and areas are sums over the triangles, so that no eigenvalue of the whole lies above those of the
+    parts [irons1971]. It is exact on a lattice of equilateral triangles, where Gershgorin's bound is 4/3 of the truth.
+    """
+    bound = 0.0
+    for f in prange(faces.shape[0]):
+        bound = max(bound, _largest_eigenvalue(points, faces[f, 0], faces[f, 1], faces[f, 2]))
+    return bound
+
+
+@njit(cache=True)
+def _largest_eigenvalue(points: Floats, a: int, b: int, c: int) -> float:
+    if a == b or b == c or c == a:
+        return 0.0
+    wa, wb, wc, ma, mb, mc = _element(points, a, b, c)
+    if ma == 0.0 or mb == 0.0 or mc == 0.0:
+        return np.inf if wa != 0.0 or wb != 0.0 or wc != 0.0 else 0.0
+    trace = (wb + wc) / ma + (wc + wa) / mb + (wa + wb) / mc
+    minors = (wa * wb + wb * wc + wc * wa) * (1.0 / (ma * mb) + 1.0 / (mb * mc) + 1.0 / (mc * ma))
+    return 0.5 * (trace + math.sqrt(max(trace * trace - 4.0 * minors, 0.0)))
+
+
+@njit(cache=True)
+def _element(points: Floats, a: int, b: int, c: int) -> tuple[float, float, float, float, float, float]:
+    """The halved cotangents at the three corners, and the area that each of them owns."""
+    ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
+    vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
+    dx, dy, dz = vx - ux, vy - uy, vz - uz
+    uu, vv, dd = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, dx * dx + dy * dy + dz * dz
+    at_b, at_c = halved_cotangents(ux, uy, uz, uu, vx, vy, vz, vv)
+    _, at_a = halved_cotangents(dx, dy, dz, dd, -ux, -uy, -uz, uu)
+    of_a = mixed_share(ux, uy, uz, uu, vx, vy, vz, vv)
+    of_b = mixed_share(dx, dy, dz, dd, -ux, -uy, -uz, uu)
+    of_c = mixed_share(-vx, -vy, -vz, vv, -dx, -dy, -dz, dd)
+    return at_a, at_b, at_c, of_a, of_b, of_c

@@ -1,0 +1,77 @@
+"""Explicit Euler steps of the diffusion equation: every vertex a little way towards its neighbours, all at once."""
+
+import math
+
+from numpy.typing import ArrayLike
+
+from ..errors import FilterInputError
+from ..operators.build import OperatorName
+from ..progress import Progress, ignore_progress
+from ..topology import Floats, check_mesh
+from .border import BorderPolicy
+from .march import NORMALISED_OPERATORS, march
+from .stencil import UpdateRule
+
+__all__ = ["UpdateRule", "explicit_smoothing"]
+
+
+def explicit_smoothing(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    *,
+    operator: OperatorName = "uniform",
+    step: float = 0.5,
+    iterations: int = 10,
+    border: BorderPolicy = "along",
+    movable: ArrayLike | None = None,
+    update: UpdateRule = "euler",
+    progress: Progress = ignore_progress,
+) -> Floats:
+    """p_i <- p_i + step (L p)_i for all vertices at once, again and again [taubin1995, desbrun1999].
+
+    Each step damps the mode of eigenvalue -k of L by the factor 1 - step k. Closed surfaces shrink; see `taubin_fairing` for one
+    that does not, and `implicit_fairing` for strong smoothing in one step of any length.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles. With none of them and the operator "robust" the vertices are a point cloud.
+        operator: the Laplace operator L; see `build_laplacian`. Weights that depend on lengths or angles are computed anew for
+            every step; those of "robust" once, for the input.
+        step: larger is smoother. For "uniform", "inverse_length" and "cotangent" a share, above 0 and at most 1. For the others
+            a time in squared mesh units, stable up to 2 / rho with rho the largest eigenvalue of -L. Of rho an upper bound is
+            used, so that a step that passes is stable: for "scale_dependent" and "robust" Gershgorin's, for "laplace_beltrami"
+            the better of that and the largest eigenvalue of a single triangle [irons1971], exact on equilateral triangles.
+        iterations: number of steps. More are smoother; the time is proportional.
+        border: what the vertices on borders do; see `BorderPolicy`.
+        movable: (n,) bool, which vertices may move, None for all. The others stay where they are and are seen by those that do.
+        update: "euler", the equation above; or "meshlab", the rule of MeshLab's Laplacian Smooth, for "uniform" and
+            "cotangent": p_i <- (p_i + sum_j w_ij p_j) / (1 + sum_j w_ij) with w_ij the number of faces at the edge, or the sum
+            of the cotangents there, and along borders (2 p_i + p_prev + p_next) / 4. That is an Euler step of
+            sum_j w_ij / (1 + sum_j w_ij), different at every vertex; `step` is not used, and negative cotangents are not tamed.
+        progress: called after every step.
+
+    Returns:
+        (n, 3) float64. Vertices that do not move keep every bit: those that no face uses, that are not `movable`, or on a fixed
+        border. Deterministic, for any number of threads.
+
+    Raises:
+        FilterInputError: not a mesh, a parameter out of range, too few points in a cloud.
+        UnstableStepError: the step is longer than the largest stable one, which the error names, or than has become stable
+            while the surface shrank.
+    """
+    points, triangles = check_mesh(vertices, faces)
+    normalised = operator in NORMALISED_OPERATORS
+    if update == "euler" and not (math.isfinite(step) and step > 0.0 and (step <= 1.0 or not normalised)):
+        allowed = "above 0 and at most 1" if normalised else "finite and above 0"
+        raise FilterInputError(f"step {step} is not {allowed}, as the operator {operator!r} takes it")
+    return march(
+        points,
+        triangles,
+        steps=(step,),
+        iterations=iterations,
+        operator=operator,
+        border=border,
+        movable=movable,
+        update=update,
+        progress=progress,
+    )

@@ -1,0 +1,91 @@
+"""Repeating explicit steps, on a mesh of any size and place and with its vertices in any order."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import FilterInputError, UnstableStepError
+from ..locality import local_order, renumbered
+from ..operators.build import OperatorName
+from ..operators.scale import centred_and_scaled
+from ..parallel import threads_for
+from ..progress import Progress
+from ..topology import Bools, Floats, Ints
+from .border import BorderPolicy
+from .stencil import UpdateRule, explicit_stencil
+
+#: operators without a unit, whose spectrum lies in [-2, 0] on every mesh
+NORMALISED_OPERATORS: tuple[OperatorName, ...] = ("uniform", "inverse_length", "cotangent")
+
+
+def march(
+    vertices: Floats,
+    faces: Ints,
+    *,
+    steps: Sequence[float],
+    iterations: int,
+    operator: OperatorName,
+    border: BorderPolicy,
+    movable: ArrayLike | None,
+    update: UpdateRule,
+    progress: Progress,
+) -> Floats:
+    """The vertices after `iterations` times all the `steps`; see `explicit_smoothing` for the rest.
+
+    It works on the mesh moved to the origin, scaled by a power of two and, if large, renumbered by place, and adds the
+    displacement to the input: a vertex that does not move keeps every bit, and one far from the origin loses none to the sums.
+    """
+    moves = _checked(movable, len(vertices))
+    if iterations != int(iterations) or iterations < 0:
+        raise FilterInputError(f"iterations is {iterations}: it is a whole number of at least 0")
+    start, scale = centred_and_scaled(vertices)
+    order = local_order(start, faces)
+    if order is not None:
+        start, faces = renumbered(start, faces, order)
+        moves = None if moves is None else moves[order]
+    with threads_for(len(vertices)):
+        advance = explicit_stencil(start, faces, operator, border=border, movable=moves, update=update)
+        now, following = start.copy(), start.copy()
+        for iteration in range(int(iterations)):
+            for step in steps:
+                scaled_step = step if operator in NORMALISED_OPERATORS else step * scale * scale
+                bound = advance(now, following, scaled_step)
+                if operator not in NORMALISED_OPERATORS and scaled_step * bound > 2.0:
+                    raise _unstable(operator, step, 2.0 / bound / scale / scale, iteration)
+                now, following = following, now
+            progress((iteration + 1) / iterations)
+    displacement = (now - start) / scale
+    if not np.isfinite(displacement).all():
+        raise FilterInputError(
+            f"the vertices left all bounds within {iterations} iterations; take fewer, or update='euler', which cannot"
+        )
+    result = vertices.copy()
+    # Adding 0 would turn a coordinate of -0.0 into 0.0.
+    if order is None:
+        np.add(vertices, displacement, out=result, where=displacement != 0.0)
+    else:
+        moved = (displacement != 0.0).any(axis=1)
+        result[order[moved]] += displacement[moved]
+    return result
+
+
+def _checked(movable: ArrayLike | None, n_vertices: int) -> Bools | None:
+    if movable is None:
+        return None
+    mask = np.asarray(movable)
+    if mask.dtype != np.bool_ or mask.shape != (n_vertices,):
+        raise FilterInputError(
+            f"movable must be a boolean array of {n_vertices} values, one a vertex, got shape {mask.shape} of {mask.dtype}"
+        )
+    return mask
+
+
+def _unstable(operator: OperatorName, step: float, largest: float, iteration: int) -> UnstableStepError:
+    when = "" if iteration == 0 else f" after {iteration} iterations, which have shrunk the surface"
+    return UnstableStepError(
+        f"step {step:g} is longer than the largest stable one of operator {operator!r} on this mesh, {largest:g} squared mesh "
+        f"units{when}: take that or less (the shortest edges and the thinnest triangles decide; repairing them helps), or "
+        "implicit fairing, which is stable for any step",
+        largest_stable=largest,
+    )

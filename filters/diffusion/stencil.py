@@ -1,0 +1,179 @@
+"""One explicit step of an operator on a mesh: which vertices move, by which kernel, and how long a step may be."""
+
+from collections.abc import Callable
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from ..errors import FilterInputError
+from ..operators.build import OPERATOR_NAMES, OperatorName, build_laplacian
+from ..operators.inverse_length import SHORTEST_EDGE
+from ..operators.laplacian import Laplacian
+from ..stars import IRREGULAR, OPEN, Stars, stars
+from ..topology import Bools, Floats, Ints, Longs
+from .border import CURVE_OPERATOR, BorderPolicy, curve_laplacian
+from .cotangent_steps import BY_AREA, MESHLAB, NORMALISED, element_bound, irregular_step, star_step
+from .ring_steps import length_step, sum_ring_lengths, uniform_step, weighted_step
+from .roles import Roles, assign_roles
+
+#: "euler": p + step (L p). "meshlab": MeshLab's own rule, which averages the vertex in.
+UpdateRule: TypeAlias = Literal["euler", "meshlab"]
+UPDATE_RULES: tuple[UpdateRule, ...] = ("euler", "meshlab")
+
+#: Takes the points of one moment, an array that receives those of the next, and the step; vertices that do not move keep what the
+#: array holds. Returns an upper bound of the spectrum of -L: a step of at most 2 / bound amplifies no mode.
+Advance: TypeAlias = Callable[[Floats, Floats, float], float]
+
+
+def explicit_stencil(
+    points: Floats,
+    faces: Ints,
+    operator: OperatorName,
+    *,
+    border: BorderPolicy,
+    movable: Bools | None,
+    update: UpdateRule = "euler",
+) -> Advance:
+    """The step of `operator` on a mesh, its weights taken from the points of the moment ("robust": from those given here).
+
+    Args:
+        points: (n, 3) coordinates of ordinary size (see `scaled_to_unit`).
+        faces: (m, 3) triangles, or (0, 3) for a point cloud.
+        operator: see `build_laplacian`.
+        border: see `BorderPolicy`.
+        movable: (n,) which vertices may move, None for all.
+        update: "meshlab" for the operators "uniform" and "cotangent" alone; the step is then not used.
+
+    Raises:
+        FilterInputError: an unknown name, or a combination that does not exist.
+    """
+    if operator not in OPERATOR_NAMES:
+        raise FilterInputError(f"operator {operator!r} is not one of {', '.join(map(repr, OPERATOR_NAMES))}")
+    if update not in UPDATE_RULES:
+        raise FilterInputError(f"update {update!r} is not one of {', '.join(map(repr, UPDATE_RULES))}")
+    if update == "meshlab" and operator not in ("uniform", "cotangent"):
+        raise FilterInputError(f"MeshLab's update rule knows the operators 'uniform' and 'cotangent', not {operator!r}")
+    if len(faces) == 0 and len(points) > 0:
+        if operator != "robust":
+            raise FilterInputError(f"operator {operator!r} needs triangles and there are none; for a point cloud take 'robust'")
+        all_points = np.arange(len(points), dtype=np.int32) if movable is None else np.flatnonzero(movable).astype(np.int32)
+        return _assembled(build_laplacian(points, faces, operator), all_points)
+    star = stars(faces, len(points))
+    roles = assign_roles(star, faces, border, movable)
+    if update == "meshlab":
+        surface = _uniform_of_meshlab(star, roles) if operator == "uniform" else _cotangent(star, roles, faces, MESHLAB)
+        curve = _curve_of_meshlab(roles)
+    else:
+        surface = _surface(points, faces, operator, star, roles)
+        curve = _curve(points, operator, roles)
+    if len(roles.curve) == 0:
+        return surface
+    return lambda now, out, step: max(surface(now, out, step), curve(now, out, step))
+
+
+def _surface(points: Floats, faces: Ints, operator: OperatorName, star: Stars, roles: Roles) -> Advance:
+    which = roles.surface
+    if operator == "uniform":
+        return _uniform(which, star.offsets, star.neighbours)
+    if operator == "inverse_length" or operator == "scale_dependent":
+        return _lengths(points, which, star.offsets, star.neighbours, operator == "scale_dependent")
+    if operator == "cotangent":
+        return _cotangent(star, roles, faces, NORMALISED)
+    if operator == "laplace_beltrami":
+        return _cotangent(star, roles, faces, BY_AREA)
+    return _assembled(build_laplacian(points, faces, operator), which)
+
+
+def _curve(points: Floats, operator: OperatorName, roles: Roles) -> Advance:
+    which, offsets, neighbours = roles.curve, roles.curve_offsets, roles.curve_neighbours
+    if CURVE_OPERATOR[operator] == "uniform":
+        return _uniform(which, offsets, neighbours)
+    if operator == "robust":
+        ends = np.repeat(np.arange(len(points), dtype=np.int32), np.diff(offsets))
+        edges = np.column_stack([ends, neighbours])[ends < neighbours]
+        return _assembled(curve_laplacian(points, edges, operator), which)
+    return _lengths(points, which, offsets, neighbours, CURVE_OPERATOR[operator] == "scale_dependent")
+
+
+def _uniform(which: Ints, offsets: Longs, neighbours: Ints) -> Advance:
+    def advance(now: Floats, out: Floats, step: float) -> float:
+        uniform_step(now, out, which, offsets, neighbours, step)
+        return 2.0
+
+    return advance
+
+
+def _lengths(points: Floats, which: Ints, offsets: Longs, neighbours: Ints, by_arc_length: bool) -> Advance:
+    sums = np.empty(len(points))
+    sum_ring_lengths(points, offsets, neighbours, sums)
+    mean = float(sums.sum()) / max(len(neighbours), 1)
+    shortest = SHORTEST_EDGE * mean if mean > 0.0 else 1.0
+
+    def advance(now: Floats, out: Floats, step: float) -> float:
+        bound = length_step(now, out, which, offsets, neighbours, step, shortest, by_arc_length)
+        return float(bound) if by_arc_length else 2.0
+
+    return advance
+
+
+def _cotangent(star: Stars, roles: Roles, faces: Ints, rule: int) -> Advance:
+    offsets, neighbours = star.offsets, star.neighbours
+
+    def advance(now: Floats, out: Floats, step: float) -> float:
+        bound = star_step(now, out, roles.closed, True, offsets, neighbours, rule, step)
+        if len(roles.open):
+            bound = max(bound, star_step(now, out, roles.open, False, offsets, neighbours, rule, step))
+        if len(roles.irregular):
+            corners = star.corner_offsets, star.corners
+            bound = max(bound, irregular_step(now, out, roles.irregular, offsets, neighbours, *corners, rule, step))
+        if rule != BY_AREA:
+            return 2.0
+        # The sharper bound costs a pass over the triangles: only where it can make a difference.
+        return float(bound) if step * bound <= 2.0 else float(min(bound, element_bound(now, faces)))
+
+    return advance
+
+
+def _assembled(laplacian: Laplacian, which: Ints) -> Advance:
+    stiffness, inverse_mass, bound = laplacian.stiffness, laplacian.inverse_mass, laplacian.spectral_bound()
+    offsets, neighbours = stiffness.indptr.astype(np.int64), stiffness.indices.astype(np.int32)
+
+    def advance(now: Floats, out: Floats, step: float) -> float:
+        # The diagonal is among the entries and does no harm: it multiplies p_i - p_i.
+        weighted_step(now, out, which, offsets, neighbours, stiffness.data, step * inverse_mass)
+        return bound
+
+    return advance
+
+
+def _uniform_of_meshlab(star: Stars, roles: Roles) -> Advance:
+    """(p + sum over the faces of each edge of p_j) / (number of terms): an interior edge counts twice, for it has two faces."""
+    offsets, neighbours = star.offsets, star.neighbours
+    counts = np.full(len(neighbours), 2.0)
+    on_border = np.flatnonzero(star.kinds == OPEN)
+    counts[offsets[on_border]] = counts[offsets[on_border + 1] - 1] = 1.0
+    for i in np.flatnonzero(star.kinds == IRREGULAR):
+        corners = star.corners[star.corner_offsets[i] : star.corner_offsets[i + 1]]
+        counts[offsets[i] : offsets[i + 1]] = np.unique(corners, return_counts=True)[1]
+    degrees = np.zeros(len(star.kinds))
+    used = star.kinds > 0
+    degrees[used] = np.add.reduceat(counts, offsets[:-1][used]) if len(counts) else 0.0
+    shares, which = 1.0 / (degrees + 1.0), roles.surface
+
+    def advance(now: Floats, out: Floats, step: float) -> float:
+        weighted_step(now, out, which, offsets, neighbours, counts, shares)
+        return 2.0
+
+    return advance
+
+
+def _curve_of_meshlab(roles: Roles) -> Advance:
+    """(2 p + sum p_j) / (number of neighbours + 2): MeshLab lets a border vertex count twice."""
+    offsets, neighbours = roles.curve_offsets, roles.curve_neighbours
+    ones, shares = np.ones(len(neighbours)), 1.0 / (np.diff(offsets) + 2.0)
+
+    def advance(now: Floats, out: Floats, step: float) -> float:
+        weighted_step(now, out, roles.curve, offsets, neighbours, ones, shares)
+        return 2.0
+
+    return advance

@@ -1,0 +1,125 @@
+"""Taubin's lambda|mu smoothing: a step that smooths, then a slightly longer one back, so that large shapes keep their size."""
+
+import math
+from typing import Literal, TypeAlias, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import FilterInputError, UnstableStepError
+from ..progress import Progress, ignore_progress
+from ..topology import Floats, check_mesh, edge_face_counts
+from .border import BorderPolicy
+from .march import march
+
+#: the operators whose spectrum lies in [-2, 0], for which lambda, mu and the pass band have a meaning
+TaubinOperator: TypeAlias = Literal["uniform", "inverse_length", "cotangent"]
+TAUBIN_OPERATORS: tuple[TaubinOperator, ...] = get_args(TaubinOperator)
+
+
+def taubin_fairing(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    *,
+    operator: TaubinOperator = "uniform",
+    step: float = 0.5,
+    mu: float = -0.53,
+    pass_band: float | None = None,
+    iterations: int = 10,
+    border: BorderPolicy = "along",
+    movable: ArrayLike | None = None,
+    progress: Progress = ignore_progress,
+) -> Floats:
+    """Take p to (1 + mu L)(1 + step L) p, `iterations` times: a low-pass filter that does not shrink [taubin1995].
+
+    A mode of eigenvalue -k of L is multiplied by `transfer_function` (k): by about 1 below the pass band
+    k_PB = 1/step + 1/mu, and by less and less above. With the operator "uniform" it is MeshLab's Taubin Smooth, except on
+    borders, where MeshLab averages a vertex in with its two border neighbours and so goes two thirds of the way of "along",
+    and at non-manifold edges, whose ends MeshLab counts once a face.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        operator: the Laplace operator L; weights that depend on lengths or angles are computed anew for every step.
+        step: lambda, above 0. Larger is smoother.
+        mu: the step back, below -step. Nearer to -step narrows the pass band, and so is smoother.
+        pass_band: k_PB, above 0 and below 1/step; if given, mu = 1 / (k_PB - 1/step). Smaller is smoother; 0.01 to 0.1 is usual.
+        iterations: number of pairs of steps. More damp more, above the pass band alone; the time is proportional.
+        border: what the vertices on borders do; see `BorderPolicy`.
+        movable: (n,) bool, which vertices may move, None for all. The others stay where they are and are seen by those that do.
+        progress: called after every pair of steps.
+
+    Returns:
+        (n, 3) float64. Vertices that do not move keep every bit: those that no face uses, that are not `movable`, or on a fixed
+        border. Deterministic, for any number of threads.
+
+    Raises:
+        FilterInputError: not a mesh, or a parameter out of range.
+        UnstableStepError: (1 - step k)(1 - mu k) is below -1 for the largest eigenvalue that such a mesh can have, so that
+            the finest detail would grow. The error names the largest stable step for the same mu / step.
+    """
+    points, triangles = check_mesh(vertices, faces)
+    if operator not in TAUBIN_OPERATORS:
+        raise FilterInputError(f"operator {operator!r} is not one of {', '.join(map(repr, TAUBIN_OPERATORS))}")
+    if not (math.isfinite(step) and step > 0.0):
+        raise FilterInputError(f"step {step} is not finite and above 0")
+    if pass_band is not None:
+        mu = mu_of_pass_band(pass_band, step)
+    if not (math.isfinite(mu) and mu < -step):
+        raise FilterInputError(
+            f"mu {mu} is not below -step, {-step}: the step back must be the longer one, for example {-1.06 * step:g}"
+        )
+    largest = largest_stable_step(mu / step, 2.0)
+    if step > largest and operator == "uniform" and (edge_face_counts(triangles)[1] == 2).all():
+        # Where every edge has two triangles the operator is a mean over triangles, whose eigenvalues are 3/2.
+        largest = largest_stable_step(mu / step, 1.5)
+    if step > largest:
+        raise UnstableStepError(
+            f"step {step:g} with mu {mu:g} makes the finest detail grow: take a step of at most {largest:.6g} and mu in "
+            "proportion",
+            largest_stable=largest,
+        )
+    return march(
+        points,
+        triangles,
+        steps=(step, mu),
+        iterations=iterations,
+        operator=operator,
+        border=border,
+        movable=movable,
+        update="euler",
+        progress=progress,
+    )
+
+
+def transfer_function(k: ArrayLike, *, step: float, mu: float, iterations: int) -> NDArray[np.float64]:
+    """((1 - step k)(1 - mu k))^iterations: the factor of a mode of eigenvalue -k [taubin1995].
+
+    Args:
+        k: any shape; from 0 to 2 for a normalised operator.
+        step: lambda.
+        mu: the step back; 0 gives the response of `iterations` explicit steps.
+        iterations: number of pairs of steps.
+    """
+    values = np.asarray(k, dtype=np.float64)
+    return ((1.0 - step * values) * (1.0 - mu * values)) ** iterations
+
+
+def mu_of_pass_band(pass_band: float, step: float) -> float:
+    """The mu = 1 / (k_PB - 1/step) for which `transfer_function` is 1 at k = k_PB.
+
+    Raises:
+        FilterInputError: the pass band is not above 0 and below 1/step.
+    """
+    if not 0.0 < pass_band < 1.0 / step:
+        raise FilterInputError(f"pass_band {pass_band} is not above 0 and below 1/step = {1.0 / step:g}; 0.01 to 0.1 is usual")
+    return 1.0 / (pass_band - 1.0 / step)
+
+
+def largest_stable_step(ratio: float, largest_eigenvalue: float) -> float:
+    """The step above which (1 - step k)(1 - mu k) is below -1 at the largest eigenvalue k of -L, for mu = ratio * step.
+
+    With r = -ratio and x = step k it is the positive root of r x^2 + (1 - r) x - 2 = 0, over k.
+    """
+    r = -ratio
+    return (r - 1.0 + math.sqrt((r - 1.0) ** 2 + 8.0 * r)) / (2.0 * r * largest_eigenvalue)

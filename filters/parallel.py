@@ -1,0 +1,34 @@
+"""How many threads a compiled kernel gets.
+
+Every parallel kernel here writes each result from one iteration alone, so the results are the same to the bit for any number of
+threads. Small meshes are faster on one.
+"""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numba
+
+#: Fewer vertices than this stay on one thread: waking the others costs more than it saves, above all on a busy machine.
+SERIAL_BELOW = 200_000
+
+# Numba tries Intel TBB first and warns when it finds an old one, which pymeshlab brings along. OpenMP is as fast and is there.
+if "NUMBA_THREADING_LAYER" not in os.environ and "NUMBA_THREADING_LAYER_PRIORITY" not in os.environ:
+    _config: Any = numba.config
+    _config.THREADING_LAYER_PRIORITY = ["omp", "tbb", "workqueue"]
+
+
+@contextmanager
+def threads_for(size: int) -> Iterator[None]:
+    """Within it, kernels called from this thread run on one thread if `size`, a number of vertices, is small."""
+    if size >= SERIAL_BELOW:
+        yield
+        return
+    allowed = numba.get_num_threads()
+    numba.set_num_threads(1)
+    try:
+        yield
+    finally:
+        numba.set_num_threads(allowed)
