@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import importlib
 import importlib.metadata
 import keyword
 import traceback
@@ -81,6 +82,7 @@ def find_filter(name: str) -> Filter:
 
 def reload_plugins() -> None:
     """Forget what was found, so that the next call looks again; needed after a package was installed into a running Python."""
+    importlib.invalidate_caches()
     _load.cache_clear()
 
 
@@ -110,7 +112,7 @@ def _load() -> _Registry:
             broken.append(plugin.broken("declares no filter"))
         for found in declared:
             if any(found.function is other.function for other in custom):
-                continue  # imported from another plugin, or under a second name
+                continue  # imported from another plugin
             reason = _why_unusable(found, taken)
             if reason is not None:
                 broken.append(plugin.broken(f"filter {found.python_name!r} {reason}"))
@@ -128,7 +130,8 @@ class _Plugin:
 
     def filters(self) -> list[Filter]:
         loaded = self.entry.load()
-        return [loaded] if isinstance(loaded, Filter) else [f for f in vars(loaded).values() if isinstance(f, Filter)]
+        declared = [loaded] if isinstance(loaded, Filter) else [f for f in vars(loaded).values() if isinstance(f, Filter)]
+        return list({id(f): f for f in declared}.values())  # each once, whatever names it has in its module
 
     def broken(self, reason: str, details: str = "") -> BrokenPlugin:
         return BrokenPlugin(self.distribution, f"{self.entry.name} = {self.entry.value}", reason, details)
