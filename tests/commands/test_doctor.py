@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import importlib.metadata
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
-from pymeshfair import registry
+from pymeshfair import meshlab_facts, registry
 from pymeshfair.commands import findings
 from pymeshfair.commands.failure import LIBGL_ADVICE
 
 from .command_line import document, invoke, run_process
 
 
-def found(name: str) -> findings.Finding:
-    """The finding of that name."""
-    [finding] = [f for f in findings.look_around() if f.name == name]
+def found(look: Callable[[], Iterator[findings.Finding]], name: str) -> findings.Finding:
+    """The finding of that name that a look makes."""
+    [finding] = [f for f in look() if f.name == name]
     return finding
 
 
@@ -33,6 +33,7 @@ def test_a_sound_machine_is_well() -> None:
     details = {f["name"]: f["detail"] for f in read["findings"]}
     assert f"pymeshlab {importlib.metadata.version('pymeshlab')}" in details["packages"]
     assert "281 of MeshLab" in details["filters"]
+    assert {"python", "pymeshlab", "facts", "numba", "disk"} <= set(details)
 
 
 def fake_pymeshlab(folder: Path, source: str) -> dict[str, str]:
@@ -64,22 +65,35 @@ def test_a_pymeshlab_that_crashes_is_found(tmp_path: Path) -> None:
     assert "-6" in finding["detail"]  # SIGABRT
 
 
+def test_another_pymeshlab_is_wrong_only_if_its_filters_differ(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A newer version with the same filters is told and is well; a filter that differs is wrong, with the version to install."""
+    told = ["pymeshlab 2031.1 is installed; the table of its filters is of 2025.7.post1"]
+    monkeypatch.setattr(meshlab_facts, "differences_from_installed", lambda: told)
+    assert found(findings.look_at_facts, "facts").ok
+    assert "2031.1" in found(findings.look_at_facts, "facts").detail
+    told.append("filter 'apply_coord_taubin_smoothing' is not installed")
+    assert not found(findings.look_at_facts, "facts").ok
+    assert found(findings.look_at_facts, "facts").detail.startswith("1 of MeshLab")
+    assert f"pymeshlab=={meshlab_facts.table_version()}" in found(findings.look_at_facts, "facts").advice
+
+
 def test_a_broken_plugin_is_named_with_its_package(monkeypatch: pytest.MonkeyPatch) -> None:
     """A third party's plugin that does not load is wrong, and the package that brought it is named."""
     broken = registry.BrokenPlugin("scanlab", "scanlab = scanlab.filters", "ImportError: no module named 'scan'")
     monkeypatch.setattr(registry, "broken_plugins", lambda: (broken,))
-    finding = found("plugin")
+    finding = found(findings.look_at_plugins, "plugin")
     assert not finding.ok
     assert finding.detail == "scanlab: scanlab = scanlab.filters: ImportError: no module named 'scan'"
     assert "uninstall scanlab" in finding.advice
+    monkeypatch.setattr(findings, "look_at_pymeshlab", lambda: iter(()))
     assert invoke("doctor").exit_code == 1
 
 
 def test_a_full_disk_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     """Less free space than two copies of a large scan need is a finding."""
     monkeypatch.setattr(shutil, "disk_usage", lambda path: SimpleNamespace(free=10_000_000))
-    assert not found("disk").ok
-    assert "TMPDIR" in found("disk").advice
+    assert not found(findings.look_at_disk, "disk").ok
+    assert "TMPDIR" in found(findings.look_at_disk, "disk").advice
 
 
 def test_a_cache_that_cannot_be_written_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -93,17 +107,20 @@ def test_a_cache_that_cannot_be_written_is_wrong(monkeypatch: pytest.MonkeyPatch
         return decorate
 
     monkeypatch.setattr(numba, "njit", refuse)
-    assert not found("numba").ok
-    assert "NUMBA_CACHE_DIR" in found("numba").advice
+    assert not found(findings.look_at_numba, "numba").ok
+    assert "NUMBA_CACHE_DIR" in found(findings.look_at_numba, "numba").advice
 
 
 def test_a_look_that_fails_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None:
     """An exception within one look is told under its name and stops no other."""
 
-    def broken() -> str:
-        raise OSError("no platform")
+    def broken() -> Iterator[findings.Finding]:
+        raise OSError("no such thing")
 
-    monkeypatch.setattr(findings.platform, "platform", broken)
+    broken.__name__ = "look_at_python"
+    monkeypatch.setattr(findings, "look_at_python", broken)
+    monkeypatch.setattr(findings, "look_at_pymeshlab", lambda: iter(()))
     looked = {f.name: f for f in findings.look_around()}
-    assert looked["python"].detail == "OSError: no platform"
+    assert not looked["python"].ok
+    assert looked["python"].detail == "OSError: no such thing"
     assert looked["disk"].ok

@@ -38,8 +38,8 @@ class Finding:
 
 def look_around() -> Iterator[Finding]:
     """Look at everything, whatever is found on the way."""
-    for look in (_python, _packages, _pymeshlab, _numba, _plugins, _disk):
-        yield from _safely(look)
+    looks = (look_at_python, look_at_packages, look_at_pymeshlab, look_at_numba, look_at_plugins, look_at_disk)
+    return (finding for look in looks for finding in _safely(look))
 
 
 def _safely(look: Callable[[], Iterator[Finding]]) -> Iterator[Finding]:
@@ -47,15 +47,16 @@ def _safely(look: Callable[[], Iterator[Finding]]) -> Iterator[Finding]:
     try:
         yield from look()
     except Exception as error:
-        yield Finding(look.__name__.removeprefix("_"), False, f"{type(error).__name__}: {error}")
+        yield Finding(look.__name__.removeprefix("look_at_"), False, f"{type(error).__name__}: {error}")
 
 
-def _python() -> Iterator[Finding]:
+def look_at_python() -> Iterator[Finding]:
+    """The interpreter and the system."""
     yield Finding("python", True, f"{platform.python_version()} ({sys.executable})")
     yield Finding("system", True, platform.platform())
 
 
-def _packages() -> Iterator[Finding]:
+def look_at_packages() -> Iterator[Finding]:
     """The installed versions of what pymeshfair's own metadata says that it needs."""
     yield Finding("pymeshfair", True, importlib.metadata.version("pymeshfair"))
     found, missing = [], []
@@ -71,17 +72,32 @@ def _packages() -> Iterator[Finding]:
     yield Finding("packages", not missing, ", ".join([*found, *(f"{m} is missing" for m in missing)]), advice)
 
 
-def _pymeshlab() -> Iterator[Finding]:
+def look_at_pymeshlab() -> Iterator[Finding]:
     """Whether pymeshlab can be imported; in a process of its own, since a broken library may end the process."""
     done = subprocess.run([sys.executable, "-c", "import pymeshlab"], capture_output=True, text=True, timeout=120)
     if done.returncode == 0:
         yield Finding("pymeshlab", True, "can be imported")
+        yield from _safely(look_at_facts)
+    else:
+        said = done.stderr.strip().rpartition("\n")[2] or f"the import ended with code {done.returncode}"
+        yield Finding("pymeshlab", False, said, LIBGL_ADVICE if "libGL.so.1" in said else "")
+
+
+def look_at_facts() -> Iterator[Finding]:
+    """Whether MeshLab's filters are those that scripts and calls are checked against."""
+    from ..meshlab_facts import differences_from_installed, table_version
+
+    differences = differences_from_installed()
+    about_filters = [d for d in differences if d.startswith("filter ")]
+    if not about_filters:
+        yield Finding("facts", True, "; ".join(["MeshLab's filters are as expected", *differences]))
         return
-    said = done.stderr.strip().rpartition("\n")[2] or f"import ended with code {done.returncode}"
-    yield Finding("pymeshlab", False, said, LIBGL_ADVICE if "libGL.so.1" in said else "")
+    first = "; ".join(about_filters[:3])
+    advice = f"`python -m pip install pymeshlab=={table_version()}`, or a pymeshfair for the installed one"
+    yield Finding("facts", False, f"{len(about_filters)} of MeshLab's filters or parameters differ: {first}", advice)
 
 
-def _numba() -> Iterator[Finding]:
+def look_at_numba() -> Iterator[Finding]:
     """Whether numba compiles, and where it keeps what it compiled."""
     import numba
 
@@ -99,7 +115,8 @@ def _successor(number: int) -> int:
     return number + 1
 
 
-def _plugins() -> Iterator[Finding]:
+def look_at_plugins() -> Iterator[Finding]:
+    """The filters that there are, and the plugins that cannot be used."""
     from ..registry import all_filters, broken_plugins
 
     count = Counter(f.origin for f in all_filters())
@@ -111,7 +128,8 @@ def _plugins() -> Iterator[Finding]:
         yield Finding("plugin", False, where, advice)
 
 
-def _disk() -> Iterator[Finding]:
+def look_at_disk() -> Iterator[Finding]:
+    """Room for temporary files."""
     folder = tempfile.gettempdir()  # raises FileNotFoundError when no candidate can be written
     free = shutil.disk_usage(folder).free
     advice = "" if free >= _ENOUGH_DISK else "free some space, or set TMPDIR to a folder on another disk"
