@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import re
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +12,8 @@ import pymeshlab
 import pytest
 
 from pymeshfair.declaration import Length
+from pymeshfair.errors import UnknownNameError
+from pymeshfair.registry import find_filter
 from pymeshfair.scripts import Problem, ScriptError, parse_script, read_script
 from tests.scripts.texts import apply_coord_every_kind, one_filter, problems, script, step, taubin
 
@@ -149,8 +154,6 @@ def only_problem(data: bytes) -> Problem:
 )
 def test_every_wrong_value_is_a_problem_with_its_cure(param: str, message: str, suggestion: str | None) -> None:
     """One wrong attribute is one problem, at its line, naming filter and parameter, saying what is allowed and what to write."""
-    import re
-
     found = only_problem(every_kind("", f"<Param {param}/>"))
     assert (found.file, found.line, found.filter) == ("test.mlx", 5, "Every Kind")
     assert found.parameter is not None
@@ -188,7 +191,7 @@ def test_unknown_filters_are_problems_with_the_right_name(name: str, message: st
     [
         (script("<filter/>"), 3, "<filter> has no name", None),
         (script('<Filter name="Taubin Smooth"/>'), 3, "the element <Filter> is unknown here", "filter"),
-        (script("<pyfilter/>", '<filter name="Taubin Smooth"/>'), 3, "the element <pyfilter> is unknown here", None),
+        (script("<pyfilter/>", '<filter name="Taubin Smooth"/>'), 3, "the element <pyfilter> is unknown here", "filter"),
         (script('<xmlfilter name="Compute Geometric Measures"><xmlparam name="a"/></xmlfilter>'), 3, "of MeshLab 2016", "filter"),
         (
             script('<xmlfilter name="Screened Poisson Surface Reconstruction"/>'),
@@ -338,12 +341,6 @@ def test_the_sample_script_of_the_pymeshlab_wheel_is_read() -> None:
 
 def test_former_names_lead_to_names_of_today() -> None:
     """Every entry of the table of renamed filters leads from a name that is gone to one that exists."""
-    import json
-    from importlib.resources import files
-
-    from pymeshfair.errors import UnknownNameError
-    from pymeshfair.registry import find_filter
-
     table = json.loads(files("pymeshfair").joinpath("meshlab_renamed_filters.json").read_text("utf-8"))
     assert len(table) >= 53
     for old, (new, *_) in table.items():

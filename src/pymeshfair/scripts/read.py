@@ -128,13 +128,19 @@ class _Reader:
         return text.encode("utf-8")
 
     def _problem(
-        self, message: str, *, parameter: str | None = None, suggestion: str | None = None, outside: bool = False
+        self,
+        message: str,
+        *,
+        parameter: str | None = None,
+        suggestion: str | None = None,
+        outside: bool = False,
+        lines_ago: int = 0,
     ) -> None:
-        """Note a problem at the line where the parser is; `outside` if it does not concern the filter that is open."""
+        """Note a problem some lines before where the parser is; `outside` if it does not concern the filter that is open."""
         self.problems.append(
             Problem(
                 file=self.name,
-                line=self._parser.CurrentLineNumber,
+                line=self._parser.CurrentLineNumber - lines_ago,
                 filter=None if outside else self._filter_name,
                 parameter=parameter,
                 message=message,
@@ -170,7 +176,10 @@ class _Reader:
 
     def _text(self, text: str) -> None:
         if not text.isspace():
-            self._problem(f"the text {shortened(text.strip())!r} means nothing here; values belong in attributes")
+            self._problem(
+                f"the text {shortened(text.strip())!r} means nothing here; values belong in attributes",
+                lines_ago=text.lstrip().count("\n"),
+            )
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         self._open.append(tag)
@@ -214,10 +223,7 @@ class _Reader:
         self._filter_line = self._parser.CurrentLineNumber
         self._filter_name = name = attributes.get("name")
         if tag == "xmlfilter":
-            renamed = renamed_filter(name or "")
-            self._problem(
-                "<xmlfilter> is of MeshLab 2016, which alone can run it", suggestion=renamed.name if renamed else "filter"
-            )
+            self._problem(f"<xmlfilter> is of MeshLab 2016, which alone can run it{_today(name)}", suggestion="filter")
         elif name is None:
             self._problem("<filter> has no name; MeshLab would fail there")
         else:
