@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from .parallel import SERIAL_BELOW, threads_for
+from .parallel import SERIAL_BELOW
 from .topology import Floats, Ints
 
 _Keys: TypeAlias = NDArray[np.uint32]
@@ -22,34 +22,28 @@ _SAMPLE = 20_000
 _BITS = 6
 
 
-def local_order(points: Floats, faces: Ints) -> Ints | None:
+def local_order(points: Floats, faces: Ints, low: Floats, high: Floats) -> Ints | None:
     """(n,) a permutation that lists the vertices by place in space, or None where the order is good enough or the mesh small.
 
     Args:
         points: (n, 3) finite coordinates.
         faces: (m, 3) triangles.
+        low: (3,) the lowest corner of the points' box.
+        high: (3,) the highest.
     """
     if len(points) < SERIAL_BELOW or len(faces) == 0:
         return None
     sample = faces[:: max(1, len(faces) // _SAMPLE)].astype(np.int64)
     if (np.abs(sample[:, 0] - sample[:, 1]) > _NEAR).mean() < 0.25:
         return None
-    low = points.min(axis=0)
-    extent = float((points.max(axis=0) - low).max())
+    extent = float((high - low).max())
     if extent == 0.0 or not np.isfinite(extent):
         return None
     keys: _Keys = np.empty(len(points), dtype=np.uint32)
-    with threads_for(len(points)):
-        _morton_keys(points, low, (1 << _BITS) * (1.0 - 1e-9) / extent, keys)
-    order: Ints = _counting_sort(keys)
+    order: Ints = np.empty(len(points), dtype=np.int32)
+    _morton_keys(points, low, (1 << _BITS) * (1.0 - 1e-9) / extent, keys)
+    _counting_sort(keys, order)
     return order
-
-
-def renumbered(points: Floats, faces: Ints, order: Ints) -> tuple[Floats, Ints]:
-    """The mesh with its vertices in that order: vertex k of the result is vertex ``order[k]``."""
-    new = np.empty_like(order)
-    new[order] = np.arange(len(order), dtype=np.int32)
-    return points[order], new[faces]
 
 
 @njit(cache=True)
@@ -72,14 +66,12 @@ def _morton_keys(points: Floats, low: Floats, scale: float, keys: _Keys) -> None
 
 
 @njit(cache=True)
-def _counting_sort(keys: _Keys) -> Ints:
+def _counting_sort(keys: _Keys, order: Ints) -> None:
     starts = np.zeros((1 << 3 * _BITS) + 1, dtype=np.int64)
     for key in keys:
         starts[key + 1] += 1
     for cell in range(starts.shape[0] - 1):
         starts[cell + 1] += starts[cell]
-    order = np.empty(keys.shape[0], dtype=np.int32)
     for i in range(keys.shape[0]):
         order[starts[keys[i]]] = i
         starts[keys[i]] += 1
-    return order

@@ -4,6 +4,7 @@ A face that names a vertex twice is no triangle: it gives no edge and references
 collapsed triangle meet each other. An edge with exactly one face is a border edge, one with more than two is non-manifold.
 """
 
+from collections.abc import Callable
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -11,6 +12,7 @@ from numba import njit, prange
 from numpy.typing import ArrayLike, NDArray
 
 from .errors import FilterInputError
+from .parallel import threads_for
 
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int32]
@@ -93,13 +95,17 @@ def one_rings(faces_or_edges: Ints, n_vertices: int) -> OneRings:
         n_vertices: n.
     """
     cells = np.ascontiguousarray(faces_or_edges, dtype=np.int32)
-    offsets, ends = (ring_ends if cells.shape[1] == 3 else _gather_ends_of_edges)(cells, n_vertices)
+    if cells.shape[1] == 3:
+        offsets, ends = ring_ends(cells, n_vertices)
+    else:
+        offsets, ends = _gather_ends(cells, n_vertices, _count_ends_of_edges, _fill_ends_of_edges)
     ring_offsets = np.zeros(n_vertices + 1, dtype=np.int64)
-    _sort_and_count(offsets, ends, ring_offsets)
-    np.cumsum(ring_offsets, out=ring_offsets)
-    neighbours = np.empty(ring_offsets[-1], dtype=np.int32)
-    face_counts = np.empty(ring_offsets[-1], dtype=np.int32)
-    _compress(offsets, ends, ring_offsets, neighbours, face_counts)
+    with threads_for(n_vertices):
+        _sort_and_count(offsets, ends, ring_offsets)
+        np.cumsum(ring_offsets, out=ring_offsets)
+        neighbours = np.empty(ring_offsets[-1], dtype=np.int32)
+        face_counts = np.empty(ring_offsets[-1], dtype=np.int32)
+        _compress(offsets, ends, ring_offsets, neighbours, face_counts)
     return OneRings(ring_offsets, neighbours, face_counts)
 
 
@@ -112,8 +118,7 @@ def ring_ends(faces: Ints, n_vertices: int) -> tuple[Longs, Ints]:
         offsets: (n + 1,) int64, even numbers.
         ends: (6 m,) int32, less those of faces that name a vertex twice.
     """
-    offsets, ends = _gather_ends(np.ascontiguousarray(faces, dtype=np.int32), n_vertices)
-    return offsets, ends
+    return _gather_ends(np.ascontiguousarray(faces, dtype=np.int32), n_vertices, _count_ends, _fill_ends)
 
 
 def edges(faces: Ints) -> Ints:
@@ -205,54 +210,64 @@ def _is_triangle(faces: Ints) -> Any:
     return (a != b) & (b != c) & (c != a)
 
 
+def _gather_ends(
+    cells: Ints, n_vertices: int, count: Callable[[Ints, Longs], None], fill: Callable[[Ints, Longs, Ints], None]
+) -> tuple[Longs, Ints]:
+    # Large arrays come from numpy, never from a kernel: numpy asks the system for large pages, which makes them twice as fast.
+    offsets = np.zeros(n_vertices + 2, dtype=np.int64)
+    count(cells, offsets)
+    np.cumsum(offsets, out=offsets)
+    ends = np.empty(offsets[-1], dtype=np.int32)
+    fill(cells, offsets, ends)
+    return offsets[:-1], ends
+
+
 @njit(cache=True)
-def _gather_ends(faces: Ints, n_vertices: int) -> tuple[Longs, Ints]:
-    offsets = np.zeros(n_vertices + 1, dtype=np.int64)
+def _count_ends(faces: Ints, offsets: Longs) -> None:
+    """Count at ``offsets[i + 2]``, so that after summing up vertex i's entries begin at ``offsets[i + 1]``."""
     for f in range(faces.shape[0]):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         if a != b and b != c and c != a:
-            offsets[a + 1] += 2
-            offsets[b + 1] += 2
-            offsets[c + 1] += 2
-    for i in range(n_vertices):
-        offsets[i + 1] += offsets[i]
-    cursor = offsets[:-1].copy()
-    ends = np.empty(offsets[n_vertices], dtype=np.int32)
+            offsets[a + 2] += 2
+            offsets[b + 2] += 2
+            offsets[c + 2] += 2
+
+
+@njit(cache=True)
+def _fill_ends(faces: Ints, offsets: Longs, ends: Ints) -> None:
+    """Write at ``offsets[i + 1]`` and move it on, so that in the end vertex i's entries begin at ``offsets[i]``."""
     for f in range(faces.shape[0]):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         if a != b and b != c and c != a:
-            k = cursor[a]
+            k = offsets[a + 1]
             ends[k], ends[k + 1] = b, c
-            cursor[a] = k + 2
-            k = cursor[b]
+            offsets[a + 1] = k + 2
+            k = offsets[b + 1]
             ends[k], ends[k + 1] = c, a
-            cursor[b] = k + 2
-            k = cursor[c]
+            offsets[b + 1] = k + 2
+            k = offsets[c + 1]
             ends[k], ends[k + 1] = a, b
-            cursor[c] = k + 2
-    return offsets, ends
+            offsets[c + 1] = k + 2
 
 
 @njit(cache=True)
-def _gather_ends_of_edges(pairs: Ints, n_vertices: int) -> tuple[Longs, Ints]:
-    offsets = np.zeros(n_vertices + 1, dtype=np.int64)
+def _count_ends_of_edges(pairs: Ints, offsets: Longs) -> None:
     for e in range(pairs.shape[0]):
         a, b = pairs[e, 0], pairs[e, 1]
         if a != b:
+            offsets[a + 2] += 1
+            offsets[b + 2] += 1
+
+
+@njit(cache=True)
+def _fill_ends_of_edges(pairs: Ints, offsets: Longs, ends: Ints) -> None:
+    for e in range(pairs.shape[0]):
+        a, b = pairs[e, 0], pairs[e, 1]
+        if a != b:
+            ends[offsets[a + 1]] = b
             offsets[a + 1] += 1
+            ends[offsets[b + 1]] = a
             offsets[b + 1] += 1
-    for i in range(n_vertices):
-        offsets[i + 1] += offsets[i]
-    cursor = offsets[:-1].copy()
-    ends = np.empty(offsets[n_vertices], dtype=np.int32)
-    for e in range(pairs.shape[0]):
-        a, b = pairs[e, 0], pairs[e, 1]
-        if a != b:
-            ends[cursor[a]] = b
-            cursor[a] += 1
-            ends[cursor[b]] = a
-            cursor[b] += 1
-    return offsets, ends
 
 
 @njit(cache=True)

@@ -12,7 +12,7 @@ from numba import njit, prange
 
 from ..operators.cotangent import halved_cotangents, position
 from ..operators.mass import mixed_share
-from ..topology import Floats, Ints, Longs
+from ..topology import Bools, Floats, Ints, Longs
 
 #: the sum of the weights' sizes; the mixed Voronoi area; MeshLab's sum of the doubled weights, plus one
 NORMALISED, BY_AREA, MESHLAB = 0, 1, 2
@@ -93,7 +93,8 @@ def _walk_star(
 def irregular_step(
     points: Floats,
     out: Floats,
-    which: Ints,
+    irregular: Ints,
+    moves: Bools,
     offsets: Longs,
     neighbours: Ints,
     corner_offsets: Longs,
@@ -103,11 +104,14 @@ def irregular_step(
 ) -> float:
     """As `star_step`, for vertices whose neighbours are ascending and whose triangles come in any order."""
     bound = 0.0
-    for i in which:
+    for m in range(irregular.shape[0]):
+        if not moves[m]:
+            continue
+        i = irregular[m]
         start, stop = offsets[i], offsets[i + 1]
         weights = np.zeros(stop - start)
         area = 0.0
-        for k in range(corner_offsets[i], corner_offsets[i + 1], 2):
+        for k in range(corner_offsets[m], corner_offsets[m + 1], 2):
             a, b = corners[k], corners[k + 1]
             ux, uy, uz = points[a, 0] - points[i, 0], points[a, 1] - points[i, 1], points[a, 2] - points[i, 2]
             vx, vy, vz = points[b, 0] - points[i, 0], points[b, 1] - points[i, 1], points[b, 2] - points[i, 2]

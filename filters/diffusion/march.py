@@ -6,13 +6,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import FilterInputError, UnstableStepError
-from ..locality import local_order, renumbered
 from ..operators.build import OperatorName
-from ..operators.scale import centred_and_scaled
 from ..parallel import threads_for
 from ..progress import Progress
 from ..topology import Bools, Floats, Ints
 from .border import BorderPolicy
+from .frame import enter, frame_of, leave
 from .stencil import UpdateRule, explicit_stencil
 
 #: operators without a unit, whose spectrum lies in [-2, 0] on every mesh
@@ -39,13 +38,13 @@ def march(
     moves = _checked(movable, len(vertices))
     if iterations != int(iterations) or iterations < 0:
         raise FilterInputError(f"iterations is {iterations}: it is a whole number of at least 0")
-    start, scale = centred_and_scaled(vertices)
-    order = local_order(start, faces)
-    if order is not None:
-        start, faces = renumbered(start, faces, order)
-        moves = None if moves is None else moves[order]
+    # "robust" is assembled by a library, in the order of the vertices.
+    frame = frame_of(vertices, faces, reorder=operator != "robust")
+    start, scale = enter(vertices, frame), frame.scale
+    if frame.order is not None and moves is not None:
+        moves = moves[frame.order]
     with threads_for(len(vertices)):
-        advance = explicit_stencil(start, faces, operator, border=border, movable=moves, update=update)
+        advance = explicit_stencil(start, faces, operator, border=border, movable=moves, update=update, order=frame.order)
         now, following = start.copy(), start.copy()
         for iteration in range(int(iterations)):
             for step in steps:
@@ -55,18 +54,11 @@ def march(
                     raise _unstable(operator, step, 2.0 / bound / scale / scale, iteration)
                 now, following = following, now
             progress((iteration + 1) / iterations)
-    displacement = (now - start) / scale
-    if not np.isfinite(displacement).all():
+    result = leave(vertices, start, now, frame)
+    if not np.isfinite(result).all():
         raise FilterInputError(
             f"the vertices left all bounds within {iterations} iterations; take fewer, or update='euler', which cannot"
         )
-    result = vertices.copy()
-    # Adding 0 would turn a coordinate of -0.0 into 0.0.
-    if order is None:
-        np.add(vertices, displacement, out=result, where=displacement != 0.0)
-    else:
-        moved = (displacement != 0.0).any(axis=1)
-        result[order[moved]] += displacement[moved]
     return result
 
 

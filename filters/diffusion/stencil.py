@@ -9,7 +9,7 @@ from ..errors import FilterInputError
 from ..operators.build import OPERATOR_NAMES, OperatorName, build_laplacian
 from ..operators.inverse_length import SHORTEST_EDGE
 from ..operators.laplacian import Laplacian
-from ..stars import IRREGULAR, OPEN, Stars, stars
+from ..stars import Stars, inverse, stars
 from ..topology import Bools, Floats, Ints, Longs
 from .border import CURVE_OPERATOR, BorderPolicy, curve_laplacian
 from .cotangent_steps import BY_AREA, MESHLAB, NORMALISED, element_bound, irregular_step, star_step
@@ -33,16 +33,18 @@ def explicit_stencil(
     border: BorderPolicy,
     movable: Bools | None,
     update: UpdateRule = "euler",
+    order: Ints | None = None,
 ) -> Advance:
     """The step of `operator` on a mesh, its weights taken from the points of the moment ("robust": from those given here).
 
     Args:
-        points: (n, 3) coordinates of ordinary size (see `scaled_to_unit`).
+        points: (n, 3) coordinates of ordinary size (see `Frame`).
         faces: (m, 3) triangles, or (0, 3) for a point cloud.
         operator: see `build_laplacian`.
         border: see `BorderPolicy`.
         movable: (n,) which vertices may move, None for all.
         update: "meshlab" for the operators "uniform" and "cotangent" alone; the step is then not used.
+        order: (n,) a permutation; if given, point k is vertex ``order[k]`` of the faces. Not for "robust".
 
     Raises:
         FilterInputError: an unknown name, or a combination that does not exist.
@@ -58,29 +60,38 @@ def explicit_stencil(
             raise FilterInputError(f"operator {operator!r} needs triangles and there are none; for a point cloud take 'robust'")
         all_points = np.arange(len(points), dtype=np.int32) if movable is None else np.flatnonzero(movable).astype(np.int32)
         return _assembled(build_laplacian(points, faces, operator), all_points)
-    star = stars(faces, len(points))
-    roles = assign_roles(star, faces, border, movable)
+    star = stars(faces, len(points), order)
+    roles = assign_roles(star, border, movable)
     if update == "meshlab":
-        surface = _uniform_of_meshlab(star, roles) if operator == "uniform" else _cotangent(star, roles, faces, MESHLAB)
+        surface = _uniform_of_meshlab(star, roles) if operator == "uniform" else _cotangent(star, roles, MESHLAB)
         curve = _curve_of_meshlab(roles)
     else:
-        surface = _surface(points, faces, operator, star, roles)
+        surface = _surface(points, faces, operator, star, roles, order)
         curve = _curve(points, operator, roles)
     if len(roles.curve) == 0:
         return surface
     return lambda now, out, step: max(surface(now, out, step), curve(now, out, step))
 
 
-def _surface(points: Floats, faces: Ints, operator: OperatorName, star: Stars, roles: Roles) -> Advance:
+def _surface(points: Floats, faces: Ints, operator: OperatorName, star: Stars, roles: Roles, order: Ints | None) -> Advance:
     which = roles.surface
     if operator == "uniform":
         return _uniform(which, star.offsets, star.neighbours)
     if operator == "inverse_length" or operator == "scale_dependent":
         return _lengths(points, which, star.offsets, star.neighbours, operator == "scale_dependent")
     if operator == "cotangent":
-        return _cotangent(star, roles, faces, NORMALISED)
+        return _cotangent(star, roles, NORMALISED)
     if operator == "laplace_beltrami":
-        return _cotangent(star, roles, faces, BY_AREA)
+        stencil = _cotangent(star, roles, BY_AREA)
+
+        def advance(now: Floats, out: Floats, step: float) -> float:
+            bound = stencil(now, out, step)
+            if step * bound <= 2.0:
+                return bound
+            # The sharper bound costs a pass over the triangles: only where it can make a difference.
+            return min(bound, float(element_bound(now, faces if order is None else inverse(order)[faces])))
+
+        return advance
     return _assembled(build_laplacian(points, faces, operator), which)
 
 
@@ -116,20 +127,18 @@ def _lengths(points: Floats, which: Ints, offsets: Longs, neighbours: Ints, by_a
     return advance
 
 
-def _cotangent(star: Stars, roles: Roles, faces: Ints, rule: int) -> Advance:
+def _cotangent(star: Stars, roles: Roles, rule: int) -> Advance:
     offsets, neighbours = star.offsets, star.neighbours
 
     def advance(now: Floats, out: Floats, step: float) -> float:
         bound = star_step(now, out, roles.closed, True, offsets, neighbours, rule, step)
         if len(roles.open):
             bound = max(bound, star_step(now, out, roles.open, False, offsets, neighbours, rule, step))
-        if len(roles.irregular):
+        if len(star.irregular):
             corners = star.corner_offsets, star.corners
-            bound = max(bound, irregular_step(now, out, roles.irregular, offsets, neighbours, *corners, rule, step))
-        if rule != BY_AREA:
-            return 2.0
-        # The sharper bound costs a pass over the triangles: only where it can make a difference.
-        return float(bound) if step * bound <= 2.0 else float(min(bound, element_bound(now, faces)))
+            row = irregular_step(now, out, star.irregular, roles.irregular, offsets, neighbours, *corners, rule, step)
+            bound = max(bound, row)
+        return float(bound) if rule == BY_AREA else 2.0
 
     return advance
 
@@ -149,16 +158,9 @@ def _assembled(laplacian: Laplacian, which: Ints) -> Advance:
 def _uniform_of_meshlab(star: Stars, roles: Roles) -> Advance:
     """(p + sum over the faces of each edge of p_j) / (number of terms): an interior edge counts twice, for it has two faces."""
     offsets, neighbours = star.offsets, star.neighbours
-    counts = np.full(len(neighbours), 2.0)
-    on_border = np.flatnonzero(star.kinds == OPEN)
-    counts[offsets[on_border]] = counts[offsets[on_border + 1] - 1] = 1.0
-    for i in np.flatnonzero(star.kinds == IRREGULAR):
-        corners = star.corners[star.corner_offsets[i] : star.corner_offsets[i + 1]]
-        counts[offsets[i] : offsets[i + 1]] = np.unique(corners, return_counts=True)[1]
-    degrees = np.zeros(len(star.kinds))
-    used = star.kinds > 0
-    degrees[used] = np.add.reduceat(counts, offsets[:-1][used]) if len(counts) else 0.0
-    shares, which = 1.0 / (degrees + 1.0), roles.surface
+    counts = star.face_counts().astype(np.float64)
+    totals = np.concatenate([[0.0], np.cumsum(counts)])
+    shares, which = 1.0 / (totals[offsets[1:]] - totals[offsets[:-1]] + 1.0), roles.surface
 
     def advance(now: Floats, out: Floats, step: float) -> float:
         weighted_step(now, out, which, offsets, neighbours, counts, shares)
