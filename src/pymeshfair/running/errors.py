@@ -131,6 +131,20 @@ class OutOfMemory(RunError):  # noqa: N818 - says what happened
         self.limit = limit
 
 
+class WorkerError(RunError):
+    """Something went wrong in the worker that nobody thought of: a defect of pymeshfair.
+
+    Attributes:
+        place: what it was doing.
+        details: the traceback, and the end of what it wrote to stderr.
+    """
+
+    def __init__(self, place: Place, reason: str, details: str) -> None:
+        super().__init__(f"{place}: {reason}; this is a defect of pymeshfair, please report it")
+        self.place = place
+        self.details = details
+
+
 def _signal_name(status: int) -> str | None:
     if status >= 0:
         return None

@@ -1,0 +1,121 @@
+"""The worker process as its supervisor sees it: something that is started, talks, and is gone afterwards."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections import deque
+from collections.abc import Mapping
+from contextlib import suppress
+from queue import SimpleQueue
+from types import TracebackType
+from typing import IO, Any
+
+from .limits import worker_environment
+from .messages import parse_talk, to_line
+
+#: the last lines of a worker's stderr that are kept for the report of its death, and the most bytes of one
+_TAIL_LINES, _LINE_LIMIT = 60, 4096
+#: seconds to wait for a killed process, which only a disk that does not answer makes longer
+_PATIENCE = 5.0
+
+
+class WorkerProcess:
+    """A worker that carries out one assignment; a context manager that leaves no process behind.
+
+    What it says arrives in the queue: ``("report", document)`` for a line on its channel, ``("talk", Talk)`` for a line on its
+    stderr, and ``("end", None)`` twice, when each of the two is closed.
+    """
+
+    def __init__(self, assignment: Mapping[str, Any], queue: SimpleQueue[tuple[str, Any]], *, threads: int | None) -> None:
+        """See the class; nothing is started before the context is entered."""
+        self._assignment = assignment
+        self._queue = queue
+        self._environment = worker_environment(threads)
+        self._process: subprocess.Popen[bytes] | None = None
+        self._readers: list[threading.Thread] = []
+        self.tail: deque[str] = deque(maxlen=_TAIL_LINES)
+
+    def __enter__(self) -> WorkerProcess:
+        # A session of its own, so that Ctrl-C on the terminal reaches the supervisor alone, and one signal ends all its children.
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "pymeshfair.running.worker"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            env=self._environment,
+            start_new_session=os.name == "posix",
+            creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
+        )
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        assert self._process.stderr is not None
+        for reader, stream in ((self._read_reports, self._process.stdout), (self._read_talk, self._process.stderr)):
+            self._readers.append(threading.Thread(target=reader, args=(stream,), daemon=True))
+            self._readers[-1].start()
+        with suppress(BrokenPipeError):  # it has died already, which its end will tell
+            self._process.stdin.write(to_line(self._assignment))
+            self._process.stdin.flush()  # and stays open: its end is the worker's
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        assert self._process is not None
+        self._kill()
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(_PATIENCE)
+        for reader in self._readers:
+            reader.join(1.0)
+        for stream in (self._process.stdin, self._process.stdout, self._process.stderr):
+            if stream is not None:
+                with suppress(OSError):
+                    stream.close()
+
+    def _kill(self) -> None:
+        """End the process and whatever it has started."""
+        assert self._process is not None
+        if self._process.returncode is not None:
+            return  # waited for, so its number may be another's by now
+        if os.name == "posix":
+            with suppress(ProcessLookupError, PermissionError):
+                os.killpg(self._process.pid, signal.SIGKILL)
+        else:
+            self._process.kill()
+
+    @property
+    def pid(self) -> int:
+        """Of the worker."""
+        assert self._process is not None
+        return self._process.pid
+
+    def has_ended(self) -> bool:
+        """Whether the process is gone, whoever may still hold its pipes open."""
+        assert self._process is not None
+        if hasattr(os, "waitid"):  # leaves it to be waited for, so that its children can be ended with it
+            return os.waitid(os.P_PID, self._process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
+        return self._process.poll() is not None
+
+    def wait(self) -> int:
+        """The exit status, once both streams have ended; minus a signal's number if that was the end."""
+        assert self._process is not None
+        return self._process.wait()
+
+    def _read_reports(self, stream: IO[bytes]) -> None:
+        with suppress(ValueError, OSError):
+            for line in stream:
+                self._queue.put(("report", json.loads(line)))
+        self._queue.put(("end", None))
+
+    def _read_talk(self, stream: IO[bytes]) -> None:
+        with suppress(ValueError, OSError):
+            while line := stream.readline(_LINE_LIMIT):
+                text = line.decode("utf-8", "replace").rstrip()
+                if text:
+                    talk = parse_talk(text)
+                    if talk.fraction is None and talk.step is None:
+                        self.tail.append(text)
+                    self._queue.put(("talk", talk))
+        self._queue.put(("end", None))

@@ -1,0 +1,54 @@
+"""Ctrl-C and its like, put off to a moment at which cleaning up cannot be cut short."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from queue import SimpleQueue
+from types import FrameType, TracebackType
+from typing import Any
+
+
+class Interrupted(BaseException):
+    """A signal asked for the end of the run; never leaves this package."""
+
+
+class Interrupts:
+    """While it lasts, SIGINT, SIGTERM and SIGHUP are put into a queue; afterwards the first of them has its usual effect.
+
+    So nothing in between is torn apart: the supervisor sees the signal where it waits, stops the worker and removes its files;
+    only then is KeyboardInterrupt raised, or does the process end by the signal. Handlers that a program has set itself stay.
+    In other threads than the main one nothing changes, as Python delivers no signals there.
+    """
+
+    def __init__(self, queue: SimpleQueue[tuple[str, Any]]) -> None:
+        """See the class; the queue gets ``("signal", number)``."""
+        self._queue = queue
+        self._previous: dict[int, Any] = {}
+        self._first: int | None = None
+
+    def check(self) -> None:
+        """Raise `Interrupted` if a signal has come."""
+        if self._first is not None:
+            raise Interrupted
+
+    def __enter__(self) -> Interrupts:
+        if threading.current_thread() is threading.main_thread():
+            for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+                number = getattr(signal, name, None)
+                if number is not None and signal.getsignal(number) in (signal.default_int_handler, signal.SIG_DFL):
+                    self._previous[number] = signal.signal(number, self._take)
+        return self
+
+    def _take(self, number: int, frame: FrameType | None) -> None:
+        self._first = self._first or number
+        self._queue.put(("signal", number))
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        for number, handler in self._previous.items():
+            signal.signal(number, handler)
+        if self._first is None:
+            return
+        if self._first != signal.SIGINT:
+            signal.raise_signal(self._first)
+        raise KeyboardInterrupt from (None if isinstance(error, Interrupted) else error)

@@ -1,0 +1,128 @@
+"""What supervisor and worker say to each other: one JSON document a line, and marks among MeshLab's talk on stderr."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from ..registry import find_filter
+from ..scripts.script import Step
+from .job import Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
+from .plain_values import plain
+
+_EVENTS: Mapping[str, type[Event]] = {  # type: ignore[valid-type]
+    kind.__name__: kind for kind in (PhaseStarted, StepStarted, StepProgress, StepFinished, Message)
+}
+
+
+def encode_event(event: Event) -> dict[str, Any]:
+    """The event as a document that `decode_event` reads."""
+    return {"event": type(event).__name__, **asdict(event)}
+
+
+def decode_event(document: Mapping[str, Any]) -> Event | None:
+    """The event in a document, or None if it is none."""
+    kind = _EVENTS.get(str(document.get("event")))
+    return None if kind is None else kind(**{k: v for k, v in document.items() if k != "event"})
+
+
+def to_line(document: Mapping[str, Any]) -> bytes:
+    """The document as one line."""
+    return json.dumps(document).encode("ascii") + b"\n"
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """What a worker is told to do.
+
+    Attributes:
+        steps: Python names of filters and their values, as `Step` has them.
+        input: the file to read, an absolute path.
+        output: the file to write in the end, an absolute path.
+        stage: the staging folder; its subfolder ``new`` takes what the worker writes.
+        memory_limit: bytes, or None.
+    """
+
+    steps: tuple[Step, ...]
+    input: Path
+    output: Path
+    stage: Path
+    memory_limit: int | None
+
+    @classmethod
+    def of(cls, job: Job, stage: Path) -> Assignment:
+        """What `job` means for its worker."""
+        return cls(job.recipe.script.steps, job.input.absolute(), job.output.absolute(), stage.absolute(), job.memory_limit)
+
+    def to_document(self) -> dict[str, Any]:
+        """The assignment as a document that `from_document` reads."""
+        return {
+            "steps": [{"filter": s.filter.python_name, "values": plain(s.values), "line": s.line} for s in self.steps],
+            "input": str(self.input),
+            "output": str(self.output),
+            "stage": str(self.stage),
+            "memory_limit": self.memory_limit,
+        }
+
+    @classmethod
+    def from_document(cls, document: Mapping[str, Any]) -> Assignment:
+        """The assignment in a document; every value is checked again."""
+        steps = []
+        for given in document["steps"]:
+            known = find_filter(given["filter"])
+            steps.append(Step(known, known.check(given["values"]), given["line"]))
+        paths = {name: Path(document[name]) for name in ("input", "output", "stage")}
+        return cls(tuple(steps), **paths, memory_limit=document["memory_limit"])
+
+
+#: how a run failed, as a worker tells it; the supervisor makes the exception of it
+FailureKind = Literal["input", "output", "step", "memory", "internal"]
+
+
+def failure(kind: FailureKind, reason: str, *, path: Path | None = None, details: str = "") -> dict[str, Any]:
+    """The document by which a worker tells that it gives up."""
+    return {"failed": kind, "reason": reason, "path": None if path is None else str(path), "details": details}
+
+
+# ------------------------------------------------------------------------------------------------------------------- stderr
+
+_MARK = "pymeshfair-step"
+_LOG = re.compile(r"LOG: (\d+) (.*?)\s*(?:\[ (\d{1,3})% \])?\s*")
+
+
+def mark(step: int) -> bytes:
+    """The line on stderr after which MeshLab's words belong to a step; 0 for none."""
+    return f"\n{_MARK} {step}\n".encode("ascii")
+
+
+@dataclass(frozen=True)
+class Talk:
+    """One line that a worker wrote to stderr.
+
+    Attributes:
+        text: what it says, without MeshLab's prefix.
+        level: of MeshLab's log (0 system, 1 warning, 2 filter, 3 debug); None if the line is not MeshLab's.
+        fraction: how far a filter is, from 0 to 1, if the line tells that and nothing else.
+        step: the step that begins here, if the line is a mark.
+    """
+
+    text: str
+    level: int | None = None
+    fraction: float | None = None
+    step: int | None = None
+
+
+def parse_talk(line: str) -> Talk:
+    """Take one line of stderr apart."""
+    words = line.split()
+    if len(words) == 2 and words[0] == _MARK and words[1].isdigit():
+        return Talk("", step=int(words[1]))
+    match = _LOG.fullmatch(line)
+    if match is None:
+        return Talk(line)
+    level, text, percent = match.groups()
+    return Talk(text.strip(), int(level), None if percent is None else min(int(percent), 100) / 100)

@@ -1,0 +1,172 @@
+"""Files that appear whole or not at all.
+
+Everything is written to a hidden folder beside the output, on the same file system, flushed to the disk, and then renamed into
+place. The order of the renames is: the old provenance goes, the textures and material files come, the output comes, the new
+provenance comes. Wherever a power cut stops that, no output stands beside the provenance of another one.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from .errors import OutputError
+from .formats import WRITABLE, extension, listed
+from .provenance import provenance_path, read_provenance, recorded_digest, sha256_of
+
+#: what the name of the hidden folder begins with
+STAGE_PREFIX = ".pymeshfair-"
+_OVERWRITE = "name another output, or ask to overwrite"
+
+
+def material_path(output: Path) -> Path:
+    """The material file that MeshLab writes beside an OBJ file."""
+    return output.with_name(f"{output.name}.mtl")
+
+
+def check_output(output: Path, input: Path, *, overwrite: bool) -> None:
+    """Refuse an output that cannot or must not be written, before any work.
+
+    Without `overwrite` an existing file is replaced only if it is what a former run wrote: its provenance names the same input
+    and its digest is the one recorded there. So the same command can be given again, and no other file is lost.
+
+    Raises:
+        OutputError: an unknown format, no such folder, a folder that cannot be written to, a folder in the way, the input
+            itself, or a file that must not be replaced.
+    """
+    folder = output.parent
+    if extension(output) not in WRITABLE:
+        what = f"{output.suffix!r} is no format for it" if output.suffix else "it has no extension that says the format"
+        raise OutputError(output, f"{what}; a run writes {listed(WRITABLE)}")
+    if not folder.is_dir():
+        raise OutputError(output, f"the folder {folder} {'is no folder' if folder.exists() else 'does not exist; make it first'}")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise OutputError(output, f"the folder {folder} cannot be written to (permissions, or a read-only disk)")
+    files = [output, provenance_path(output), *([material_path(output)] if extension(output) == "obj" else [])]
+    for path in files:
+        if path.is_dir():
+            raise OutputError(path, "there is a folder of that name")
+    if overwrite:
+        return
+    if output.exists() and output.samefile(input):
+        raise OutputError(output, f"it is the input; {_OVERWRITE}")
+    record = read_provenance(output)
+    for path in filter(os.path.lexists, files):
+        if reason := _not_ours(path, record, input):
+            raise OutputError(path, f"it exists and {reason}; {_OVERWRITE}")
+
+
+def _not_ours(path: Path, record: Mapping[str, Any] | None, input: Path) -> str | None:
+    """Why an existing file is not what a former run wrote from this input; None if it is."""
+    if path.is_symlink() or not path.is_file():
+        return "is no regular file"
+    if record is None:
+        return "no provenance says that a run wrote it"
+    source = Path(str(record.get("input", {}).get("path")))
+    if not (source == input.absolute() or (source.exists() and source.samefile(input))):
+        return f"was made from another input, {source}"
+    if path.name.endswith(".provenance.json"):
+        return None
+    return None if sha256_of(path) == recorded_digest(record, path) else "has been changed since a run wrote it"
+
+
+@contextlib.contextmanager
+def staging_folder(output: Path) -> Iterator[Path]:
+    """A new hidden folder beside `output`; it is gone afterwards with all that is left in it.
+
+    Raises:
+        OutputError: it cannot be made.
+    """
+    try:
+        stage = Path(tempfile.mkdtemp(prefix=STAGE_PREFIX, dir=output.parent))
+    except OSError as error:
+        raise OutputError(output, f"cannot make a temporary folder beside it: {error.strerror or error}") from error
+    try:
+        yield stage
+    finally:
+        remove_folder(stage)
+
+
+def remove_folder(folder: Path) -> None:
+    """Remove a folder, even while a dying process still puts files into it."""
+    for _ in range(5):
+        shutil.rmtree(folder, ignore_errors=True)
+        if not folder.exists():
+            return
+
+
+def write_whole(path: Path, data: bytes) -> None:
+    """Write a new file and wait until the disk has it."""
+    with path.open("xb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def flush(path: Path) -> None:
+    """Wait until the disk has a file or, where systems can, a folder's list of names."""
+    try:
+        descriptor = os.open(path, os.O_RDONLY)
+    except PermissionError:  # Windows opens no folders
+        return
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+@dataclass(frozen=True)
+class StagedFile:
+    """A finished file in the staging folder, and where it belongs."""
+
+    staged: Path
+    target: Path
+
+
+def commit(output: StagedFile, provenance: StagedFile, side_files: Sequence[StagedFile], backups: Path) -> None:
+    """Put all files in place, or none.
+
+    Args:
+        output: the mesh file.
+        provenance: the file beside it.
+        side_files: textures and material files.
+        backups: an empty folder on the same file system for what is replaced, until all is done.
+
+    Raises:
+        OutputError: a rename failed; what was there before is there again.
+    """
+    done: list[tuple[Path, Path | None]] = []
+    try:
+        done.append((provenance.target, _kept(provenance.target, backups / "provenance")))
+        provenance.target.unlink(missing_ok=True)
+        for number, file in enumerate((*side_files, output, provenance)):
+            done.append((file.target, _kept(file.target, backups / str(number))))
+            file.staged.replace(file.target)
+        flush(output.target.parent)
+    except BaseException as error:
+        for target, backup in reversed(done):
+            with contextlib.suppress(OSError):
+                if backup is None:
+                    target.unlink(missing_ok=True)
+                else:
+                    backup.replace(target)
+        if isinstance(error, OSError):
+            raise OutputError(output.target, f"cannot put it in place: {error.strerror or error}") from error
+        raise
+
+
+def _kept(target: Path, backup: Path) -> Path | None:
+    """A second name for what is at `target` now, so that it can be put back; None if there is nothing."""
+    if not os.path.lexists(target):
+        return None
+    try:
+        os.link(target, backup, follow_symlinks=False)
+    except (OSError, NotImplementedError):  # a file system without hard links
+        shutil.copy2(target, backup, follow_symlinks=False)
+    return backup

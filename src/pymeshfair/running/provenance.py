@@ -1,0 +1,88 @@
+"""``OUTPUT.provenance.json``: how an output came about, so that it can be made again and compared.
+
+The document is the same for the same run on the same machine, byte for byte, but for what stands under ``"run"``: the times, the
+memory and the command line.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import json
+import os
+import platform
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+#: what a provenance file calls itself; the number grows when the meaning of a field changes
+SCHEMA = "pymeshfair-provenance-1"
+#: the packages whose version may change a result
+PACKAGES = ("pymeshfair", "pymeshlab", "numpy", "scipy", "numba", "llvmlite", "robust-laplacian", "cholespy")
+
+
+def provenance_path(output: Path) -> Path:
+    """The file that says how `output` came about: ``scan.ply.provenance.json`` beside ``scan.ply``."""
+    return output.with_name(f"{output.name}.provenance.json")
+
+
+def read_provenance(output: Path) -> dict[str, Any] | None:
+    """What the file beside `output` says, or None if there is none or it is none of ours."""
+    try:
+        record = json.loads(provenance_path(output).read_bytes())
+    except (OSError, ValueError):
+        return None
+    return record if isinstance(record, dict) and record.get("schema") == SCHEMA else None
+
+
+def recorded_digest(record: Mapping[str, Any] | None, path: Path) -> str | None:
+    """The SHA-256 digest that a record gives for the output or a side file of it, by the file's name; None if it gives none."""
+    output = record.get("output") if record else None
+    if not isinstance(output, dict):
+        return None
+    files = [output, *(f for f in output.get("side_files", ()) if isinstance(f, dict))]
+    return next((str(f.get("sha256")) for f in files if Path(str(f.get("path"))).name == path.name), None)
+
+
+def sha256_of(path: Path) -> str:
+    """The SHA-256 digest of a file in hexadecimal."""
+    digest = hashlib.sha256()
+    with path.open("rb", buffering=0) as file:
+        while chunk := file.read(1 << 20):
+            digest.update(chunk)
+    return digest.hexdigest()
+
+
+def described_file(path: Path, *, named: Path | None = None) -> dict[str, Any]:
+    """The entry of one file in a record: its absolute path, size and digest.
+
+    Args:
+        path: the file as it is now.
+        named: the path to write down, if the file will be moved there.
+    """
+    return {"path": str((named or path).absolute()), "bytes": path.stat().st_size, "sha256": sha256_of(path)}
+
+
+def versions() -> dict[str, Any]:
+    """What a result depends on besides the input and the recipe."""
+    found: dict[str, Any] = {"python": platform.python_version(), "implementation": platform.python_implementation()}
+    found |= {name: _version(name) for name in PACKAGES}
+    return found | {"system": platform.platform(), "machine": platform.machine(), "byte_order": sys.byteorder}
+
+
+def _version(package: str) -> str | None:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return None
+
+
+def thread_settings(environment: Mapping[str, str] = os.environ) -> dict[str, str]:
+    """The variables that say how many threads libraries may use, as far as they are set."""
+    return {name: environment[name] for name in sorted(environment) if name.endswith("_NUM_THREADS")}
+
+
+def formatted(record: Mapping[str, Any]) -> bytes:
+    """The record as the bytes of its file."""
+    return (json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode("utf-8", "surrogateescape")

@@ -1,0 +1,104 @@
+"""Puts together what supervisor and worker know about a run: the provenance document, and the result."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from ..scripts.write import format_script
+from .job import Job, RunResult, StepReport
+from .limits import worker_environment
+from .provenance import SCHEMA, provenance_path, thread_settings, versions
+
+
+def record_of(
+    job: Job,
+    report: Mapping[str, Any],
+    said: Mapping[int, Sequence[str]],
+    warned: Mapping[int, Sequence[str]],
+    *,
+    started: datetime,
+    seconds: float,
+) -> dict[str, Any]:
+    """The provenance document of a finished run.
+
+    Args:
+        job: what was asked for.
+        report: what the worker reported.
+        said: what filters said, by the number of the step.
+        warned: what MeshLab called warnings, by the number of the step, 0 for reading and writing.
+        started: when.
+        seconds: how long it took.
+    """
+    script = job.recipe.script
+    text = format_script(script)
+    warnings = list(report["warnings"])
+    # The worker counts for itself what reading left out, where the format says how much there was.
+    warnings += [f"MeshLab says: {text}" for text in warned.get(0, ()) if not report["counted"]]
+    warnings += [f"step {n}: {text}" for n in sorted(warned) if n for text in warned[n]]
+    return {
+        "schema": SCHEMA,
+        "recipe": {
+            "name": job.recipe.name,
+            "file": None if script.path is None else str(script.path.absolute()),
+            "overrides": list(job.overrides),
+            "sha256": hashlib.sha256(text.encode("utf-8")).hexdigest(),
+            "text": text,
+        },
+        "input": report["input"],
+        "output": report["output"],
+        "steps": [
+            {
+                "number": number,
+                "filter": step.filter.name,
+                "python_name": step.filter.python_name,
+                "origin": step.filter.origin,
+                "parameters": done["parameters"],
+                "values": done["values"],
+                "messages": list(said.get(number, ())),
+            }
+            for number, (step, done) in enumerate(zip(script.steps, report["steps"], strict=True), 1)
+        ],
+        "measures": {"before": report["before"], "after": report["after"]},
+        "warnings": warnings,
+        "versions": versions(),
+        "threads": thread_settings(worker_environment(job.threads)),
+        "run": {
+            "started": started.isoformat(timespec="seconds").replace("+00:00", "Z"),
+            "seconds": round(seconds, 3),
+            "step_seconds": [round(done["seconds"], 3) for done in report["steps"]],
+            "peak_memory_bytes": report["peak_memory"],
+            "command": list(job.command),
+        },
+    }
+
+
+def result_of(job: Job, record: Mapping[str, Any], side_files: Sequence[Path]) -> RunResult:
+    """What `run_job` gives back, from the document that it has written."""
+    run = record["run"]
+    steps = (
+        StepReport(
+            step["number"],
+            step["filter"],
+            step["python_name"],
+            seconds,
+            parameters=step["parameters"],
+            values=step["values"],
+            messages=tuple(step["messages"]),
+        )
+        for step, seconds in zip(record["steps"], run["step_seconds"], strict=True)
+    )
+    return RunResult(
+        output=job.output,
+        provenance=provenance_path(job.output),
+        side_files=tuple(side_files),
+        before=record["measures"]["before"],
+        after=record["measures"]["after"],
+        steps=tuple(steps),
+        warnings=tuple(record["warnings"]),
+        seconds=run["seconds"],
+        peak_memory=run["peak_memory_bytes"],
+    )

@@ -1,0 +1,155 @@
+"""Writes the mesh to the staging folder so that everything it has is kept, or named in a warning."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .errors import OutputError
+from .formats import ATTRIBUTES, WRITABLE, Format, extension
+from .inputs import Announced
+from .outputs import StagedFile, flush, material_path
+from .ply import read_header
+from .textures import rename_in_materials, rename_in_ply, stage_textures
+from .verification import TornFileError, verify_file
+
+#: the share of a mean edge by which rounding may move a vertex before it is worth a word, and before it is an error
+WORTH_A_WARNING, DESTROYED = 1e-3, 0.5
+
+
+@dataclass(frozen=True)
+class Saved:
+    """What was written to the staging folder.
+
+    Attributes:
+        output: the mesh file.
+        side_files: its textures and material file.
+        reused: textures of the output that were in place already.
+        warnings: what the file does not hold of the mesh.
+    """
+
+    output: StagedFile
+    side_files: tuple[StagedFile, ...]
+    reused: tuple[Path, ...]
+    warnings: tuple[str, ...]
+
+
+def save_mesh(
+    meshes: Any,
+    announced: Announced,
+    output: Path,
+    stage: Path,
+    *,
+    resolution: float,
+    textures_changed: bool,
+    record: Mapping[str, Any] | None,
+) -> Saved:
+    """Write the current mesh to the staging folder, check that it is whole there, and flush it to the disk.
+
+    Args:
+        meshes: the mesh set.
+        announced: what the input was found to have.
+        output: where the file will go; its name is that of the staged file, too, since MeshLab writes it into some files.
+        stage: the staging folder.
+        resolution: the mean edge, or the mean distance of points, that coordinates must be able to tell apart.
+        textures_changed: whether a step may have painted on a texture.
+        record: the provenance of the former output, if that is to be replaced.
+
+    Raises:
+        OutputError: MeshLab could not write the file, it is not whole, or its format would destroy the mesh.
+    """
+    mesh = meshes.current_mesh()
+    kind = WRITABLE[extension(output)]
+    warnings = _check_precision(kind, mesh, resolution, output)
+    present = _present(mesh, announced)
+    options = dict(kind.options)
+    if "vertex normals" in kind.holds:
+        options["save_vertex_normal"] = "vertex normals" in present
+        if "vertex normals" in present and mesh.face_number():
+            _normalise_normals(meshes)
+    # MeshLab names custom attributes nowhere but among the parameters of saving a PLY file.
+    custom = [name for name in meshes.filter_parameter_values("ply") if name.startswith("__ca_")]
+    if custom:
+        present.add("custom attributes")
+        if "custom attributes" in kind.holds:
+            options |= dict.fromkeys(custom, True)
+    staged = stage / output.name
+    try:
+        meshes.save_current_mesh(str(staged), save_textures=False, **options)
+    except Exception as error:  # pymeshlab raises several unrelated types
+        raise OutputError(output, f"MeshLab could not write it: {' '.join(str(error).split())}") from error
+    lost = [a for a in ATTRIBUTES if a in present - kind.holds]
+    if lost:
+        better = "" if kind.extension == "ply" else "; .ply keeps " + ("more" if "edges" in lost else "them")
+        warnings.append(f"{output.name} does not hold the {_joined(lost)} of the mesh{better}")
+    try:
+        verify_file(staged, mesh.vertex_number(), mesh.face_number())
+    except TornFileError as error:
+        raise OutputError(output, f"what was written is not whole: {error}; is the disk full?") from error
+
+    side_files: list[StagedFile] = []
+    reused: tuple[Path, ...] = ()
+    material = material_path(staged)
+    if "textures" in present & kind.holds:
+        changed = textures_changed
+        plan = stage_textures(mesh.textures(), announced, output, stage, changed=changed, record=record)
+        if kind.extension == "ply":
+            rename_in_ply(staged, read_header(staged).size, plan.new_names)
+        elif material.exists():
+            rename_in_materials(material, plan.new_names)
+        side_files += plan.files
+        reused = plan.reused
+        warnings += [f"the texture {name!r} does not exist; the output names it all the same" for name in plan.missing]
+    if material.exists():
+        side_files.append(StagedFile(material, material_path(output)))
+    for file in (staged, *(f.staged for f in side_files)):
+        flush(file)
+    return Saved(StagedFile(staged, output), tuple(side_files), reused, tuple(warnings))
+
+
+def _present(mesh: Any, announced: Announced) -> set[str]:
+    """Which of `ATTRIBUTES` the mesh has, custom attributes aside."""
+    has_faces = mesh.face_number() > 0
+    normals = announced.normals or (not has_faces and bool(mesh.vertex_normal_matrix().any()))
+    present = {
+        "faces": has_faces,
+        "edges": mesh.edge_number() > 0,
+        "vertex normals": normals,
+        "vertex colours": mesh.has_vertex_color(),
+        "vertex scalars": mesh.has_vertex_scalar(),
+        "vertex texture coordinates": mesh.has_vertex_tex_coord(),
+        "face colours": has_faces and mesh.has_face_color(),
+        "face scalars": has_faces and mesh.has_face_scalar(),
+        "wedge texture coordinates": has_faces and mesh.has_wedge_tex_coord(),
+        "textures": mesh.texture_number() > 0,
+    }
+    return {name for name, there in present.items() if there}
+
+
+def _normalise_normals(meshes: Any) -> None:
+    """Make normals unit vectors: MeshLab leaves sums of face normals after some filters."""
+    lengths = np.linalg.norm(meshes.current_mesh().vertex_normal_matrix(), axis=1)
+    if np.any(np.abs(lengths[lengths > 0] - 1) > 1e-6):
+        meshes.apply_filter("apply_normal_normalization_per_vertex")
+
+
+def _check_precision(kind: Format, mesh: Any, resolution: float, output: Path) -> list[str]:
+    """Whether the format can tell the vertices apart; raise `OutputError` if not, warn if it is close."""
+    if kind.precision == "double" or not mesh.vertex_number():
+        return []
+    largest = float(np.abs(mesh.vertex_matrix()).max())
+    rounding = {"float": largest * 2.0**-24, "six digits": largest * 5e-6, "six decimals": 5e-7}[kind.precision]
+    if not resolution or rounding < WORTH_A_WARNING * resolution:
+        return []
+    told = f"rounds coordinates by up to {rounding:.2g} so far from the origin, and the mean edge is {resolution:.2g}"
+    if rounding > DESTROYED * resolution:
+        raise OutputError(output, f"the format {told}; .ply keeps every digit")
+    return [f"{output.name} {told}; .ply keeps every digit"]
+
+
+def _joined(words: list[str]) -> str:
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

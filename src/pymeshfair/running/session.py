@@ -1,0 +1,200 @@
+"""What a worker does: reads the mesh, takes the steps, writes the result to the staging folder, and reports.
+
+The only module of a run in which MeshLab is at work.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from ..declaration import FilterClass
+from ..filters.errors import FilterInputError
+from ..filters.inspection.surface_measures import SurfaceMeasures, surface_measures
+from ..meshset import MeshSet
+from .errors import InputError
+from .formats import extension
+from .inputs import Announced, inspect_input
+from .job import Event, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
+from .messages import Assignment, encode_event, mark
+from .plain_values import plain
+from .provenance import described_file, read_provenance
+from .saving import save_mesh
+
+#: the least change of a fraction that is told
+_SMALLEST_PROGRESS = 0.005
+
+
+class StepError(Exception):
+    """The current step failed, or its result is no mesh that can be written."""
+
+
+class Session:
+    """One run in this process."""
+
+    def __init__(self, assignment: Assignment, tell: Callable[[Mapping[str, Any]], None]) -> None:
+        """See the class; `tell` sends a document to the supervisor."""
+        self._assignment = assignment
+        self._tell = tell
+        self._meshes = MeshSet(verbose=True)  # MeshLab then tells its progress on stderr
+        self._meshes.on_progress = self._progress
+        self._number = 0
+        self._told = 0.0
+        self._warnings: list[str] = []
+
+    def run(self) -> dict[str, Any]:
+        """Carry the assignment out; what is worth knowing of it.
+
+        Raises:
+            InputError, OutputError, StepError, MemoryError: see there.
+        """
+        self._event(PhaseStarted("reading"))
+        source = described_file(self._assignment.input)
+        announced = inspect_input(self._assignment.input)
+        source["side_files"] = [described_file(path) for path in announced.side_files]
+        self._read(announced)
+        before = self._measured(InputError(self._assignment.input, "it has coordinates that are not finite"))
+        steps = [self._step(number) for number in range(1, len(self._assignment.steps) + 1)]
+        return {"input": source, "steps": steps, "counted": announced.vertices is not None, **self._write(announced, before)}
+
+    # ------------------------------------------------------------------------------------------------------------- reading
+
+    def _read(self, announced: Announced) -> None:
+        path = self._assignment.input
+        before = path.stat()
+        # Layers of one file would otherwise be left behind when one of them is written.
+        options = {"load_in_a_single_layer": True} if extension(path) in ("3ds", "glb", "gltf") else {}
+        try:
+            self._meshes.load_new_mesh(str(path), **options)
+        except MemoryError:
+            raise
+        except Exception as error:  # pymeshlab raises several unrelated types
+            reason = " ".join(str(error).split("Error details:")[-1].split())
+            raise InputError(path, f"MeshLab says: {reason}") from error
+        after = path.stat()
+        if (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns):
+            raise InputError(path, "it changed while it was read")
+        if self._meshes.mesh_number() > 1:
+            self._warn(f"{path.name} holds {self._meshes.mesh_number()} meshes; one is cleaned and written, the others are not")
+        self._apply_matrix()
+        mesh = self._meshes.current_mesh()
+        if mesh.vertex_number() == 0:
+            raise InputError(path, "no vertex could be read from it")
+        self._compare(announced, mesh.vertex_number(), mesh.face_number())
+        if announced.not_kept:
+            self._warn(f"MeshLab does not keep of {path.name}: {'; '.join(announced.not_kept)}")
+
+    def _compare(self, announced: Announced, vertices: int, faces: int) -> None:
+        """Say what MeshLab left out or split: it removes vertices that are not finite and degenerate faces without a word."""
+        name = self._assignment.input.name
+        lost_vertices = max((announced.vertices or 0) - vertices, 0)
+        triangles = announced.faces
+        if triangles is not None and faces != triangles:
+            triangles = announced.count_triangles() or triangles
+        lost_faces = max((triangles or 0) - faces, 0)
+        if lost_vertices or lost_faces:
+            self._warn(
+                f"of {name} were left out: {lost_vertices:,} vertices with a coordinate that is not finite, and {lost_faces:,} "
+                "faces that use such a vertex or name a vertex twice"
+            )
+        if announced.faces is not None and (triangles or faces) > announced.faces and faces > announced.faces:
+            self._warn(f"polygons of {name} were split into triangles: {announced.faces:,} faces became {faces:,}")
+
+    def _apply_matrix(self) -> bool:
+        """Apply the layer's matrix to its coordinates, as no file that a run writes holds one; whether there was one."""
+        if np.array_equal(self._meshes.current_mesh().transform_matrix(), np.eye(4)):
+            return False
+        self._meshes.apply_filter("apply_matrix_freeze")
+        return True
+
+    # --------------------------------------------------------------------------------------------------------------- steps
+
+    def _step(self, number: int) -> dict[str, Any]:
+        step = self._assignment.steps[number - 1]
+        self._number, self._told = number, 0.0
+        self._event(StepStarted(number, len(self._assignment.steps), step.filter.name))
+        os.write(2, mark(number))
+        started = time.perf_counter()
+        try:
+            parameters = self._meshes.effective_parameters(step)
+            values = self._meshes.apply_step(step)
+            if self._meshes.mesh_number() == 0:
+                raise StepError("it left no mesh")
+        except (StepError, MemoryError):
+            raise
+        except Exception as error:
+            if _caused_by_memory(error):
+                raise MemoryError from error
+            raise StepError(str(error)) from error
+        seconds = time.perf_counter() - started
+        os.write(2, mark(0))
+        self._event(StepFinished(number, seconds))
+        self._number = 0
+        return {"parameters": plain(parameters), "values": plain(values), "seconds": seconds}
+
+    def _progress(self, fraction: float) -> None:
+        if self._number and abs(fraction - self._told) >= _SMALLEST_PROGRESS:
+            self._told = fraction
+            self._event(StepProgress(self._number, min(max(fraction, 0.0), 1.0)))
+
+    # ------------------------------------------------------------------------------------------------------------- writing
+
+    def _write(self, announced: Announced, before: SurfaceMeasures) -> dict[str, Any]:
+        output = self._assignment.output
+        self._event(PhaseStarted("writing"))
+        if self._meshes.mesh_number() > 1:
+            layer = self._meshes.current_mesh().label()
+            self._warn(f"the recipe ends with {self._meshes.mesh_number()} layers; only the current one, {layer!r}, is written")
+        if self._apply_matrix():
+            self._warn("the layer's matrix was applied to its coordinates, as files do not hold it")
+        if self._meshes.current_mesh().vertex_number() == 0:
+            raise StepError("nothing is left of the mesh after the last step")
+        after = self._measured(StepError("the result has coordinates that are not finite"))
+        saved = save_mesh(
+            self._meshes,
+            announced,
+            output,
+            self._assignment.stage / "new",
+            resolution=after.mean_edge or after.mean_spacing or 0.0,
+            textures_changed=any(FilterClass.TEXTURE in step.filter.classes for step in self._assignment.steps),
+            record=read_provenance(output),
+        )
+        self._warnings += saved.warnings
+        files = [(f, described_file(f.staged, named=f.target)) for f in (saved.output, *saved.side_files)]
+        described = [entry for _, entry in files] + [described_file(path) for path in saved.reused]
+        return {
+            "before": plain(asdict(before)),
+            "after": plain(asdict(after)),
+            "output": described[0] | {"side_files": described[1:]},
+            "staged": [{"staged": str(f.staged), "target": str(f.target)} for f, _ in files],
+            "warnings": self._warnings,
+        }
+
+    def _measured(self, refusal: Exception) -> SurfaceMeasures:
+        mesh = self._meshes.current_mesh()
+        try:
+            return surface_measures(mesh.vertex_matrix(), mesh.face_matrix())
+        except FilterInputError as error:
+            raise refusal from error
+
+    # ------------------------------------------------------------------------------------------------------------- telling
+
+    def _event(self, event: Event) -> None:
+        self._tell(encode_event(event))
+
+    def _warn(self, text: str) -> None:
+        self._warnings.append(text)
+        self._event(Message(text, "warning"))
+
+
+def _caused_by_memory(error: BaseException | None) -> bool:
+    while error is not None:
+        if isinstance(error, MemoryError) or "bad_alloc" in str(error):
+            return True
+        error = error.__cause__
+    return False

@@ -1,0 +1,61 @@
+"""Runs a job in a worker process, and answers for everything that may happen to it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import datetime, timezone
+from pathlib import Path
+from queue import SimpleQueue
+from typing import Any
+
+from .child import WorkerProcess
+from .errors import OutputError
+from .inputs import check_input
+from .interrupts import Interrupts
+from .job import Event, Job, RunResult
+from .messages import Assignment
+from .outputs import StagedFile, check_output, commit, staging_folder, write_whole
+from .provenance import formatted, provenance_path
+from .record import record_of, result_of
+from .watch import Watch
+
+
+def run_job(job: Job, on_event: Callable[[Event], None] = lambda event: None) -> RunResult:
+    """Carry out a job: everything is checked, the worker runs, and the files appear whole or not at all.
+
+    Args:
+        job: what to do.
+        on_event: told what goes on, in this thread. An exception that it raises stops the run and is passed on.
+
+    Raises:
+        InputError: the input cannot be read.
+        OutputError: the output cannot or must not be written.
+        StepFailed: a filter could not do its work.
+        WorkerDied: the worker process crashed or was killed.
+        RunTimeout, OutOfMemory: the run needed more than it was given.
+        KeyboardInterrupt: Ctrl-C, within a second, after everything has been cleaned up.
+    """
+    started, clock = datetime.now(timezone.utc), time.monotonic()
+    job = replace(job, input=Path(job.input).absolute(), output=Path(job.output).absolute())
+    check_input(job.input)
+    check_output(job.output, job.input, overwrite=job.overwrite)
+    queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
+    with Interrupts(queue) as interrupts, staging_folder(job.output) as stage:
+        for name in ("new", "old"):
+            (stage / name).mkdir()
+        with WorkerProcess(Assignment.of(job, stage).to_document(), queue, threads=job.threads) as worker:
+            watch = Watch(job, worker, queue, on_event)
+            report = watch.until_done(clock)
+        interrupts.check()
+        seconds = time.monotonic() - clock
+        record = record_of(job, report, watch.said, watch.warned, started=started, seconds=seconds)
+        provenance = StagedFile(stage / "provenance.json", provenance_path(job.output))
+        try:
+            write_whole(provenance.staged, formatted(record))
+        except OSError as error:
+            raise OutputError(provenance.target, (error.strerror or str(error)).lower()) from error
+        output, *side_files = (StagedFile(Path(f["staged"]), Path(f["target"])) for f in report["staged"])
+        commit(output, provenance, side_files, stage / "old")
+    return result_of(job, record, [file.target for file in side_files])

@@ -1,0 +1,142 @@
+"""Follows a worker from its start to its end, and turns every end but the good one into an exception that says where it came."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections import defaultdict
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from typing import Any
+
+from .child import WorkerProcess
+from .errors import InputError, OutOfMemory, OutputError, Place, RunError, RunTimeout, StepFailed, WorkerDied, WorkerError
+from .interrupts import Interrupted
+from .job import Event, Job, Message, PhaseStarted, StepProgress, StepStarted
+from .messages import Talk, decode_event
+
+#: seconds between two looks at a worker that says nothing
+_PULSE = 0.5
+#: less than this is left on a disk that has run full
+_FULL = 1 << 20
+#: MeshLab's level of log for warnings
+_WARNING = 1
+
+
+class Watch:
+    """The eyes and ears of a supervisor on one worker.
+
+    Attributes:
+        said: what filters said, by the number of their step; 0 is for what is no step.
+        warned: those of these words that MeshLab calls warnings.
+    """
+
+    def __init__(
+        self, job: Job, worker: WorkerProcess, queue: SimpleQueue[tuple[str, Any]], on_event: Callable[[Event], None]
+    ) -> None:
+        """See the class; `queue` is the one that the worker and the signals put into."""
+        self._job = job
+        self._worker = worker
+        self._queue = queue
+        self._on_event = on_event
+        self._place = Place("starting the worker")
+        self._last_step: Place | None = None
+        self._speaker = 0
+        self._report: dict[str, Any] | None = None
+        self._failure: dict[str, Any] | None = None
+        self.said: defaultdict[int, list[str]] = defaultdict(list)
+        self.warned: defaultdict[int, list[str]] = defaultdict(list)
+
+    def until_done(self, started: float) -> dict[str, Any]:
+        """What the worker reports in the end.
+
+        Args:
+            started: when the job's time began to run (`time.monotonic`).
+
+        Raises:
+            RunError: the worker failed or died, or its time ran out.
+            Interrupted: a signal came.
+        """
+        deadline = None if self._job.timeout is None else started + self._job.timeout
+        open_streams = 2
+        while open_streams:
+            now = time.monotonic()
+            if deadline is not None and now >= deadline:
+                raise RunTimeout(self._place, float(self._job.timeout or 0))
+            try:
+                kind, item = self._queue.get(timeout=_PULSE if deadline is None else min(_PULSE, deadline - now))
+            except Empty:
+                if self._worker.has_ended():
+                    break  # something that it started holds its pipes open
+                continue
+            if kind == "signal":
+                raise Interrupted
+            if kind == "end":
+                open_streams -= 1
+            elif kind == "talk":
+                self._hear(item)
+            else:
+                self._read(item)
+        if self._report is not None:
+            return self._report
+        raise self._error()
+
+    def _read(self, document: Mapping[str, Any]) -> None:
+        event = decode_event(document)
+        if event is not None:
+            if isinstance(event, PhaseStarted):
+                path = self._job.input if event.phase == "reading" else self._job.output
+                self._place = Place(f"{event.phase} {path.name}")
+            elif isinstance(event, StepStarted):
+                self._last_step = self._place = self._step(event)
+            self._on_event(event)
+        elif "done" in document:
+            self._report = document["done"]
+        elif "failed" in document:
+            self._failure = dict(document)
+
+    def _step(self, event: StepStarted) -> Place:
+        step = self._job.recipe.script.steps[event.index - 1]
+        return Place(
+            f"step {event.index} of {event.total}, {event.filter!r}",
+            step=event.index,
+            total=event.total,
+            filter=event.filter,
+            file=self._job.recipe.script.path,
+            line=step.line,
+        )
+
+    def _hear(self, talk: Talk) -> None:
+        if talk.step is not None:
+            self._speaker = talk.step
+        elif talk.fraction is not None:
+            if self._speaker:
+                self._on_event(StepProgress(self._speaker, talk.fraction))
+        elif talk.level is not None and talk.text:
+            (self.warned if talk.level == _WARNING else self.said)[self._speaker].append(talk.text)
+            if self._speaker:
+                self._on_event(Message(talk.text, "warning" if talk.level == _WARNING else "info"))
+
+    def _error(self) -> RunError:
+        if self._failure is None:
+            status = self._worker.wait()
+            if self._place.doing.startswith("writing") and self._disk_is_full():
+                return OutputError(self._job.output, "the disk is full")
+            return WorkerDied(self._place, status, "\n".join(self._worker.tail), memory_limit=self._job.memory_limit)
+        kind, reason, path = (self._failure[key] for key in ("failed", "reason", "path"))
+        if kind == "input":
+            return InputError(Path(path), reason)
+        if kind == "output":
+            return OutputError(Path(path), "the disk is full" if self._disk_is_full() else reason)
+        if kind == "memory":
+            return OutOfMemory(self._place, self._job.memory_limit)
+        if kind == "step":
+            return StepFailed(self._place if self._place.step else self._last_step or self._place, reason)
+        return WorkerError(self._place, reason, "\n".join([self._failure["details"], *self._worker.tail]))
+
+    def _disk_is_full(self) -> bool:
+        try:
+            return shutil.disk_usage(self._job.output.parent).free < _FULL
+        except OSError:
+            return False

@@ -1,0 +1,85 @@
+"""The process that a run lives in: ``python -m pymeshfair.running.worker``, with its assignment as a line of JSON on stdin.
+
+It tells events as lines of JSON on what was its stdout, and ends when stdin does, which is when its supervisor is gone. Nothing
+of it is meant to be called from elsewhere.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import faulthandler
+import json
+import os
+import shutil
+import threading
+import traceback
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from .errors import InputError, OutputError
+from .limits import limit_process, peak_memory
+from .messages import Assignment, failure, to_line
+
+
+def main() -> None:
+    """Do what stdin says."""
+    orders, reports = _take_over_streams()
+    faulthandler.enable()
+    line = orders.readline()
+    if not line.endswith(b"\n"):
+        os._exit(1)
+    document = json.loads(line)
+    threading.Thread(target=_end_with_supervisor, args=(orders, Path(document["stage"])), daemon=True).start()
+    limit_process(document["memory_limit"])
+
+    def tell(report: Mapping[str, Any]) -> None:
+        with contextlib.suppress(OSError):  # a supervisor that is gone is told nothing
+            reports.write(to_line(report))
+
+    tell(_outcome(document, tell))
+    # Libraries that crash while they tidy up must not spoil a finished run.
+    os._exit(0)
+
+
+def _take_over_streams() -> tuple[BinaryIO, BinaryIO]:
+    """Keep stdin and stdout to ourselves: MeshLab's filters, and whatever they call, print to stdout."""
+    orders = os.fdopen(os.dup(0), "rb")
+    reports = os.fdopen(os.dup(1), "wb", buffering=0)
+    nothing = os.open(os.devnull, os.O_RDWR)
+    for descriptor in (0, 1):
+        os.dup2(nothing, descriptor)
+    os.close(nothing)
+    return orders, reports
+
+
+def _end_with_supervisor(orders: BinaryIO, stage: Path) -> None:
+    while orders.read(4096):
+        pass
+    for _ in range(5):  # the main thread may still be writing there
+        shutil.rmtree(stage, ignore_errors=True)
+    os._exit(1)
+
+
+def _outcome(document: Mapping[str, Any], tell: Any) -> dict[str, Any]:
+    """Carry out the assignment; what came of it, for the supervisor."""
+    from .session import Session, StepError  # imports MeshLab, within the limits
+
+    try:
+        session = Session(Assignment.from_document(document), tell)
+        report = session.run()
+    except InputError as error:
+        return failure("input", error.reason, path=error.path)
+    except OutputError as error:
+        return failure("output", error.reason, path=error.path)
+    except StepError as error:
+        return failure("step", str(error), details=traceback.format_exc())
+    except MemoryError:
+        return failure("memory", "memory ran out")
+    except Exception as error:
+        return failure("internal", f"{type(error).__name__}: {error}", details=traceback.format_exc())
+    return {"done": report | {"peak_memory": peak_memory()}}
+
+
+if __name__ == "__main__":
+    main()
