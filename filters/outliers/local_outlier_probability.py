@@ -1,0 +1,116 @@
+"""LoOP: how likely each point of a cloud is an outlier [kriegel2009]."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import erf
+
+from ..errors import FilterInputError
+from ..progress import Progress, ignore_progress
+from .kd_tree import LEAF, build_tree
+from .neighbours import check_cloud, chunks
+from .search import search
+from .threads import in_parallel, part_of
+
+
+def local_outlier_probability(
+    points: ArrayLike, *, neighbors: int = 20, extent: float = 3.0, progress: Progress = ignore_progress
+) -> NDArray[np.float64]:
+    r"""Compute the probability of every point to be an outlier from its distances to its neighbours, compared with theirs.
+
+    With :math:`K_p` the k nearest neighbours of p, p itself left out:
+
+    .. math::
+
+        \sigma(p) &= \sqrt{\tfrac1k \textstyle\sum_{q \in K_p} |p - q|^2} \\
+        \mathrm{PLOF}(p) &= \sigma(p) / \tfrac1k \textstyle\sum_{q \in K_p} \sigma(q) - 1 \\
+        \mathrm{nPLOF} &= \lambda \sqrt{\tfrac1n \textstyle\sum_p \mathrm{PLOF}(p)^2} \\
+        \mathrm{LoOP}(p) &= \max(0, \mathrm{erf}(\mathrm{PLOF}(p) / (\sqrt2 \, \mathrm{nPLOF})))
+
+    The result depends neither on the unit nor on the density of the cloud: a point is an outlier where its surroundings are
+    denser than its own distances, by more than is usual in the cloud.
+
+    Args:
+        points: (n, 3) finite coordinates.
+        neighbors: k, from 1 to n - 1. Must exceed the size of the clumps of outliers that are to be found; larger gives steadier
+            probabilities, blurs borders between densities and takes longer.
+        extent: :math:`\lambda > 0`, in standard deviations of PLOF. Larger gives smaller probabilities, so fewer points above
+            any threshold.
+        progress: called with the share of the work done.
+
+    Returns:
+        (n,) float64 probabilities in [0, 1]. Where a point and all its neighbours coincide it is 0; where its neighbours have
+        all their own neighbours at distance 0 but the point stands apart, the ratio is infinite: the probability is 1, and
+        the point is left out of the sum in nPLOF.
+
+    Raises:
+        FilterInputError: a parameter is out of its bounds, or coordinates are missing, NaN or infinite.
+    """
+    if not 0.0 < extent < math.inf:
+        raise FilterInputError(f"the extent must be a finite number above 0, got {extent}")
+    factors = outlier_factors(points, neighbors=neighbors, progress=progress)
+    finite = factors[np.isfinite(factors)]
+    scale = np.abs(finite).max(initial=0.0) or 1.0  # so that no square overflows
+    spread = extent * scale * np.sqrt(np.mean((finite / scale) ** 2)) if finite.size else 0.0
+    if spread == 0.0:
+        return (factors > 0.0).astype(np.float64)
+    return np.maximum(0.0, erf(factors / (np.sqrt(2.0) * spread)))
+
+
+def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = ignore_progress) -> NDArray[np.float64]:
+    """The (n,) probabilistic local outlier factors PLOF of `local_outlier_probability`: above 0 where a point is lonelier than
+    its neighbours, at least -1, and infinite as said there.
+    """
+    cloud, k = check_cloud(points, neighbors)
+    tree = build_tree(cloud, part_of(progress, 0.0, 0.2))
+    distances: NDArray[np.float64] = np.empty(tree.count)
+    positions: NDArray[np.int32] = np.empty((tree.count, k), np.int32)
+    factors: NDArray[np.float64] = np.empty(tree.count)
+
+    def find(first: int, last: int) -> None:
+        found, squared = search(tree, first, last, k)
+        rows = slice(first * LEAF, first * LEAF + len(found))
+        positions[rows] = found
+        distances[rows] = np.sqrt(_row_sums(squared) / k)
+
+    def compare(first: int, last: int) -> None:
+        _compare(distances, positions, tree.indices, first * LEAF, min(last * LEAF, tree.count), factors)
+
+    in_parallel(find, chunks(tree, k), part_of(progress, 0.2, 0.9))
+    in_parallel(compare, chunks(tree, k), part_of(progress, 0.9, 1.0))
+    return factors
+
+
+@njit(nogil=True, cache=True)
+def _row_sums(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    sums = np.zeros(values.shape[0])
+    for r in range(values.shape[0]):
+        for c in range(values.shape[1]):
+            sums[r] += values[r, c]
+    return sums
+
+
+@njit(nogil=True, cache=True)
+def _compare(
+    distances: NDArray[np.float64],
+    positions: NDArray[np.int32],
+    indices: NDArray[np.int32],
+    start: int,
+    stop: int,
+    factors: NDArray[np.float64],
+) -> None:
+    """PLOF of the points at the positions from `start` to before `stop`."""
+    k = positions.shape[1]
+    for p in range(start, stop):
+        total = 0.0
+        for i in range(k):
+            total += distances[positions[p, i]]
+        mean = total / k
+        if mean > 0.0:
+            factors[indices[p]] = distances[p] / mean - 1.0
+        else:
+            factors[indices[p]] = np.inf if distances[p] > 0.0 else 0.0
