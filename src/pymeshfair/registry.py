@@ -87,10 +87,12 @@ def reload_plugins() -> None:
 
 
 def _nearest(name: str, known: Iterable[str]) -> str | None:
-    """The nearest Python name to what looks like one, else the nearest GUI name; if there is none, the nearest of either."""
-    names = list(known)
-    alike = [n for n in names if _looks_like_python(n) == _looks_like_python(name)]
-    return nearest(name, alike) or nearest(name, names)
+    """The nearest Python name to what looks like one, else the nearest GUI name; if there is none, the other way round."""
+    kinds: dict[bool, list[str]] = {True: [], False: []}
+    for each in known:
+        kinds[_looks_like_python(each)].append(each)
+    kind = _looks_like_python(name)
+    return nearest(name, kinds[kind]) or nearest(name, kinds[not kind])
 
 
 def _looks_like_python(name: str) -> bool:

@@ -25,7 +25,7 @@ MOST_BYTES = 5_000_000
 MOST_LEVELS = 64
 MOST_FILTERS = 1000
 #: Reading ends after this many problems; whoever wrote that many has one cause to find.
-MOST_PROBLEMS = 200
+MOST_PROBLEMS = 100
 
 _ENCODINGS = frozenset({"utf-8", "utf8", "utf-16", "us-ascii", "ascii"})
 

@@ -1,0 +1,138 @@
+"""The syntax of expressions: what pymeshlab's own parser accepts is accepted, what it refuses is refused."""
+
+from __future__ import annotations
+
+import random
+import re
+
+import pymeshlab
+import pytest
+
+from pymeshfair.scripts.expressions import FUNCTIONS, expression_error, is_expression
+from tests.scripts.texts import one_filter, problems
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "q",
+        "(q < 0)",
+        " x + -y*2^-3 ",
+        "x--2",
+        "x>0 && y<=1 || z!=3",
+        "x ? y : z",
+        "x ? 1 : y ? 2 : 3",
+        "x>0 ? y>0 ? 1 : 2 : 3",
+        "min(1,2,3)+atan2(x,y)*rnd()",
+        "sin( x )",
+        "my_attribute > 0.5",
+        ".5+5.+1e5-1.e-5",
+        "_pi*_e",
+        "-(-x)",
+    ],
+)
+def test_expressions_in_use_are_accepted(text: str) -> None:
+    """Comparisons, signs, choices, functions, constants and the mesh's own attributes have nothing wrong."""
+    assert expression_error(text) is None
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("", "it is empty"),
+        ("  ", "it is empty"),
+        ("x +", "it ends where more must follow"),
+        ("(x", "it ends where more must follow"),
+        ("x)", "')' at character 2 is not expected there"),
+        ("x y", "'y' at character 3 follows a value without an operator"),
+        ("2x", "'x' at character 2 follows a value"),
+        ("--x", "'-' at character 2 stands where a value must"),
+        ("x ** 2", "'*' at character 4 stands where a value must"),
+        ("q = 0", "'=' at character 3 assigns; write == to compare"),
+        ("x & y", "'&' at character 3 follows"),
+        ("x ? y", "it ends where more must follow"),
+        ("x : y", "':' at character 3 is not expected there"),
+        ("x, y", "',' at character 2 is not expected there"),
+        ("pow(x,2)", "'pow' at character 1 is not a function of sin, cos"),
+        ("sin x", "'sin' at character 1 is a function and needs parentheses right after it"),
+        ("sin (x)", "needs parentheses right after it"),
+        ("sin(x,y)", "ends sin() after 2 arguments; it takes 1"),
+        ("min()", "ends min() after 0 arguments; it takes 1 or more"),
+        ("rnd(1)", "ends rnd() after 1 arguments; it takes 0"),
+        ("x;", "';' at character 2"),
+        ("é", "'é' at character 1"),
+    ],
+)
+def test_other_expressions_are_refused_at_their_place(text: str, reason: str) -> None:
+    """The refusal names the character and what is wrong with it."""
+    assert reason in str(expression_error(text))
+
+
+def test_the_programs_own_parser_agrees() -> None:
+    """Of 20,000 random expressions of known names pymeshlab accepts exactly ours, several results (``x, y``) aside."""
+    meshes = pymeshlab.MeshSet()
+    meshes.create_cube()
+    rng = random.Random(1)
+    known = {*FUNCTIONS, "x", "y", "q", "_pi"}
+    pieces = [
+        "x",
+        "y",
+        "q",
+        "_pi",
+        "1",
+        ".5",
+        "2.",
+        "1e3",
+        *"+-*/^<?:(),!&%",
+        ">=",
+        "==",
+        "!=",
+        "&&",
+        "||",
+        " ",
+        "sin(",
+        "min(",
+        "atan2(",
+        "rnd(",
+    ]
+    pieces += ["(x", "x)", "x+y", "x>0", "-x", "2x", "1e", "log10(x)", "rnd()", "x?1:2"]
+    accepted = compared = 0
+    for _ in range(20_000):
+        text = "".join(rng.choice(pieces) for _ in range(rng.randint(1, 9)))
+        without_numbers = re.sub(r"(?<![A-Za-z_0-9.])[0-9]+\.?[0-9]*([eE][0-9]+)?", "1 ", text)
+        if set(re.findall(r"[A-Za-z_]\w*", without_numbers)) - known:
+            continue  # run-together names of nothing
+        try:
+            meshes.apply_filter("compute_selection_by_condition_per_vertex", condselect=text)
+            theirs = True
+        except pymeshlab.PyMeshLabException:
+            theirs = False
+        error = expression_error(text)
+        if theirs and error is not None and error.startswith("','"):
+            continue
+        assert (error is None) == theirs, (text, error)
+        compared += 1
+        accepted += theirs
+    assert compared > 5000
+    assert accepted > 500
+
+
+@pytest.mark.parametrize("name", sorted(FUNCTIONS))
+def test_every_function_exists_in_the_program(name: str) -> None:
+    """The program evaluates each function with its fewest arguments, and refuses it with one fewer or, if bounded, one more."""
+    meshes = pymeshlab.MeshSet()
+    meshes.create_cube()
+    fewest, most = FUNCTIONS[name]
+    meshes.apply_filter("compute_selection_by_condition_per_vertex", condselect=f"{name}({','.join('x' * fewest)})")
+    for count in {fewest - 1, (most or 0) + 1} - {-1} if most is not None else {0}:
+        with pytest.raises(pymeshlab.PyMeshLabException, match="parameters"):
+            meshes.apply_filter("compute_selection_by_condition_per_vertex", condselect=f"{name}({','.join('x' * count)})")
+
+
+def test_expressions_are_checked_where_filters_take_them() -> None:
+    """An expression that MeshLab would quietly take for 0 is a problem of the script; a new attribute's name is none."""
+    param = '<Param type="RichString" name="{}" value="{}"/>'
+    assert "pow" in problems(one_filter("Per Vertex Geometric Function", param.format("x", "pow(x,2)")))[0].message
+    assert problems(one_filter("Define New Per Vertex Custom Scalar Attribute", param.format("name", "a b"))) == ()
+    assert is_expression("meshing_refine_by_function", "condSelect")
+    assert not is_expression("set_mesh_name", "newName")
