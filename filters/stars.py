@@ -25,85 +25,82 @@ _LARGEST_WALK = 64
 class Stars(NamedTuple):
     """The neighbours of every vertex i: ``neighbours[offsets[i]:offsets[i + 1]]``, each once.
 
-    Neither the order of the faces nor their orientation makes a difference to a star.
+    Neither the order of the faces nor their orientation makes a difference to a star, nor does `order`.
 
     Attributes:
+        order: None, or (n,) a permutation: vertex i here is vertex ``order[i]`` of the faces.
         kinds: (n,) uint8, one of `NO_STAR`, `CLOSED`, `OPEN`, `IRREGULAR`.
         offsets: (n + 1,) int64.
         neighbours: (2 e,) int32. Closed: round the vertex from the lowest neighbour, by way of the lower of its two sides. Open:
             from border to border, the lower end first. Irregular (non-manifold edges, several fans, very many triangles):
-            ascending.
-        irregular: int32 the vertices with an irregular star, ascending.
+            ascending. Low and high by the numbers in the faces.
+        irregular: int32 the vertices with an irregular star.
         corner_offsets: int64, one more than irregular vertices.
-        corners: int32, ``corners[corner_offsets[k]:corner_offsets[k + 1]]`` are, for each face of vertex ``irregular[k]``, its
-            other two vertices.
+        corners: int64, for each face of vertex ``irregular[k]`` the places of its other two vertices in `neighbours`, from
+            ``corner_offsets[k]`` to ``corner_offsets[k + 1]``.
     """
 
+    order: Ints | None
     kinds: _Kinds
     offsets: Longs
     neighbours: Ints
     irregular: Ints
     corner_offsets: Longs
-    corners: Ints
+    corners: Longs
 
     def face_counts(self) -> Ints:
         """(2 e,) the number of faces at the edge to each neighbour."""
         counts = np.full(len(self.neighbours), 2, dtype=np.int32)
         on_border = np.flatnonzero(self.kinds == OPEN)
         counts[self.offsets[on_border]] = counts[self.offsets[on_border + 1] - 1] = 1
-        _count_faces(self.irregular, self.offsets, self.corner_offsets, self.corners, counts)
+        places, faces = np.unique(self.corners, return_counts=True)
+        counts[places] = faces
         return counts
 
     def border_edges(self) -> Ints:
         """(b, 2) the edges with exactly one face, lower vertex first."""
         on_border = np.flatnonzero(self.kinds == OPEN)
-        owners = np.concatenate([on_border, on_border])
-        entries = np.concatenate([self.offsets[on_border], self.offsets[on_border + 1] - 1])
-        if len(self.irregular):
-            sizes = np.diff(self.offsets)
-            candidates = np.flatnonzero(np.repeat(self.kinds == IRREGULAR, sizes))
-            single = self.face_counts()[candidates] == 1
-            owners = np.concatenate([owners, np.repeat(self.irregular, sizes[self.irregular])[single]])
-            entries = np.concatenate([entries, candidates[single]])
+        places, faces = np.unique(self.corners, return_counts=True)
+        single = places[faces == 1]
+        owners = np.concatenate([on_border, on_border, np.searchsorted(self.offsets, single, side="right") - 1])
+        entries = np.concatenate([self.offsets[on_border], self.offsets[on_border + 1] - 1, single])
         pairs = np.column_stack([owners, self.neighbours[entries]]).astype(np.int32)
         # Each is found from both of its ends.
         edges: Ints = pairs[pairs[:, 0] < pairs[:, 1]]
         return edges
 
 
-def stars(faces: Ints, n_vertices: int, order: Ints | None = None) -> Stars:
+def stars(faces: Ints, n_vertices: int, *, reorder: bool = False) -> Stars:
     """The star of every vertex, those of vertices that no face uses empty.
 
     Args:
         faces: (m, 3) triangles.
         n_vertices: n.
-        order: (n,) a permutation; if given, vertex k of the result is vertex ``order[k]`` of the faces.
+        reorder: whether to renumber the vertices breadth first, so that neighbours lie near each other in memory. See
+            `worth_reordering`.
     """
     corner_offsets, corners = ring_ends(faces, n_vertices)
     own_kinds: _Kinds = np.empty(n_vertices, dtype=np.uint8)
     own_sizes: Ints = np.empty(n_vertices, dtype=np.int32)
-    new = np.empty(0, dtype=np.int32) if order is None else inverse(order)
     with threads_for(n_vertices):
         _walk(corner_offsets, corners, own_kinds, own_sizes)
-        kinds, sizes = (own_kinds, own_sizes) if order is None else (own_kinds[order], own_sizes[order])
         offsets = np.zeros(n_vertices + 1, dtype=np.int64)
-        np.cumsum(sizes, out=offsets[1:])
-        neighbours = np.empty(offsets[-1], dtype=np.int32)
-        _write(new if order is None else order, new, corner_offsets, corners, kinds, offsets, neighbours)
+        neighbours = np.empty(own_sizes.sum(dtype=np.int64), dtype=np.int32)
+        order, kinds = None, own_kinds
+        if reorder:
+            order, places = np.empty(n_vertices, dtype=np.int32), np.full(n_vertices, -1, dtype=np.int32)
+            _write_breadth_first(corner_offsets, corners, own_kinds, own_sizes, order, places, offsets, neighbours)
+            kinds = own_kinds[order]
+        else:
+            np.cumsum(own_sizes, out=offsets[1:])
+            _write(corner_offsets, corners, kinds, offsets, neighbours)
     irregular = np.flatnonzero(kinds == IRREGULAR).astype(np.int32)
     own = irregular if order is None else order[irregular]
-    kept_offsets = np.zeros(len(own) + 1, dtype=np.int64)
-    np.cumsum(np.diff(corner_offsets)[own] if len(own) else [], out=kept_offsets[1:])
-    kept = np.empty(kept_offsets[-1], dtype=np.int32)
-    _copy_corners(own, corner_offsets, corners, kept_offsets, kept)
-    return Stars(kinds, offsets, neighbours, irregular, kept_offsets, kept if order is None else new[kept])
-
-
-def inverse(order: Ints) -> Ints:
-    """(n,) where each vertex comes in the permutation."""
-    places = np.empty_like(order)
-    places[order] = np.arange(len(order), dtype=order.dtype)
-    return places
+    place_offsets = np.zeros(len(own) + 1, dtype=np.int64)
+    np.cumsum(np.diff(corner_offsets)[own], out=place_offsets[1:])
+    corner_places = np.empty(place_offsets[-1], dtype=np.int64)
+    _find_corners(own, corner_offsets, corners, offsets[irregular], place_offsets, corner_places)
+    return Stars(order, kinds, offsets, neighbours, irregular, place_offsets, corner_places)
 
 
 @njit(cache=True)
@@ -163,15 +160,43 @@ def _walk(corner_offsets: Longs, corners: Ints, kinds: _Kinds, sizes: Ints) -> N
 
 
 @njit(cache=True, parallel=True)
-def _write(order: Ints, new: Ints, corner_offsets: Longs, corners: Ints, kinds: _Kinds, offsets: Longs, neighbours: Ints) -> None:
+def _write(corner_offsets: Longs, corners: Ints, kinds: _Kinds, offsets: Longs, neighbours: Ints) -> None:
     for i in prange(kinds.shape[0]):
-        own = order[i] if order.shape[0] else np.int32(i)
-        _write_star(corners, corner_offsets[own], corner_offsets[own + 1], kinds[i], neighbours, offsets[i], offsets[i + 1])
-        if new.shape[0]:
-            for k in range(offsets[i], offsets[i + 1]):
-                neighbours[k] = new[neighbours[k]]
-            if kinds[i] == IRREGULAR:
-                neighbours[offsets[i] : offsets[i + 1]].sort()
+        start, stop = corner_offsets[i], corner_offsets[i + 1]
+        _write_star(corners, start, stop, kinds[i], neighbours, offsets[i], offsets[i + 1])
+
+
+@njit(cache=True)
+def _write_breadth_first(
+    corner_offsets: Longs,
+    corners: Ints,
+    kinds: _Kinds,
+    sizes: Ints,
+    order: Ints,
+    places: Ints,
+    offsets: Longs,
+    neighbours: Ints,
+) -> None:
+    """The stars in the order in which a front reaches them that starts at the lowest vertex, component by component."""
+    reached = lowest = 0
+    for k in range(order.shape[0]):
+        if k == reached:
+            while places[lowest] >= 0:
+                lowest += 1
+            order[reached] = lowest
+            places[lowest] = reached
+            reached += 1
+        i = order[k]
+        at, end = offsets[k], offsets[k] + sizes[i]
+        offsets[k + 1] = end
+        _write_star(corners, corner_offsets[i], corner_offsets[i + 1], kinds[i], neighbours, at, end)
+        for m in range(at, end):
+            j = neighbours[m]
+            if places[j] < 0:
+                order[reached] = j
+                places[j] = reached
+                reached += 1
+            neighbours[m] = places[j]
 
 
 @njit(cache=True)
@@ -201,19 +226,12 @@ def _write_star(corners: Ints, start: int, stop: int, kind: int, neighbours: Int
 
 
 @njit(cache=True)
-def _copy_corners(vertices: Ints, from_offsets: Longs, corners: Ints, to_offsets: Longs, kept: Ints) -> None:
+def _find_corners(
+    vertices: Ints, corner_offsets: Longs, corners: Ints, starts: Longs, place_offsets: Longs, places: Longs
+) -> None:
+    """Where each corner of the listed vertices is in their ascending stars, which begin at `starts`."""
     for k in range(vertices.shape[0]):
-        i = vertices[k]
-        kept[to_offsets[k] : to_offsets[k + 1]] = corners[from_offsets[i] : from_offsets[i + 1]]
-
-
-@njit(cache=True)
-def _count_faces(vertices: Ints, offsets: Longs, corner_offsets: Longs, corners: Ints, counts: Ints) -> None:
-    for k in range(vertices.shape[0]):
-        ends = np.sort(corners[corner_offsets[k] : corner_offsets[k + 1]])
-        at = offsets[vertices[k]] - 1
+        ends = corners[corner_offsets[vertices[k]] : corner_offsets[vertices[k] + 1]]
+        ring = np.unique(ends)
         for m in range(ends.shape[0]):
-            if m == 0 or ends[m] != ends[m - 1]:
-                at += 1
-                counts[at] = 0
-            counts[at] += 1
+            places[place_offsets[k] + m] = starts[k] + np.searchsorted(ring, ends[m])

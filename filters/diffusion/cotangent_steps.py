@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numba import njit, prange
 
-from ..operators.cotangent import halved_cotangents, position
+from ..operators.cotangent import halved_cotangents
 from ..operators.mass import mixed_share
 from ..topology import Bools, Floats, Ints, Longs
 
@@ -98,11 +98,11 @@ def irregular_step(
     offsets: Longs,
     neighbours: Ints,
     corner_offsets: Longs,
-    corners: Ints,
+    corners: Longs,
     rule: int,
     step: float,
 ) -> float:
-    """As `star_step`, for vertices whose neighbours are ascending and whose triangles come in any order."""
+    """As `star_step`, for those of the irregular vertices that move; their corners are places in `neighbours`."""
     bound = 0.0
     for m in range(irregular.shape[0]):
         if not moves[m]:
@@ -112,14 +112,14 @@ def irregular_step(
         weights = np.zeros(stop - start)
         area = 0.0
         for k in range(corner_offsets[m], corner_offsets[m + 1], 2):
-            a, b = corners[k], corners[k + 1]
+            a, b = neighbours[corners[k]], neighbours[corners[k + 1]]
             ux, uy, uz = points[a, 0] - points[i, 0], points[a, 1] - points[i, 1], points[a, 2] - points[i, 2]
             vx, vy, vz = points[b, 0] - points[i, 0], points[b, 1] - points[i, 1], points[b, 2] - points[i, 2]
             uu = ux * ux + uy * uy + uz * uz
             vv = vx * vx + vy * vy + vz * vz
             at_a, at_b = halved_cotangents(ux, uy, uz, uu, vx, vy, vz, vv)
-            weights[position(neighbours, start, stop, b) - start] += at_a
-            weights[position(neighbours, start, stop, a) - start] += at_b
+            weights[corners[k + 1] - start] += at_a
+            weights[corners[k] - start] += at_b
             area += mixed_share(ux, uy, uz, uu, vx, vy, vz, vv)
         total = weights.sum()
         size = np.abs(weights).sum()

@@ -1,13 +1,14 @@
-"""The frame in which steps are computed: the mesh at the origin, of ordinary size, its vertices ordered by place."""
+"""The frame in which steps are computed: the mesh at the origin, of ordinary size, its vertices in a good order."""
 
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit, prange
 
-from ..locality import local_order
+from ..locality import worth_reordering
 from ..operators.scale import bounding_box, unit_scale
 from ..parallel import threads_for
+from ..stars import stars
 from ..topology import Floats, Ints
 
 
@@ -26,12 +27,17 @@ class Frame(NamedTuple):
 
 
 def frame_of(vertices: Floats, faces: Ints, *, reorder: bool) -> Frame:
-    """The frame of a mesh; it keeps the order of the vertices unless that is allowed to change and would pay."""
+    """The frame of a mesh; it keeps the order of the vertices unless that is bad and is allowed to change."""
+    n = len(vertices)
+    return ordered_frame(vertices, stars(faces, n, reorder=True).order if reorder and worth_reordering(faces, n) else None)
+
+
+def ordered_frame(vertices: Floats, order: Ints | None) -> Frame:
+    """The frame of (n, 3) vertices, in that order."""
     if len(vertices) == 0:
         return Frame(np.zeros(3), 1.0, None)
     low, high = bounding_box(vertices)
-    scale = unit_scale(low, high)
-    return Frame(low * 0.5 + high * 0.5, scale, local_order(vertices, faces, low, high) if reorder else None)
+    return Frame(low * 0.5 + high * 0.5, unit_scale(low, high), order)
 
 
 def enter(vertices: Floats, frame: Frame) -> Floats:

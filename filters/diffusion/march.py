@@ -6,12 +6,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import FilterInputError, UnstableStepError
+from ..locality import worth_reordering
 from ..operators.build import OperatorName
 from ..parallel import threads_for
 from ..progress import Progress
+from ..stars import stars
 from ..topology import Bools, Floats, Ints
 from .border import BorderPolicy
-from .frame import enter, frame_of, leave
+from .frame import enter, leave, ordered_frame
 from .stencil import UpdateRule, explicit_stencil
 
 #: operators without a unit, whose spectrum lies in [-2, 0] on every mesh
@@ -32,19 +34,21 @@ def march(
 ) -> Floats:
     """The vertices after `iterations` times all the `steps`; see `explicit_smoothing` for the rest.
 
-    It works on the mesh moved to the origin, scaled by a power of two and, if large, renumbered by place, and adds the
+    It works on the mesh moved to the origin, scaled by a power of two and, if large, renumbered, and adds the
     displacement to the input: a vertex that does not move keeps every bit, and one far from the origin loses none to the sums.
     """
     moves = _checked(movable, len(vertices))
     if iterations != int(iterations) or iterations < 0:
         raise FilterInputError(f"iterations is {iterations}: it is a whole number of at least 0")
-    # "robust" is assembled by a library, in the order of the vertices.
-    frame = frame_of(vertices, faces, reorder=operator != "robust")
+    # "robust" is assembled by a library, in the order of the faces.
+    reorder = operator != "robust" and worth_reordering(faces, len(vertices), len(steps) * iterations)
+    star = stars(faces, len(vertices), reorder=reorder)
+    frame = ordered_frame(vertices, star.order)
     start, scale = enter(vertices, frame), frame.scale
-    if frame.order is not None and moves is not None:
-        moves = moves[frame.order]
+    if star.order is not None and moves is not None:
+        moves = moves[star.order]
     with threads_for(len(vertices)):
-        advance = explicit_stencil(start, faces, operator, border=border, movable=moves, update=update, order=frame.order)
+        advance = explicit_stencil(start, faces, star, operator, border=border, movable=moves, update=update)
         now, following = start.copy(), start.copy()
         for iteration in range(int(iterations)):
             for step in steps:

@@ -9,7 +9,7 @@ from ..errors import FilterInputError
 from ..operators.build import OPERATOR_NAMES, OperatorName, build_laplacian
 from ..operators.inverse_length import SHORTEST_EDGE
 from ..operators.laplacian import Laplacian
-from ..stars import Stars, inverse, stars
+from ..stars import Stars
 from ..topology import Bools, Floats, Ints, Longs
 from .border import CURVE_OPERATOR, BorderPolicy, curve_laplacian
 from .cotangent_steps import BY_AREA, MESHLAB, NORMALISED, element_bound, irregular_step, star_step
@@ -28,23 +28,23 @@ Advance: TypeAlias = Callable[[Floats, Floats, float], float]
 def explicit_stencil(
     points: Floats,
     faces: Ints,
+    star: Stars,
     operator: OperatorName,
     *,
     border: BorderPolicy,
     movable: Bools | None,
     update: UpdateRule = "euler",
-    order: Ints | None = None,
 ) -> Advance:
     """The step of `operator` on a mesh, its weights taken from the points of the moment ("robust": from those given here).
 
     Args:
-        points: (n, 3) coordinates of ordinary size (see `Frame`).
+        points: (n, 3) coordinates of ordinary size (see `Frame`), in the order of the stars.
         faces: (m, 3) triangles, or (0, 3) for a point cloud.
+        star: the stars of the faces, for "robust" in the given order.
         operator: see `build_laplacian`.
         border: see `BorderPolicy`.
-        movable: (n,) which vertices may move, None for all.
+        movable: (n,) which vertices may move, in the order of the stars; None for all.
         update: "meshlab" for the operators "uniform" and "cotangent" alone; the step is then not used.
-        order: (n,) a permutation; if given, point k is vertex ``order[k]`` of the faces. Not for "robust".
 
     Raises:
         FilterInputError: an unknown name, or a combination that does not exist.
@@ -60,20 +60,19 @@ def explicit_stencil(
             raise FilterInputError(f"operator {operator!r} needs triangles and there are none; for a point cloud take 'robust'")
         all_points = np.arange(len(points), dtype=np.int32) if movable is None else np.flatnonzero(movable).astype(np.int32)
         return _assembled(build_laplacian(points, faces, operator), all_points)
-    star = stars(faces, len(points), order)
     roles = assign_roles(star, border, movable)
     if update == "meshlab":
         surface = _uniform_of_meshlab(star, roles) if operator == "uniform" else _cotangent(star, roles, MESHLAB)
         curve = _curve_of_meshlab(roles)
     else:
-        surface = _surface(points, faces, operator, star, roles, order)
+        surface = _surface(points, faces, operator, star, roles)
         curve = _curve(points, operator, roles)
     if len(roles.curve) == 0:
         return surface
     return lambda now, out, step: max(surface(now, out, step), curve(now, out, step))
 
 
-def _surface(points: Floats, faces: Ints, operator: OperatorName, star: Stars, roles: Roles, order: Ints | None) -> Advance:
+def _surface(points: Floats, faces: Ints, operator: OperatorName, star: Stars, roles: Roles) -> Advance:
     which = roles.surface
     if operator == "uniform":
         return _uniform(which, star.offsets, star.neighbours)
@@ -89,7 +88,8 @@ def _surface(points: Floats, faces: Ints, operator: OperatorName, star: Stars, r
             if step * bound <= 2.0:
                 return bound
             # The sharper bound costs a pass over the triangles: only where it can make a difference.
-            return min(bound, float(element_bound(now, faces if order is None else inverse(order)[faces])))
+            triangles: Ints = faces if star.order is None else np.argsort(star.order).astype(np.int32)[faces]
+            return min(bound, float(element_bound(now, triangles)))
 
         return advance
     return _assembled(build_laplacian(points, faces, operator), which)
