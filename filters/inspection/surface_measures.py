@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from ..outliers.neighbours import nearest_neighbours
 from ..topology import check_mesh, connected_components, edge_face_counts, edge_lengths, face_adjacency, referenced_vertices
 
 Floats: TypeAlias = NDArray[np.float64]
@@ -238,9 +239,4 @@ def _roughness(angles: Floats) -> float | None:
 
 
 def _mean_spacing(points: Floats) -> float | None:
-    if len(points) < 2:
-        return None
-    from scipy.spatial import cKDTree  # 0.1 s that a mesh with faces need not wait for
-
-    distances, _ = cKDTree(points).query(points, k=2)
-    return float(distances[:, 1].mean())
+    return float(nearest_neighbours(points, 1)[0].mean()) if len(points) > 1 else None

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Literal, TypeAlias
+from typing import Any
 
 #: Everything that MeshLab reads as a mesh, but for programs that generate one (.es), molecules (.pdb), MeshLab's own memory dumps
 #: (.vmi) and .fbx, on which it crashes.
@@ -19,9 +19,6 @@ READABLE = (
     *("xyz", "pts", "asc", "txt", "apts", "ptx", "e57", "bre"),
 )
 
-#: How exactly coordinates are written: all digits of a double, of a float, six digits in all, or six after the point.
-Precision: TypeAlias = Literal["double", "float", "six digits", "six decimals"]
-
 
 @dataclass(frozen=True)
 class Format:
@@ -29,13 +26,13 @@ class Format:
 
     Attributes:
         extension: without the dot, in lower case.
-        precision: of coordinates.
+        rounding: how far writing moves a coordinate at most, as a share of its amount, and in units besides.
         holds: what of `ATTRIBUTES` it keeps; everything else that a mesh has is named in a warning.
         options: what to tell pymeshlab when saving.
     """
 
     extension: str
-    precision: Precision
+    rounding: tuple[float, float]
     holds: frozenset[str]
     options: Mapping[str, Any]
 
@@ -56,9 +53,9 @@ ATTRIBUTES = (
 )
 
 
-def _format(extension: str, precision: Precision, *holds: str, **options: Any) -> Format:
+def _format(extension: str, rounding: tuple[float, float], *holds: str, **options: Any) -> Format:
     assert set(holds) <= set(ATTRIBUTES)
-    return Format(extension, precision, frozenset(holds), MappingProxyType(options))
+    return Format(extension, rounding, frozenset(holds), MappingProxyType(options))
 
 
 # Without `save_polygonal=False` MeshLab merges triangles back into polygons, and then writes 7 decimals and texture coordinates
@@ -66,17 +63,18 @@ def _format(extension: str, precision: Precision, *holds: str, **options: Any) -
 _ALL_BUT_EDGES = tuple(a for a in ATTRIBUTES if a != "edges")
 _OBJ = ("faces", "edges", "vertex normals", "vertex colours", "face colours", "wedge texture coordinates", "textures")
 _OFF = ("faces", "vertex normals", "vertex colours", "face colours", "vertex texture coordinates")
+# Not .x3d, in which MeshLab tears a textured mesh apart, and not .ctm, .e57, .3ds and .dae, which lose more than they say.
+_EXACT, _FLOAT = (0.0, 0.0), 2.0**-24
 WRITABLE: Mapping[str, Format] = {
     f.extension: f
     for f in (
-        _format("ply", "double", *_ALL_BUT_EDGES, binary=True),
-        _format("obj", "double", *_OBJ, save_polygonal=False),
-        _format("off", "double", *_OFF, save_polygonal=False),
-        _format("stl", "float", "faces", binary=True, save_face_color=False),
-        _format("3mf", "float", "faces"),
-        _format("wrl", "six digits", "faces", "vertex colours", save_wedge_texcoord=False),
-        _format("x3d", "six digits", "faces", "vertex colours", save_wedge_texcoord=False),
-        _format("xyz", "six decimals", "vertex normals"),
+        _format("ply", _EXACT, *_ALL_BUT_EDGES, binary=True),
+        _format("obj", _EXACT, *_OBJ, save_polygonal=False),
+        _format("off", _EXACT, *_OFF, save_polygonal=False),
+        _format("stl", (_FLOAT, 0.0), "faces", binary=True, save_face_color=False),
+        _format("3mf", (_FLOAT, 1e-6), "faces"),
+        _format("wrl", (5e-6, 0.0), "faces", "vertex colours", save_wedge_texcoord=False),
+        _format("xyz", (0.0, 5e-7), "vertex normals"),
     )
 }
 

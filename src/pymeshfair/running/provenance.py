@@ -33,15 +33,16 @@ def read_provenance(output: Path) -> dict[str, Any] | None:
         record = json.loads(provenance_path(output).read_bytes())
     except (OSError, ValueError):
         return None
-    return record if isinstance(record, dict) and record.get("schema") == SCHEMA else None
+    if not isinstance(record, dict) or record.get("schema") != SCHEMA:
+        return None
+    return record if all(isinstance(record.get(part), dict) for part in ("input", "output")) else None
 
 
 def recorded_digest(record: Mapping[str, Any] | None, path: Path) -> str | None:
     """The SHA-256 digest that a record gives for the output or a side file of it, by the file's name; None if it gives none."""
-    output = record.get("output") if record else None
-    if not isinstance(output, dict):
+    if record is None:
         return None
-    files = [output, *(f for f in output.get("side_files", ()) if isinstance(f, dict))]
+    files = [record["output"], *(f for f in record["output"].get("side_files", ()) if isinstance(f, dict))]
     return next((str(f.get("sha256")) for f in files if Path(str(f.get("path"))).name == path.name), None)
 
 

@@ -45,6 +45,7 @@ def save_mesh(
     stage: Path,
     *,
     resolution: float,
+    changed: bool,
     textures_changed: bool,
     record: Mapping[str, Any] | None,
 ) -> Saved:
@@ -56,6 +57,7 @@ def save_mesh(
         output: where the file will go; its name is that of the staged file, too, since MeshLab writes it into some files.
         stage: the staging folder.
         resolution: the mean edge, or the mean distance of points, that coordinates must be able to tell apart.
+        changed: whether any step was taken.
         textures_changed: whether a step may have painted on a texture.
         record: the provenance of the former output, if that is to be replaced.
 
@@ -69,7 +71,7 @@ def save_mesh(
     options = dict(kind.options)
     if "vertex normals" in kind.holds:
         options["save_vertex_normal"] = "vertex normals" in present
-        if "vertex normals" in present and mesh.face_number():
+        if "vertex normals" in present and mesh.face_number() and changed:
             _normalise_normals(meshes)
     # MeshLab names custom attributes nowhere but among the parameters of saving a PLY file.
     custom = [name for name in meshes.filter_parameter_values("ply") if name.startswith("__ca_")]
@@ -95,8 +97,7 @@ def save_mesh(
     reused: tuple[Path, ...] = ()
     material = material_path(staged)
     if "textures" in present & kind.holds:
-        changed = textures_changed
-        plan = stage_textures(mesh.textures(), announced, output, stage, changed=changed, record=record)
+        plan = stage_textures(mesh.textures(), announced, output, stage, changed=textures_changed, record=record)
         if kind.extension == "ply":
             rename_in_ply(staged, read_header(staged).size, plan.new_names)
         elif material.exists():
@@ -139,13 +140,13 @@ def _normalise_normals(meshes: Any) -> None:
 
 def _check_precision(kind: Format, mesh: Any, resolution: float, output: Path) -> list[str]:
     """Whether the format can tell the vertices apart; raise `OutputError` if not, warn if it is close."""
-    if kind.precision == "double" or not mesh.vertex_number():
+    if kind.rounding == (0.0, 0.0) or not resolution:
         return []
-    largest = float(np.abs(mesh.vertex_matrix()).max())
-    rounding = {"float": largest * 2.0**-24, "six digits": largest * 5e-6, "six decimals": 5e-7}[kind.precision]
-    if not resolution or rounding < WORTH_A_WARNING * resolution:
+    relative, absolute = kind.rounding
+    rounding = float(np.abs(mesh.vertex_matrix()).max()) * relative + absolute
+    if rounding < WORTH_A_WARNING * resolution:
         return []
-    told = f"rounds coordinates by up to {rounding:.2g} so far from the origin, and the mean edge is {resolution:.2g}"
+    told = f"rounds coordinates of this size by up to {rounding:.2g}, and the mean edge is {resolution:.2g}"
     if rounding > DESTROYED * resolution:
         raise OutputError(output, f"the format {told}; .ply keeps every digit")
     return [f"{output.name} {told}; .ply keeps every digit"]

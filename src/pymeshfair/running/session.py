@@ -92,17 +92,18 @@ class Session:
     def _compare(self, announced: Announced, vertices: int, faces: int) -> None:
         """Say what MeshLab left out or split: it removes vertices that are not finite and degenerate faces without a word."""
         name = self._assignment.input.name
+        expected = announced.faces if announced.faces is not None else faces
+        if faces != expected:
+            counted = announced.count_triangles()
+            expected = counted if counted is not None else max(faces, expected)
         lost_vertices = max((announced.vertices or 0) - vertices, 0)
-        triangles = announced.faces
-        if triangles is not None and faces != triangles:
-            triangles = announced.count_triangles() or triangles
-        lost_faces = max((triangles or 0) - faces, 0)
+        lost_faces = max(expected - faces, 0)
         if lost_vertices or lost_faces:
             self._warn(
                 f"of {name} were left out: {lost_vertices:,} vertices with a coordinate that is not finite, and {lost_faces:,} "
                 "faces that use such a vertex or name a vertex twice"
             )
-        if announced.faces is not None and (triangles or faces) > announced.faces and faces > announced.faces:
+        if announced.faces is not None and expected > announced.faces:
             self._warn(f"polygons of {name} were split into triangles: {announced.faces:,} faces became {faces:,}")
 
     def _apply_matrix(self) -> bool:
@@ -161,6 +162,7 @@ class Session:
             output,
             self._assignment.stage / "new",
             resolution=after.mean_edge or after.mean_spacing or 0.0,
+            changed=bool(self._assignment.steps),
             textures_changed=any(FilterClass.TEXTURE in step.filter.classes for step in self._assignment.steps),
             record=read_provenance(output),
         )

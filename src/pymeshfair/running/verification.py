@@ -1,4 +1,4 @@
-"""Whether a file that MeshLab has just written holds what it should: MeshLab says nothing when a disk is full (.xyz, .x3d)."""
+"""Whether a file that MeshLab has just written holds what it should: MeshLab says nothing when a disk is full (.xyz)."""
 
 from __future__ import annotations
 
@@ -71,10 +71,6 @@ def _verify_wrl(path: Path, vertices: int, faces: int) -> None:
     _check_end(path, b"}")
 
 
-def _verify_x3d(path: Path, vertices: int, faces: int) -> None:
-    _check_end(path, b"</X3D>")
-
-
 def _verify_3mf(path: Path, vertices: int, faces: int) -> None:
     try:
         with zipfile.ZipFile(path) as archive:
@@ -110,6 +106,5 @@ _VERIFY: dict[str, Callable[[Path, int, int], None]] = {
     "stl": _verify_stl,
     "xyz": _verify_xyz,
     "wrl": _verify_wrl,
-    "x3d": _verify_x3d,
     "3mf": _verify_3mf,
 }
