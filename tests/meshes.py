@@ -284,6 +284,5 @@ def _triangles(a: NDArray[np.integer], b: NDArray[np.integer], c: NDArray[np.int
 def _outward(vertices: Floats, faces: NDArray[np.integer]) -> Ints:
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     inward = np.einsum("ij,ij->i", a, np.cross(b, c)) < 0
-    faces = faces.astype(np.int32)
-    faces[inward] = faces[inward][:, ::-1]
-    return faces
+    outward = np.where(inward[:, None], faces[:, ::-1], faces)
+    return np.ascontiguousarray(outward, dtype=np.int32)
