@@ -90,4 +90,9 @@ def _show(result: RunResult) -> None:
     console().print(measures_table({"before": result.before, "after": result.after}))
     typer.echo(f"\n{len(result.steps)} {'step' if len(result.steps) == 1 else 'steps'} in {result.seconds:.1f} s. Written:")
     for path in (result.output, *result.side_files, result.provenance):
-        typer.echo(f"  {path}")
+        typer.echo(f"  {_near(path)}")
+
+
+def _near(path: Path) -> Path:
+    """The path from the working folder, where that is shorter."""
+    return path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path
