@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
@@ -210,7 +211,7 @@ def test_a_program_that_cannot_be_asked_is_an_error(monkeypatch: pytest.MonkeyPa
     """When pymeshlab does not even import, the survey says so with the last line that it printed."""
     (tmp_path / "pymeshlab").mkdir()
     (tmp_path / "pymeshlab" / "__init__.py").write_text("raise ImportError('libGL.so.1: cannot open shared object file')")
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
     with pytest.raises(RuntimeError, match=r"libGL\.so\.1: cannot open"):
         survey_installed()
 

@@ -153,18 +153,18 @@ def _plugins(broken: list[BrokenPlugin]) -> list[_Plugin]:
     found: dict[str, list[_Plugin]] = {}
     for distribution in importlib.metadata.distributions():
         # Each package's metadata apart: importlib's own entry_points() fails as a whole on one broken package.
+        place = str(getattr(distribution, "_path", "?"))
         try:
             text = distribution.read_text("entry_points.txt")
             if not text or ENTRY_POINT_GROUP not in text:
                 continue
-            name = str(distribution.metadata["Name"] or "?")
+            metadata = distribution.metadata
+            name = metadata["Name"] if "Name" in metadata else place  # noqa: SIM401 - it promises no get() before 3.12
             if name in found:
                 continue  # the same package further down sys.path
             entries = distribution.entry_points.select(group=ENTRY_POINT_GROUP)
             found[name] = [_Plugin(name, entry) for entry in sorted(entries, key=lambda e: e.name)]
         except Exception as error:
-            place = getattr(distribution, "_path", "?")
-            broken.append(
-                BrokenPlugin(str(place), "entry_points.txt", f"{type(error).__name__}: {error}", traceback.format_exc())
-            )
+            reason = f"{type(error).__name__}: {error}"
+            broken.append(BrokenPlugin(place, "entry_points.txt", reason, traceback.format_exc()))
     return [plugin for name in sorted(found, key=lambda n: (n != "pymeshfair", n)) for plugin in found[name]]
