@@ -11,9 +11,9 @@ import pytest
 from pymeshfair import recipe as recipe_module
 from pymeshfair.declaration import Bool, Color, Enum, Float, Int, Length, Matrix, Mesh, Parameter, Percentage, Point, Shot, String
 from pymeshfair.errors import ParameterError, UnknownNameError
-from pymeshfair.overrides import parse_value
 from pymeshfair.recipe import Recipe, RecipeInfo, load_recipe, shipped_recipes
 from pymeshfair.scripts import ScriptError, format_script, parse_script
+from pymeshfair.scripts.overrides import parse_value
 
 TWO_STEPS = """
     <!DOCTYPE FilterScript>

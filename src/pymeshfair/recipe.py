@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from .declaration import nearest
 from .errors import UnknownNameError
-from .overrides import override
+from .scripts.overrides import override
 from .scripts.read import parse_script, read_script
 from .scripts.script import Script
 
@@ -70,7 +70,7 @@ class Recipe:
         return self.script.comment.partition("\n")[2].strip()
 
     def override(self, overrides: Sequence[str]) -> Recipe:
-        """The recipe with these values put over its own, each ``STEP.PARAM=VALUE``; see `pymeshfair.overrides.override`."""
+        """The recipe with these values put over its own, each ``STEP.PARAM=VALUE``; see `pymeshfair.scripts.overrides.override`."""
         return replace(self, script=override(self.script, overrides))
 
 

@@ -6,9 +6,9 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from .declaration import Bool, Color, Enum, Filter, Float, Int, Length, Matrix, Mesh, Parameter, Percentage, Point, nearest
-from .errors import ParameterError, UnknownNameError
-from .scripts.script import Script, Step
+from ..declaration import Bool, Color, Enum, Filter, Float, Int, Length, Matrix, Mesh, Parameter, Percentage, Point, nearest
+from ..errors import ParameterError, UnknownNameError
+from .script import Script, Step
 
 _TRUE = frozenset({"true", "yes", "on", "1"})
 _FALSE = frozenset({"false", "no", "off", "0"})
