@@ -1,1 +1,45 @@
-"""Reproducible clean-up of 3D scans for MeshLab and Python."""
+"""Reproducible clean-up of 3D scans for MeshLab and Python.
+
+`MeshSet` is a drop-in for pymeshlab's. What else pymeshlab offers is here too, so ``import pymeshfair as ml`` serves a program
+that had ``import pymeshlab as ml``. Importing this package alone loads neither.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .applying.listing import filter_list, print_filter_list, print_filter_parameter_list, search
+    from .meshset import MeshSet
+
+    __version__: str
+
+__all__ = ["MeshSet", "__version__", "filter_list", "print_filter_list", "print_filter_parameter_list", "search"]
+
+_OURS = {
+    "MeshSet": "meshset",
+    **dict.fromkeys(("filter_list", "print_filter_list", "print_filter_parameter_list", "search"), "applying.listing"),
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        import importlib.metadata
+
+        return importlib.metadata.version("pymeshfair")
+    if name in _OURS:
+        import importlib
+
+        return getattr(importlib.import_module(f".{_OURS[name]}", __name__), name)
+    if not name.startswith("_"):
+        import pymeshlab
+
+        if hasattr(pymeshlab, name):
+            return getattr(pymeshlab, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    import pymeshlab
+
+    return sorted({*__all__, *(name for name in dir(pymeshlab) if not name.startswith("_"))})

@@ -1,0 +1,85 @@
+"""Brings arrays into a mesh as custom attributes, where MeshLab's "by function" filters can read them.
+
+pymeshlab can add a custom attribute of given values, but neither change nor remove one, and it does not give back the memory
+of one when its mesh goes (8 bytes a number). So at most `MOST` stay on a layer: when they are used up, `refill` overwrites them,
+which takes longer. Point attributes are never used: MeshLab reads freed memory for them.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+import pymeshlab
+
+from ..declaration import Floats
+from ..errors import MeshError
+from .arrays import read_array
+from .refill import refill_faces, refill_vertices
+from .workbench import Workbench
+
+Element: TypeAlias = Literal["vertex", "face"]
+
+#: Every helper attribute's name begins with this.
+PREFIX = "pymeshfair_helper_"
+#: Most helper attributes for the vertices of a layer, and for its faces. A full edit needs nine, overwriting needs three more.
+MOST = 12
+
+_SAVED_AS = {"vertex": "__ca_vs__", "face": "__ca_fs__"}
+
+
+def bring_in(bench: Workbench, mesh: Any, element: Element, arrays: Sequence[Floats]) -> list[str]:
+    """Helper attributes of the current layer that hold these arrays of one number a vertex (or face).
+
+    Returns:
+        The attributes' names; their values stay until the next call for the same kind of element.
+    """
+    count = len(helper_names(bench, element))
+    if count + len(arrays) <= MOST:
+        names = [f"{PREFIX}{i}" for i in range(count, count + len(arrays))]
+        add = mesh.add_vertex_custom_scalar_attribute if element == "vertex" else mesh.add_face_custom_scalar_attribute
+        for name, values in zip(names, arrays, strict=True):
+            add(np.ascontiguousarray(values, dtype=np.float64), name)
+        return names
+    names = [f"{PREFIX}{i}" for i in range(MOST)]
+    spare, filled = names[:3], names[3 : 3 + len(arrays)]
+    if element == "face":
+        refill_faces(bench, mesh, spare, filled, arrays)
+        return filled
+    normals = read_array(mesh, "face_normals")
+    refill_vertices(bench, mesh, spare, filled, arrays)
+    if not np.array_equal(read_array(mesh, "face_normals"), normals):
+        x, y, z = bring_in(bench, mesh, "face", list(normals.T))
+        bench.apply("compute_normal_by_function_per_face", x=x, y=y, z=z)
+    return filled
+
+
+def helper_names(bench: Workbench, element: Element) -> list[str]:
+    """The helper attributes that the current layer has."""
+    return [name for name in attribute_names(bench, element) if name.startswith(PREFIX)]
+
+
+def attribute_names(bench: Workbench, element: Element) -> list[str]:
+    """All custom scalar attributes of the current layer; MeshLab tells them as parameters of saving a PLY file."""
+    offered = pymeshlab.MeshSet.filter_parameter_values(bench.meshset, "ply")
+    return [key.removeprefix(_SAVED_AS[element]) for key in offered if key.startswith(_SAVED_AS[element])]
+
+
+def without_helpers(parameters: dict[str, Any]) -> dict[str, Any]:
+    """The parameters of saving a file without those that stand for helper attributes."""
+    ours = tuple(prefix + PREFIX for prefix in _SAVED_AS.values())
+    return {name: value for name, value in parameters.items() if not name.startswith(ours)}
+
+
+def explain(bench: Workbench, error: Exception) -> MeshError:
+    """What it means that one of MeshLab's "by function" filters failed during a write-back."""
+    every = [name for element in ("vertex", "face") for name in attribute_names(bench, element)]
+    bad = [name for name in every if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name)]
+    if bad:
+        return MeshError(
+            f"MeshLab cannot compute on this mesh because of its custom attribute {bad[0]!r}: a name may have letters, digits "
+            "and _, and no digit first; save the mesh without that attribute"
+        )
+    return MeshError(f"MeshLab could not take the result: {error}")

@@ -1,0 +1,110 @@
+"""Overwrites custom attributes, which MeshLab cannot do directly, by way of the vertex normals.
+
+The vertices are laid out on a line, vertex i at (i, 0, 0). A helper cloud with its points in the same places then hands its
+normals over point by point ("transfer attributes" takes the nearest point and copies its normal as it is), and MeshLab's
+expressions copy normals to attributes. In the end coordinates and normals are put back. All of it is exact to the bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pymeshlab
+
+from ..declaration import Floats
+from .arrays import read_array
+from .workbench import Workbench
+
+
+def refill_vertices(bench: Workbench, mesh: Any, spare: Sequence[str], names: Sequence[str], arrays: Sequence[Floats]) -> None:
+    """Set the vertex attributes `names` of the current layer to the arrays; the three of `spare` are used up on the way.
+
+    Face normals become those of the geometry.
+    """
+    line = _Line(bench, mesh, spare)
+    for first in range(0, len(arrays), 3):
+        columns = np.zeros((line.length, 3))
+        taken = arrays[first : first + 3]
+        for column, values in enumerate(taken):
+            columns[:, column] = values
+        line.send(columns)
+        for name, axis in zip(names[first : first + 3], ("nx", "ny", "nz"), strict=False):
+            bench.apply("compute_new_custom_scalar_attribute_per_vertex", name=name, expr=axis)
+    line.put_back()
+
+
+def refill_faces(bench: Workbench, mesh: Any, spare: Sequence[str], names: Sequence[str], arrays: Sequence[Floats]) -> None:
+    """Set the face attributes `names` of the current layer to the arrays.
+
+    A face finds its number at one of its corners: in every round each vertex carries the index and two numbers of one of its
+    faces, until all have been served, after five rounds or so. The three of `spare`, of the vertices and of the faces, are used
+    up on the way.
+    """
+    faces, face_normals = read_array(mesh, "faces"), read_array(mesh, "face_normals")
+    line = _Line(bench, mesh, spare)
+    targets = [*zip(spare, face_normals.T, strict=True), *zip(names, arrays, strict=False)]
+    for first in range(0, len(targets), 2):
+        pair = targets[first : first + 2]
+        for name, _ in pair:
+            bench.apply("compute_new_custom_scalar_attribute_per_face", name=name, expr="0")
+        waiting = np.arange(len(faces))
+        while len(waiting):
+            carried = np.full(line.length, -1)
+            for corner in range(3):
+                carried[faces[waiting, corner]] = waiting
+            columns = np.full((line.length, 3), -1.0)
+            columns[:, 0] = carried
+            for column, (_, values) in enumerate(pair, 1):
+                columns[:, column] = values[carried]
+            line.send(columns)
+            for (name, _), axis in zip(pair, ("ny", "nz"), strict=False):
+                found = f"nx0==fi?{axis}0:(nx1==fi?{axis}1:(nx2==fi?{axis}2:{name}))"
+                bench.apply("compute_new_custom_scalar_attribute_per_face", name=name, expr=found)
+            waiting = np.setdiff1d(waiting, carried)
+    line.put_back()
+    x, y, z = spare
+    bench.apply("compute_normal_by_function_per_face", x=x, y=y, z=z)
+
+
+class _Line:
+    """The vertices of the current layer on a line, until `put_back`."""
+
+    def __init__(self, bench: Workbench, mesh: Any, spare: Sequence[str]) -> None:
+        self._bench = bench
+        self._id = int(mesh.id())
+        self._points, self._normals = read_array(mesh, "vertices"), read_array(mesh, "vertex_normals")
+        self._spare = spare
+        self.length = len(self._points)
+        # One place more than vertices: MeshLab's search would not end in the empty box around a single point.
+        self._places = np.zeros((self.length + 1, 3))
+        self._places[:, 0] = np.arange(self.length + 1)
+        bench.apply("compute_coord_by_function", x="vi", y="0", z="0")
+
+    def send(self, columns: Floats) -> None:
+        """Make three numbers a vertex its normal."""
+        normals = np.vstack([columns, np.zeros((1, 3))])
+        cloud = pymeshlab.Mesh(vertex_matrix=self._places, v_normals_matrix=normals)
+        with self._bench.helper_layer(cloud) as helper:
+            self._bench.apply(
+                "transfer_attributes_per_vertex",
+                sourcemesh=helper,
+                targetmesh=self._id,
+                geomtransfer=False,
+                normaltransfer=True,
+                colortransfer=False,
+                qualitytransfer=False,
+                selectiontransfer=False,
+                upperbound=pymeshlab.PureValue(0.5),
+            )
+
+    def put_back(self) -> None:
+        """Give the vertices their places and normals again."""
+        self.send(self._normals)
+        for name, axis in zip(self._spare, ("nx", "ny", "nz"), strict=True):
+            self._bench.apply("compute_new_custom_scalar_attribute_per_vertex", name=name, expr=axis)
+        self.send(self._points)
+        self._bench.apply("compute_coord_by_function", x="nx", y="ny", z="nz")
+        x, y, z = self._spare
+        self._bench.apply("compute_normal_by_function_per_vertex", x=x, y=y, z=z)

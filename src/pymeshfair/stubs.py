@@ -1,0 +1,89 @@
+"""Writes ``meshset.pyi``, which tells type checkers and editors of the methods that `MeshSet` has for pymeshfair's filters.
+
+Run ``python -m pymeshfair.stubs`` after a declaration has changed; a test compares the file with the declarations.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+from .applying.methods import annotation_text, method_docstring, shown_default
+from .declaration import Enum, Filter, Parameter
+from .registry import custom_filters
+
+STUB = Path(__file__).with_name("meshset.pyi")
+
+_LINE = 130
+_HEAD = '''\
+# Written by `python -m pymeshfair.stubs` from the declarations of the filters; change those instead.
+"""`MeshSet`: pymeshlab's mesh set with the filters of plugins as methods beside MeshLab's own."""
+
+from collections.abc import Sequence
+from typing import Any, Literal
+
+from .applying.methods import LengthLike
+from .applying.script import ScriptedMeshSet
+
+class MeshSet(ScriptedMeshSet):
+    """A set of meshes that filters are applied to, a drop-in for `pymeshlab.MeshSet`."""
+
+    @staticmethod
+    def filter_list() -> list[str]: ...
+    def __getattr__(self, name: str) -> Any: ...
+'''
+
+
+def format_stub() -> str:
+    """The text of the stub for the filters that pymeshfair itself declares."""
+    own = sorted((known for known in custom_filters() if known.origin == "pymeshfair"), key=lambda known: known.python_name)
+    text = _HEAD + "".join(f"{line}\n" for known in own for line in _method(known))
+    unused = {"Sequence": "from collections.abc import Sequence\n", "Literal": ", Literal", "LengthLike": "LengthLike"}
+    body = text.removeprefix(_HEAD)
+    for name in ("Sequence", "Literal"):
+        if name not in body:
+            text = text.replace(unused[name], "", 1)
+    return text.rstrip("\n") + "\n"
+
+
+def _method(known: Filter) -> Iterator[str]:
+    if known.parameters:
+        yield f"    def {known.python_name}("
+        yield "        self,"
+        yield "        *,"
+        for parameter in known.parameters:
+            yield from _argument(parameter)
+        yield "    ) -> dict[str, Any] | None:"
+    else:
+        yield f"    def {known.python_name}(self) -> dict[str, Any] | None:"
+    first, *rest = method_docstring(known).replace("\\", "\\\\").replace('"""', '\\"\\"\\"').splitlines()
+    yield f'        """{first}'
+    for line in rest:
+        yield f"        {line}".rstrip()
+    yield '        """'
+    yield ""
+
+
+def _argument(parameter: Parameter) -> Iterator[str]:
+    annotation = annotation_text(parameter).replace("'", '"')
+    default = repr(shown_default(parameter))
+    if default.startswith("'") and '"' not in default:
+        default = f'"{default[1:-1]}"'
+    line = f"        {parameter.name}: {annotation} = {default},"
+    if len(line) <= _LINE or not isinstance(parameter, Enum):
+        yield line
+    else:
+        yield f"        {parameter.name}: Literal["
+        yield f"            {annotation.removeprefix('Literal[').removesuffix(']')}"
+        yield f"        ] = {default},"
+
+
+def main() -> None:
+    """Write the stub."""
+    STUB.write_text(format_stub(), encoding="utf-8")
+    print(f"written: {STUB}", file=sys.stderr)
+
+
+if __name__ == "__main__":
+    main()
