@@ -196,7 +196,7 @@ def _inspect_gltf(path: Path) -> Announced:
         names = [str(part["uri"]) for part in parts if "uri" in part and not str(part["uri"]).startswith("data:")]
     except (ValueError, AttributeError, TypeError, RecursionError):
         raise InputError(path, "it holds no glTF document") from None
-    files = [path.parent / name for name in names]
-    for file in filter(os.path.lexists, files):
-        _check_regular(file, path)
-    return Announced(side_files=tuple(file for file in files if file.is_file()))
+    named = [path.parent / name for name in names]
+    for other in filter(os.path.lexists, named):
+        _check_regular(other, path)
+    return Announced(side_files=tuple(other for other in named if other.is_file()))

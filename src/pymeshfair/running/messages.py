@@ -14,7 +14,7 @@ from ..scripts.script import Step
 from .job import Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
 from .plain_values import plain
 
-_EVENTS: Mapping[str, type[Event]] = {  # type: ignore[valid-type]
+_EVENTS: Mapping[str, type[Event]] = {
     kind.__name__: kind for kind in (PhaseStarted, StepStarted, StepProgress, StepFinished, Message)
 }
 
@@ -42,16 +42,16 @@ class Assignment:
     Attributes:
         steps: Python names of filters and their values, as `Step` has them.
         input: the file to read, an absolute path.
-        output: the file to write in the end, an absolute path.
-        stage: the staging folder; its subfolder ``new`` takes what the worker writes.
+        output: the file to write in the end, an absolute path; None if the mesh is only to be measured.
+        stage: the staging folder, whose subfolder ``new`` takes what the worker writes; None without an output.
         memory_limit: bytes, or None.
     """
 
     steps: tuple[Step, ...]
     input: Path
-    output: Path
-    stage: Path
-    memory_limit: int | None
+    output: Path | None = None
+    stage: Path | None = None
+    memory_limit: int | None = None
 
     @classmethod
     def of(cls, job: Job, stage: Path) -> Assignment:
@@ -63,8 +63,8 @@ class Assignment:
         return {
             "steps": [{"filter": s.filter.python_name, "values": plain(s.values), "line": s.line} for s in self.steps],
             "input": str(self.input),
-            "output": str(self.output),
-            "stage": str(self.stage),
+            "output": None if self.output is None else str(self.output),
+            "stage": None if self.stage is None else str(self.stage),
             "memory_limit": self.memory_limit,
         }
 
@@ -75,12 +75,12 @@ class Assignment:
         for given in document["steps"]:
             known = find_filter(given["filter"])
             steps.append(Step(known, known.check(given["values"]), given["line"]))
-        paths = {name: Path(document[name]) for name in ("input", "output", "stage")}
-        return cls(tuple(steps), **paths, memory_limit=document["memory_limit"])
+        output, stage = (None if document[name] is None else Path(document[name]) for name in ("output", "stage"))
+        return cls(tuple(steps), Path(document["input"]), output, stage, document["memory_limit"])
 
 
 #: how a run failed, as a worker tells it; the supervisor makes the exception of it
-FailureKind = Literal["input", "output", "step", "memory", "internal"]
+FailureKind = Literal["input", "output", "step", "memory", "import", "internal"]
 
 
 def failure(kind: FailureKind, reason: str, *, path: Path | None = None, details: str = "") -> dict[str, Any]:

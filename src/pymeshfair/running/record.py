@@ -58,7 +58,7 @@ def record_of(
                 "origin": step.filter.origin,
                 "parameters": done["parameters"],
                 "values": done["values"],
-                "messages": list(said.get(number, ())),
+                "messages": [*said.get(number, ()), *done["notes"]],
             }
             for number, (step, done) in enumerate(zip(script.steps, report["steps"], strict=True), 1)
         ],

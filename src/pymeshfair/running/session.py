@@ -13,10 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from ..declaration import FilterClass
+from ..declaration import FilterClass, Length
 from ..filters.errors import FilterInputError
 from ..filters.inspection.surface_measures import SurfaceMeasures, surface_measures
 from ..meshset import MeshSet
+from ..scripts.script import Step
 from .errors import InputError
 from .formats import extension
 from .inputs import Announced, inspect_input
@@ -43,7 +44,9 @@ class Session:
         self._tell = tell
         self._meshes = MeshSet(verbose=True)  # MeshLab then tells its progress on stderr
         self._meshes.on_progress = self._progress
+        self._meshes.on_note = self._note
         self._number = 0
+        self._notes: list[str] = []
         self._told = 0.0
         self._warnings: list[str] = []
 
@@ -59,7 +62,10 @@ class Session:
         source["side_files"] = [described_file(path) for path in announced.side_files]
         self._read(announced)
         before = self._measured(InputError(self._assignment.input, "it has coordinates that are not finite"))
-        steps = [self._step(number) for number in range(1, len(self._assignment.steps) + 1)]
+        if self._assignment.output is None:
+            return {"input": source, "before": plain(asdict(before)), "warnings": self._warnings}
+        with self._meshes.deferred():
+            steps = [self._step(number) for number in range(1, len(self._assignment.steps) + 1)]
         return {"input": source, "steps": steps, "counted": announced.vertices is not None, **self._write(announced, before)}
 
     # ------------------------------------------------------------------------------------------------------------- reading
@@ -117,12 +123,12 @@ class Session:
 
     def _step(self, number: int) -> dict[str, Any]:
         step = self._assignment.steps[number - 1]
-        self._number, self._told = number, 0.0
+        self._number, self._told, self._notes = number, 0.0, []
         self._event(StepStarted(number, len(self._assignment.steps), step.filter.name))
         os.write(2, mark(number))
         started = time.perf_counter()
         try:
-            parameters = self._meshes.effective_parameters(step)
+            parameters = self._effective(step)
             values = self._meshes.apply_step(step)
             if self._meshes.mesh_number() == 0:
                 raise StepError("it left no mesh")
@@ -131,12 +137,23 @@ class Session:
         except Exception as error:
             if _caused_by_memory(error):
                 raise MemoryError from error
-            raise StepError(str(error)) from error
+            raise StepError(_reason(error, step)) from error
         seconds = time.perf_counter() - started
         os.write(2, mark(0))
         self._event(StepFinished(number, seconds))
         self._number = 0
-        return {"parameters": plain(parameters), "values": plain(values), "seconds": seconds}
+        return {"parameters": plain(parameters), "values": plain(values), "seconds": seconds, "notes": self._notes}
+
+    def _effective(self, step: Step) -> dict[str, Any]:
+        """All values that the step will run with, lengths in mesh units."""
+        said = self._meshes.effective_parameters(step)
+        lengths = {name: value for name, value in said.items() if isinstance(value, Length)}
+        resolved = self._meshes.filter_parameter_values(step.filter.python_name, **lengths) if lengths else {}
+        return {name: resolved[name] if name in lengths else value for name, value in said.items()}
+
+    def _note(self, text: str) -> None:
+        self._notes.append(text)
+        self._event(Message(text))
 
     def _progress(self, fraction: float) -> None:
         if self._number and abs(fraction - self._told) >= _SMALLEST_PROGRESS:
@@ -146,7 +163,9 @@ class Session:
     # ------------------------------------------------------------------------------------------------------------- writing
 
     def _write(self, announced: Announced, before: SurfaceMeasures) -> dict[str, Any]:
-        output = self._assignment.output
+        output, stage = self._assignment.output, self._assignment.stage
+        assert output is not None
+        assert stage is not None
         self._event(PhaseStarted("writing"))
         if self._meshes.mesh_number() > 1:
             layer = self._meshes.current_mesh().label()
@@ -160,7 +179,7 @@ class Session:
             self._meshes,
             announced,
             output,
-            self._assignment.stage / "new",
+            stage / "new",
             resolution=after.mean_edge or after.mean_spacing or 0.0,
             changed=bool(self._assignment.steps),
             textures_changed=any(FilterClass.TEXTURE in step.filter.classes for step in self._assignment.steps),
@@ -192,6 +211,14 @@ class Session:
     def _warn(self, text: str) -> None:
         self._warnings.append(text)
         self._event(Message(text, "warning"))
+
+
+def _reason(error: Exception, step: Step) -> str:
+    """The words of an error without the filter's name, which the supervisor says."""
+    words = " ".join(str(error).split())
+    for prefix in (f"Failed to apply filter: {step.filter.python_name} Details: ", f"{step.filter.python_name}: "):
+        words = words.removeprefix(prefix)
+    return words
 
 
 def _caused_by_memory(error: BaseException | None) -> bool:

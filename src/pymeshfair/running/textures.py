@@ -59,22 +59,25 @@ def stage_textures(
         changed: whether a step may have painted on textures that came with the input.
         record: the provenance of the former output, if that is to be replaced.
     """
-    sources = dict(announced.textures)
+    sources = {key: file for name, file in announced.textures if file for key in (_file_name(name), name)}
     missing = tuple(name for name, file in announced.textures if file is None)
+    # MeshLab finds no file by a name with backslashes, which we do.
+    unread = [name for name, _ in announced.textures if name not in images and _file_name(name) not in images]
     files: list[StagedFile] = []
     reused: list[Path] = []
     new_names: dict[str, str] = {}
     for number, (name, image) in enumerate(images.items()):
-        if name == PLACEHOLDER and name not in sources:
-            new_names[name] = _file_name(missing[0]) if missing else name
+        meant = unread[0] if name == PLACEHOLDER and unread else name
+        if meant in missing:
+            new_names[name] = _file_name(meant)
             continue
-        source = sources.get(name) or next((f for n, f in announced.textures if f and _file_name(n) == name), None)
-        staged = stage / f"texture-{number}{Path(_file_name(name)).suffix}"
-        if source is not None and not changed:
+        source = sources.get(meant)
+        staged = stage / f"texture-{number}{Path(_file_name(meant)).suffix or '.png'}"
+        if source is not None and (meant != name or not changed):
             shutil.copyfile(source, staged)
         else:
             image.save(str(staged))
-        target, in_place = _free_target(output, _file_name(name), staged, record, {f.target for f in files})
+        target, in_place = _free_target(output, _file_name(meant), staged, record, {f.target for f in files})
         new_names[name] = target.name
         if in_place:
             reused.append(target)

@@ -131,6 +131,8 @@ class Watch:
             return OutputError(Path(path), "the disk is full" if self._disk_is_full() else reason)
         if kind == "memory":
             return OutOfMemory(self._place, self._job.memory_limit)
+        if kind == "import":
+            return RunError(f"MeshLab cannot be loaded: {reason}")
         if kind == "step":
             return StepFailed(self._place if self._place.step else self._last_step or self._place, reason)
         return WorkerError(self._place, reason, "\n".join([self._failure["details"], *self._worker.tail]))

@@ -10,7 +10,6 @@ import contextlib
 import faulthandler
 import json
 import os
-import shutil
 import threading
 import traceback
 from collections.abc import Mapping
@@ -20,6 +19,7 @@ from typing import Any, BinaryIO
 from .errors import InputError, OutputError
 from .limits import limit_process, peak_memory
 from .messages import Assignment, failure, to_line
+from .outputs import remove_folder
 
 
 def main() -> None:
@@ -30,7 +30,7 @@ def main() -> None:
     if not line.endswith(b"\n"):
         os._exit(1)
     document = json.loads(line)
-    threading.Thread(target=_end_with_supervisor, args=(orders, Path(document["stage"])), daemon=True).start()
+    threading.Thread(target=_end_with_supervisor, args=(orders, document["stage"]), daemon=True).start()
     limit_process(document["memory_limit"])
 
     def tell(report: Mapping[str, Any]) -> None:
@@ -53,18 +53,20 @@ def _take_over_streams() -> tuple[BinaryIO, BinaryIO]:
     return orders, reports
 
 
-def _end_with_supervisor(orders: BinaryIO, stage: Path) -> None:
+def _end_with_supervisor(orders: BinaryIO, stage: str | None) -> None:
     while orders.read(4096):
         pass
-    for _ in range(5):  # the main thread may still be writing there
-        shutil.rmtree(stage, ignore_errors=True)
+    if stage is not None:
+        remove_folder(Path(stage))
     os._exit(1)
 
 
 def _outcome(document: Mapping[str, Any], tell: Any) -> dict[str, Any]:
     """Carry out the assignment; what came of it, for the supervisor."""
-    from .session import Session, StepError  # imports MeshLab, within the limits
-
+    try:
+        from .session import Session, StepError  # imports MeshLab, within the limits
+    except ImportError as error:
+        return failure("import", str(error), details=traceback.format_exc())
     try:
         session = Session(Assignment.from_document(document), tell)
         report = session.run()

@@ -1,0 +1,40 @@
+"""Measures a mesh file in a process of its own, as a damaged file may crash MeshLab."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from queue import SimpleQueue
+from typing import Any
+
+from ..recipe import Recipe
+from ..scripts.script import Script
+from .child import WorkerProcess
+from .inputs import check_input
+from .interrupts import Interrupts
+from .job import Job
+from .messages import Assignment
+from .watch import Watch
+
+
+def inspect_mesh(path: Path, *, timeout: float | None = None) -> dict[str, Any]:
+    """The measures of a mesh file by name, and under ``"warnings"`` what MeshLab does not keep of it.
+
+    Args:
+        path: the file.
+        timeout: seconds, or None.
+
+    Raises:
+        InputError: it cannot be read.
+        WorkerDied: MeshLab crashed on it.
+        RunTimeout: it took too long.
+        KeyboardInterrupt: Ctrl-C.
+    """
+    started = time.monotonic()
+    path = Path(path).absolute()
+    check_input(path)
+    queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
+    job = Job(Recipe("measures", Script(())), path, path, timeout=timeout)
+    with Interrupts(queue), WorkerProcess(Assignment((), path).to_document(), queue, threads=None) as worker:
+        report = Watch(job, worker, queue, lambda event: None).until_done(started)
+    return {**report["before"], "warnings": report["warnings"]}

@@ -1,0 +1,200 @@
+"""Inputs that are refused before MeshLab opens them, and what the others declare."""
+
+from __future__ import annotations
+
+import json
+import os
+import struct
+from pathlib import Path
+
+import pytest
+
+from pymeshfair.running.errors import InputError
+from pymeshfair.running.inputs import check_input, inspect_input
+from pymeshfair.running.obj import count_triangles, read_materials, scan_obj
+
+from .runs import BONE, SAMPLES, ply_bytes, xyz
+
+TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("missing.ply", "there is no such file"),
+        ("folder.ply", "it is a folder and no file"),
+        ("pipe.ply", "it is a pipe and no file"),
+        ("device.ply", "it is a device or a socket and no file"),
+        ("loop.ply", "too many levels of symbolic links"),
+        ("dangling.ply", "there is no such file"),
+        ("empty.ply", "it is empty"),
+        ("mesh.docx", r"'.docx' is no format for meshes; a run reads .ply, .obj"),
+        ("mesh", "no extension that says the format"),
+    ],
+)
+def test_what_is_no_mesh_file_is_refused_unopened(tmp_path: Path, name: str, reason: str) -> None:
+    """Each kind of thing that is no mesh file is refused with its own reason, and a pipe does not make the check wait."""
+    (tmp_path / "folder.ply").mkdir()
+    os.mkfifo(tmp_path / "pipe.ply")
+    (tmp_path / "device.ply").symlink_to("/dev/zero")
+    (tmp_path / "loop.ply").symlink_to("loop.ply")
+    (tmp_path / "dangling.ply").symlink_to("nowhere.ply")
+    (tmp_path / "empty.ply").touch()
+    for other in ("mesh.docx", "mesh"):
+        (tmp_path / other).write_text("x")
+    with pytest.raises(InputError, match=reason) as caught:
+        check_input(tmp_path / name)
+    assert caught.value.path == tmp_path / name
+
+
+def test_a_name_that_is_not_utf_8_is_refused(tmp_path: Path) -> None:
+    """MeshLab cannot open a file whose name is no UTF-8 text, so that is said beforehand."""
+    path = Path(os.fsdecode(os.fsencode(tmp_path) + b"/\xff.ply"))
+    path.write_bytes(BONE.read_bytes())
+    with pytest.raises(InputError, match="not valid UTF-8"):
+        check_input(path)
+
+
+@pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="the superuser may read everything")
+def test_an_unreadable_file_is_refused(tmp_path: Path) -> None:
+    """A file without read permission is refused for that."""
+    path = tmp_path / "secret.ply"
+    path.write_text("x")
+    path.chmod(0)
+    with pytest.raises(InputError, match="want of permission"):
+        check_input(path)
+
+
+def test_an_extension_in_capitals_is_the_same(tmp_path: Path) -> None:
+    """SCAN.PLY is as good as scan.ply, and so is a link to it."""
+    (tmp_path / "SCAN.PLY").symlink_to(BONE)
+    check_input(tmp_path / "SCAN.PLY")
+    assert inspect_input(tmp_path / "SCAN.PLY").vertices == 1872
+
+
+def test_what_a_ply_file_declares(tmp_path: Path) -> None:
+    """Counts, normals, losses and textures are those of the header; a texture is found beside the mesh by its last part."""
+    (tmp_path / "t.png").write_bytes(b"image")
+    names = ("C:\\scans\\t.png", "gone.png")
+    head = "\n".join(f"comment TextureFile {name}" for name in names)
+    normals = [("float", c, [1.0] * 4) for c in ("nx", "ny", "nz")]
+    path = tmp_path / "mesh.ply"
+    path.write_bytes(ply_bytes([*xyz(), *normals, ("int", "label", [1] * 4)], head=head))
+    announced = inspect_input(path)
+    assert (announced.vertices, announced.faces, announced.count_triangles(), announced.normals) == (4, 4, 4, True)
+    assert announced.not_kept == ("vertex property 'int label'",)
+    assert announced.textures == ((names[0], tmp_path / "t.png"), ("gone.png", None))
+    assert announced.side_files == (tmp_path / "t.png",)
+
+
+def test_what_an_obj_file_declares(tmp_path: Path) -> None:
+    """Vertices, polygons and normals are counted; groups and maps that MeshLab drops are named; side files are found."""
+    path = tmp_path / "mesh.obj"
+    lines = ["mtllib  my materials.mtl ", "o thing", "v 0 0 0", "v\t1 0 0", "v 1 1 0", "v 0 1 0", "vn 0 0 1", "vt 0 0"]
+    lines += ["g one", "usemtl a", "f 1/1 2/1 3/1 4/1", "f 1 2 3", "p 1", "s 1"]
+    path.write_text("\n".join(lines))
+    (tmp_path / "my materials.mtl").write_text(
+        "# x\nnewmtl a\nKd 1 1 1\nmap_Kd t.png\nmap_Bump b.png\nPr 0.5\nmap_Kd -s 1 u.png\n"
+    )
+    (tmp_path / "t.png").write_bytes(b"image")
+    announced = inspect_input(path)
+    assert (announced.vertices, announced.faces, announced.count_triangles(), announced.normals) == (4, 2, 3, True)
+    expected = {"groups (1)", "objects (1)", "smoothing groups (1)", "point elements (1)"}
+    assert set(announced.not_kept) == {*expected, "map_Bump, Pr, map_Kd -s 1 u.png of the material file my materials.mtl"}
+    assert announced.side_files == (tmp_path / "my materials.mtl", tmp_path / "t.png")
+
+
+def test_obj_lines_are_counted_across_pieces(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The counts do not depend on how the file is cut into pieces."""
+    path = tmp_path / "mesh.obj"
+    path.write_text(TRIANGLE * 50 + "mtllib a.mtl\nf 1 2 3 4 5")
+    whole = scan_obj(path)
+    assert whole.counts == {"vertices": 150, "faces": 51}
+    assert whole.material_files == ("a.mtl",)
+    for size in (1, 7, 64):
+        monkeypatch.setattr("pymeshfair.running.obj._CHUNK", size)
+        assert scan_obj(path) == whole
+        assert count_triangles(path) == 53
+
+
+def test_the_textured_sample(tmp_path: Path) -> None:
+    """The textured bunny of the wheel names its material file and its texture, and nothing is missing."""
+    announced = inspect_input(SAMPLES / "bunny10k_textured.obj")
+    assert (announced.vertices, announced.faces) == (5051, 9999)
+    assert [f.name for f in announced.side_files] == ["bunny10k_textured.mtl", "TextureDouble_A.png"]
+
+
+@pytest.mark.parametrize("target", ["/dev/zero", "pipe", "folder", "../outside.mtl"])
+def test_material_files_that_must_not_be_opened(tmp_path: Path, target: str) -> None:
+    """An OBJ file whose material file is a device, a pipe, a folder or outside its own folder is refused at once."""
+    folder = tmp_path / "mesh"
+    folder.mkdir()
+    (folder / "folder").mkdir()
+    os.mkfifo(folder / "pipe")
+    (tmp_path / "outside.mtl").write_text("newmtl a\n")
+    path = folder / "mesh.obj"
+    path.write_text(f"mtllib {target}\n{TRIANGLE}")
+    with pytest.raises(InputError, match=r"and no file|outside its folder"):
+        inspect_input(path)
+    path.write_text(f"mtllib link.mtl\n{TRIANGLE}")
+    (folder / "link.mtl").symlink_to(target)
+    with pytest.raises(InputError, match=r"and no file|outside its folder"):
+        inspect_input(path)
+
+
+@pytest.mark.parametrize("name", ["obj", "ply", "gltf"])
+def test_textures_that_must_not_be_opened(tmp_path: Path, name: str) -> None:
+    """A mesh whose texture is a device is refused, whatever names it."""
+    path = tmp_path / f"mesh.{name}"
+    if name == "obj":
+        path.write_text(f"mtllib m.mtl\n{TRIANGLE}")
+        (tmp_path / "m.mtl").write_text("newmtl a\nmap_Kd /dev/zero\n")
+    elif name == "ply":
+        path.write_bytes(ply_bytes(xyz(), head="comment TextureFile /dev/zero"))
+    else:
+        path.write_text(json.dumps({"images": [{"uri": "/dev/zero"}]}))
+    with pytest.raises(InputError, match="/dev/zero, which it names, is a device"):
+        inspect_input(path)
+
+
+def test_a_missing_material_file_is_named(tmp_path: Path) -> None:
+    """A material file that does not exist is no error, but it is said."""
+    path = tmp_path / "mesh.obj"
+    path.write_text(f"mtllib gone.mtl\n{TRIANGLE}")
+    assert inspect_input(path).not_kept == ("the material file gone.mtl, which does not exist",)
+
+
+def test_a_material_file_is_read_up_to_a_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a material file that is too long only the beginning is read."""
+    monkeypatch.setattr("pymeshfair.running.obj.MATERIAL_LIMIT", 20)
+    (tmp_path / "m.mtl").write_text("map_Kd a.png\nmap_Kd b.png\n")
+    assert read_materials(tmp_path / "m.mtl").textures == ("a.png",)
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "reason"),
+    [
+        ("bomb.off", b"OFF\n1000000000 1000000000 0\n0 0 0\n", "do not fit"),
+        ("bomb.stl", bytes(80) + struct.pack("<I", 10**9) + bytes(50), "take 50,000,000,084 bytes"),
+        ("bad.ply", b"not a ply", "does not begin"),
+        ("bad.glb", b"glTF" + bytes(8) + struct.pack("<I", 2**32 - 1) + b"JSON{", "no glTF document"),
+        ("bad.gltf", b"[1]", "no glTF document"),
+    ],
+)
+def test_declarations_that_no_file_can_hold(tmp_path: Path, name: str, data: bytes, reason: str) -> None:
+    """Counts and lengths are held against the size of the file, in every format that declares them."""
+    (tmp_path / name).write_bytes(data)
+    with pytest.raises(InputError, match=reason):
+        inspect_input(tmp_path / name)
+
+
+def test_honest_counts_are_taken(tmp_path: Path) -> None:
+    """The counts of OFF and STL headers are those of the mesh; a text STL declares none."""
+    (tmp_path / "a.off").write_text("# words\nNOFF # more\n3 1 0\n" + "0 0 0 0 0 1\n" * 3 + "3 0 1 2\n")
+    off = inspect_input(tmp_path / "a.off")
+    assert (off.vertices, off.faces, off.normals) == (3, 1, True)
+    (tmp_path / "a.stl").write_bytes(b"solid it is not".ljust(80) + struct.pack("<I", 2) + bytes(100))
+    assert inspect_input(tmp_path / "a.stl").faces == 2
+    (tmp_path / "b.stl").write_text("solid x\n" + "facet normal 0 0 1\n" * 9 + "endsolid\n")
+    assert inspect_input(tmp_path / "b.stl").faces is None
+    assert inspect_input(SAMPLES / "chameleon.pts").vertices is None

@@ -1,0 +1,138 @@
+"""What supervisor and worker say to each other, and the small things that they share."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pymeshlab
+import pytest
+
+from pymeshfair.declaration import Length
+from pymeshfair.running.job import Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
+from pymeshfair.running.limits import limit_process, peak_memory, worker_environment
+from pymeshfair.running.messages import Assignment, Talk, decode_event, encode_event, mark, parse_talk, to_line
+from pymeshfair.running.plain_values import plain
+from pymeshfair.running.provenance import formatted, thread_settings, versions
+
+from .runs import recipe_of
+
+
+@pytest.mark.parametrize(
+    "event",
+    [
+        PhaseStarted("reading"),
+        StepStarted(1, 2, "Close Holes"),
+        StepProgress(1, 0.25),
+        StepFinished(1, 0.5),
+        Message("a b\nc", "warning"),
+    ],
+)
+def test_events_cross_the_pipe(event: Event) -> None:
+    """Every event is the same after it was one line of text, whatever its words hold."""
+    line = to_line(encode_event(event))
+    assert line.count(b"\n") == 1
+    assert decode_event(json.loads(line)) == event
+
+
+def test_what_is_no_event() -> None:
+    """A document without an event is none."""
+    assert decode_event({"done": {}}) is None
+
+
+def test_assignments_cross_the_pipe(tmp_path: Path) -> None:
+    """Steps keep their values exactly: lengths in their unit, colours, points, choices, numbers to the last digit."""
+    recipe = recipe_of(
+        ("meshing_isotropic_explicit_remeshing", {"targetlen": Length(1 / 3, "percent"), "featuredeg": 0.1}),
+        ("meshing_close_holes", {"maxholesize": 7, "refinehole": True}),
+        ("compute_selection_by_color_per_face", {"color": (1, 2, 3, 4)}),
+        ("apply_coord_explicit_smoothing", {"operator": "cotangent"}),
+    )
+    job = Job(recipe, Path("in.ply"), Path("out.ply"), memory_limit=10**9)
+    sent = Assignment.of(job, tmp_path)
+    received = Assignment.from_document(json.loads(to_line(sent.to_document())))
+    assert received == sent
+    assert received.input.is_absolute()
+
+
+@pytest.mark.parametrize(
+    ("line", "talk"),
+    [
+        ("LOG: 2 Remeshing    [ 33% ]", Talk("Remeshing", 2, 0.33)),
+        ("LOG: 2 apply_coord_taubin_smoothing applied!    [ 100% ]", Talk("apply_coord_taubin_smoothing applied!", 2, 1.0)),
+        ("LOG: 2 Closed 3 holes", Talk("Closed 3 holes", 2)),
+        ("LOG: 1 Warning: 50% of it", Talk("Warning: 50% of it", 1)),
+        ("LOG: 2 x [ 400% ]", Talk("x", 2, 1.0)),
+        ("Segmentation fault", Talk("Segmentation fault")),
+        (mark(12).decode().strip(), Talk("", step=12)),
+        ("pymeshfair-step x", Talk("pymeshfair-step x")),
+    ],
+)
+def test_stderr_is_taken_apart(line: str, talk: Talk) -> None:
+    """Progress, MeshLab's words with their level, our marks and everything else are told apart."""
+    assert parse_talk(line) == talk
+
+
+def test_plain_values() -> None:
+    """What filters take and give becomes what JSON has; what is not finite becomes text; pymeshlab's objects their numbers."""
+    values = {
+        "a": np.float64(0.5),
+        "b": [np.int32(1), True, None, "x"],
+        "c": float("nan"),
+        "d": (float("inf"), -np.inf),
+        "e": Length(2.0),
+        "f": Length(1.0, "percent"),
+        "g": np.eye(2),
+        "h": np.zeros((100, 3)),
+        "i": pymeshlab.PercentageValue(3),
+        "j": pymeshlab.Color(1, 2, 3, 4),
+        5: np.bool_(True),
+    }
+    assert plain(values) == {
+        "a": 0.5,
+        "b": [1, True, None, "x"],
+        "c": "nan",
+        "d": ["inf", "-inf"],
+        "e": 2.0,
+        "f": "1.0%",
+        "g": [[1.0, 0.0], [0.0, 1.0]],
+        "h": "array of shape (100, 3)",
+        "i": 3.0,
+        "j": [1, 2, 3, 4],
+        "5": True,
+    }
+    meshes = pymeshlab.MeshSet()
+    meshes.create_cube()
+    json.dumps(plain(meshes.get_geometric_measures()), allow_nan=False)
+    assert plain(meshes.current_mesh().bounding_box()) == [[-0.5] * 3, [0.5] * 3]
+    assert plain(object).startswith("<class")
+
+
+def test_threads_of_a_worker() -> None:
+    """A number of threads goes to filters; linear algebra gets one; what the user has set stays."""
+    assert worker_environment(3, {})["OMP_NUM_THREADS"] == "3"
+    own = worker_environment(None, {"OMP_NUM_THREADS": "5", "OMP_WAIT_POLICY": "ACTIVE", "HOME": "/h"})
+    assert (own["OMP_NUM_THREADS"], own["NUMBA_NUM_THREADS"], own["OPENBLAS_NUM_THREADS"]) == ("5", "5", "1")
+    assert (own["OMP_WAIT_POLICY"], own["HOME"]) == ("ACTIVE", "/h")
+    processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    assert worker_environment(None, {})["NUMBA_NUM_THREADS"] == str(processors)
+
+
+def test_memory_of_a_process() -> None:
+    """The peak is at least what the interpreter and numpy take; no limit changes nothing."""
+    limit_process(None)
+    peak = peak_memory()
+    assert peak is None or peak > 20e6
+
+
+def test_provenance_is_json_without_surprises() -> None:
+    """The document is strict JSON, knows every package it names, and refuses a number that is not finite."""
+    known = versions()
+    assert known["pymeshlab"]
+    assert known["pymeshfair"]
+    assert json.loads(formatted({"versions": known, "name": "é"})) == {"versions": known, "name": "é"}
+    with pytest.raises(ValueError, match="Out of range"):
+        formatted({"x": float("nan")})
+    assert thread_settings({"OMP_NUM_THREADS": "2", "PATH": "/"}) == {"OMP_NUM_THREADS": "2"}

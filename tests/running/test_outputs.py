@@ -1,0 +1,245 @@
+"""Files that appear whole or not at all, and that replace nothing they must not."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from pymeshfair.running import outputs
+from pymeshfair.running.errors import OutputError
+from pymeshfair.running.outputs import (
+    STAGE_PREFIX,
+    StagedFile,
+    check_output,
+    commit,
+    flush,
+    material_path,
+    remove_folder,
+    staging_folder,
+    write_whole,
+)
+from pymeshfair.running.provenance import SCHEMA, described_file, provenance_path
+
+from .runs import names_in
+
+
+@pytest.fixture
+def source(tmp_path: Path) -> Path:
+    """An input file."""
+    path = tmp_path / "scan.ply"
+    path.write_bytes(b"input")
+    return path
+
+
+def record(output: Path, source: Path, *side_files: Path) -> None:
+    """Write the provenance of an output as a run would."""
+    entry = described_file(output) | {"side_files": [described_file(f) for f in side_files]}
+    document = {"schema": SCHEMA, "input": {"path": str(source.absolute())}, "output": entry}
+    provenance_path(output).write_text(json.dumps(document))
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("gone/out.ply", "the folder .*gone does not exist; make it first"),
+        ("scan.ply/out.ply", "the folder .*scan.ply is no folder"),
+        ("out.docx", r"'.docx' is no format for it; a run writes .ply, .obj, .off, .stl, .3mf, .wrl, .xyz"),
+        ("out", "it has no extension that says the format"),
+        ("folder.ply", "there is a folder of that name"),
+        ("scan.ply", "it is the input"),
+        ("link.ply", "it is the input"),
+        ("stranger.ply", "it exists and no provenance says that a run wrote it"),
+    ],
+)
+def test_outputs_that_are_refused_before_any_work(tmp_path: Path, source: Path, name: str, reason: str) -> None:
+    """A missing folder, an unknown format, a folder in the way, the input and a stranger's file are each refused for that."""
+    (tmp_path / "folder.ply").mkdir()
+    (tmp_path / "stranger.ply").write_bytes(b"precious")
+    (tmp_path / "link.ply").hardlink_to(source)
+    with pytest.raises(OutputError, match=reason):
+        check_output(tmp_path / name, source, overwrite=False)
+    assert (tmp_path / "stranger.ply").read_bytes() == b"precious"
+
+
+@pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="the superuser may write everywhere")
+def test_a_folder_without_permission_is_refused(tmp_path: Path, source: Path) -> None:
+    """A folder that cannot be written to is refused before any work."""
+    (tmp_path / "locked").mkdir(mode=0o500)
+    with pytest.raises(OutputError, match="cannot be written to"):
+        check_output(tmp_path / "locked" / "out.ply", source, overwrite=False)
+
+
+def test_overwriting_by_name(tmp_path: Path, source: Path) -> None:
+    """With `overwrite` the input and a stranger's file may be replaced, but a folder still may not."""
+    (tmp_path / "stranger.ply").touch()
+    (tmp_path / "folder.ply").mkdir()
+    check_output(source, source, overwrite=True)
+    check_output(tmp_path / "stranger.ply", source, overwrite=True)
+    with pytest.raises(OutputError, match="folder of that name"):
+        check_output(tmp_path / "folder.ply", source, overwrite=True)
+
+
+def test_what_a_former_run_wrote_may_be_replaced(tmp_path: Path, source: Path) -> None:
+    """An output whose provenance names the same input and whose digest is unchanged is replaced without asking."""
+    output = tmp_path / "out.obj"
+    output.write_bytes(b"mesh")
+    material_path(output).write_bytes(b"newmtl")
+    record(output, source, material_path(output))
+    check_output(output, source, overwrite=False)
+    output.unlink()
+    check_output(output, source, overwrite=False)
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (lambda o, s: o.write_bytes(b"edited by hand"), "has been changed since a run wrote it"),
+        (lambda o, s: material_path(o).write_bytes(b"edited"), "obj.mtl: it exists and has been changed"),
+        (lambda o, s: provenance_path(o).write_text("{}"), "no provenance says"),
+        (lambda o, s: provenance_path(o).write_text(f'{{"schema": "{SCHEMA}", "input": 1, "output": 2}}'), "no provenance says"),
+        (lambda o, s: provenance_path(o).write_text("broken {"), "no provenance says"),
+        (lambda o, s: record(o, s.with_name("other.ply"), material_path(o)), "was made from another input, .*other.ply"),
+        (lambda o, s: record(o, s), "obj.mtl: it exists and has been changed"),
+    ],
+)
+def test_anything_else_is_not(tmp_path: Path, source: Path, change: Callable[[Path, Path], object], reason: str) -> None:
+    """Once the output, its material file or its provenance is another than the one written, it is nobody's to replace."""
+    output = tmp_path / "out.obj"
+    output.write_bytes(b"mesh")
+    material_path(output).write_bytes(b"newmtl")
+    record(output, source, material_path(output))
+    change(output, source)
+    with pytest.raises(OutputError, match=reason):
+        check_output(output, source, overwrite=False)
+
+
+def test_a_link_is_no_former_output(tmp_path: Path, source: Path) -> None:
+    """A symbolic link is not followed and not replaced, wherever it points."""
+    (tmp_path / "out.ply").symlink_to(tmp_path / "nowhere" / "out.ply")
+    with pytest.raises(OutputError, match="is no regular file"):
+        check_output(tmp_path / "out.ply", source, overwrite=False)
+
+
+@pytest.fixture
+def stage(tmp_path: Path) -> Path:
+    """A staging folder with a new output, a new provenance and a new texture."""
+    folder = tmp_path / "stage"
+    (folder / "old").mkdir(parents=True)
+    for name in ("mesh", "provenance", "texture"):
+        (folder / name).write_bytes(f"new {name}".encode())
+    return folder
+
+
+def put_in_place(stage: Path, folder: Path) -> None:
+    """Commit the files of the fixture `stage`."""
+    side = StagedFile(stage / "texture", folder / "t.png")
+    output = StagedFile(stage / "mesh", folder / "out.ply")
+    commit(output, StagedFile(stage / "provenance", provenance_path(folder / "out.ply")), [side], stage / "old")
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """The files of a folder with what is in them."""
+    return {p.name: p.read_bytes() for p in folder.iterdir() if p.is_file()}
+
+
+NEW = {"out.ply": b"new mesh", "out.ply.provenance.json": b"new provenance", "t.png": b"new texture"}
+OLD = {"out.ply": b"old mesh", "out.ply.provenance.json": b"old provenance", "t.png": b"old texture"}
+
+
+@pytest.mark.parametrize("links", [True, False], ids=["hard links", "no hard links"])
+@pytest.mark.parametrize("before", [{}, OLD], ids=["nothing there", "replacing"])
+def test_all_files_appear(
+    tmp_path: Path, stage: Path, before: dict[str, bytes], links: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A commit puts the three files in place, on file systems with and without hard links."""
+    if not links:
+        monkeypatch.setattr(os, "link", lambda *a, **k: (_ for _ in ()).throw(OSError("no links here")))
+    for name, data in before.items():
+        (tmp_path / name).write_bytes(data)
+    put_in_place(stage, tmp_path)
+    assert contents(tmp_path) == NEW
+
+
+@pytest.mark.parametrize("before", [{}, OLD], ids=["nothing there", "replacing"])
+@pytest.mark.parametrize("step", range(4))
+@pytest.mark.parametrize("error", [OSError(13, "Permission denied"), KeyboardInterrupt()])
+def test_or_none_of_them(
+    tmp_path: Path, stage: Path, before: dict[str, bytes], step: int, error: BaseException, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whichever rename fails, or the flush after the last, what was there before is there again, and nothing else."""
+    for name, data in before.items():
+        (tmp_path / name).write_bytes(data)
+    moves = iter(range(100))
+    replace, flush_ = Path.replace, outputs.flush
+
+    def failing_replace(self: Path, target: Path) -> Path:
+        if self.parent == stage and next(moves) == step:
+            raise error
+        return replace(self, target)
+
+    def failing_flush(path: Path) -> None:
+        if step == 3:
+            raise error
+        flush_(path)
+
+    monkeypatch.setattr(Path, "replace", failing_replace)
+    monkeypatch.setattr(outputs, "flush", failing_flush)
+    with pytest.raises(OutputError if isinstance(error, OSError) else KeyboardInterrupt):
+        put_in_place(stage, tmp_path)
+    assert contents(tmp_path) == before
+
+
+@pytest.mark.parametrize("step", range(4))
+def test_power_cuts_leave_no_output_with_another_ones_provenance(
+    tmp_path: Path, stage: Path, step: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """If everything ends between two renames, a provenance file and the output beside it still belong together."""
+    for name, data in OLD.items():
+        (tmp_path / name).write_bytes(data)
+    moves = iter(range(100))
+    replace = Path.replace
+
+    def seen(self: Path, target: Path) -> Path:
+        if self.parent == stage and next(moves) == step:
+            now = contents(tmp_path)
+            mesh, provenance = now["out.ply"], now.get("out.ply.provenance.json")
+            assert provenance is None or mesh.split()[0] == provenance.split()[0]
+        return replace(self, target)
+
+    monkeypatch.setattr(Path, "replace", seen)
+    put_in_place(stage, tmp_path)
+
+
+def test_the_staging_folder_goes_with_everything_in_it(tmp_path: Path) -> None:
+    """The folder is hidden, beside the output, and gone afterwards, also after an exception."""
+    staging = staging_folder(tmp_path / "out.ply")
+    folder = staging.__enter__()
+    assert folder.parent == tmp_path
+    assert folder.name.startswith(STAGE_PREFIX)
+    (folder / "new").mkdir()
+    (folder / "new" / "out.ply").touch()
+    assert not staging.__exit__(RuntimeError, RuntimeError(), None)
+    assert names_in(tmp_path) == set()
+    remove_folder(folder)
+
+
+def test_no_staging_folder_where_there_is_no_folder(tmp_path: Path) -> None:
+    """A folder that vanished after the first check is an error about the output."""
+    with pytest.raises(OutputError, match="cannot make a temporary folder"), staging_folder(tmp_path / "gone" / "out.ply"):
+        pass
+
+
+def test_whole_files(tmp_path: Path) -> None:
+    """`write_whole` writes what it is given and never over another file; `flush` takes files and folders."""
+    write_whole(tmp_path / "a", b"data")
+    assert (tmp_path / "a").read_bytes() == b"data"
+    with pytest.raises(FileExistsError):
+        write_whole(tmp_path / "a", b"other")
+    flush(tmp_path)
+    flush(tmp_path / "a")
+    with pytest.raises(FileNotFoundError):
+        flush(tmp_path / "b")

@@ -1,0 +1,308 @@
+"""What a worker reads, keeps, names as lost and writes; carried out in this process."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pymeshlab
+import pytest
+
+from pymeshfair.running.errors import InputError, OutputError
+from pymeshfair.running.formats import ATTRIBUTES, READABLE, WRITABLE
+from pymeshfair.running.ply import read_header
+from pymeshfair.running.provenance import sha256_of
+from pymeshfair.running.session import StepError
+
+from .runs import BONE, SAMPLES, SMOOTH, TETRAHEDRON, Given, names_in, ply_bytes, session_report, staged_files, xyz
+
+
+def reload(path: Path) -> tuple[pymeshlab.MeshSet, Any]:
+    """A mesh file as plain pymeshlab reads it; the mesh lives as long as the set."""
+    meshes = pymeshlab.MeshSet()
+    meshes.load_new_mesh(str(path))
+    return meshes, meshes.current_mesh()
+
+
+def properties(path: Path) -> dict[str, np.ndarray[Any, Any]]:
+    """Everything that pymeshlab reads from a file, by name."""
+    meshes, mesh = reload(path)
+    found = {"vertices": mesh.vertex_matrix(), "faces": mesh.face_matrix(), "normals": mesh.vertex_normal_matrix()}
+    names = ("vertex_color", "vertex_scalar", "vertex_tex_coord", "face_color", "face_scalar", "wedge_tex_coord")
+    for name in names:
+        if getattr(mesh, f"has_{name}")():
+            found[name] = getattr(mesh, f"{name}_{'array' if name.endswith('scalar') else 'matrix'}")()
+    del meshes
+    return found
+
+
+@pytest.fixture
+def everything(tmp_path: Path) -> Path:
+    """A PLY file of a tetrahedron with everything that MeshLab reads, a texture included."""
+    rng = np.random.default_rng(1)
+    vertex = [*xyz(TETRAHEDRON[0] + rng.random((4, 3)) * 1e-3)]
+    normals = np.array([[0.6, 0.0, 0.8], [0, 1, 0], [1, 0, 0], [0, 0, -1]])
+    vertex += [("double", c, normals[:, k].tolist()) for k, c in enumerate(("nx", "ny", "nz"))]
+    vertex += [("uchar", c, [1, 2, 30, 250]) for c in ("red", "green", "blue", "alpha")]
+    vertex += [("double", "quality", rng.random(4).tolist()), ("double", "radius", [1.5] * 4)]
+    vertex += [("double", c, rng.random(4).astype("f").tolist()) for c in ("texture_u", "texture_v")]
+    face: list[tuple[str, str, Any]] = [("list uchar float", "texcoord", rng.random((4, 6)).tolist())]
+    face += [("uchar", c, [7, 8, 9, 200]) for c in ("red", "green", "blue", "alpha")]
+    face += [("double", "quality", rng.random(4).tolist())]
+    path = tmp_path / "everything.ply"
+    faces = TETRAHEDRON[1].tolist()
+    path.write_bytes(ply_bytes(vertex, faces, face, head="comment TextureFile TextureDouble_A.png"))
+    shutil.copy(SAMPLES / "TextureDouble_A.png", tmp_path)
+    return path
+
+
+def test_a_ply_file_keeps_everything(tmp_path: Path, everything: Path) -> None:
+    """Without a step, every property of a PLY file comes back bit for bit, the texture byte for byte, and no warning comes."""
+    (tmp_path / "out").mkdir()
+    report = session_report(everything, tmp_path / "out" / "copy.ply")
+    assert report["warnings"] == []
+    staged = staged_files(report)
+    before, after = properties(everything), properties(staged["copy.ply"])
+    assert before.keys() == after.keys()
+    assert len(before) == 9
+    for name, values in before.items():
+        np.testing.assert_array_equal(after[name], values, err_msg=name)
+    declared = {(e.name, p.name) for e in read_header(everything).elements for p in e.properties}
+    written = {(e.name, p.name) for e in read_header(staged["copy.ply"]).elements for p in e.properties}
+    assert declared - written <= {("face", "texnumber")}
+    assert staged["TextureDouble_A.png"].read_bytes() == (SAMPLES / "TextureDouble_A.png").read_bytes()
+
+
+HAS = {
+    "vertex colours": "vertex_color",
+    "vertex scalars": "vertex_scalar",
+    "vertex texture coordinates": "vertex_tex_coord",
+    "face colours": "face_color",
+    "face scalars": "face_scalar",
+    "wedge texture coordinates": "wedge_tex_coord",
+}
+
+
+@pytest.mark.parametrize("extension", WRITABLE)
+def test_what_a_format_holds(tmp_path: Path, everything: Path, extension: str) -> None:
+    """Each format gives back what it is said to hold, and exactly the rest of what the mesh has is named in a warning."""
+    report = session_report(everything, tmp_path / f"copy.{extension}")
+    holds = WRITABLE[extension].holds
+    has = set(ATTRIBUTES) - {"edges", "custom attributes"}
+    text = " ".join(report["warnings"])
+    lost = {a for a in has if a in text.replace(".ply keeps them", "")}
+    assert lost == has - holds
+    after = properties(staged_files(report)[f"copy.{extension}"])
+    for words, name in HAS.items():
+        assert words not in holds or name in after
+    if "faces" in holds:
+        assert len(after["faces"]) == 4
+    # The order of vertices is the format's own in STL. No coordinate is greater than 1.001; OBJ and OFF write 16 digits.
+    places = np.sort(after["vertices"], axis=0) - np.sort(properties(everything)["vertices"], axis=0)
+    assert np.abs(places).max() <= 1.001 * sum(WRITABLE[extension].rounding) + 1e-15
+
+
+@pytest.mark.parametrize("extension", READABLE)
+def test_formats_that_are_read_are_known_to_meshlab(tmp_path: Path, extension: str) -> None:
+    """No extension is offered that the installed MeshLab does not know."""
+    path = tmp_path / f"missing.{extension}"
+    with pytest.raises(pymeshlab.PyMeshLabException) as caught:
+        pymeshlab.MeshSet().load_new_mesh(str(path))
+    assert "Unknown format" not in str(caught.value)
+
+
+def test_custom_attributes_are_kept(tmp_path: Path) -> None:
+    """Attributes that a recipe makes are written to PLY with their values, and named where the format cannot hold them."""
+    steps: tuple[Given, ...] = (
+        ("compute_new_custom_scalar_attribute_per_vertex", {"name": "double_x", "expr": "x*2"}),
+        ("compute_new_custom_scalar_attribute_per_face", {"name": "mine", "expr": "7"}),
+    )
+    report = session_report(BONE, tmp_path / "out.ply", *steps)
+    header = read_header(staged_files(report)["out.ply"])
+    assert {"double_x"} <= {p.name for p in header.element("vertex").properties}
+    assert {"mine"} <= {p.name for p in header.element("face").properties}
+    report = session_report(BONE, tmp_path / "out.obj", *steps)
+    assert any("custom attributes of the mesh; .ply keeps them" in w for w in report["warnings"])
+
+
+def test_normals_of_a_cloud_are_kept(tmp_path: Path) -> None:
+    """A point cloud keeps its normals in PLY and XYZ; without normals none are written."""
+    points = TETRAHEDRON[0] + 0.25
+    normals = [("double", c, [0.0, 0.0, 0.6, 1.0]) for c in ("nx", "ny", "nz")]
+    (tmp_path / "with.ply").write_bytes(ply_bytes([*xyz(points), *normals], faces=()))
+    (tmp_path / "without.ply").write_bytes(ply_bytes(xyz(points), faces=()))
+    for extension, keeps in (("ply", 6), ("xyz", 6)):
+        for name in ("with", "without"):
+            report = session_report(tmp_path / f"{name}.ply", tmp_path / f"{name}-out.{extension}")
+            file = staged_files(report)[f"{name}-out.{extension}"]
+            if extension == "ply":
+                columns = len(read_header(file).element("vertex").properties)
+            else:
+                columns = len(file.read_text().splitlines()[0].split())
+            assert columns == (keeps if name == "with" else 3)
+    assert report["after"]["mean_spacing"] == pytest.approx((3 + np.sqrt(1)) / 4)
+
+
+def test_normals_of_a_mesh_are_unit_vectors(tmp_path: Path) -> None:
+    """MeshLab leaves sums of face normals after smoothing; what is written has length one."""
+    normals = [("double", c, [0.0, 0.0, 0.0, 1.0]) for c in ("nx", "ny", "nz")]
+    (tmp_path / "in.ply").write_bytes(ply_bytes([*xyz(), *normals]))
+    report = session_report(tmp_path / "in.ply", tmp_path / "out.ply", SMOOTH)
+    lengths = np.linalg.norm(properties(staged_files(report)["out.ply"])["normals"], axis=1)
+    np.testing.assert_allclose(lengths, 1, rtol=1e-12)
+
+
+@pytest.mark.parametrize("extension", ["ply", "obj"])
+def test_what_meshlab_leaves_out_is_named(tmp_path: Path, extension: str) -> None:
+    """Vertices that are not finite and degenerate faces are gone after loading; how many of each is said."""
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [np.nan, 0, 1], [1, 1, 1]])
+    faces = [[0, 1, 2], [0, 1, 3], [1, 1, 2], [1, 2, 4]]
+    path = tmp_path / f"holes.{extension}"
+    if extension == "ply":
+        path.write_bytes(ply_bytes(xyz(points), faces))
+    else:
+        lines = ["v " + " ".join(map(str, p)) for p in points] + ["f " + " ".join(str(i + 1) for i in f) for f in faces]
+        path.write_text("\n".join(lines))
+    report = session_report(path, tmp_path / "out.ply")
+    assert f"of {path.name} were left out: 1 vertices with a coordinate that is not finite, and 2 faces" in report["warnings"][0]
+    assert (report["before"]["vertices"], report["before"]["faces"]) == (4, 2)
+
+
+@pytest.mark.parametrize("extension", ["ply", "obj", "off"])
+def test_split_polygons_are_named(tmp_path: Path, extension: str) -> None:
+    """Quads become triangles, which is said once; nothing is said to be lost."""
+    points = np.array([[x, y, 0.0] for y in range(3) for x in range(3)])
+    faces = [[0, 1, 4, 3], [1, 2, 5, 4], [3, 4, 7, 6], [4, 5, 8, 7]]
+    path = tmp_path / f"quads.{extension}"
+    if extension == "ply":
+        path.write_bytes(ply_bytes(xyz(points), faces))
+    elif extension == "obj":
+        lines = ["v " + " ".join(map(str, p)) for p in points] + ["f " + " ".join(str(i + 1) for i in f) for f in faces]
+        path.write_text("\n".join(lines))
+    else:
+        rows = [" ".join(map(str, p)) for p in points] + ["4 " + " ".join(map(str, f)) for f in faces]
+        path.write_text("\n".join(["OFF", "9 4 0", *rows, ""]))
+    report = session_report(path, tmp_path / "out.ply")
+    assert report["warnings"] == [f"polygons of {path.name} were split into triangles: 4 faces became 8"]
+    assert report["after"]["area"] == 4.0
+
+
+def test_quads_keep_their_texture_coordinates(tmp_path: Path) -> None:
+    """An OBJ file with one quad keeps texture coordinates, texture and material, all of which MeshLab's default loses."""
+    shutil.copy(SAMPLES / "TextureDouble_A.png", tmp_path / "t.png")
+    (tmp_path / "m.mtl").write_text("newmtl a\nKd 1 0 0\nmap_Kd t.png\n")
+    corners = ["0.25 0.5", "0.75 0.5", "0.75 1", "0.25 1"]
+    lines = ["mtllib m.mtl", "v 0 0 0", "v 1 0 0", "v 1 1 0", "v 0 1 0", *(f"vt {c}" for c in corners), "usemtl a"]
+    (tmp_path / "quad.obj").write_text("\n".join([*lines, "f 1/1 2/2 3/3 4/4", ""]))
+    (tmp_path / "out").mkdir()
+    report = session_report(tmp_path / "quad.obj", tmp_path / "out" / "quad.obj")
+    files = staged_files(report)
+    uv = properties(files["quad.obj"])["wedge_tex_coord"]
+    assert {tuple(c) for c in uv.tolist()} == {tuple(map(float, c.split())) for c in corners}
+    assert "map_Kd t.png" in files["quad.obj.mtl"].read_text()
+    assert files["t.png"].read_bytes() == (tmp_path / "t.png").read_bytes()
+
+
+def test_files_that_are_no_meshes(tmp_path: Path) -> None:
+    """What MeshLab refuses, and what it accepts as a mesh of no vertices, is an error about the input, in MeshLab's words."""
+    (tmp_path / "a.off").write_text("OFF\nwhat\n")
+    with pytest.raises(InputError, match="MeshLab says: "):
+        session_report(tmp_path / "a.off", tmp_path / "a-out.ply")
+    (tmp_path / "b.xyz").write_text("nothing here\n")
+    with pytest.raises(InputError, match="no vertex could be read"):
+        session_report(tmp_path / "b.xyz", tmp_path / "b-out.ply")
+
+
+def test_nothing_left_is_an_error(tmp_path: Path) -> None:
+    """A recipe that deletes the whole mesh, or every layer, fails; no empty file is staged."""
+    steps: tuple[Given, ...] = (("set_selection_all", {}), ("meshing_remove_selected_vertices", {}))
+    with pytest.raises(StepError, match="nothing is left"):
+        session_report(BONE, tmp_path / "a.ply", *steps)
+    with pytest.raises(StepError, match="left no mesh"):
+        session_report(BONE, tmp_path / "b.ply", ("delete_current_mesh", {}))
+    assert names_in(tmp_path / "stage-a.ply" / "new") == set()
+
+
+def test_a_result_that_is_not_finite_is_an_error(tmp_path: Path) -> None:
+    """If a filter's arithmetic overflows, nothing is staged."""
+    with pytest.raises(StepError, match="not finite"):
+        session_report(BONE, tmp_path / "a.ply", ("compute_coord_by_function", {"x": "x*1e308*1e308"}))
+    assert names_in(tmp_path / "stage-a.ply" / "new") == set()
+
+
+def test_layers_and_matrices_are_not_lost_in_silence(tmp_path: Path) -> None:
+    """Layers that are not written are named; a matrix that a step leaves on the layer is applied, and that is said."""
+    report = session_report(BONE, tmp_path / "a.ply", ("generate_copy_of_current_mesh", {}))
+    assert any("2 layers; only the current one" in w for w in report["warnings"])
+    move = ("compute_matrix_from_translation", {"axisx": 1.0, "freeze": False})
+    report = session_report(BONE, tmp_path / "b.ply", move)
+    assert any("matrix was applied" in w for w in report["warnings"])
+    moved = properties(staged_files(report)["b.ply"])["vertices"] - properties(BONE)["vertices"]
+    np.testing.assert_allclose(moved, np.tile([1.0, 0, 0], (1872, 1)), atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["glb", "gltf"])
+def test_scenes_are_merged_where_their_matrices_put_them(tmp_path: Path, name: str) -> None:
+    """Both meshes of a glTF scene are written, each where its node's matrix puts it."""
+    trimesh = pytest.importorskip("trimesh")
+    scene = trimesh.Scene()
+    for x in (0.0, 5.0):
+        matrix = trimesh.transformations.translation_matrix([x, 0, 0])
+        scene.add_geometry(trimesh.Trimesh(*TETRAHEDRON), transform=matrix)
+    files = {"scene.glb": scene.export(file_type="glb")} if name == "glb" else scene.export(file_type="gltf")
+    for file, data in files.items():
+        (tmp_path / file.replace("model", "scene")).write_bytes(data)
+    report = session_report(tmp_path / f"scene.{name}", tmp_path / "out.ply")
+    assert report["after"]["components"] == 2
+    vertices = properties(staged_files(report)["out.ply"])["vertices"]
+    assert (vertices.min(), vertices[:, 0].max()) == (0.0, 6.0)
+
+
+UTM = np.array([451_234.0, 4_512_345.0, 123.0])
+
+
+@pytest.mark.parametrize(
+    ("extension", "size", "verdict"),
+    [
+        ("stl", 1000.0, "nothing"),
+        ("stl", 10.0, "warning"),
+        ("stl", 0.1, "error"),
+        ("wrl", 1000.0, "warning"),
+        ("wrl", 10.0, "error"),
+        ("3mf", 0.1, "error"),
+        ("xyz", 1.0, "nothing"),
+        ("xyz", 1e-4, "warning"),
+        ("ply", 1e-3, "nothing"),
+        ("obj", 1e-3, "nothing"),
+    ],
+)
+def test_formats_of_few_digits_far_from_the_origin(tmp_path: Path, extension: str, size: float, verdict: str) -> None:
+    """At UTM coordinates a format that rounds a little is warned about, one that destroys the mesh refused, by its digits."""
+    (tmp_path / "in.ply").write_bytes(ply_bytes(xyz(TETRAHEDRON[0] * size + UTM)))
+    output = tmp_path / f"out.{extension}"
+    if verdict == "error":
+        with pytest.raises(OutputError, match=r"rounds coordinates .*; \.ply keeps every digit"):
+            session_report(tmp_path / "in.ply", output)
+    else:
+        report = session_report(tmp_path / "in.ply", output)
+        assert any("rounds coordinates" in w for w in report["warnings"]) == (verdict == "warning")
+
+
+def test_the_report_describes_the_files(tmp_path: Path) -> None:
+    """Sizes and digests of input and output, and their side files, are those of the files."""
+    report = session_report(SAMPLES / "bunny10k_textured.obj", tmp_path / "out.obj", SMOOTH)
+    for part, names in (
+        ("input", ["bunny10k_textured.mtl", "TextureDouble_A.png"]),
+        ("output", ["TextureDouble_A.png", "out.obj.mtl"]),
+    ):
+        described = report[part]
+        assert [Path(f["path"]).name for f in described["side_files"]] == names
+    for file in report["staged"]:
+        entries = [report["output"], *report["output"]["side_files"]]
+        entry = next(e for e in entries if e["path"] == file["target"])
+        assert entry["sha256"] == sha256_of(Path(file["staged"]))
+        assert entry["bytes"] == Path(file["staged"]).stat().st_size
+    json.dumps(report, allow_nan=False)
