@@ -70,7 +70,7 @@ class Recipe:
         return self.script.comment.partition("\n")[2].strip()
 
     def override(self, overrides: Sequence[str]) -> Recipe:
-        """The recipe with these values put over its own, each ``STEP.PARAM=VALUE``; see `pymeshfair.scripts.overrides.override`."""
+        """The recipe with these values over its own, each ``STEP.PARAM=VALUE``; see `pymeshfair.scripts.overrides.override`."""
         return replace(self, script=override(self.script, overrides))
 
 
