@@ -55,19 +55,27 @@ def cited(keys: Iterable[str]) -> list[str]:
     """Authors, title and year of each key, from the bibliography."""
     text = (DOCS / "bibliography.bib").read_text(encoding="utf-8")
     entries = {match[1]: match[2] for match in re.finditer(r"@\w+\{(\w+),(.*?)\n\}", text, re.DOTALL)}
-    return [f"{_value(entries[k], 'author')}: *{_value(entries[k], 'title')}*, {_value(entries[k], 'year')}" for k in keys]
+    return [_citation(entries[key]) for key in keys]
+
+
+def _citation(entry: str) -> str:
+    authors = _value(entry, "author").replace(" and ", "; ")
+    return f"{authors}: *{_value(entry, 'title')}*, {_value(entry, 'year')}"
 
 
 def _value(entry: str, key: str) -> str:
     found = re.search(rf"\b{key}\s*=\s*\{{(.*)\}},?\n", entry + "\n")
     if found is None:
         raise ValueError(f"the bibliography entry has no {key}: {entry}")
-    return re.sub(r"[{}]", "", found[1].replace('{\\"o}', "ö")).replace(" and ", "; ")
+    return re.sub(r"[{}]", "", found[1].replace('{\\"o}', "ö"))
 
 
 def recipes_page() -> str:
     """What each shipped recipe is for, does and lets the user tune, with its steps."""
-    parts = ["# Recipes\n", "`pymeshfair run NAME scan.ply -o clean.ply`. Written by `docs/make_pages.py` from the scripts' head comments.\n"]
+    parts = [
+        "# Recipes\n",
+        "`pymeshfair run NAME scan.ply -o clean.ply`. Written by `docs/make_pages.py` from the scripts' head comments.\n",
+    ]
     for name in shipped_recipes():
         recipe = load_recipe(name)
         parts += [f"## {name}\n", f"**{recipe.title}**\n", f"{recipe.description}\n", "Steps:\n"]

@@ -1,6 +1,6 @@
-"""Draws the pictures of the documentation: ``python docs/make_pictures.py FOLDER_OF_THE_DEMO``.
+"""Draws the pictures of the documentation: ``python docs/make_pictures.py pymeshfair_demo``.
 
-Needs the `report` extra. The demo (``pymeshfair demo``) writes the meshes that are drawn.
+Needs the `report` extra, and the folder that ``pymeshfair demo`` writes.
 """
 
 from __future__ import annotations
@@ -33,9 +33,7 @@ def shaded(axes: plt.Axes, path: Path, window: tuple[float, float, float, float]
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
     left, right, bottom, top = window
     centre = corners.mean(axis=1)
-    seen = (
-        (normals[:, 2] > 0) & (centre[:, 0] > left) & (centre[:, 0] < right) & (centre[:, 1] > bottom) & (centre[:, 1] < top)
-    )
+    seen = (normals[:, 2] > 0) & (centre[:, 0] > left) & (centre[:, 0] < right) & (centre[:, 1] > bottom) & (centre[:, 1] < top)
     order = np.flatnonzero(seen)[np.argsort(centre[seen, 2])]
     axes.add_collection(
         PolyCollection(corners[order][:, :, :2], facecolors=shade(normals[order]), edgecolors="face", linewidths=0.2)
@@ -55,7 +53,7 @@ def shade(normals: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def before_and_after(before: Path, after: Path, picture: Path) -> None:
     """Two halves of one face: as scanned and as cleaned, whole above and a close-up below."""
-    figure, rows = plt.subplots(1, 4, figsize=(12, 4.3))
+    figure, rows = plt.subplots(1, 4, figsize=(12, 4.5))
     whole, detail = (-76.0, 56.0, -100.0, 90.0), (-12.0, 44.0, -28.0, 52.6)
     for axes, path, window, title in zip(
         rows, (before, after, before, after), (whole, whole, detail, detail), ("scan", "cleaned", "scan", "cleaned"), strict=True
@@ -70,5 +68,5 @@ def before_and_after(before: Path, after: Path, picture: Path) -> None:
 
 
 if __name__ == "__main__":
-    folder = Path(sys.argv[1])
-    before_and_after(folder / "face000.ply", folder / "face000_clean.ply", PICTURES / "demo.png")
+    scan = Path(pymeshlab.__file__).parent / "tests/sample_meshes/rangemaps/face000.ply"
+    before_and_after(scan, Path(sys.argv[1]) / "face_clean.ply", PICTURES / "demo.png")
