@@ -1,0 +1,72 @@
+"""The vocabulary in which a filter declares itself: its parameters, the layer that it reads and the edit that it returns.
+
+One frozen `Filter` drives everything that users see of it: the method of `MeshSet`, the checks, the .mlx reader and writer,
+``pymeshfair info``, the documentation and MeshLab's dialog. It mirrors MeshLab's C++ ``FilterPlugin`` member by member. The
+usual way to make one is the decorator `mesh_filter` on a function with an annotated, keyword-only signature::
+
+    @mesh_filter(name="Shift", classes=FilterClass.SMOOTHING, changes=MeshElement.VERTCOORD)
+    def apply_coord_shift(
+        layer: Layer,
+        *,
+        distance: Annotated[float, Percentage(label="Distance", help="How far. Larger moves further.", default="1%")],
+    ) -> Edit:
+        "Moves the mesh along x."
+        return Edit(vertices=layer.vertices + [distance, 0.0, 0.0])
+
+This module imports neither pymeshlab nor any plugin.
+"""
+
+from .elements import Arity, FilterClass, MeshElement
+from .filter import Filter, mesh_filter
+from .layer import Bools, Edit, Floats, Ints, Layer, NewLayer
+from .length import Length, LengthUnit
+from .names import nearest
+from .parameters import (
+    Bool,
+    Color,
+    Direction,
+    Enum,
+    FileOpen,
+    FileSave,
+    Float,
+    Int,
+    Matrix,
+    Mesh,
+    Parameter,
+    Percentage,
+    Point,
+    Shot,
+    String,
+)
+
+__all__ = [
+    "Arity",
+    "Bool",
+    "Bools",
+    "Color",
+    "Direction",
+    "Edit",
+    "Enum",
+    "FileOpen",
+    "FileSave",
+    "Filter",
+    "FilterClass",
+    "Float",
+    "Floats",
+    "Int",
+    "Ints",
+    "Layer",
+    "Length",
+    "LengthUnit",
+    "Matrix",
+    "Mesh",
+    "MeshElement",
+    "NewLayer",
+    "Parameter",
+    "Percentage",
+    "Point",
+    "Shot",
+    "String",
+    "mesh_filter",
+    "nearest",
+]

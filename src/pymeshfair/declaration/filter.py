@@ -1,0 +1,175 @@
+"""The declaration of a filter, and the decorator that makes one of a function."""
+
+from __future__ import annotations
+
+import inspect
+import keyword
+import typing
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+from ..errors import DeclarationError, ParameterError, UnknownNameError
+from .elements import Arity, FilterClass, MeshElement
+from .layer import Edit
+from .names import nearest
+from .parameters import Enum, Parameter
+
+
+@dataclass(frozen=True, kw_only=True)
+class Filter:
+    """One filter, MeshLab's or ours.
+
+    Attributes:
+        python_name: the name in Python, e.g. ``apply_coord_taubin_fairing``.
+        name: the name in MeshLab's menus and in .mlx scripts, e.g. ``Taubin Fairing``.
+        info: what it does, in plain text; the first line is a summary.
+        classes: MeshLab's menus.
+        requires: what the mesh must have.
+        changes: what the filter changes.
+        arity: how many layers it reads.
+        parameters: in declared order, which is the order in .mlx scripts.
+        references: keys of docs/bibliography.bib.
+        origin: who declares it: ``"MeshLab"`` or the name of a Python distribution.
+        function: the work; None for MeshLab's own filters.
+    """
+
+    python_name: str
+    name: str
+    info: str = ""
+    classes: FilterClass = FilterClass.OTHER
+    requires: MeshElement = MeshElement.NONE
+    changes: MeshElement = MeshElement.NONE
+    arity: Arity = Arity.SINGLE_MESH
+    parameters: tuple[Parameter, ...] = ()
+    references: tuple[str, ...] = ()
+    origin: str = "MeshLab"
+    function: Callable[..., Edit] | None = field(default=None, compare=False)
+
+    @property
+    def is_builtin(self) -> bool:
+        """Whether MeshLab itself carries the filter out."""
+        return self.function is None
+
+    @property
+    def summary(self) -> str:
+        """The first line of `info`."""
+        return self.info.partition("\n")[0]
+
+    def parameter(self, name: str) -> Parameter:
+        """The parameter of that Python name; raise `UnknownNameError` with the nearest name if there is none."""
+        for parameter in self.parameters:
+            if parameter.name == name:
+                return parameter
+        names = [p.name for p in self.parameters]
+        near = nearest(name, names)
+        hint = f"; did you mean {near!r}?" if near else f"; it has {', '.join(names)}" if names else "; it has none"
+        raise UnknownNameError(f"filter {self.python_name!r} has no parameter {name!r}{hint}", suggestion=near)
+
+    def check(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """The given values by parameter name, checked, in declared order; absent ones stay absent."""
+        for name in values:
+            self.parameter(name)
+        return {p.name: p.check(values[p.name]) for p in self.parameters if p.name in values}
+
+    def with_defaults(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """As `check`, with the default of every parameter that is absent."""
+        checked = self.check(values)
+        return {p.name: checked.get(p.name, p.default) for p in self.parameters}
+
+
+def mesh_filter(
+    *,
+    name: str,
+    classes: FilterClass,
+    requires: MeshElement = MeshElement.NONE,
+    changes: MeshElement = MeshElement.NONE,
+    arity: Arity = Arity.SINGLE_MESH,
+    references: Sequence[str] = (),
+) -> Callable[[Callable[..., Edit]], Filter]:
+    """Turn a function ``(layer, *, parameter: Annotated[type, Parameter(...)] = default, ...) -> Edit`` into a `Filter`.
+
+    The function's name is the Python name and its docstring the description. A parameter ``progress`` is not shown to users:
+    the host passes a function that takes the share of the work done, from 0 to 1.
+
+    Raises:
+        DeclarationError: the signature, a default or a bound contradicts itself.
+    """
+
+    def declare(function: Callable[..., Edit]) -> Filter:
+        parameters = tuple(_parameters(function))
+        in_scripts = [p.xml_name for p in parameters]
+        if len(set(in_scripts)) != len(in_scripts):
+            raise DeclarationError(
+                f"{function.__module__}.{function.__name__}: two parameters share a name in scripts, {in_scripts}"
+            )
+        return Filter(
+            python_name=function.__name__,
+            name=name,
+            info=inspect.getdoc(function) or "",
+            classes=classes,
+            requires=requires,
+            changes=changes,
+            arity=arity,
+            parameters=parameters,
+            references=tuple(references),
+            origin=function.__module__.partition(".")[0],
+            function=function,
+        )
+
+    return declare
+
+
+def _parameters(function: Callable[..., Edit]) -> Iterable[Parameter]:
+    where = f"{function.__module__}.{function.__name__}"
+    hints = typing.get_type_hints(function, include_extras=True)
+    if not inspect.getdoc(function):
+        raise DeclarationError(f"{where} has no docstring; it is the filter's description")
+    arguments = list(inspect.signature(function).parameters.values())
+    if not arguments or arguments[0].kind not in (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD):
+        raise DeclarationError(f"{where} must take the layer as its first, positional parameter")
+    for argument in arguments[1:]:
+        if argument.name == "progress":
+            continue
+        if argument.kind is not argument.KEYWORD_ONLY:
+            raise DeclarationError(f"{where}: parameter {argument.name!r} must be keyword-only")
+        hint = hints.get(argument.name)
+        described = [x for x in getattr(hint, "__metadata__", ()) if isinstance(x, Parameter)]
+        if len(described) != 1:
+            raise DeclarationError(f"{where}: annotate {argument.name!r} as Annotated[type, Float(...)] or another parameter")
+        _check_consistent(described[0], typing.get_args(hint)[0], f"{where}: parameter {argument.name!r}")
+        yield _completed(described[0], argument, where)
+
+
+_PLAIN_TYPES = (bool, int, float, str)
+
+
+def _check_consistent(described: Parameter, annotated: Any, where: str) -> None:
+    """Raise `DeclarationError` if a parameter's type, bounds and choices contradict each other."""
+    minimum, maximum = getattr(described, "minimum", None), getattr(described, "maximum", None)
+    if minimum is not None and maximum is not None and minimum > maximum:
+        raise DeclarationError(f"{where} has the minimum {minimum} above the maximum {maximum}")
+    if isinstance(described, Enum):
+        if not described.choices or len(set(described.choices)) != len(described.choices):
+            raise DeclarationError(f"{where} needs choices, each of them once; it has {described.choices}")
+        if typing.get_origin(annotated) is Literal and not set(described.choices) <= set(typing.get_args(annotated)):
+            raise DeclarationError(f"{where} offers {described.choices}, but its type allows {typing.get_args(annotated)}")
+    elif described.python_type in _PLAIN_TYPES and annotated in _PLAIN_TYPES and annotated is not described.python_type:
+        kind = type(described).__name__
+        raise DeclarationError(
+            f"{where} is annotated as {annotated.__name__}, but {kind} hands over {described.python_type.__name__}"
+        )
+
+
+def _completed(described: Parameter, argument: inspect.Parameter, where: str) -> Parameter:
+    """The annotation's parameter with the name and default of the argument that it annotates."""
+    if keyword.iskeyword(argument.name):
+        raise DeclarationError(f"{where}: {argument.name!r} is a word of Python")
+    if not described.label or not described.help:
+        raise DeclarationError(f"{where}: parameter {argument.name!r} needs a label and a help text")
+    default = described.default if argument.default is argument.empty else argument.default
+    parameter = replace(described, name=argument.name, xml_name=described.xml_name or argument.name, default=default)
+    try:
+        return replace(parameter, default=parameter.check(default))
+    except ParameterError as error:
+        raise DeclarationError(f"{where}: the default does not fit: {error}") from error
