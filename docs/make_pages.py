@@ -21,10 +21,10 @@ def filters_page() -> str:
     own = [f for f in custom_filters() if f.origin == "pymeshfair"]
     parts = [
         "# Filters\n",
-        "Each is a method of `pymeshfair.MeshSet`, a step of an .mlx script under its menu name, and known to `pymeshfair info`. Written "
-        "by `docs/make_pages.py` from the declarations.\n",
-        "Lengths are `'1%'` of the bounding box's diagonal, `'0.5edge'` (mean edges) or `'0.3'` (mesh units); `PercentageValue` and "
-        "`PureValue` of pymeshlab work too.\n",
+        "Each is a method of `pymeshfair.MeshSet`, a step of an .mlx script under its menu name, and known to `pymeshfair info`. "
+        "Written by `docs/make_pages.py` from the declarations.\n",
+        "Lengths are `'1%'` of the bounding box's diagonal, `'0.5edge'` (mean edges) or `'0.3'` (mesh units); pymeshlab's "
+        "`PercentageValue` and `PureValue` work too.\n",
         *(f"* [{f.name}](#{f.python_name}): {f.summary}" for f in own),
         "",
         *(filter_section(f) for f in own),
