@@ -16,6 +16,11 @@ from .neighbours import check_cloud, chunks
 from .search import search
 from .threads import in_parallel, part_of
 
+#: what rounding makes of equal distances, in units of the largest coordinate, which is between 1/2 and 1 in a tree
+_ROUNDING = 32 * np.finfo(np.float64).eps
+#: ... and never more than this share of the distance, as a cloud may be finer than that around the origin
+_ALIKE = 1e-6
+
 
 def local_outlier_probability(
     points: ArrayLike, *, neighbors: int = 20, extent: float = 3.0, progress: Progress = ignore_progress
@@ -44,8 +49,9 @@ def local_outlier_probability(
 
     Returns:
         (n,) float64 probabilities in [0, 1]. Where a point and all its neighbours coincide it is 0; where its neighbours have
-        all their own neighbours at distance 0 but the point stands apart, the ratio is infinite: the probability is 1, and
-        the point is left out of the sum in nPLOF.
+        all their own neighbours at distance 0 but the point stands apart, PLOF is infinite: the probability is 1, and the point
+        is left out of the mean in nPLOF. Distances that differ by no more than the rounding of the coordinates count as equal:
+        a regular arrangement of points has no outliers.
 
     Raises:
         FilterInputError: a parameter is out of its bounds, or coordinates are missing, NaN or infinite.
@@ -58,7 +64,8 @@ def local_outlier_probability(
     spread = extent * scale * np.sqrt(np.mean((finite / scale) ** 2)) if finite.size else 0.0
     if spread == 0.0:
         return (factors > 0.0).astype(np.float64)
-    return np.maximum(0.0, erf(factors / (np.sqrt(2.0) * spread)))
+    probabilities: NDArray[np.float64] = np.maximum(0.0, erf(factors / (np.sqrt(2.0) * spread)))
+    return probabilities
 
 
 def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = ignore_progress) -> NDArray[np.float64]:
@@ -110,7 +117,10 @@ def _compare(
         for i in range(k):
             total += distances[positions[p, i]]
         mean = total / k
-        if mean > 0.0:
-            factors[indices[p]] = distances[p] / mean - 1.0
+        difference = distances[p] - mean
+        if abs(difference) <= min(_ROUNDING, _ALIKE * mean):
+            factors[indices[p]] = 0.0
+        elif mean > 0.0:
+            factors[indices[p]] = difference / mean
         else:
-            factors[indices[p]] = np.inf if distances[p] > 0.0 else 0.0
+            factors[indices[p]] = np.inf

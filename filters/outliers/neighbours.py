@@ -6,7 +6,7 @@ import math
 import operator
 
 import numpy as np
-from numba import get_num_threads, njit
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import FilterInputError
@@ -19,6 +19,8 @@ from .threads import in_parallel, part_of
 _BUILDING = 0.2
 #: neighbours that are found in one task: about a hundredth of a second, and their arrays stay in the cache
 _CHUNK = 2**18
+#: at least so many tasks, if there are as many leaves, so that all threads end at about the same time
+_TASKS = 64
 
 
 def nearest_neighbours(
@@ -76,9 +78,9 @@ def check_cloud(points: ArrayLike, k: int) -> tuple[NDArray[np.float64], int]:
 
 
 def chunks(tree: KdTree, k: int) -> list[tuple[int, int]]:
-    """Ranges of leaves to search at a time, so many that every thread gets several."""
+    """Ranges of leaves to search at a time."""
     leaves = len(tree.coordinates)
-    size = max(1, min(_CHUNK // (k * LEAF), leaves // (4 * get_num_threads())))
+    size = max(1, min(_CHUNK // (k * LEAF), leaves // _TASKS))
     return [(first, min(first + size, leaves)) for first in range(0, leaves, size)]
 
 

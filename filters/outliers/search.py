@@ -187,7 +187,7 @@ def _keep_nearest(
     if n_low > 0:
         _move_to_front(found, found_at, n_high, low)
     _select(found, found_at, n_low, n_high, k - 1, indices)
-    return found[k - 1], np.int64(indices[found_at[k - 1]])
+    return found[k - 1], int(indices[found_at[k - 1]])
 
 
 @njit(nogil=True, cache=True)

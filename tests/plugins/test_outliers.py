@@ -1,0 +1,112 @@
+"""The LoOP filter as MeshLab users meet it: its names, bounds and help, and the edit that it returns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pymeshfair.declaration import Edit, FilterClass, Float, Int, Layer, MeshElement
+from pymeshfair.errors import ParameterError
+from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.outliers.local_outlier_probability import local_outlier_probability
+from pymeshfair.meshlab_facts import meshlab_filters
+from pymeshfair.plugins.outliers import compute_selection_by_outlier_probability_per_vertex as declared
+from pymeshfair.registry import find_filter
+
+
+@dataclass
+class Points:
+    """As much of a layer as the filter reads."""
+
+    vertices: NDArray[np.float64]
+
+
+def apply(vertices: NDArray[np.float64], **values: Any) -> Edit:
+    """The edit that the filter returns for these vertices, its parameters checked and completed as the host does."""
+    assert declared.function is not None
+    return declared.function(cast(Layer, Points(vertices)), **declared.with_defaults(values))
+
+
+@pytest.fixture(scope="module")
+def cloud() -> NDArray[np.float64]:
+    """A spiral of 500 points evenly around a sphere, and one point in its centre, the last."""
+    z = 1.0 - (2.0 * np.arange(500) + 1.0) / 500
+    angles = np.arange(500) * np.pi * (1.0 + 5.0**0.5)
+    around = np.sqrt(1.0 - z**2)
+    return np.concatenate([np.stack([around * np.cos(angles), around * np.sin(angles), z], axis=1), np.zeros((1, 3))])
+
+
+def test_the_edit_has_probabilities_selection_and_numbers(cloud: NDArray[np.float64]) -> None:
+    """The probabilities become the scalar, those above the threshold the selection; nothing else is edited."""
+    edit = apply(cloud, neighbors=12, extent=2.0, threshold=0.3)
+    probabilities = local_outlier_probability(cloud, neighbors=12, extent=2.0)
+    assert edit.vertex_scalars is not None
+    assert edit.vertex_selection is not None
+    np.testing.assert_array_equal(edit.vertex_scalars, probabilities)
+    np.testing.assert_array_equal(edit.vertex_selection, probabilities > 0.3)
+    assert edit.values == {
+        "selected_vertices": np.count_nonzero(probabilities > 0.3),
+        "largest_probability": probabilities[-1],
+        "mean_probability": probabilities.mean(),
+    }
+    touched = {f.name for f in fields(edit) if getattr(edit, f.name) is not None and f.name not in ("new_layers", "notes")}
+    assert touched == {"vertex_scalars", "vertex_selection", "values"}
+
+
+def test_the_defaults_select_the_point_in_the_centre_alone(cloud: NDArray[np.float64]) -> None:
+    """20 neighbours, extent 3 and threshold 0.5 find the one stray point of a sphere."""
+    edit = apply(cloud)
+    assert edit.vertex_selection is not None
+    assert np.flatnonzero(edit.vertex_selection).tolist() == [500]
+    assert {p.name: p.default for p in declared.parameters} == {"neighbors": 20, "extent": 3.0, "threshold": 0.5}
+
+
+def test_thresholds_at_the_ends(cloud: NDArray[np.float64]) -> None:
+    """As the help says, a threshold of 1 selects nothing and one of 0 every vertex of positive probability."""
+    assert apply(cloud, threshold=1.0).values["selected_vertices"] == 0
+    positive = np.count_nonzero(local_outlier_probability(cloud) > 0.0)
+    assert apply(cloud, threshold=0.0).values["selected_vertices"] == positive > 100
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("neighbors", 0), ("neighbors", 2.5), ("extent", 0.0), ("threshold", -0.1), ("threshold", 1.1)]
+)
+def test_values_out_of_bounds_are_refused(name: str, value: float) -> None:
+    """A value out of its bounds is refused with the parameter's name and what is allowed."""
+    with pytest.raises(ParameterError, match=f"'{name}' takes .* (of at least|from)"):
+        declared.check({name: value})
+
+
+def test_too_small_a_cloud_is_refused() -> None:
+    """A cloud of fewer points than neighbours is refused with both numbers; so is an empty one."""
+    with pytest.raises(FilterInputError, match="20 neighbours need a cloud of at least 21 points, got 3"):
+        apply(np.eye(3))
+    with pytest.raises(FilterInputError, match="at least 21 points, got 0"):
+        apply(np.empty((0, 3)))
+
+
+def test_the_declaration_mirrors_meshlabs() -> None:
+    """The registry knows the filter by both names, no filter of MeshLab has either, and the dialog gets MeshLab's types."""
+    assert find_filter(declared.python_name).python_name == declared.python_name
+    assert find_filter("Select Outliers by Probability (LoOP)").python_name == declared.python_name
+    taken = {name for known in meshlab_filters() for name in (known.name, known.python_name)}
+    assert not {declared.name, declared.python_name} & taken
+    assert declared.classes == FilterClass.SELECTION | FilterClass.CLEANING | FilterClass.POINT_SET
+    assert declared.changes == MeshElement.VERTQUALITY | MeshElement.VERTFLAGSELECT
+    assert declared.references == ("kriegel2009",)
+    neighbors, extent, threshold = declared.parameters
+    assert isinstance(neighbors, Int)
+    assert isinstance(extent, Float)
+    assert isinstance(threshold, Float)
+    assert [p.rich_type for p in declared.parameters] == ["RichInt", "RichFloat", "RichDynamicFloat"]
+    assert (neighbors.minimum, extent.minimum, threshold.minimum, threshold.maximum) == (1, 0.1, 0, 1)
+
+
+def test_every_parameter_tells_its_direction() -> None:
+    """The help of every parameter says what a larger value does."""
+    for parameter in declared.parameters:
+        assert "Larger" in parameter.help or "More" in parameter.help
