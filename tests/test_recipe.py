@@ -28,6 +28,8 @@ TWO_STEPS = """
     Does: this: and that.
 
     Tune: lambda.
+
+    For: the second time.
     -->
     <FilterScript>
       <filter name="Remove Duplicate Vertices"/>
@@ -85,7 +87,7 @@ def test_the_head_comment_is_taken_apart() -> None:
         purpose="any mesh, large or small.",
         does="this: and that.",
         tune="lambda.",
-        more=("Note that it shrinks.",),
+        more=("Note that it shrinks.", "For: the second time."),
     )
     assert recipe().title == "Two ways to smooth"
     assert recipe().description.startswith("For: any mesh,\nlarge or small.")

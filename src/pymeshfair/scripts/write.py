@@ -98,7 +98,7 @@ def number_text(number: float) -> str:
 
 def _quoted(text: str) -> str:
     _check_writable(text)
-    return quoteattr(text, {"\n": "&#10;", "\r": "&#13;", "\t": "&#9;"})
+    return quoteattr(text)
 
 
 def _comment(text: str) -> str:
