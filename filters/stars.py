@@ -11,7 +11,7 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from .parallel import threads_for
-from .topology import Ints, Longs, ring_ends
+from .topology import Ints, Longs, position, ring_ends, sort_slice
 
 _Kinds: TypeAlias = NDArray[np.uint8]
 
@@ -84,6 +84,7 @@ def stars(faces: Ints, n_vertices: int, *, reorder: bool = False) -> Stars:
     own_sizes: Ints = np.empty(n_vertices, dtype=np.int32)
     with threads_for(n_vertices):
         _walk(corner_offsets, corners, own_kinds, own_sizes)
+        _measure_irregular(corner_offsets, corners, np.flatnonzero(own_kinds == IRREGULAR).astype(np.int32), own_sizes)
         offsets = np.zeros(n_vertices + 1, dtype=np.int64)
         neighbours = np.empty(own_sizes.sum(dtype=np.int64), dtype=np.int32)
         order, kinds = None, own_kinds
@@ -123,7 +124,8 @@ def _chain(corners: Ints, start: int, stop: int) -> int:
             k += 2
         elif not turned:
             # The walk met a border: turn it round and go on from where it began.
-            corners[start:k] = corners[start:k][::-1].copy()
+            for j in range((k - start) // 2):
+                corners[start + j], corners[k - 1 - j] = corners[k - 1 - j], corners[start + j]
             turned = True
         else:
             return IRREGULAR
@@ -155,8 +157,25 @@ def _walk(corner_offsets: Longs, corners: Ints, kinds: _Kinds, sizes: Ints) -> N
             sizes[i] = (stop - start) // 2
         elif kind == OPEN:
             sizes[i] = (stop - start) // 2 + 1
-        else:
-            sizes[i] = np.unique(corners[start:stop]).shape[0]
+
+
+@njit(cache=True)
+def _measure_irregular(corner_offsets: Longs, corners: Ints, irregular: Ints, sizes: Ints) -> None:
+    for i in irregular:
+        sizes[i] = _distinct(corners, corner_offsets[i], corner_offsets[i + 1]).shape[0]
+
+
+@njit(cache=True)
+def _distinct(corners: Ints, start: int, stop: int) -> Ints:
+    """The vertices in ``corners[start:stop]``, each once, ascending."""
+    ends = corners[start:stop].copy()
+    sort_slice(ends, 0, ends.shape[0])
+    count = 0
+    for end in ends:
+        if count == 0 or end != ends[count - 1]:
+            ends[count] = end
+            count += 1
+    return ends[:count]
 
 
 @njit(cache=True, parallel=True)
@@ -222,7 +241,9 @@ def _write_star(corners: Ints, start: int, stop: int, kind: int, neighbours: Int
             neighbours[m] = corners[start + 2 * (m - at)] if forward else corners[stop - 1 - 2 * (m - at)]
         neighbours[end - 1] = corners[stop - 1] if forward else corners[start]
     elif kind == IRREGULAR:
-        neighbours[at:end] = np.unique(corners[start:stop])
+        ring = _distinct(corners, start, stop)
+        for m in range(at, end):
+            neighbours[m] = ring[m - at]
 
 
 @njit(cache=True)
@@ -231,7 +252,7 @@ def _find_corners(
 ) -> None:
     """Where each corner of the listed vertices is in their ascending stars, which begin at `starts`."""
     for k in range(vertices.shape[0]):
-        ends = corners[corner_offsets[vertices[k]] : corner_offsets[vertices[k] + 1]]
-        ring = np.unique(ends)
-        for m in range(ends.shape[0]):
-            places[place_offsets[k] + m] = starts[k] + np.searchsorted(ring, ends[m])
+        start, stop = corner_offsets[vertices[k]], corner_offsets[vertices[k] + 1]
+        ring = _distinct(corners, start, stop)
+        for m in range(start, stop):
+            places[place_offsets[k] + m - start] = starts[k] + position(ring, 0, ring.shape[0], corners[m])

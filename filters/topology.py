@@ -19,7 +19,7 @@ Ints: TypeAlias = NDArray[np.int32]
 Longs: TypeAlias = NDArray[np.int64]
 Bools: TypeAlias = NDArray[np.bool_]
 
-# Below this, an insertion sort beats a general one; above, its quadratic time would show at the hub of a large fan.
+# Up to this, an insertion sort is faster; above, its quadratic time would show at the hub of a large fan.
 _SHORT = 48
 
 
@@ -271,24 +271,53 @@ def _fill_ends_of_edges(pairs: Ints, offsets: Longs, ends: Ints) -> None:
 
 
 @njit(cache=True)
-def _sort(values: Ints | Longs, start: int, stop: int) -> None:
-    if stop - start > _SHORT:
-        values[start:stop].sort()
+def sort_slice(values: Ints | Longs, start: int, stop: int) -> None:
+    """Sort ``values[start:stop]`` in place: by insertion, or if it is long by a heap."""
+    if stop - start <= _SHORT:
+        for k in range(start + 1, stop):
+            value = values[k]
+            j = k - 1
+            while j >= start and values[j] > value:
+                values[j + 1] = values[j]
+                j -= 1
+            values[j + 1] = value
         return
-    for k in range(start + 1, stop):
-        value = values[k]
-        j = k - 1
-        while j >= start and values[j] > value:
-            values[j + 1] = values[j]
-            j -= 1
-        values[j + 1] = value
+    size = stop - start
+    parent = size // 2
+    while size > 1:
+        if parent > 0:
+            parent -= 1
+        else:
+            size -= 1
+            values[start], values[start + size] = values[start + size], values[start]
+        node = parent
+        while 2 * node + 1 < size:
+            child = 2 * node + 1
+            if child + 1 < size and values[start + child + 1] > values[start + child]:
+                child += 1
+            if values[start + node] >= values[start + child]:
+                break
+            values[start + node], values[start + child] = values[start + child], values[start + node]
+            node = child
+
+
+@njit(cache=True)
+def position(neighbours: Ints, start: int, stop: int, j: int) -> int:
+    """Where j is in ``neighbours[start:stop]``, which is ascending and has it."""
+    while stop - start > 1:
+        middle = (start + stop) // 2
+        if neighbours[middle] <= j:
+            start = middle
+        else:
+            stop = middle
+    return start
 
 
 @njit(cache=True, parallel=True)
 def _sort_and_count(offsets: Longs, ends: Ints, ring_sizes: Longs) -> None:
     for i in prange(offsets.shape[0] - 1):
         start, stop = offsets[i], offsets[i + 1]
-        _sort(ends, start, stop)
+        sort_slice(ends, start, stop)
         size = 0
         for k in range(start, stop):
             if k == start or ends[k] != ends[k - 1]:
@@ -331,7 +360,7 @@ def _faces_by_edge(faces: Ints, n_vertices: int) -> tuple[Longs, Longs]:
                 keys[cursor[low]] = (np.int64(max(u, v)) << 32) | f
                 cursor[low] += 1
     for i in range(n_vertices):
-        _sort(keys, offsets[i], offsets[i + 1])
+        sort_slice(keys, offsets[i], offsets[i + 1])
     return offsets, keys
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit, prange
 from scipy import sparse
 
-from ..topology import Floats, Ints, Longs, OneRings, one_rings, ring_ends
+from ..topology import Floats, Ints, Longs, OneRings, one_rings, position, ring_ends
 from .laplacian import Laplacian, assemble_stiffness, ring_sums
 from .mass import mixed_voronoi_areas
 from .scale import scaled_to_unit
@@ -81,18 +81,6 @@ def halved_cotangents(
         return 0.0, 0.0
     half = 0.5 / doubled
     return -(ux * dx + uy * dy + uz * dz) * half, (vx * dx + vy * dy + vz * dz) * half
-
-
-@njit(cache=True)
-def position(neighbours: Ints, start: int, stop: int, j: int) -> int:
-    """Where j is in ``neighbours[start:stop]``, which is ascending and has it."""
-    while stop - start > 1:
-        middle = (start + stop) // 2
-        if neighbours[middle] <= j:
-            start = middle
-        else:
-            stop = middle
-    return start
 
 
 @njit(cache=True, parallel=True)

@@ -55,11 +55,13 @@ def mixed_share(ux: float, uy: float, uz: float, uu: float, vx: float, vy: float
 @njit(cache=True, parallel=True)
 def _sum_thirds(points: Floats, offsets: Longs, ends: Ints, areas: Floats) -> None:
     for i in prange(offsets.shape[0] - 1):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
         total = 0.0
         for k in range(offsets[i], offsets[i + 1], 2):
-            u = points[ends[k]] - points[i]
-            v = points[ends[k + 1]] - points[i]
-            cx, cy, cz = u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
+            a, b = ends[k], ends[k + 1]
+            ux, uy, uz = points[a, 0] - x, points[a, 1] - y, points[a, 2] - z
+            vx, vy, vz = points[b, 0] - x, points[b, 1] - y, points[b, 2] - z
+            cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
             total += math.sqrt(cx * cx + cy * cy + cz * cz)
         areas[i] = total / 6.0
 
