@@ -1,7 +1,7 @@
 """What a surface is, in numbers: its size, its topology, how rough it is and how well shaped its triangles are.
 
-Everything is linear in the mesh but for the sorting of edges at a vertex, and is computed relative to the mean vertex, so that
-a mesh far from the origin (UTM, ECEF) loses no digits that its coordinates have.
+Everything is linear in the mesh but for the sorting of edges at a vertex, and is computed about the middle of the mesh, so that
+one far from the origin (UTM, ECEF) loses no digits that its coordinates have.
 """
 
 import math
@@ -90,9 +90,7 @@ def surface_measures(vertices: ArrayLike, faces: ArrayLike) -> SurfaceMeasures:
     """
     points, triangles = check_mesh(vertices, faces)
     n_vertices, n_faces = len(points), len(triangles)
-    # Relative to the mean of the box and not of the vertices: exact to the last bit for boxes of few digits.
-    low, high = (points.min(axis=0), points.max(axis=0)) if n_vertices else (np.zeros(3), np.zeros(3))
-    points = points - (low / 2 + high / 2)
+    points, scale = _centred(points)
 
     a, b, c = triangles.T
     proper = triangles[(a != b) & (b != c) & (c != a)]
@@ -125,14 +123,26 @@ def surface_measures(vertices: ArrayLike, faces: ArrayLike) -> SurfaceMeasures:
         oriented=oriented,
         euler_characteristic=euler,
         genus=components - euler // 2 if closed and oriented and not pinched.any() else None,
-        diagonal=float(np.linalg.norm(high - low)),
-        area=float(doubled.sum()) / 2,
-        volume=_volume(points, proper, normals) if closed and oriented else None,
-        mean_edge=float(lengths.mean()) if len(lengths) else None,
+        diagonal=float(np.linalg.norm(np.ptp(points, axis=0))) * scale if n_vertices else 0.0,
+        area=float(doubled.sum()) / 2 * scale * scale,
+        volume=_volume(points, proper, normals) * scale * scale * scale if closed and oriented else None,
+        mean_edge=float(lengths.mean()) * scale if len(lengths) else None,
         roughness=_roughness(angles),
         triangle_quality=float(quality.sum()) / n_faces if n_faces else None,
-        mean_spacing=_mean_spacing(points) if n_faces == 0 else None,
+        mean_spacing=float(nearest_neighbours(points, 1)[0].mean()) * scale if n_faces == 0 and n_vertices > 1 else None,
     )
+
+
+def _centred(points: Floats) -> tuple[Floats, float]:
+    """The points about the centre of their box, divided by a scale that brings the box to about 1; and that scale.
+
+    The scale is a power of two, so that dividing by it rounds nothing, and no product of lengths overflows or vanishes.
+    """
+    if not len(points):
+        return points, 1.0
+    low, high = points.min(axis=0), points.max(axis=0)
+    scale = math.ldexp(1.0, math.frexp(float((high - low).max()))[1])
+    return (points - (low / 2 + high / 2)) / scale, scale
 
 
 def _fans(faces: Ints, neighbours: Ints, shared: Ints, n_vertices: int) -> Ints:
@@ -236,7 +246,3 @@ def _volume(points: Floats, faces: Ints, normals: Floats) -> float:
 def _roughness(angles: Floats) -> float | None:
     counted = angles[np.isfinite(angles)]
     return math.degrees(float(counted.mean())) if len(counted) else None
-
-
-def _mean_spacing(points: Floats) -> float | None:
-    return float(nearest_neighbours(points, 1)[0].mean()) if len(points) > 1 else None
