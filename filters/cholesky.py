@@ -35,6 +35,8 @@ class Cholesky:
 
     def solve(self, right_side: Floats) -> Floats:
         """The solution for (n, k) right-hand sides, (n, k)."""
-        x = np.empty(right_side.shape)
-        self._factors.solve(np.ascontiguousarray(right_side), x)
+        # A copy, since cholespy does not take arrays that may not be written to.
+        b = np.array(right_side, order="C")
+        x = np.empty(b.shape)
+        self._factors.solve(b, x)
         return x
