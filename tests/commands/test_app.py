@@ -5,9 +5,11 @@ from __future__ import annotations
 import importlib.metadata
 import subprocess
 import sys
+from typing import Any
 
 import pytest
 import typer
+from typer.core import TyperGroup
 
 from pymeshfair import recipe
 from pymeshfair.commands.app import app
@@ -20,16 +22,16 @@ HEAVY = ["numpy", "scipy", "numba", "pymeshlab", "trimesh", "rich", "pymeshfair.
 COMMANDS = {"demo", "run", "check", "list", "info", "doctor"}
 
 
-def all_commands() -> list[tuple[str, typer.core.TyperCommand]]:
-    """Every command that can be called, with the words that call it."""
-    found = []
-    waiting = [("pymeshfair", typer.main.get_command(app))]
+def all_commands() -> dict[str, Any]:
+    """Every command that can be called, by the words that call it."""
+    found: dict[str, Any] = {}
+    waiting: list[tuple[str, Any]] = [("pymeshfair", typer.main.get_command(app))]
     while waiting:
         name, command = waiting.pop()
-        if isinstance(command, typer.core.TyperGroup):
+        if isinstance(command, TyperGroup):
             waiting += [(f"{name} {n}", c) for n, c in command.commands.items()]
         else:
-            found.append((name, command))
+            found[name] = command
     return found
 
 
@@ -55,9 +57,10 @@ def test_version_is_that_of_the_package() -> None:
     assert invoke("--version").stdout == f"pymeshfair {importlib.metadata.version('pymeshfair')}\n"
 
 
-@pytest.mark.parametrize(("name", "command"), all_commands(), ids=[name for name, _ in all_commands()])
-def test_every_command_has_json_and_debug_and_explains_itself(name: str, command: typer.core.TyperCommand) -> None:
+@pytest.mark.parametrize("name", all_commands())
+def test_every_command_has_json_and_debug_and_explains_itself(name: str) -> None:
     """The two options are everywhere, and every command and option has words."""
+    command = all_commands()[name]
     options = {option for parameter in command.params for option in parameter.opts}
     assert {"--json", "--debug"} <= options
     assert command.help

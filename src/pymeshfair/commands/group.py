@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import traceback
 from collections.abc import Sequence
-from typing import Any, NoReturn
+from typing import Any, NoReturn, cast
 
 import typer
 from typer.core import TyperGroup
@@ -14,7 +14,7 @@ from .failure import INTERRUPTED, Failure
 
 # Newer versions of typer carry a copy of click of their own, so the base of all complaints about a command line has no fixed
 # address.
-UsageError = typer.BadParameter.__bases__[0]
+UsageError = cast("type[Exception]", typer.BadParameter.__bases__[0])
 
 
 class CommandGroup(TyperGroup):
