@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit, prange
 from scipy import sparse
 
+from ..parallel import threads_for
 from ..topology import Floats, Ints, Longs, OneRings, one_rings, position, ring_ends
 from .laplacian import Laplacian, assemble_stiffness, ring_sums
 from .mass import mixed_voronoi_areas
@@ -64,7 +65,8 @@ def _ring_weights(vertices: Floats, faces: Ints) -> tuple[OneRings, Floats]:
     rings = one_rings(faces, len(vertices))
     weights = np.zeros(len(rings.neighbours))
     points, _ = scaled_to_unit(vertices)
-    _add_cotangents(points, *ring_ends(faces, len(vertices)), rings.offsets, rings.neighbours, weights)
+    with threads_for(len(vertices)):
+        _add_cotangents(points, *ring_ends(faces, len(vertices)), rings.offsets, rings.neighbours, weights)
     return rings, weights
 
 
@@ -83,14 +85,22 @@ def halved_cotangents(
     return -(ux * dx + uy * dy + uz * dz) * half, (vx * dx + vy * dy + vz * dz) * half
 
 
+@njit(cache=True)
+def _halved_cotangent(points: Floats, corner: int, i: int, j: int) -> float:
+    """Half the cotangent at a corner of the triangle (corner, i, j), the same to the bit for (corner, j, i)."""
+    ux, uy, uz = points[i, 0] - points[corner, 0], points[i, 1] - points[corner, 1], points[i, 2] - points[corner, 2]
+    vx, vy, vz = points[j, 0] - points[corner, 0], points[j, 1] - points[corner, 1], points[j, 2] - points[corner, 2]
+    dx, dy, dz = vx - ux, vy - uy, vz - uz
+    cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    squares = (ux * ux + uy * uy + uz * uz) + (vx * vx + vy * vy + vz * vz) + (dx * dx + dy * dy + dz * dz)
+    doubled = max(math.sqrt(cx * cx + cy * cy + cz * cz), SMALLEST_AREA * squares)
+    return 0.5 * (ux * vx + uy * vy + uz * vz) / doubled if doubled > 0.0 else 0.0
+
+
 @njit(cache=True, parallel=True)
 def _add_cotangents(points: Floats, end_offsets: Longs, ends: Ints, offsets: Longs, neighbours: Ints, weights: Floats) -> None:
     for i in prange(offsets.shape[0] - 1):
-        x, y, z = points[i, 0], points[i, 1], points[i, 2]
         for k in range(end_offsets[i], end_offsets[i + 1], 2):
             a, b = ends[k], ends[k + 1]
-            ux, uy, uz = points[a, 0] - x, points[a, 1] - y, points[a, 2] - z
-            vx, vy, vz = points[b, 0] - x, points[b, 1] - y, points[b, 2] - z
-            at_a, at_b = halved_cotangents(ux, uy, uz, ux * ux + uy * uy + uz * uz, vx, vy, vz, vx * vx + vy * vy + vz * vz)
-            weights[position(neighbours, offsets[i], offsets[i + 1], b)] += at_a
-            weights[position(neighbours, offsets[i], offsets[i + 1], a)] += at_b
+            weights[position(neighbours, offsets[i], offsets[i + 1], b)] += _halved_cotangent(points, a, i, b)
+            weights[position(neighbours, offsets[i], offsets[i + 1], a)] += _halved_cotangent(points, b, i, a)

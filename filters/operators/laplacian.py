@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit, prange
 from scipy import sparse
 
+from ..parallel import threads_for
 from ..topology import Floats, Ints, Longs, OneRings
 
 
@@ -58,7 +59,8 @@ def assemble_stiffness(rings: OneRings, weights: Floats) -> sparse.csr_matrix:
     starts = (rings.offsets + np.arange(n + 1)).astype(index_type)
     columns = np.empty(size, dtype=index_type)
     data = np.empty(size)
-    _fill_rows(rings.offsets, rings.neighbours, weights, columns, data)
+    with threads_for(n):
+        _fill_rows(rings.offsets, rings.neighbours, weights, columns, data)
     stiffness = sparse.csr_matrix((data, columns, starts), shape=(n, n))
     stiffness.has_sorted_indices = True
     stiffness.has_canonical_format = True
@@ -68,14 +70,16 @@ def assemble_stiffness(rings: OneRings, weights: Floats) -> sparse.csr_matrix:
 def ring_sums(rings: OneRings, weights: Floats) -> Floats:
     """(n,) the sum of the weights over each one-ring."""
     sums = np.empty(len(rings.offsets) - 1)
-    _sum_rings(rings.offsets, weights, sums)
+    with threads_for(len(sums)):
+        _sum_rings(rings.offsets, weights, sums)
     return sums
 
 
 def ring_lengths(vertices: Floats, rings: OneRings) -> Floats:
     """(2 e,) the length of the edge to each neighbour."""
     lengths = np.empty(len(rings.neighbours))
-    _measure_rings(vertices, rings.offsets, rings.neighbours, lengths)
+    with threads_for(len(vertices)):
+        _measure_rings(vertices, rings.offsets, rings.neighbours, lengths)
     return lengths
 
 

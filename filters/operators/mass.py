@@ -1,11 +1,14 @@
 """The area that belongs to each vertex."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numba import njit, prange
 
+from ..parallel import threads_for
 from ..topology import Floats, Ints, Longs, ring_ends
+from .scale import scaled_to_unit
 
 
 def barycentric_areas(vertices: Floats, faces: Ints) -> Floats:
@@ -15,9 +18,7 @@ def barycentric_areas(vertices: Floats, faces: Ints) -> Floats:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
     """
-    areas = np.empty(len(vertices))
-    _sum_thirds(vertices, *ring_ends(faces, len(vertices)), areas)
-    return areas
+    return _summed(vertices, faces, _sum_thirds)
 
 
 def mixed_voronoi_areas(vertices: Floats, faces: Ints) -> Floats:
@@ -30,9 +31,15 @@ def mixed_voronoi_areas(vertices: Floats, faces: Ints) -> Floats:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
     """
+    return _summed(vertices, faces, _sum_mixed)
+
+
+def _summed(vertices: Floats, faces: Ints, sum_up: Callable[[Floats, Longs, Ints, Floats], None]) -> Floats:
+    points, scale = scaled_to_unit(vertices)
     areas = np.empty(len(vertices))
-    _sum_mixed(vertices, *ring_ends(faces, len(vertices)), areas)
-    return areas
+    with threads_for(len(vertices)):
+        sum_up(points, *ring_ends(faces, len(vertices)), areas)
+    return areas / scale / scale
 
 
 @njit(cache=True)
