@@ -46,7 +46,8 @@ def test_assignments_cross_the_pipe(tmp_path: Path) -> None:
     """Steps keep their values exactly: lengths in their unit, colours, points, choices, numbers to the last digit."""
     recipe = recipe_of(
         ("meshing_isotropic_explicit_remeshing", {"targetlen": Length(1 / 3, "percent"), "featuredeg": 0.1}),
-        ("meshing_close_holes", {"maxholesize": 7, "refinehole": True}),
+        ("meshing_close_holes", {"maxholesize": 7, "refinehole": True, "refineholeedgelen": Length(0.1)}),
+        ("apply_coord_implicit_fairing", {"detail_size": Length(2.5, "edge")}),
         ("compute_selection_by_color_per_face", {"color": (1, 2, 3, 4)}),
         ("apply_coord_explicit_smoothing", {"operator": "cotangent"}),
     )

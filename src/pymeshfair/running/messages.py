@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from ..declaration import Length
 from ..registry import find_filter
 from ..scripts.script import Step
 from .job import Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
@@ -61,7 +62,7 @@ class Assignment:
     def to_document(self) -> dict[str, Any]:
         """The assignment as a document that `from_document` reads."""
         return {
-            "steps": [{"filter": s.filter.python_name, "values": plain(s.values), "line": s.line} for s in self.steps],
+            "steps": [{"filter": s.filter.python_name, "values": _sent(s.values), "line": s.line} for s in self.steps],
             "input": str(self.input),
             "output": None if self.output is None else str(self.output),
             "stage": None if self.stage is None else str(self.stage),
@@ -77,6 +78,11 @@ class Assignment:
             steps.append(Step(known, known.check(given["values"]), given["line"]))
         output, stage = (None if document[name] is None else Path(document[name]) for name in ("output", "stage"))
         return cls(tuple(steps), Path(document["input"]), output, stage, document["memory_limit"])
+
+
+def _sent(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Values as `Filter.check` takes them: a bare number is no length."""
+    return {name: str(value) if isinstance(value, Length) else plain(value) for name, value in values.items()}
 
 
 #: how a run failed, as a worker tells it; the supervisor makes the exception of it
