@@ -34,6 +34,7 @@ FLOORS = [
     {"meshset", "recipe", "stubs"},
     {"running"},
     {"commands"},
+    {"__main__"},
 ]
 #: the parts that may import pymeshlab, all others leave it to them; '' is the package itself, which does so when asked for a name
 TOUCH_PYMESHLAB = {"", "layer", "applying", "meshset", "meshlab_survey", "meshlab_table"}

@@ -11,7 +11,9 @@ from pathlib import Path
 import pytest
 
 PROJECT = Path(__file__).parents[1]
-BLOCK = re.compile(r"^```(?:python|xml)\n(?:# |<!-- )(\S+?\.(?:py|mlx))( \(append\))?(?: -->)?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+BLOCK = re.compile(
+    r"^```(?:python|xml)\n(?:# |<!-- )(\S+?\.(?:py|mlx))( \(append\))?(?: -->)?\n(.*?)^```$", re.MULTILINE | re.DOTALL
+)
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +49,9 @@ def run(project: Path, *arguments: str) -> str:
 
 def test_the_proof_of_step_three_passes(project: Path) -> None:
     """The example's own test runs and passes where step 3 puts it."""
-    assert "1 passed" in run(project, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--import-mode=importlib", "tests/filters/test_grid.py")
+    assert "1 passed" in run(
+        project, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--import-mode=importlib", "tests/filters/test_grid.py"
+    )
 
 
 def test_the_new_filter_is_a_method_a_script_step_and_known_to_the_command(project: Path, tmp_path: Path) -> None:
@@ -60,11 +64,11 @@ def test_the_new_filter_is_a_method_a_script_step_and_known_to_the_command(proje
         "print(ms.current_mesh().vertex_matrix().tolist())\n"
     )
     assert json.loads(run(project, "-c", program)) == [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
-    described = json.loads(run(project, "-m", "pymeshfair.commands.app", "info", "apply_coord_round_to_grid", "--json"))
-    assert described["name"] == "Round to Grid"
+    described = json.loads(run(project, "-m", "pymeshfair", "info", "apply_coord_round_to_grid", "--json"))
+    assert described["filter"]["name"] == "Round to Grid"
     mesh, cleaned = tmp_path / "mesh.off", tmp_path / "rounded.off"
     mesh.write_text("OFF\n3 1 0\n0 0 0\n100 0 0\n0 33.3 0\n3 0 1 2\n")
-    run(project, "-m", "pymeshfair.commands.app", "run", "round_to_grid", str(mesh), "-o", str(cleaned))
+    run(project, "-m", "pymeshfair", "run", "round_to_grid", str(mesh), "-o", str(cleaned))
     assert cleaned.exists()
 
 
