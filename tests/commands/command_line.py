@@ -15,7 +15,7 @@ from typer.testing import CliRunner, Result
 from pymeshfair.commands.app import app
 
 #: the program of the interpreter that runs the tests, whatever else is on the PATH
-COMMAND = [sys.executable, "-c", "from pymeshfair.commands.app import main; main()"]
+COMMAND = [sys.executable, "-m", "pymeshfair"]
 
 
 def run_process(

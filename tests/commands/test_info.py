@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
+import pymeshlab
 import pytest
 
 from pymeshfair.commands.filter_page import mlx_element
@@ -91,3 +93,39 @@ def test_what_is_nothing_is_answered_with_the_nearest_name(asked: str, meant: st
     error = document(done.stdout)["error"]
     assert (error["kind"], error["suggestion"]) == ("UnknownNameError", meant)
     assert f"did you mean {meant!r}?" in done.stderr
+
+
+SAMPLES = Path(pymeshlab.__file__).parent / "tests" / "sample_meshes"
+
+
+def test_mesh_is_told_with_its_measures_and_attributes() -> None:
+    """A textured OBJ of pymeshlab's: its counts, and what else is in it; nothing is written beside it."""
+    path = SAMPLES / "bunny10k_textured.obj"
+    before = set(path.parent.iterdir())
+    shown = invoke("info", path).stdout
+    assert re.search(r"^vertices +5,051$", shown, re.MULTILINE)
+    assert re.search(r"^faces +9,999$", shown, re.MULTILINE)
+    assert "faces, " in shown
+    read = document(invoke("info", path, "--json").stdout)["mesh"]
+    assert (read["vertices"], read["faces"], read["border_edges"], read["components"]) == (5051, 9999, 109, 1)
+    assert {"faces", "wedge texture coordinates", "textures"} <= set(read["attributes"])
+    assert set(path.parent.iterdir()) == before
+
+
+def test_what_meshlab_loses_of_a_mesh_is_a_warning() -> None:
+    """A property of the file that MeshLab does not keep is named on stderr."""
+    done = invoke("info", SAMPLES / "bone.ply")
+    assert done.exit_code == 0
+    assert "flags" in done.stderr
+
+
+def test_a_file_that_is_no_mesh_is_a_failed_run(tmp_path: Path) -> None:
+    """A file of another kind ends with 1 and says which formats there are, one that MeshLab cannot read with its words."""
+    for name, said in (("notes.docx", ".ply, .obj"), ("broken.ply", "broken.ply")):
+        path = tmp_path / name
+        path.write_text("no mesh", encoding="utf-8")
+        done = invoke("info", path, "--json")
+        assert done.exit_code == 1
+        error = document(done.stdout)["error"]
+        assert error["kind"] == "InputError"
+        assert said in error["message"]

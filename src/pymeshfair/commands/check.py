@@ -16,7 +16,10 @@ def check(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Check recipes without opening a mesh, and name every problem of every one."""
+    """Check recipes and name every problem in them.
+
+    No mesh is opened.
+    """
     checked = []
     for name in recipes:
         verdict = _verdict(name)

@@ -21,7 +21,10 @@ def demo(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Clean a range map of a face, 85,849 vertices from a laser scanner, and say what to try next."""
+    """Clean a real range map, and say what to try next.
+
+    It is the face of 85,849 vertices from a laser scanner that the pymeshlab wheel carries.
+    """
     from ..recipe import load_recipe
     from ..running.errors import OutputError
     from ..running.job import Job

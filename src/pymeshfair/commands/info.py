@@ -91,4 +91,7 @@ def _tell_mesh(path: Path, *, json: bool) -> None:
     if json:
         print_document({"mesh": found})
         return
-    console().print(measures_table({str(path): found}))
+    console().print(measures_table({path.name: found}))
+    typer.echo(f"\nIt has {', '.join(found['attributes'] or ['vertices alone'])}.")
+    for warning in found["warnings"]:
+        typer.echo(f"{typer.style('warning:', fg='yellow')} {warning}", err=True)

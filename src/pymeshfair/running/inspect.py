@@ -18,7 +18,7 @@ from .watch import Watch
 
 
 def inspect_mesh(path: Path, *, timeout: float | None = None) -> dict[str, Any]:
-    """The measures of a mesh file by name, and under ``"warnings"`` what MeshLab does not keep of it.
+    """The measures of a mesh file by name, under ``"attributes"`` what it has, and under ``"warnings"`` what MeshLab loses of it.
 
     Args:
         path: the file.
@@ -37,4 +37,4 @@ def inspect_mesh(path: Path, *, timeout: float | None = None) -> dict[str, Any]:
     job = Job(Recipe("measures", Script(())), path, path, timeout=timeout)
     with Interrupts(queue), WorkerProcess(Assignment((), path).to_document(), queue, threads=None) as worker:
         report = Watch(job, worker, queue, lambda event: None).until_done(started)
-    return {**report["before"], "warnings": report["warnings"]}
+    return {**report["before"], "attributes": report["attributes"], "warnings": report["warnings"]}

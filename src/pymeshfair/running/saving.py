@@ -67,18 +67,14 @@ def save_mesh(
     mesh = meshes.current_mesh()
     kind = WRITABLE[extension(output)]
     warnings = _check_precision(kind, mesh, resolution, output)
-    present = _present(mesh, announced)
+    present = attributes_of(meshes, announced)
     options = dict(kind.options)
     if "vertex normals" in kind.holds:
         options["save_vertex_normal"] = "vertex normals" in present
         if "vertex normals" in present and mesh.face_number() and changed:
             _normalise_normals(meshes)
-    # MeshLab names custom attributes nowhere but among the parameters of saving a PLY file.
-    custom = [name for name in meshes.filter_parameter_values("ply") if name.startswith("__ca_")]
-    if custom:
-        present.add("custom attributes")
-        if "custom attributes" in kind.holds:
-            options |= dict.fromkeys(custom, True)
+    if "custom attributes" in kind.holds:
+        options |= dict.fromkeys(_custom_attributes(meshes), True)
     staged = stage / output.name
     try:
         meshes.save_current_mesh(str(staged), save_textures=False, **options)
@@ -112,8 +108,9 @@ def save_mesh(
     return Saved(StagedFile(staged, output), tuple(side_files), reused, tuple(warnings))
 
 
-def _present(mesh: Any, announced: Announced) -> set[str]:
-    """Which of `ATTRIBUTES` the mesh has, custom attributes aside."""
+def attributes_of(meshes: Any, announced: Announced) -> set[str]:
+    """Which of `ATTRIBUTES` the current mesh has."""
+    mesh = meshes.current_mesh()
     has_faces = mesh.face_number() > 0
     normals = announced.normals or (not has_faces and bool(mesh.vertex_normal_matrix().any()))
     present = {
@@ -127,8 +124,14 @@ def _present(mesh: Any, announced: Announced) -> set[str]:
         "face scalars": has_faces and mesh.has_face_scalar(),
         "wedge texture coordinates": has_faces and mesh.has_wedge_tex_coord(),
         "textures": mesh.texture_number() > 0,
+        "custom attributes": bool(_custom_attributes(meshes)),
     }
     return {name for name, there in present.items() if there}
+
+
+def _custom_attributes(meshes: Any) -> list[str]:
+    """The parameters that save them; MeshLab names custom attributes nowhere but among those of saving a PLY file."""
+    return [name for name in meshes.filter_parameter_values("ply") if name.startswith("__ca_")]
 
 
 def _normalise_normals(meshes: Any) -> None:

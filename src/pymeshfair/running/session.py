@@ -19,13 +19,13 @@ from ..filters.inspection.surface_measures import SurfaceMeasures, surface_measu
 from ..meshset import MeshSet
 from ..scripts.script import Step
 from .errors import InputError
-from .formats import extension
+from .formats import ATTRIBUTES, extension
 from .inputs import Announced, inspect_input
 from .job import Event, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
 from .messages import Assignment, encode_event, mark
 from .plain_values import plain
 from .provenance import described_file, read_provenance
-from .saving import save_mesh
+from .saving import attributes_of, save_mesh
 
 #: the least change of a fraction that is told
 _SMALLEST_PROGRESS = 0.005
@@ -63,7 +63,9 @@ class Session:
         self._read(announced)
         before = self._measured(InputError(self._assignment.input, "it has coordinates that are not finite"))
         if self._assignment.output is None:
-            return {"input": source, "before": plain(asdict(before)), "warnings": self._warnings}
+            present = attributes_of(self._meshes, announced)
+            attributes = [a for a in ATTRIBUTES if a in present]
+            return {"input": source, "before": plain(asdict(before)), "attributes": attributes, "warnings": self._warnings}
         with self._meshes.deferred():
             steps = [self._step(number) for number in range(1, len(self._assignment.steps) + 1)]
         return {"input": source, "steps": steps, "counted": announced.vertices is not None, **self._write(announced, before)}
