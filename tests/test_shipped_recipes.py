@@ -43,7 +43,7 @@ def test_every_recipe_says_for_which_scans_what_it_does_and_what_to_tune(name: s
 
 @pytest.mark.parametrize("name", BUILT_IN_ALONE)
 def test_recipes_of_built_in_filters_do_the_same_in_plain_pymeshlab(name: str) -> None:
-    """pymeshlab's own reader and runner give the coordinates that ours give, to the bit."""
+    """The reader and runner of pymeshlab give the coordinates that ours give, to the bit."""
     recipe = load_recipe(name)
     assert all(step.filter.is_builtin for step in recipe.script.steps)
     vertices, faces = bunny()
