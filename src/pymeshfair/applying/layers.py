@@ -64,7 +64,7 @@ class LayeredMeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         return layer
 
     def _read_layer(self, mesh: Any) -> MeshLayer:
-        return MeshLayer(mesh, other=self._other_layer, settle=self._settle)
+        return MeshLayer(mesh, self._bench, other=self._other_layer, settle=self._settle)
 
     def _other_layer(self, mesh_id: int) -> Layer:
         self._check_layer(mesh_id)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..declaration import Bools, Edit, Floats, Ints, Layer
 from ..errors import MeshError
+from .workbench import Workbench
 
 #: What an `Edit` can change without adding or removing elements; a layer has attributes of the same names.
 EDITABLE = (
@@ -41,7 +42,10 @@ _READ: dict[str, tuple[str, type]] = {
 
 
 def read_array(mesh: Any, name: str) -> NDArray[Any]:
-    """One of the arrays of `Layer`, copied from the mesh, C-contiguous (pymeshlab's own are column by column)."""
+    """One of the arrays of `Layer`, copied from the mesh, C-contiguous (pymeshlab's own are column by column).
+
+    Face normals are right only while the mesh has no matrix; see `Workbench.matrix_aside`.
+    """
     method, dtype = _READ[name]
     try:
         return np.ascontiguousarray(getattr(mesh, method)(), dtype=dtype)
@@ -58,16 +62,26 @@ class MeshLayer:
     Arrays are read when first asked for and then kept, so a layer serves until the mesh changes otherwise.
     """
 
-    def __init__(self, mesh: Any, *, other: Callable[[int], Layer], settle: Callable[[], None], edit: Edit | None = None) -> None:
+    def __init__(
+        self,
+        mesh: Any,
+        bench: Workbench,
+        *,
+        other: Callable[[int], Layer],
+        settle: Callable[[], None],
+        edit: Edit | None = None,
+    ) -> None:
         """See the class.
 
         Args:
             mesh: the pymeshlab mesh; None for no mesh at all, which reads as an empty one.
+            bench: of the mesh set that the mesh belongs to.
             other: finds another layer by its id.
             settle: writes the edits to the mesh; called when MeshLab must derive something from them.
             edit: what is not written to the mesh yet; it adds and removes no elements.
         """
         self._mesh = mesh
+        self._bench = bench
         self._other = other
         self._settle = settle
         self._edit = edit or Edit()
@@ -87,7 +101,7 @@ class MeshLayer:
             # Normals follow from coordinates; those of an earlier edit would be those of a surface that is gone.
             before.pop("vertex_normals", None)
             before.pop("face_normals", None)
-        after = MeshLayer(self._mesh, other=self._other, settle=self._settle, edit=Edit(**{**before, **changed}))
+        after = MeshLayer(self._mesh, self._bench, other=self._other, settle=self._settle, edit=Edit(**{**before, **changed}))
         kept = set(self._arrays) - set(changed)
         if "vertices" in changed:
             kept -= {"vertex_normals", "face_normals"} if len(self.faces) else set()
@@ -115,6 +129,9 @@ class MeshLayer:
             raise MeshError(f"the mesh {self.label!r} has no {name.replace('_', ' ')}")
         if name.endswith("normals") and self._edit.vertices is not None and len(self.faces):
             self._settle()
+        if name == "face_normals":
+            with self._bench.matrix_aside(self._mesh):
+                return read_array(self._mesh, name)
         return read_array(self._mesh, name)
 
     @property

@@ -26,6 +26,8 @@ Element: TypeAlias = Literal["vertex", "face"]
 PREFIX = "pymeshfair_helper_"
 #: Most helper attributes for the vertices of a layer, and for its faces. A full edit needs nine, overwriting needs three more.
 MOST = 12
+#: As many of them are used up while others are overwritten.
+SPARE = 3
 
 _SAVED_AS = {"vertex": "__ca_vs__", "face": "__ca_fs__"}
 
@@ -36,24 +38,37 @@ def bring_in(bench: Workbench, mesh: Any, element: Element, arrays: Sequence[Flo
     Returns:
         The attributes' names; their values stay until the next call for the same kind of element.
     """
-    count = len(helper_names(bench, element))
-    if count + len(arrays) <= MOST:
-        names = [f"{PREFIX}{i}" for i in range(count, count + len(arrays))]
+    if has_room(bench, element, len(arrays)):
+        count = len(helper_names(bench, element))
+        fresh = _names(count, count + len(arrays))
         add = mesh.add_vertex_custom_scalar_attribute if element == "vertex" else mesh.add_face_custom_scalar_attribute
-        for name, values in zip(names, arrays, strict=True):
+        for name, values in zip(fresh, arrays, strict=True):
             add(np.ascontiguousarray(values, dtype=np.float64), name)
-        return names
-    names = [f"{PREFIX}{i}" for i in range(MOST)]
-    spare, filled = names[:3], names[3 : 3 + len(arrays)]
+        return fresh
+    filled = _names(SPARE, SPARE + len(arrays))
     if element == "face":
-        refill_faces(bench, mesh, spare, filled, arrays)
+        refill_faces(bench, mesh, spare_names(), filled, arrays)
         return filled
     normals = read_array(mesh, "face_normals")
-    refill_vertices(bench, mesh, spare, filled, arrays)
+    refill_vertices(bench, mesh, spare_names(), filled, arrays)
     if not np.array_equal(read_array(mesh, "face_normals"), normals):
         x, y, z = bring_in(bench, mesh, "face", list(normals.T))
         bench.apply("compute_normal_by_function_per_face", x=x, y=y, z=z)
     return filled
+
+
+def has_room(bench: Workbench, element: Element, count: int) -> bool:
+    """Whether the current layer may get that many more helper attributes."""
+    return len(helper_names(bench, element)) + count <= MOST
+
+
+def spare_names() -> list[str]:
+    """The helper attributes that hold normals while others are overwritten."""
+    return _names(0, SPARE)
+
+
+def _names(start: int, stop: int) -> list[str]:
+    return [f"{PREFIX}{i}" for i in range(start, stop)]
 
 
 def helper_names(bench: Workbench, element: Element) -> list[str]:

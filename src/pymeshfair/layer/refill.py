@@ -12,10 +12,13 @@ from typing import Any
 
 import numpy as np
 import pymeshlab
+from numpy.typing import NDArray
 
-from ..declaration import Floats
+from ..declaration import Floats, Ints
 from .arrays import read_array
 from .workbench import Workbench
+
+_AXES = ("nx", "ny", "nz")
 
 
 def refill_vertices(bench: Workbench, mesh: Any, spare: Sequence[str], names: Sequence[str], arrays: Sequence[Floats]) -> None:
@@ -30,30 +33,30 @@ def refill_vertices(bench: Workbench, mesh: Any, spare: Sequence[str], names: Se
         for column, values in enumerate(taken):
             columns[:, column] = values
         line.send(columns)
-        for name, axis in zip(names[first : first + 3], ("nx", "ny", "nz"), strict=False):
+        for name, axis in zip(names[first : first + 3], _AXES, strict=False):
             bench.apply("compute_new_custom_scalar_attribute_per_vertex", name=name, expr=axis)
-    line.put_back()
+    line.put_back(line.points)
 
 
 def refill_faces(bench: Workbench, mesh: Any, spare: Sequence[str], names: Sequence[str], arrays: Sequence[Floats]) -> None:
     """Set the face attributes `names` of the current layer to the arrays.
 
     A face finds its number at one of its corners: in every round each vertex carries the index and two numbers of one of its
-    faces, until all have been served, after five rounds or so. The three of `spare`, of the vertices and of the faces, are used
+    faces, until all have been served, after three rounds or so. The three of `spare`, of the vertices and of the faces, are used
     up on the way.
     """
-    faces, face_normals = read_array(mesh, "faces"), read_array(mesh, "face_normals")
+    faces = read_array(mesh, "faces")
     line = _Line(bench, mesh, spare)
-    targets = [*zip(spare, face_normals.T, strict=True), *zip(names, arrays, strict=False)]
+    targets = [*zip(names, arrays, strict=False)]
+    if line.face_normals is not None:
+        targets += zip(spare, line.face_normals.T, strict=True)
     for first in range(0, len(targets), 2):
         pair = targets[first : first + 2]
         for name, _ in pair:
             bench.apply("compute_new_custom_scalar_attribute_per_face", name=name, expr="0")
-        waiting = np.arange(len(faces))
+        waiting: NDArray[np.intp] = np.arange(len(faces))
         while len(waiting):
-            carried = np.full(line.length, -1)
-            for corner in range(3):
-                carried[faces[waiting, corner]] = waiting
+            carried, waiting = _assign(faces, waiting, line.length)
             columns = np.full((line.length, 3), -1.0)
             columns[:, 0] = carried
             for column, (_, values) in enumerate(pair, 1):
@@ -62,21 +65,49 @@ def refill_faces(bench: Workbench, mesh: Any, spare: Sequence[str], names: Seque
             for (name, _), axis in zip(pair, ("ny", "nz"), strict=False):
                 found = f"nx0==fi?{axis}0:(nx1==fi?{axis}1:(nx2==fi?{axis}2:{name}))"
                 bench.apply("compute_new_custom_scalar_attribute_per_face", name=name, expr=found)
-            waiting = np.setdiff1d(waiting, carried)
-    line.put_back()
-    x, y, z = spare
-    bench.apply("compute_normal_by_function_per_face", x=x, y=y, z=z)
+    line.put_back(line.points)
+    if line.face_normals is not None:
+        x, y, z = spare
+        bench.apply("compute_normal_by_function_per_face", x=x, y=y, z=z)
+
+
+def move_points(bench: Workbench, mesh: Any, spare: Sequence[str], points: Floats) -> None:
+    """Give the vertices of the current layer, which has no faces, new places and leave their normals alone."""
+    _Line(bench, mesh, spare).put_back(points)
+
+
+def _assign(faces: Ints, waiting: NDArray[np.intp], vertices: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Which face each vertex carries, -1 for none, and the faces that go on waiting."""
+    carried = np.full(vertices, -1, dtype=np.intp)
+    for corner in range(3):
+        at = faces[waiting, corner]
+        free = carried[at] < 0
+        carried[at[free]] = waiting[free]  # of several faces at one vertex the last stays
+        waiting = waiting[carried[at] != waiting]
+    return carried, waiting
 
 
 class _Line:
-    """The vertices of the current layer on a line, until `put_back`."""
+    """The vertices of the current layer on a line, until `put_back`.
+
+    Attributes:
+        length: how many there are.
+        points: where they were.
+        face_normals: those of the faces if putting back loses them, because they do not follow from
+            the geometry; else None.
+    """
 
     def __init__(self, bench: Workbench, mesh: Any, spare: Sequence[str]) -> None:
         self._bench = bench
         self._id = int(mesh.id())
-        self._points, self._normals = read_array(mesh, "vertices"), read_array(mesh, "vertex_normals")
         self._spare = spare
-        self.length = len(self._points)
+        self.points, self._normals = read_array(mesh, "vertices"), read_array(mesh, "vertex_normals")
+        self.length = len(self.points)
+        self.face_normals: Floats | None = None
+        if mesh.face_number():
+            before = read_array(mesh, "face_normals")
+            bench.apply("compute_coord_by_function", x="x", y="y", z="z")
+            self.face_normals = None if np.array_equal(read_array(mesh, "face_normals"), before) else before
         # One place more than vertices: MeshLab's search would not end in the empty box around a single point.
         self._places = np.zeros((self.length + 1, 3))
         self._places[:, 0] = np.arange(self.length + 1)
@@ -99,12 +130,13 @@ class _Line:
                 upperbound=pymeshlab.PureValue(0.5),
             )
 
-    def put_back(self) -> None:
-        """Give the vertices their places and normals again."""
+    def put_back(self, points: Floats) -> None:
+        """Give the vertices these places, and their normals again."""
         self.send(self._normals)
-        for name, axis in zip(self._spare, ("nx", "ny", "nz"), strict=True):
+        for name, axis in zip(self._spare, _AXES, strict=True):
             self._bench.apply("compute_new_custom_scalar_attribute_per_vertex", name=name, expr=axis)
-        self.send(self._points)
-        self._bench.apply("compute_coord_by_function", x="nx", y="ny", z="nz")
+        self.send(points)
+        x, y, z = _AXES
+        self._bench.apply("compute_coord_by_function", x=x, y=y, z=z)
         x, y, z = self._spare
         self._bench.apply("compute_normal_by_function_per_vertex", x=x, y=y, z=z)

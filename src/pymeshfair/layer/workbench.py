@@ -6,7 +6,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+import numpy as np
 import pymeshlab
+from numpy.typing import NDArray
 
 
 class Workbench:
@@ -48,6 +50,30 @@ class Workbench:
             base.set_current_mesh(self.meshset, helper)
             self.apply("delete_current_mesh")
             base.set_current_mesh(self.meshset, current)
+
+    @contextmanager
+    def matrix_aside(self, mesh: Any) -> Iterator[None]:
+        """A layer without its matrix for as long as the context lasts.
+
+        pymeshlab's face_normal_matrix() applies the matrix, scaled by the cube root of its determinant; of a mirrored layer it
+        gives NaN. Everything else it gives is free of the matrix.
+        """
+        matrix = mesh.transform_matrix()
+        if np.array_equal(matrix, np.eye(4)):
+            yield
+            return
+        self._set_matrix(mesh, np.eye(4))
+        try:
+            yield
+        finally:
+            self._set_matrix(mesh, matrix)
+
+    def _set_matrix(self, mesh: Any, matrix: NDArray[np.float64]) -> None:
+        base = pymeshlab.MeshSet
+        current = base.current_mesh_id(self.meshset)
+        base.set_current_mesh(self.meshset, mesh.id())
+        self.apply("set_matrix", transformmatrix=matrix, compose=False, freeze=False)
+        base.set_current_mesh(self.meshset, current)
 
     @contextmanager
     def _silence(self) -> Iterator[None]:

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from ..declaration import Bools, Edit, Floats, NewLayer
 from ..errors import MeshError
 from .arrays import read_array
-from .attributes import Element, bring_in, explain
+from .attributes import Element, bring_in, explain, has_room, spare_names
+from .refill import move_points
 from .workbench import Workbench
 
 _SELECTED_BY = {"vertex": "compute_selection_by_condition_per_vertex", "face": "compute_selection_by_condition_per_face"}
@@ -42,8 +43,9 @@ def write_edit(bench: Workbench, edit: Edit) -> None:
     mesh = pymeshlab.MeshSet.current_mesh(bench.meshset) if pymeshlab.MeshSet.mesh_number(bench.meshset) else None
     if mesh is not None:
         try:
-            _write_values(bench, mesh, edit)
-            _delete(bench, mesh, edit)
+            with bench.matrix_aside(mesh):
+                _write_values(bench, mesh, edit)
+                _delete(bench, mesh, edit)
         except pymeshlab.PyMeshLabException as error:
             raise explain(bench, error) from error
     for index, layer in enumerate(edit.new_layers):
@@ -74,6 +76,8 @@ def _write_vertices(bench: Workbench, mesh: Any, vertices: Floats) -> None:
                 bench.apply("compute_coord_linear_morphing", targetmesh=target, percentmorph=100)
                 if np.array_equal(read_array(mesh, "vertices"), vertices):
                     return
+    elif not has_room(bench, "vertex", 6):
+        move_points(bench, mesh, spare_names(), vertices)
     else:
         normals = read_array(mesh, "vertex_normals")
         x, y, z = bring_in(bench, mesh, "vertex", list(vertices.T))
