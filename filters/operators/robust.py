@@ -1,13 +1,12 @@
 """The Laplace-Beltrami operator on the intrinsic Delaunay triangulation of the mollified tufted cover."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from scipy import sparse
 
 from ..errors import FilterInputError
-from ..topology import Bools, Floats, Ints
+from ..topology import Floats, Ints
 from .laplacian import Laplacian
 from .scale import scaled_to_unit
 
@@ -24,17 +23,27 @@ def robust_mesh_laplacian(vertices: Floats, faces: Ints, *, mollify_factor: floa
         mollify_factor: how far, as a share of the mean edge, a triangle may be from degenerate before its edges are lengthened
             intrinsically. Larger is safer and less exact.
     """
+    import robust_laplacian
+
     n = len(vertices)
-    used = np.zeros(n, dtype=bool)
+    used = np.zeros(n, dtype=np.bool_)
     a, b, c = faces.T
     proper = faces[(a != b) & (b != c) & (c != a)]
     used[proper] = True
+    points = vertices[used]
+    if len(points) == 0 or not (points != points[0]).any():
+        return Laplacian(sparse.csr_matrix((n, n)), np.zeros(n))
+    scaled, scale = _at_the_origin(points)
     index = np.cumsum(used) - 1
-    return _embedded(vertices, used, lambda points, lib: lib.mesh_laplacian(points, index[proper], mollify_factor))
+    positive, masses = robust_laplacian.mesh_laplacian(scaled, index[proper], mollify_factor)
+    spread = sparse.csr_array((np.ones(len(points)), np.flatnonzero(used), np.arange(len(points) + 1)), shape=(len(points), n))
+    return _spread(positive, masses, scale, spread)
 
 
 def robust_cloud_laplacian(points: Floats, *, n_neighbors: int = 30, mollify_factor: float = 1e-5) -> Laplacian:
     """The operator of `robust_mesh_laplacian` on a point cloud, from a Delaunay triangulation around every point [sharp2020].
+
+    Points in the same place count as one and share its mass, and so move together.
 
     Args:
         points: (n, 3) coordinates.
@@ -42,29 +51,41 @@ def robust_cloud_laplacian(points: Floats, *, n_neighbors: int = 30, mollify_fac
         mollify_factor: as for meshes.
 
     Raises:
-        FilterInputError: fewer points than neighbours.
+        FilterInputError: no more places than neighbours, or a point that no local triangulation reaches.
     """
-    if 0 < len(points) <= n_neighbors:
-        raise FilterInputError(
-            f"a point cloud of {len(points)} points has no {n_neighbors} neighbours for each: it takes at least {n_neighbors + 1}"
-        )
-    used = np.ones(len(points), dtype=bool)
-    return _embedded(points, used, lambda scaled, lib: lib.point_cloud_laplacian(scaled, mollify_factor, n_neighbors))
-
-
-def _embedded(vertices: Floats, used: Bools, build: Callable[[Floats, Any], tuple[Any, Any]]) -> Laplacian:
     import robust_laplacian
 
-    n = len(vertices)
-    points = vertices[used]
-    if len(points) == 0 or not (points != points[0]).any():
-        return Laplacian(sparse.csr_matrix(sparse.diags_array(np.zeros(n))), np.zeros(n))
-    scaled, scale = scaled_to_unit(np.ascontiguousarray(points - points.mean(axis=0)))
-    positive, masses = build(scaled, robust_laplacian)
-    entries = sparse.coo_array(positive)
-    index = np.flatnonzero(used)
-    stiffness = sparse.csr_matrix((-entries.data, (index[entries.row], index[entries.col])), shape=(n, n))
+    n = len(points)
+    if n == 0:
+        return Laplacian(sparse.csr_matrix((0, 0)), np.zeros(0))
+    places, place_of, together = np.unique(points, axis=0, return_inverse=True, return_counts=True)
+    if len(places) <= n_neighbors:
+        raise FilterInputError(
+            f"a point cloud of {len(places)} points in different places has no {n_neighbors} neighbours for each: it takes at "
+            f"least {n_neighbors + 1}"
+        )
+    if len(places) == n:
+        places, place_of = points, np.arange(n)
+        together = np.ones(n, dtype=np.int64)
+    scaled, scale = _at_the_origin(places)
+    try:
+        positive, masses = robust_laplacian.point_cloud_laplacian(scaled, mollify_factor, n_neighbors)
+    except RuntimeError as error:
+        raise FilterInputError(
+            "the local triangulations leave a point of the cloud without a triangle, as happens where many points lie on a line "
+            f"or nearly coincide: remove such points, for example by a Poisson-disk sampling first ({error})"
+        ) from error
+    place_of = place_of.ravel()
+    spread = sparse.csr_array((1.0 / together[place_of], (place_of, np.arange(n))), shape=(len(places), n))
+    return _spread(positive, masses, scale, spread)
+
+
+def _at_the_origin(points: Floats) -> tuple[Floats, float]:
+    return scaled_to_unit(np.ascontiguousarray(points - points.mean(axis=0)))
+
+
+def _spread(positive: Any, masses: Any, scale: float, spread: sparse.csr_array) -> Laplacian:
+    """The operator of the library on k points, handed out to n vertices by the shares of the (k, n) matrix `spread`."""
+    stiffness = sparse.csr_matrix(-(spread.T @ sparse.csr_array(positive) @ spread))
     stiffness.sort_indices()
-    mass = np.zeros(n)
-    mass[used] = masses.diagonal() / scale**2
-    return Laplacian(stiffness, mass)
+    return Laplacian(stiffness, np.asarray(spread.T @ masses.diagonal()) / scale / scale)

@@ -81,17 +81,26 @@ def test_a_cloud_of_points_on_a_sphere_has_its_curvature() -> None:
     assert laplacian.mass.sum() == pytest.approx(4 * np.pi, rel=0.02)
 
 
-def test_clouds_with_coincident_points_are_finite() -> None:
-    """Points given twice, or all in one place, make no NaN."""
+def test_points_in_one_place_move_as_one() -> None:
+    """With some points given three times the others have the operator they have without, and the copies that of their place."""
     points = np.random.default_rng(0).random((60, 3))
-    for cloud in (np.concatenate([points, points[:30]]), np.full((40, 3), 3.0)):
-        laplacian = robust_cloud_laplacian(cloud)
-        assert np.isfinite(laplacian.stiffness.data).all()
-        assert np.isfinite(laplacian.mass).all()
+    plain = robust_cloud_laplacian(points).apply(points)
+    doubled = np.concatenate([points, points[:20], points[:20]])
+    laplacian = robust_cloud_laplacian(doubled)
+    np.testing.assert_allclose(laplacian.apply(doubled), np.concatenate([plain, plain[:20], plain[:20]]), atol=1e-9)
+    assert abs(laplacian.stiffness - laplacian.stiffness.T).max() < 1e-12
+    assert np.abs(laplacian.stiffness.sum(axis=1)).max() < 1e-12
+
+
+def test_points_on_a_line_are_an_error() -> None:
+    """Points on a line have no triangles: the error says so, and what to do."""
+    with pytest.raises(FilterInputError, match=r"leave a point of the cloud without a triangle, .* lie on a line"):
+        robust_cloud_laplacian(np.outer(np.random.default_rng(0).random(60), [1.0, 2.0, 3.0]))
 
 
 def test_a_cloud_needs_more_points_than_neighbours() -> None:
-    """30 points have no 30 neighbours each: an error that says how many it takes."""
-    with pytest.raises(FilterInputError, match="a point cloud of 30 points has no 30 neighbours for each: it takes at least 31"):
-        robust_cloud_laplacian(np.random.default_rng(0).random((30, 3)))
+    """30 places, one of them taken by nine points, have no 30 neighbours each: an error that says how many it takes."""
+    few = np.random.default_rng(0).random((30, 3))
+    with pytest.raises(FilterInputError, match=r"30 points in different places has no 30 neighbours for each: .* at least 31"):
+        robust_cloud_laplacian(np.concatenate([few, np.repeat(few[:1], 8, axis=0)]))
     assert robust_cloud_laplacian(np.random.default_rng(0).random((31, 3))).mass.sum() > 0
