@@ -64,7 +64,9 @@ def test_every_command_has_json_and_debug_and_explains_itself(name: str) -> None
     options = {option for parameter in command.params for option in parameter.opts}
     assert {"--json", "--debug"} <= options
     assert command.help
-    assert all(getattr(parameter, "help", None) for parameter in command.params)
+    context = command.make_context(name, [], resilient_parsing=True)
+    records = [parameter.get_help_record(context) for parameter in command.params]
+    assert all(record and record[1] for record in records), records
 
 
 def test_no_command_is_wrong_usage() -> None:

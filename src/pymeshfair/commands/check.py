@@ -12,7 +12,7 @@ from .options import Debug, Json
 
 
 def check(
-    recipes: Annotated[list[str], typer.Argument(metavar="RECIPE...", help="Shipped names or paths of .mlx files.")],
+    recipes: Annotated[list[str], typer.Argument(metavar="RECIPE", help="Shipped names or paths of .mlx files.")],
     json: Json = False,
     debug: Debug = False,
 ) -> None:

@@ -12,8 +12,7 @@ from typer.core import TyperGroup
 
 from .failure import INTERRUPTED, Failure
 
-# Newer versions of typer carry a copy of click of their own, so the base of all complaints about a command line has no fixed
-# address.
+# typer exports what it raises about a command line only in parts; this is the base of them all.
 UsageError = cast("type[Exception]", typer.BadParameter.__bases__[0])
 
 
