@@ -15,7 +15,9 @@ from scipy.spatial import cKDTree
 
 from pymeshfair.filters.errors import FilterInputError
 from pymeshfair.filters.outliers import threads
+from pymeshfair.filters.outliers.kd_tree import LEAF, build_tree
 from pymeshfair.filters.outliers.neighbours import nearest_neighbours
+from pymeshfair.filters.progress import ignore_progress
 
 Floats = NDArray[np.float64]
 
@@ -120,6 +122,12 @@ def test_a_heap_of_coincident_points_costs_no_more_than_others() -> None:
     assert not distances.any()
     np.testing.assert_array_equal(indices[4:], np.tile([0, 1, 2, 3], (199_996, 1)))
     np.testing.assert_array_equal(indices[:4], [[1, 2, 3, 4], [0, 2, 3, 4], [0, 1, 3, 4], [0, 1, 2, 4]])
+
+
+def test_coincident_points_lie_in_the_tree_in_the_order_of_their_indices() -> None:
+    """Each leaf of a heap holds a run of indices, so that the first leaves of the walk hold the answer."""
+    tree = build_tree(np.ones((1000, 3)), ignore_progress)
+    np.testing.assert_array_equal(np.sort(tree.indices.reshape(-1, LEAF), axis=1), np.arange(1008).reshape(-1, LEAF))
 
 
 @pytest.mark.parametrize("exponent", [-1060, -100, 100, 1020])
