@@ -12,19 +12,14 @@ import pytest
 from pymeshfair.running import outputs
 from pymeshfair.running.errors import OutputError
 from pymeshfair.running.outputs import (
-    STAGE_PREFIX,
     StagedFile,
     check_output,
     commit,
     flush,
     material_path,
-    remove_folder,
-    staging_folder,
     write_whole,
 )
 from pymeshfair.running.provenance import SCHEMA, described_file, provenance_path
-
-from .runs import names_in
 
 
 @pytest.fixture
@@ -212,25 +207,6 @@ def test_power_cuts_leave_no_output_with_another_ones_provenance(
 
     monkeypatch.setattr(Path, "replace", seen)
     put_in_place(stage, tmp_path)
-
-
-def test_the_staging_folder_goes_with_everything_in_it(tmp_path: Path) -> None:
-    """The folder is hidden, beside the output, and gone afterwards, also after an exception."""
-    staging = staging_folder(tmp_path / "out.ply")
-    folder = staging.__enter__()
-    assert folder.parent == tmp_path
-    assert folder.name.startswith(STAGE_PREFIX)
-    (folder / "new").mkdir()
-    (folder / "new" / "out.ply").touch()
-    assert not staging.__exit__(RuntimeError, RuntimeError(), None)
-    assert names_in(tmp_path) == set()
-    remove_folder(folder)
-
-
-def test_no_staging_folder_where_there_is_no_folder(tmp_path: Path) -> None:
-    """A folder that vanished after the first check is an error about the output."""
-    with pytest.raises(OutputError, match="cannot make a temporary folder"), staging_folder(tmp_path / "gone" / "out.ply"):
-        pass
 
 
 def test_whole_files(tmp_path: Path) -> None:

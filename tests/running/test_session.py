@@ -167,7 +167,7 @@ def test_what_meshlab_leaves_out_is_named(tmp_path: Path, extension: str) -> Non
         lines = ["v " + " ".join(map(str, p)) for p in points] + ["f " + " ".join(str(i + 1) for i in f) for f in faces]
         path.write_text("\n".join(lines))
     report = session_report(path, tmp_path / "out.ply")
-    assert f"of {path.name} were left out: 1 vertices with a coordinate that is not finite, and 2 faces" in report["warnings"][0]
+    assert f"of {path.name} were left out: 1 vertex with a coordinate that is not finite, and 2 faces" in report["warnings"][0]
     assert (report["before"]["vertices"], report["before"]["faces"]) == (4, 2)
 
 
@@ -242,6 +242,14 @@ def test_layers_and_matrices_are_not_lost_in_silence(tmp_path: Path) -> None:
     assert any("matrix was applied" in w for w in report["warnings"])
     moved = properties(staged_files(report)["b.ply"])["vertices"] - properties(BONE)["vertices"]
     np.testing.assert_allclose(moved, np.tile([1.0, 0, 0], (1872, 1)), atol=1e-12)
+
+
+def test_what_the_steps_take_away_is_named(tmp_path: Path, everything: Path) -> None:
+    """Remeshing drops colours, scalars and texture coordinates in silence; the run says which."""
+    report = session_report(everything, tmp_path / "out.ply", ("generate_resampled_uniform_mesh", {"cellsize": "10%"}))
+    (gone,) = [w for w in report["warnings"] if w.startswith("after the steps the mesh has no ")]
+    for name in ("vertex scalars", "face scalars", "wedge texture coordinates", "textures"):
+        assert name in gone
 
 
 @pytest.mark.parametrize("name", ["glb", "gltf"])

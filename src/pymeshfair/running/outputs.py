@@ -1,8 +1,8 @@
 """Files that appear whole or not at all.
 
-Everything is written to a hidden folder beside the output, on the same file system, flushed to the disk, and then renamed into
-place. The order of the renames is: the old provenance goes, the textures and material files come, the output comes, the new
-provenance comes. Wherever a power cut stops that, no output stands beside the provenance of another one.
+Everything is written to a hidden folder beside the output (`staging`), flushed to the disk, and then renamed into place, in this
+order: the old provenance goes, the textures and material files come, the output comes, the new provenance comes. Wherever a power
+cut stops that, no output stands beside the provenance of another one.
 """
 
 from __future__ import annotations
@@ -10,8 +10,7 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
-import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,8 +19,6 @@ from .errors import OutputError
 from .formats import WRITABLE, extension, listed
 from .provenance import provenance_path, read_provenance, recorded_digest, sha256_of
 
-#: what the name of the hidden folder begins with
-STAGE_PREFIX = ".pymeshfair-"
 _OVERWRITE = "name another output, or ask to overwrite"
 
 
@@ -74,31 +71,6 @@ def _not_ours(path: Path, record: Mapping[str, Any] | None, input: Path) -> str 
     if path.name.endswith(".provenance.json"):
         return None
     return None if sha256_of(path) == recorded_digest(record, path) else "has been changed since a run wrote it"
-
-
-@contextlib.contextmanager
-def staging_folder(output: Path) -> Iterator[Path]:
-    """A new hidden folder beside `output`; it is gone afterwards with all that is left in it.
-
-    Raises:
-        OutputError: it cannot be made.
-    """
-    try:
-        stage = Path(tempfile.mkdtemp(prefix=STAGE_PREFIX, dir=output.parent))
-    except OSError as error:
-        raise OutputError(output, f"cannot make a temporary folder beside it: {error.strerror or error}") from error
-    try:
-        yield stage
-    finally:
-        remove_folder(stage)
-
-
-def remove_folder(folder: Path) -> None:
-    """Remove a folder, even while a dying process still puts files into it."""
-    for _ in range(5):
-        shutil.rmtree(folder, ignore_errors=True)
-        if not folder.exists():
-            return
 
 
 def write_whole(path: Path, data: bytes) -> None:

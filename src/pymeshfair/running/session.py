@@ -11,20 +11,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from typing import Any
 
-import numpy as np
-
 from ..declaration import FilterClass, Length
 from ..filters.errors import FilterInputError
 from ..filters.inspection.surface_measures import SurfaceMeasures, surface_measures
 from ..meshset import MeshSet
 from ..scripts.script import Step
 from .errors import InputError
-from .formats import ATTRIBUTES, extension
+from .formats import ATTRIBUTES
 from .inputs import Announced, inspect_input
 from .job import Event, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
 from .messages import Assignment, encode_event, mark
 from .plain_values import plain
 from .provenance import described_file, read_provenance
+from .reading import apply_matrix, load_mesh
 from .saving import attributes_of, save_mesh
 
 #: the least change of a fraction that is told
@@ -60,66 +59,17 @@ class Session:
         source = described_file(self._assignment.input)
         announced = inspect_input(self._assignment.input)
         source["side_files"] = [described_file(path) for path in announced.side_files]
-        self._read(announced)
+        for text in load_mesh(self._meshes, self._assignment.input, announced):
+            self._warn(text)
         before = self._measured(InputError(self._assignment.input, "it has coordinates that are not finite"))
+        present = attributes_of(self._meshes, announced)
         if self._assignment.output is None:
-            present = attributes_of(self._meshes, announced)
             attributes = [a for a in ATTRIBUTES if a in present]
             return {"input": source, "before": plain(asdict(before)), "attributes": attributes, "warnings": self._warnings}
         with self._meshes.deferred():
             steps = [self._step(number) for number in range(1, len(self._assignment.steps) + 1)]
-        return {"input": source, "steps": steps, "counted": announced.vertices is not None, **self._write(announced, before)}
-
-    # ------------------------------------------------------------------------------------------------------------- reading
-
-    def _read(self, announced: Announced) -> None:
-        path = self._assignment.input
-        before = path.stat()
-        # Layers of one file would otherwise be left behind when one of them is written.
-        options = {"load_in_a_single_layer": True} if extension(path) in ("3ds", "glb", "gltf") else {}
-        try:
-            self._meshes.load_new_mesh(str(path), **options)
-        except MemoryError:
-            raise
-        except Exception as error:  # pymeshlab raises several unrelated types
-            reason = " ".join(str(error).split("Error details:")[-1].split())
-            raise InputError(path, f"MeshLab says: {reason}") from error
-        after = path.stat()
-        if (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns):
-            raise InputError(path, "it changed while it was read")
-        if self._meshes.mesh_number() > 1:
-            self._warn(f"{path.name} holds {self._meshes.mesh_number()} meshes; one is cleaned and written, the others are not")
-        self._apply_matrix()
-        mesh = self._meshes.current_mesh()
-        if mesh.vertex_number() == 0:
-            raise InputError(path, "no vertex could be read from it")
-        self._compare(announced, mesh.vertex_number(), mesh.face_number())
-        if announced.not_kept:
-            self._warn(f"MeshLab does not keep of {path.name}: {'; '.join(announced.not_kept)}")
-
-    def _compare(self, announced: Announced, vertices: int, faces: int) -> None:
-        """Say what MeshLab left out or split: it removes vertices that are not finite and degenerate faces without a word."""
-        name = self._assignment.input.name
-        expected = announced.faces if announced.faces is not None else faces
-        if faces != expected:
-            counted = announced.count_triangles()
-            expected = counted if counted is not None else max(faces, expected)
-        lost_vertices = max((announced.vertices or 0) - vertices, 0)
-        lost_faces = max(expected - faces, 0)
-        if lost_vertices or lost_faces:
-            self._warn(
-                f"of {name} were left out: {lost_vertices:,} vertices with a coordinate that is not finite, and {lost_faces:,} "
-                "faces that use such a vertex or name a vertex twice"
-            )
-        if announced.faces is not None and expected > announced.faces:
-            self._warn(f"polygons of {name} were split into triangles: {announced.faces:,} faces became {faces:,}")
-
-    def _apply_matrix(self) -> bool:
-        """Apply the layer's matrix to its coordinates, as no file that a run writes holds one; whether there was one."""
-        if np.array_equal(self._meshes.current_mesh().transform_matrix(), np.eye(4)):
-            return False
-        self._meshes.apply_filter("apply_matrix_freeze")
-        return True
+        written = self._write(announced, before, present)
+        return {"input": source, "steps": steps, "counted": announced.vertices is not None, **written}
 
     # --------------------------------------------------------------------------------------------------------------- steps
 
@@ -164,7 +114,7 @@ class Session:
 
     # ------------------------------------------------------------------------------------------------------------- writing
 
-    def _write(self, announced: Announced, before: SurfaceMeasures) -> dict[str, Any]:
+    def _write(self, announced: Announced, before: SurfaceMeasures, present: set[str]) -> dict[str, Any]:
         output, stage = self._assignment.output, self._assignment.stage
         assert output is not None
         assert stage is not None
@@ -172,10 +122,12 @@ class Session:
         if self._meshes.mesh_number() > 1:
             layer = self._meshes.current_mesh().label()
             self._warn(f"the recipe ends with {self._meshes.mesh_number()} layers; only the current one, {layer!r}, is written")
-        if self._apply_matrix():
+        if apply_matrix(self._meshes):
             self._warn("the layer's matrix was applied to its coordinates, as files do not hold it")
         if self._meshes.current_mesh().vertex_number() == 0:
             raise StepError("nothing is left of the mesh after the last step")
+        if gone := [a for a in ATTRIBUTES if a in present - attributes_of(self._meshes, announced)]:
+            self._warn(f"after the steps the mesh has no {' and no '.join(gone)} any more")
         after = self._measured(StepError("the result has coordinates that are not finite"))
         saved = save_mesh(
             self._meshes,

@@ -16,9 +16,10 @@ from .inputs import check_input
 from .interrupts import Interrupts
 from .job import Event, Job, RunResult
 from .messages import Assignment
-from .outputs import StagedFile, check_output, commit, staging_folder, write_whole
+from .outputs import StagedFile, check_output, commit, write_whole
 from .provenance import formatted, provenance_path
 from .record import record_of, result_of
+from .staging import staging_folder
 from .watch import Watch
 
 
@@ -43,8 +44,6 @@ def run_job(job: Job, on_event: Callable[[Event], None] = lambda event: None) ->
     check_output(job.output, job.input, overwrite=job.overwrite)
     queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
     with Interrupts(queue) as interrupts, staging_folder(job.output) as stage:
-        for name in ("new", "old"):
-            (stage / name).mkdir()
         with WorkerProcess(Assignment.of(job, stage).to_document(), queue, threads=job.threads) as worker:
             watch = Watch(job, worker, queue, on_event)
             report = watch.until_done(clock)

@@ -21,6 +21,8 @@ from .provenance import recorded_digest, sha256_of
 
 #: the name under which MeshLab keeps its placeholder for a texture that it did not find
 PLACEHOLDER = "dummy.png"
+#: the kinds of image that MeshLab writes
+_ENCODED = frozenset((".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff"))
 
 
 @dataclass(frozen=True)
@@ -76,6 +78,9 @@ def stage_textures(
         if source is not None and (meant != name or not changed):
             shutil.copyfile(source, staged)
         else:
+            if staged.suffix.lower() not in _ENCODED:
+                staged = staged.with_suffix(".png")
+                meant += ".png"
             image.save(str(staged))
         target, in_place = _free_target(output, _file_name(meant), staged, record, {f.target for f in files})
         new_names[name] = target.name

@@ -19,7 +19,7 @@ from typing import Any, BinaryIO
 from .errors import InputError, OutputError
 from .limits import limit_process, peak_memory
 from .messages import Assignment, failure, to_line
-from .outputs import remove_folder
+from .staging import hold, remove_folder
 
 
 def main() -> None:
@@ -30,6 +30,7 @@ def main() -> None:
     if not line.endswith(b"\n"):
         os._exit(1)
     document = json.loads(line)
+    lock = None if document["stage"] is None else hold(Path(document["stage"]))
     threading.Thread(target=_end_with_supervisor, args=(orders, document["stage"]), daemon=True).start()
     limit_process(document["memory_limit"])
 
@@ -38,6 +39,7 @@ def main() -> None:
             reports.write(to_line(report))
 
     tell(_outcome(document, tell))
+    del lock  # held until here
     # Libraries that crash while they tidy up must not spoil a finished run.
     os._exit(0)
 

@@ -1,0 +1,84 @@
+"""The hidden folder beside an output in which it is made, on the same file system, so that a rename puts it in place.
+
+It goes with the run. One that was left behind, because the power failed or everything was killed at once, goes with the next run
+in the same folder: whoever works in it holds a lock, which no dead process does.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+from .errors import OutputError
+
+#: what the name of the folder begins with
+STAGE_PREFIX = ".pymeshfair-"
+_LOCK = "lock"
+
+
+@contextlib.contextmanager
+def staging_folder(output: Path) -> Iterator[Path]:
+    """A new folder beside `output` with the empty folders ``new`` and ``old``; it is gone afterwards with all that is in it.
+
+    Raises:
+        OutputError: it cannot be made.
+    """
+    _remove_abandoned(output.parent)
+    stage: Path | None = None
+    try:
+        try:
+            stage = Path(tempfile.mkdtemp(prefix=STAGE_PREFIX, dir=output.parent))
+            # Its name says that it is locked, so it gets the name after the lock.
+            lock = (stage / f"{_LOCK}.new").open("xb")
+        except OSError as error:
+            raise OutputError(output, f"cannot make a temporary folder beside it: {error.strerror or error}") from error
+        with lock:
+            _try_lock(lock, alone=False)
+            (stage / f"{_LOCK}.new").replace(stage / _LOCK)
+            for name in ("new", "old"):
+                (stage / name).mkdir()
+            yield stage
+    finally:
+        if stage is not None:
+            remove_folder(stage)
+
+
+def hold(stage: Path) -> BinaryIO:
+    """Hold the lock of a staging folder for as long as the file that is given back is open."""
+    lock = (stage / _LOCK).open("rb")
+    _try_lock(lock, alone=False)
+    return lock
+
+
+def remove_folder(folder: Path) -> None:
+    """Remove a folder, even while a dying process still puts files into it."""
+    for _ in range(5):
+        shutil.rmtree(folder, ignore_errors=True)
+        if not folder.exists():
+            return
+
+
+def _remove_abandoned(parent: Path) -> None:
+    """Remove the staging folders in which nobody works any more."""
+    with contextlib.suppress(OSError):
+        for folder in parent.glob(f"{STAGE_PREFIX}*"):
+            with contextlib.suppress(OSError), (folder / _LOCK).open("rb") as lock:
+                if _try_lock(lock, alone=True):
+                    remove_folder(folder)
+
+
+def _try_lock(file: BinaryIO, *, alone: bool) -> bool:
+    """Take the lock without waiting, alone or with others; whether it was taken. Where there are no such locks it never is."""
+    try:
+        import fcntl
+    except ImportError:  # Windows
+        return False
+    try:
+        fcntl.flock(file, (fcntl.LOCK_EX if alone else fcntl.LOCK_SH) | fcntl.LOCK_NB)
+    except OSError:  # held by others, or a file system without locks
+        return False
+    return True
