@@ -17,12 +17,13 @@ from pymeshfair.declaration import (
     Percentage,
     mesh_filter,
 )
-from pymeshfair.filters.diffusion.border import BorderPolicy
+from pymeshfair.filters.diffusion.border import BORDER_POLICIES, BorderPolicy
 from pymeshfair.filters.diffusion.explicit import UpdateRule, explicit_smoothing
-from pymeshfair.filters.diffusion.implicit import Flow, ImplicitOperator, implicit_fairing, time_step_of_detail_size
-from pymeshfair.filters.diffusion.taubin import TaubinOperator, taubin_fairing
+from pymeshfair.filters.diffusion.flows import FLOWS, Flow
+from pymeshfair.filters.diffusion.implicit import IMPLICIT_OPERATORS, ImplicitOperator, implicit_fairing, time_step_of_detail_size
+from pymeshfair.filters.diffusion.taubin import TAUBIN_OPERATORS, TaubinOperator, taubin_fairing
 from pymeshfair.filters.errors import FilterInputError, UnstableStepError
-from pymeshfair.filters.operators import OperatorName
+from pymeshfair.filters.operators import OPERATOR_NAMES, OperatorName
 from pymeshfair.filters.progress import Progress, ignore_progress
 
 MOVES_VERTICES = MeshElement.VERTCOORD | MeshElement.VERTNORMAL | MeshElement.FACENORMAL
@@ -39,9 +40,9 @@ SELECTED = Bool(
 )
 BORDER = Enum(
     label="Border",
-    choices=("fixed", "along", "free"),
-    help="What the vertices of open borders do: 'fixed' stay; 'along' are smoothed as a curve, seeing their neighbours on the border "
-    "alone; 'free' move like any other vertex, so that borders recede.",
+    choices=BORDER_POLICIES,
+    help="What the vertices of open borders do: 'fixed' stay; 'along' are smoothed as a curve, seeing their neighbours on the "
+    "border alone; 'free' move like any other vertex, so that borders recede.",
 )
 ITERATIONS = Int(label="Iterations", minimum=0, maximum=100_000, help="How many steps are taken. More are smoother and slower.")
 
@@ -59,11 +60,11 @@ def apply_coord_explicit_smoothing(
         OperatorName,
         Enum(
             label="Operator",
-            choices=("uniform", "inverse_length", "scale_dependent", "cotangent", "laplace_beltrami", "robust"),
-            help="How neighbours are weighted. 'uniform' evens out triangle sizes and drifts along the surface; 'inverse_length' keeps "
-            "uneven sampling; 'scale_dependent' does so in true lengths; 'cotangent' moves vertices along the normal and leaves flat "
-            "parts alone; 'laplace_beltrami' is the same in true units, the mean curvature flow; 'robust' works on slivers, "
-            "non-manifold meshes and point clouds too.",
+            choices=OPERATOR_NAMES,
+            help="How neighbours are weighted. 'uniform' evens out triangle sizes and drifts along the surface; 'inverse_length' "
+            "keeps uneven sampling; 'scale_dependent' does so in true lengths; 'cotangent' moves vertices along the normal "
+            "and leaves flat parts alone; 'laplace_beltrami' is the same in true units, the mean curvature flow; 'robust' "
+            "works on slivers, non-manifold meshes and point clouds too.",
         ),
     ] = "uniform",
     step: Annotated[
@@ -72,8 +73,8 @@ def apply_coord_explicit_smoothing(
             label="Step",
             minimum=0,
             help="The share of the way towards the neighbours' mean that a vertex goes in one iteration, from 0 to 1; for "
-            "'scale_dependent', 'laplace_beltrami' and 'robust' a diffusion time in squared mean edges, bounded by stability. Larger "
-            "is smoother.",
+            "'scale_dependent', 'laplace_beltrami' and 'robust' a diffusion time in squared mean edges, bounded by "
+            "stability. Larger is smoother.",
         ),
     ] = 0.5,
     iterations: Annotated[int, ITERATIONS] = 10,
@@ -82,8 +83,8 @@ def apply_coord_explicit_smoothing(
         Enum(
             label="Update rule",
             choices=("euler", "meshlab"),
-            help="'euler' takes the step above. 'meshlab' repeats the rule of MeshLab's own Laplacian Smooth, where the vertex itself is "
-            "averaged in and the step is not used; it knows the operators 'uniform' and 'cotangent'.",
+            help="'euler' takes the step above. 'meshlab' repeats the rule of MeshLab's own Laplacian Smooth, where the vertex "
+            "itself is averaged in and the step is not used; it knows the operators 'uniform' and 'cotangent'.",
         ),
     ] = "euler",
     border: Annotated[BorderPolicy, BORDER] = "along",
@@ -132,14 +133,16 @@ def apply_coord_taubin_fairing(
         TaubinOperator,
         Enum(
             label="Operator",
-            choices=("uniform", "inverse_length", "cotangent"),
-            help="How neighbours are weighted. 'uniform' is Taubin's choice; 'inverse_length' keeps uneven sampling; 'cotangent' moves "
-            "vertices along the normal alone.",
+            choices=TAUBIN_OPERATORS,
+            help="How neighbours are weighted. 'uniform' is Taubin's choice; 'inverse_length' keeps uneven sampling; 'cotangent' "
+            "moves vertices along the normal alone.",
         ),
     ] = "uniform",
     step: Annotated[
         float,
-        Float(label="Step (lambda)", minimum=0, maximum=1, help="The step that smooths, above 0. Larger is smoother per iteration."),
+        Float(
+            label="Step (lambda)", minimum=0, maximum=1, help="The step that smooths, above 0. Larger is smoother per iteration."
+        ),
     ] = 0.5,
     mu: Annotated[
         float,
@@ -147,8 +150,8 @@ def apply_coord_taubin_fairing(
             label="Step back (mu)",
             minimum=-1.5,
             maximum=0,
-            help="The step that inflates again, below minus the first one. Nearer to -lambda keeps more detail; not used when a pass "
-            "band is given.",
+            help="The step that inflates again, below minus the first one. Nearer to -lambda keeps more detail; not used when a "
+            "pass band is given.",
         ),
     ] = -0.53,
     pass_band: Annotated[
@@ -157,8 +160,8 @@ def apply_coord_taubin_fairing(
             label="Pass band",
             minimum=0,
             maximum=2,
-            help="Frequencies below it are kept, above it damped; on the operator's scale from 0 to 2, typically 0.01 to 0.1. Smaller is "
-            "smoother. 0: not used, mu decides. With it, mu = 1 / (pass band - 1 / lambda).",
+            help="Frequencies below it are kept, above it damped; on the operator's scale from 0 to 2, typically 0.01 to 0.1. "
+            "Smaller is smoother. 0: not used, mu decides. With it, mu = 1 / (pass band - 1 / lambda).",
         ),
     ] = 0.0,
     iterations: Annotated[int, ITERATIONS] = 10,
@@ -199,10 +202,10 @@ def apply_coord_implicit_fairing(
         ImplicitOperator,
         Enum(
             label="Operator",
-            choices=("uniform", "inverse_length", "scale_dependent", "cotangent", "robust"),
-            help="'cotangent' is the Laplace-Beltrami operator: it does not depend on how the surface is triangulated; 'robust' is the "
-            "same for slivers, non-manifold meshes and point clouds; 'uniform', 'inverse_length' and 'scale_dependent' see the "
-            "triangulation and need a time step.",
+            choices=IMPLICIT_OPERATORS,
+            help="'cotangent' is the Laplace-Beltrami operator: it does not depend on how the surface is triangulated; 'robust' "
+            "is the same for slivers, non-manifold meshes and point clouds; 'uniform', 'inverse_length' and "
+            "'scale_dependent' see the triangulation and need a time step.",
         ),
     ] = "cotangent",
     detail_size: Annotated[
@@ -210,8 +213,8 @@ def apply_coord_implicit_fairing(
         Percentage(
             label="Detail size",
             default="6edge",
-            help="Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay. Larger is smoother. "
-            "For the operators 'cotangent' and 'robust'; not used when a time step is given.",
+            help="Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay. Larger is "
+            "smoother. For the operators 'cotangent' and 'robust'; not used when a time step is given.",
         ),
     ],
     time_step: Annotated[
@@ -220,8 +223,8 @@ def apply_coord_implicit_fairing(
             label="Time step",
             minimum=0,
             advanced=True,
-            help="The diffusion time of one iteration, in squared mean edges (a pure number for 'uniform' and 'inverse_length'). Larger is "
-            "smoother; any value is stable. 0: not used, the detail size decides.",
+            help="The diffusion time of one iteration, in squared mean edges (a pure number for 'uniform' and 'inverse_length'). "
+            "Larger is smoother; any value is stable. 0: not used, the detail size decides.",
         ),
     ] = 0.0,
     iterations: Annotated[
@@ -230,14 +233,15 @@ def apply_coord_implicit_fairing(
             label="Iterations",
             minimum=1,
             maximum=10_000,
-            help="How many steps. At the same detail size more steps cut off more sharply; with a time step each one smooths further.",
+            help="How many steps. At the same detail size more steps cut off more sharply; with a time step each one smooths "
+            "further.",
         ),
     ] = 1,
     flow: Annotated[
         Flow,
         Enum(
             label="Flow",
-            choices=("linear", "mean_curvature", "conformalized"),
+            choices=FLOWS,
             help="For several iterations: 'linear' keeps the operator of the input; 'mean_curvature' rebuilds it at each step; "
             "'conformalized' updates the areas alone, so that thin parts do not pinch off under strong smoothing.",
         ),
@@ -246,7 +250,8 @@ def apply_coord_implicit_fairing(
         bool,
         Bool(
             label="Preserve volume",
-            help="Rescale every closed component about its centroid so that it keeps its volume. Open ones are left as they come out.",
+            help="Rescale every closed component about its centroid so that it keeps its volume. Open ones are left as they come "
+            "out.",
         ),
     ] = False,
     border: Annotated[BorderPolicy, BORDER] = "along",
@@ -260,7 +265,9 @@ def apply_coord_implicit_fairing(
     """
     if time_step == 0.0:
         if operator not in GEOMETRIC_OPERATORS:
-            raise FilterInputError(f"operator {operator!r} sees the triangulation, not lengths: give a time_step, for example 1.0")
+            raise FilterInputError(
+                f"operator {operator!r} sees the triangulation, not lengths: give a time_step, for example 1.0"
+            )
         if detail_size == 0.0:
             raise FilterInputError("detail_size is 0 and so is time_step: nothing to do; give one of them")
         time = time_step_of_detail_size(detail_size, iterations=iterations)
