@@ -18,9 +18,10 @@ from pymeshfair.declaration import (
     mesh_filter,
 )
 from pymeshfair.filters.diffusion.border import BORDER_POLICIES, BorderPolicy
-from pymeshfair.filters.diffusion.explicit import UpdateRule, explicit_smoothing
+from pymeshfair.filters.diffusion.explicit import explicit_smoothing
 from pymeshfair.filters.diffusion.flows import FLOWS, Flow
 from pymeshfair.filters.diffusion.implicit import IMPLICIT_OPERATORS, ImplicitOperator, implicit_fairing, time_step_of_detail_size
+from pymeshfair.filters.diffusion.stencil import UPDATE_RULES, UpdateRule
 from pymeshfair.filters.diffusion.taubin import TAUBIN_OPERATORS, TaubinOperator, taubin_fairing
 from pymeshfair.filters.errors import FilterInputError, UnstableStepError
 from pymeshfair.filters.operators import OPERATOR_NAMES, OperatorName
@@ -82,7 +83,7 @@ def apply_coord_explicit_smoothing(
         UpdateRule,
         Enum(
             label="Update rule",
-            choices=("euler", "meshlab"),
+            choices=UPDATE_RULES,
             help="'euler' takes the step above. 'meshlab' repeats the rule of MeshLab's own Laplacian Smooth, where the vertex "
             "itself is averaged in and the step is not used; it knows the operators 'uniform' and 'cotangent'.",
         ),
@@ -93,8 +94,8 @@ def apply_coord_explicit_smoothing(
 ) -> Edit:
     """Moves every vertex towards the weighted mean of its neighbours, all at once, again and again.
 
-    Simple and fast, but closed surfaces shrink: use Taubin Fairing to keep the volume, or Implicit Fairing for strong smoothing in
-    one step.
+    Simple and fast, but closed surfaces shrink: use Taubin Fairing to keep the volume, or Implicit Fairing for strong smoothing
+    in one step.
     """
     unit = layer.mean_edge**2 if operator in DIMENSIONAL_OPERATORS else 1.0
     try:
@@ -171,8 +172,8 @@ def apply_coord_taubin_fairing(
 ) -> Edit:
     """Smooths without shrinking: each iteration is a smoothing step followed by a slightly longer step back.
 
-    With the uniform operator it is MeshLab's own Taubin Smooth, except on open borders, where a step of MeshLab's goes two thirds of
-    the way of ours.
+    With the uniform operator it is MeshLab's own Taubin Smooth, except on open borders, where a step of MeshLab's goes two thirds
+    of the way of ours.
     """
     vertices = taubin_fairing(
         layer.vertices,
@@ -260,8 +261,8 @@ def apply_coord_implicit_fairing(
 ) -> Edit:
     """Smooths strongly in one stable step, by solving (M - t C) p' = M p: the surface after a diffusion time t.
 
-    The amount is given as the size of the details that are to vanish. Unlike explicit smoothing it does not depend on the sampling, and
-    no step is too long.
+    The amount is given as the size of the details that are to vanish. Unlike explicit smoothing it does not depend on the
+    sampling, and no step is too long.
     """
     if time_step == 0.0:
         if operator not in GEOMETRIC_OPERATORS:
