@@ -32,11 +32,13 @@ class Descent(NamedTuple):
         values: (n, 3) the approximate solution.
         norm: sqrt(sum r^T B r) over the columns, r the residual, B the preconditioner: about the error in the energy norm.
         iterations: how many products with the matrix it took.
+        indefinite: whether a direction p with p^T A p < 0 turned up, where it ended.
     """
 
     values: Floats
     norm: float
     iterations: int
+    indefinite: bool
 
 
 def conjugate_gradients(
@@ -81,19 +83,21 @@ def conjugate_gradients(
         z, energy = next_direction(_descend(np.zeros(3), residual, residual, x, residual, scale))
         direction = z * scale[:, None]
         first = norm = _root(energy)
+        indefinite = False
         for iteration in range(max_iterations + 1):
             if norm <= target or iteration == max_iterations:
                 break
             progress(_share_done(first, norm, target))
             curvature = _multiply(*arrays, direction, product)
-            if not (curvature >= 0.0).all():
+            indefinite = not (curvature >= 0.0).all()
+            if indefinite:
                 break
             steps = np.divide(energy, curvature, out=np.zeros(3), where=curvature > 0.0)
             z, new_energy = next_direction(_descend(steps, direction, product, x, residual, scale))
             _turn(np.divide(new_energy, energy, out=np.zeros(3), where=energy > 0.0), z, scale, direction)
             energy = new_energy
             norm = _root(energy)
-    return Descent(x, norm, iteration)
+    return Descent(x, norm, iteration, indefinite)
 
 
 def preconditioned_norm(matrix: sparse.csr_matrix, residual: Floats, precondition: Preconditioner | None = None) -> float:

@@ -5,15 +5,13 @@ Every level gathers strongly connected unknowns into aggregates of about ten, on
 diagonal instead, which keeps the sweep convergent [baker2011] and lets threads share the runs out without changing a bit.
 """
 
-from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit, prange
 from scipy import sparse
+from scipy.sparse.linalg import SuperLU, splu
 
-from .cholesky import Cholesky
-from .errors import ConvergenceError
 from .progress import Progress, ignore_progress
 from .topology import Floats, Ints
 
@@ -22,12 +20,13 @@ _U: Any = np.uint64
 
 #: Unknowns i and j are strongly connected if -a_ij >= this * sqrt(a_ii a_jj); halved from level to level.
 STRENGTH = 0.08
-#: A level of at most this many unknowns is solved by Cholesky's factors, at a few milliseconds.
+#: A level of at most this many unknowns is factorised, in a few milliseconds.
 COARSEST = 1000
 #: A level that keeps more than this share of the unknowns of the finer one is not worth having.
 _LEAST_GAIN = 0.8
-# What rounding may have done to an entry of a sum, as a share of the largest summand.
-_NOISE = 2.0**-49
+# What the diagonal of the coarsest matrix is raised by: a share of itself, far below all its eigenvalues but that of constants,
+# and what rounding may have done to an entry that is a sum, as a share of the largest summand.
+_SHIFT, _NOISE = 1e-8, 2.0**-46
 #: Runs of rows a level, and the least rows a run.
 _RUNS, _SHORTEST_RUN = 64, 2048
 
@@ -62,7 +61,7 @@ class SmoothedAggregation:
             progress: called a few times a level; may raise to stop.
         """
         self._levels: list[_Level] = []
-        self._coarsest: Cholesky | None = None
+        self._coarsest: SuperLU | None = None
         strength, noise = STRENGTH, _NOISE * matrix.diagonal()
         while matrix.shape[0] > COARSEST:
             prolongation = _prolongation(matrix, strength)
@@ -79,10 +78,10 @@ class SmoothedAggregation:
             noise = prolongation.power(2).T @ noise
         self.sizes = [len(level.solution) for level in self._levels] + [matrix.shape[0]]
         if matrix.shape[0] <= COARSEST:
-            # The entries of slivers cancel on the way down and leave their rounding errors. Where the matrix is singular, so is
-            # the coarsest to rounding; that much on the diagonal makes it definite and costs no quality.
-            with suppress(ConvergenceError):
-                self._coarsest = Cholesky(sparse.csr_matrix(matrix + sparse.diags_array(noise)))
+            # Where the matrix is singular so is the coarsest, and would blow up the rounding errors of the residual in constants.
+            # The entries of slivers cancel on the way down and leave rounding errors of their own. Both need a larger diagonal.
+            raised = _SHIFT * matrix.diagonal() + noise
+            self._coarsest = _factorised(sparse.csc_matrix(matrix + sparse.diags_array(raised)))
         if self._coarsest is None:
             # Unknowns that hardly know each other, as of a matrix near a diagonal one: two sweeps are all they need.
             self._levels.append(_level(matrix, sparse.csr_matrix((matrix.shape[0], 0))))
@@ -107,6 +106,15 @@ class SmoothedAggregation:
         _add_product(-1.0, *matrix, x, right_side, residual)
         _sweep_up(*matrix, level.inverse_diagonal, level.run, residual, level.correction, x)
         return x
+
+
+def _factorised(matrix: sparse.csc_matrix) -> SuperLU | None:
+    """The factors of the matrix, None if it is not positive definite."""
+    try:
+        factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    except RuntimeError:
+        return None
+    return factors if (factors.U.diagonal() > 0.0).all() else None
 
 
 def _level(matrix: sparse.csr_matrix, prolongation: sparse.csr_matrix) -> _Level:

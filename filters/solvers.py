@@ -38,6 +38,8 @@ Method: TypeAlias = Literal["jacobi", "multigrid", "cholesky"]
 FINEST = 1e-12
 # A backward error of this size is rounding; a direct solution must reach the second, which leaves room for ill-posed systems.
 _ROUNDING, _DIRECT_ROUNDING = 1e-14, 1e-12
+# A matrix whose smoothest vector has a Rayleigh quotient below this has no factors.
+_SINGULAR = 1e-13
 # Predicted steps up to which the diagonal is the better preconditioner, and the steps after which multigrid takes over.
 _FEW_STEPS, _JACOBI_STEPS = 60, 150
 _MULTIGRID_STEPS = 300
@@ -109,13 +111,14 @@ class SpdSolver:
         Args:
             matrix: A, (n, n) symmetric positive definite; also semidefinite, for right-hand sides in its range. Kept, not
                 copied.
-            solves: how many solves are to come; decides whether factors pay.
+            solves: how many solves are to come; decides whether factors pay, from the second on.
 
         Raises:
             FilterInputError: A is not square, not finite, or has a diagonal entry that is not positive.
         """
         self._system = SpdSystem.of(matrix)
         self._many = solves >= _MANY_SOLVES and matrix.shape[0] <= _QUICK_FACTORS
+        self._solved = False
         self._factors: Factorisation | None = None
         self._multigrid: SmoothedAggregation | None = None
 
@@ -163,12 +166,10 @@ class SpdSolver:
         )
 
     def _solve_three(self, b: Floats, x: Floats, tolerance: float, reference: float | None, progress: Progress) -> Solution:
-        if self._many and self._factors is None:
-            try:
-                self._factors = Factorisation(self._system.matrix)
-            except ConvergenceError:
-                self._many = False
         if self._factors is not None:
+            return self._factors.solve(b)
+        if self._solved and self._many:
+            self._factors = Factorisation(self._system.matrix)
             return self._factors.solve(b)
         before = 0
         # The error of the smoothest vector is larger than its residual by one over the least eigenvalue.
@@ -176,20 +177,26 @@ class SpdSolver:
         if np.log(2.0 / tolerance) / np.sqrt(2.0) / spread <= _FEW_STEPS:
             attempt = self._descend(b, x, tolerance, reference, None, spread, _JACOBI_STEPS, progress)
             if attempt.converged:
+                self._solved = True
                 return attempt.solution("jacobi")
             x, before = attempt.values, attempt.iterations
         if self._multigrid is None:
             self._multigrid = SmoothedAggregation(self._system.matrix, progress=lambda _: progress(0.0))
         attempt = self._descend(b, x, tolerance, reference, self._multigrid, 1.0, _MULTIGRID_STEPS, progress)
         if attempt.converged:
+            self._solved = True
             return attempt.solution("multigrid", before)
+        stalled = (
+            f"conjugate gradients stall at a backward error of {attempt.backward_error:.3g} in a system of {len(b)} equations"
+        )
+        if attempt.indefinite or self._system.smoothness < _SINGULAR:
+            raise ConvergenceError(f"{stalled}: the matrix is not positive definite to rounding")
         progress(0.0)
         try:
             self._factors = Factorisation(self._system.matrix)
             return self._factors.solve(b)
         except ConvergenceError as error:
-            reached = f"conjugate gradients stall at a backward error of {attempt.backward_error:.3g}"
-            raise ConvergenceError(f"no method solves a system of {len(b)} equations: {reached}, and {error}") from error
+            raise ConvergenceError(f"{stalled}, and {error}") from error
 
     def _descend(
         self,
@@ -216,7 +223,7 @@ class SpdSolver:
             backward = self._system.backward_error(x, b)
             converged = norm <= 2.0 * target or (descent.norm <= target and backward <= _ROUNDING)
             if converged or descent.norm > target or descent.iterations == 0:
-                return _Attempt(x, norm / spread, backward, taken, converged)
+                return _Attempt(x, norm / spread, backward, taken, converged, descent.indefinite)
 
 
 class _Attempt(NamedTuple):
@@ -225,6 +232,7 @@ class _Attempt(NamedTuple):
     backward_error: float
     iterations: int
     converged: bool
+    indefinite: bool
 
     def solution(self, method: Method, iterations_before: int = 0) -> Solution:
         return Solution(self.values, self.error, self.backward_error, iterations_before + self.iterations, method)

@@ -3,7 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
+from scipy import sparse
 
+from ..errors import ConvergenceError
 from ..operators.laplacian import Laplacian
 from ..progress import Progress
 from ..solvers import SpdSolver
@@ -44,15 +46,10 @@ class BackwardEulerStep:
         labels = np.where(coupled, components, 0)
         masses = np.bincount(labels, weights=laplacian.mass * coupled, minlength=1)
         free = coupled & ~held & (masses[labels] > 0.0)
-        self._free = np.flatnonzero(free)
-        self._mass = laplacian.mass[self._free] / (1.0 + t)
+        self._free, self._all_free = np.flatnonzero(free), bool(free.all())
+        self._mass, self._steps = laplacian.mass[self._free] / (1.0 + t), steps
         self._floating = _Floating.among(labels[self._free], labels[coupled & ~free], self._mass)
-        matrix = self._stiffness * -self._stiffness_share
-        if len(self._free) < len(free):
-            matrix = matrix[self._free][:, self._free]
-        # Rounding may have left the weights of slivers a little indefinite; this much more on the diagonal is rounding too.
-        matrix.setdiag(matrix.diagonal() * (1.0 + _ROUNDING) + self._mass)
-        self._solver = SpdSolver(matrix, solves=steps) if len(self._free) else None
+        self._solver = self._assemble() if len(self._free) else None
 
     def displacement(self, points: Floats, given: Floats, *, diagonal: float, progress: Progress) -> Floats:
         """The displacement of all vertices.
@@ -67,17 +64,56 @@ class BackwardEulerStep:
             (n, 3); the given displacement where a vertex is held.
 
         Raises:
-            ConvergenceError: the solver stalls, as it does on matrices that are not positive definite.
+            ConvergenceError: the solver stalls.
         """
-        moved = given.copy()
-        if self._solver is None:
-            return moved
+        if self._solver is None or np.ptp((points + given)[self._free], axis=0).max() <= TOLERANCE * diagonal:
+            # Nothing is free to move, or it is a point already.
+            return given
+        try:
+            return self._solve(self._solver, points, given, diagonal, progress)
+        except ConvergenceError:
+            # The weights of slivers, large and of both signs, are no longer semidefinite once rounded. Those that are left are,
+            # since no row has an entry that outweighs its diagonal.
+            positive = without_negative_weights(self._stiffness)
+            if positive is self._stiffness:
+                raise
+            self._stiffness = positive
+            self._solver = self._assemble()
+            return self._solve(self._solver, points, given, diagonal, progress)
+
+    def _assemble(self) -> SpdSolver:
+        matrix = self._stiffness * -self._stiffness_share
+        if not self._all_free:
+            matrix = matrix[self._free][:, self._free]
+        # A little more on the diagonal, no more than rounding, outweighs the rounding errors of its row.
+        matrix.setdiag(matrix.diagonal() * (1.0 + _ROUNDING) + self._mass)
+        return SpdSolver(matrix, solves=self._steps)
+
+    def _solve(self, solver: SpdSolver, points: Floats, given: Floats, diagonal: float, progress: Progress) -> Floats:
         force = self._stiffness_share * (self._stiffness @ (points + given))[self._free]
         force -= self._mass[:, None] * self._floating.sums_per_mass(force)
         reference = diagonal * float(np.sqrt(self._mass.sum()))
-        solution = self._solver.solve(force, tolerance=TOLERANCE, reference=reference, progress=progress).values
+        solution = solver.solve(force, tolerance=TOLERANCE, reference=reference, progress=progress).values
+        moved = given.copy()
         moved[self._free] = solution - self._floating.sums_per_mass(self._mass[:, None] * solution)
+        # Diffusion takes nothing out of the box but by what negative weights allow, which is little.
+        box = np.ptp(points + given, axis=0).max()
+        if not np.abs(moved - given).max() <= 2.0 * box:
+            raise ConvergenceError("the solution leaves the box: the matrix is not positive definite to rounding")
         return moved
+
+
+def without_negative_weights(stiffness: sparse.csr_matrix) -> sparse.csr_matrix:
+    """C with its negative weights set to 0 and rows that sum to 0 again; C itself if it has none."""
+    rows = np.repeat(np.arange(stiffness.shape[0]), np.diff(stiffness.indptr))
+    negative = (stiffness.data < 0.0) & (stiffness.indices != rows)
+    if not negative.any():
+        return stiffness
+    positive = stiffness.copy()
+    positive.data[negative] = 0.0
+    positive.setdiag(0.0)
+    positive.setdiag(-np.asarray(positive.sum(axis=1)).ravel())
+    return positive
 
 
 class _Floating(NamedTuple):
