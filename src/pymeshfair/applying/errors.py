@@ -19,7 +19,7 @@ class FilterFailedError(MeshError, PyMeshLabException):  # type: ignore[misc]
     """A filter could not do its work; the message names the filter and the reason, ``__cause__`` is the filter's own error."""
 
 
-class UnknownLayerError(UnknownNameError, PyMeshLabException):  # type: ignore[misc]
+class UnknownLayerError(MeshError, UnknownNameError, PyMeshLabException):  # type: ignore[misc]
     """The mesh set has no layer of that id; pymeshlab itself would go on without a mesh, or crash."""
 
 

@@ -14,10 +14,9 @@ from ..declaration import Arity, Edit, Filter
 from ..declaration import Mesh as MeshParameter
 from ..errors import ParameterError, PymeshfairError, UnknownNameError
 from ..filters.errors import ConvergenceError, FilterInputError
-from ..layer import MeshLayer, adds_or_removes, checked_edit, write_edit
+from ..layer import MeshLayer, adds_or_removes, after_failure, checked_edit, write_edit
 from ..layer.attributes import without_helpers
 from ..scripts.script import Step
-from .aftermath import after_failure
 from .errors import FilterFailedError, FilterParameterError, UnknownFilterError
 from .layers import LayeredMeshSet
 from .listing import known_filter

@@ -10,8 +10,7 @@ from typing import Any
 import pymeshlab
 
 from ..declaration import Edit, Layer
-from ..layer import MeshLayer, Workbench, write_edit
-from .aftermath import after_failure
+from ..layer import MeshLayer, Workbench, after_failure, write_edit
 from .errors import UnknownLayerError
 
 _BASE = pymeshlab.MeshSet

@@ -241,7 +241,7 @@ class MeshLayer:
             if strictly.any():
                 return strictly
         raise MeshError(
-            f"nothing is selected in {self.label!r}: select vertices, or triangles around them, or set selected=False"
+            f"nothing is selected in {self.label!r}: select vertices, or triangles on all sides of them, or use selected=False"
         )
 
     def other(self, mesh_id: int) -> Layer:

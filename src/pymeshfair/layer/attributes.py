@@ -7,7 +7,6 @@ which takes longer. Point attributes are never used: MeshLab reads freed memory 
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from typing import Any, Literal, TypeAlias
 
@@ -29,7 +28,7 @@ MOST = 12
 #: As many of them are used up while others are overwritten.
 SPARE = 3
 
-_SAVED_AS = {"vertex": "__ca_vs__", "face": "__ca_fs__"}
+_SAVED_AS: dict[Element, str] = {"vertex": "__ca_vs__", "face": "__ca_fs__"}
 
 
 def bring_in(bench: Workbench, mesh: Any, element: Element, arrays: Sequence[Floats]) -> list[str]:
@@ -90,11 +89,11 @@ def without_helpers(parameters: dict[str, Any]) -> dict[str, Any]:
 
 def explain(bench: Workbench, error: Exception) -> MeshError:
     """What it means that one of MeshLab's "by function" filters failed during a write-back."""
-    every = [name for element in ("vertex", "face") for name in attribute_names(bench, element)]
-    bad = [name for name in every if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name)]
-    if bad:
+    every = [name for element in _SAVED_AS for name in attribute_names(bench, element)]
+    own = [name for name in every if not name.startswith(PREFIX)]
+    if own and "unknown exception" in str(error):
         return MeshError(
-            f"MeshLab cannot compute on this mesh because of its custom attribute {bad[0]!r}: a name may have letters, digits "
-            "and _, and no digit first; save the mesh without that attribute"
+            f"MeshLab cannot compute on this mesh, most likely because of its custom attributes ({', '.join(own)}): a name may "
+            "have letters, digits and _, and no digit first; save the mesh without the one that has others"
         )
     return MeshError(f"MeshLab could not take the result: {error}")

@@ -46,9 +46,7 @@ def _checked(name: str, value: Any, rows: int) -> NDArray[Any]:
         raise MeshError(f"gave back {name} of shape {array.shape}; this mesh needs {shape}")
     if name in _NUMBERS and not np.isfinite(array).all():
         bad = ~np.isfinite(array.reshape(rows, -1)).all(axis=1)
-        raise MeshError(
-            f"gave back {name} with NaN or infinite numbers in {int(bad.sum())} of {rows} rows, first in {bad.argmax()}"
-        )
+        raise MeshError(f"gave back {name} with NaN or infinity in {int(bad.sum())} of {rows} rows, first in row {bad.argmax()}")
     if name.endswith("colors") and not ((array >= 0.0) & (array <= 1.0)).all():
         raise MeshError(f"gave back {name} outside 0 to 1, from {array.min():g} to {array.max():g}")
     return array

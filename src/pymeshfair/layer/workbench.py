@@ -10,6 +10,8 @@ import numpy as np
 import pymeshlab
 from numpy.typing import NDArray
 
+from .aftermath import after_failure
+
 
 class Workbench:
     """Runs MeshLab's filters on a mesh set without leaving a trace in its script or on the screen.
@@ -33,7 +35,11 @@ class Workbench:
     def apply(self, filter_name: str, /, **parameters: Any) -> None:
         """Apply a filter of MeshLab to the current layer."""
         with self._silence():
-            pymeshlab.MeshSet.apply_filter(self.meshset, filter_name, **parameters)
+            try:
+                pymeshlab.MeshSet.apply_filter(self.meshset, filter_name, **parameters)
+            except Exception:
+                after_failure(self.meshset, verbose=False)
+                raise
         pymeshlab.MeshSet.clear_filter_script(self.meshset)
 
     @contextmanager

@@ -46,7 +46,7 @@ def write_edit(bench: Workbench, edit: Edit) -> None:
             with bench.matrix_aside(mesh):
                 _write_values(bench, mesh, edit)
                 _delete(bench, mesh, edit)
-        except pymeshlab.PyMeshLabException as error:
+        except (pymeshlab.PyMeshLabException, RuntimeError) as error:  # pymeshlab's two ways to say that a filter failed
             raise explain(bench, error) from error
     for index, layer in enumerate(edit.new_layers):
         _add_layer(bench, layer, current=index == 0)
