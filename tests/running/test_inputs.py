@@ -18,6 +18,10 @@ from .runs import BONE, SAMPLES, ply_bytes, xyz
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 
 
+posix = pytest.mark.skipif(os.name != "posix", reason="needs pipes, devices and links")
+
+
+@posix
 @pytest.mark.parametrize(
     ("name", "reason"),
     [
@@ -124,6 +128,7 @@ def test_the_textured_sample(tmp_path: Path) -> None:
     assert [f.name for f in announced.side_files] == ["bunny10k_textured.mtl", "TextureDouble_A.png"]
 
 
+@posix
 @pytest.mark.parametrize("target", ["/dev/zero", "pipe", "folder", "../outside.mtl"])
 def test_material_files_that_must_not_be_opened(tmp_path: Path, target: str) -> None:
     """An OBJ file whose material file is a device, a pipe, a folder or outside its own folder is refused at once."""
@@ -142,6 +147,7 @@ def test_material_files_that_must_not_be_opened(tmp_path: Path, target: str) -> 
         inspect_input(path)
 
 
+@posix
 @pytest.mark.parametrize("name", ["obj", "ply", "gltf"])
 def test_textures_that_must_not_be_opened(tmp_path: Path, name: str) -> None:
     """A mesh whose texture is a device is refused, whatever names it."""

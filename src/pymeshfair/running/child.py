@@ -37,7 +37,7 @@ class WorkerProcess:
         self._queue = queue
         self._environment = worker_environment(threads)
         self._process: subprocess.Popen[bytes] | None = None
-        self._readers: list[threading.Thread] = []
+        self._threads: list[threading.Thread] = []
         self.tail: deque[str] = deque(maxlen=_TAIL_LINES)
 
     def __enter__(self) -> WorkerProcess:
@@ -55,11 +55,11 @@ class WorkerProcess:
         assert self._process.stdout is not None
         assert self._process.stderr is not None
         for reader, stream in ((self._read_reports, self._process.stdout), (self._read_talk, self._process.stderr)):
-            self._readers.append(threading.Thread(target=reader, args=(stream,), daemon=True))
-            self._readers[-1].start()
-        with suppress(BrokenPipeError):  # it has died already, which its end will tell
-            self._process.stdin.write(to_line(self._assignment))
-            self._process.stdin.flush()  # and stays open: its end is the worker's
+            self._threads.append(threading.Thread(target=reader, args=(stream,), daemon=True))
+            self._threads[-1].start()
+        # In a thread, as a long recipe does not fit into the pipe before the worker reads, and Ctrl-C must not wait for that.
+        self._threads.append(threading.Thread(target=self._send, args=(self._process.stdin,), daemon=True))
+        self._threads[-1].start()
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
@@ -67,8 +67,8 @@ class WorkerProcess:
         self._kill()
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(_PATIENCE)
-        for reader in self._readers:
-            reader.join(1.0)
+        for thread in self._threads:
+            thread.join(1.0)
         for stream in (self._process.stdin, self._process.stdout, self._process.stderr):
             if stream is not None:
                 with suppress(OSError):
@@ -102,6 +102,11 @@ class WorkerProcess:
         """The exit status, once both streams have ended; minus a signal's number if that was the end."""
         assert self._process is not None
         return self._process.wait()
+
+    def _send(self, stream: IO[bytes]) -> None:
+        with suppress(ValueError, OSError):  # it has died already, which its end will tell
+            stream.write(to_line(self._assignment))
+            stream.flush()  # and stays open: its end would be the worker's
 
     def _read_reports(self, stream: IO[bytes]) -> None:
         with suppress(ValueError, OSError):

@@ -90,8 +90,10 @@ class WorkerDied(RunError):  # noqa: N818 - says what happened
         details: the end of what it wrote to stderr.
     """
 
-    def __init__(self, place: Place, status: int, details: str = "", *, memory_limit: int | None = None) -> None:
-        super().__init__(f"{place}: the worker process {_cause(status, memory_limit)}")
+    def __init__(
+        self, place: Place, status: int, details: str = "", *, memory_limit: int | None = None, advice: str = ""
+    ) -> None:
+        super().__init__(f"{place}: the worker process {_cause(status, memory_limit)}{advice and f'; {advice}'}")
         self.place = place
         self.status = status
         self.details = details

@@ -123,7 +123,9 @@ class Watch:
             status = self._worker.wait()
             if self._place.doing.startswith("writing") and self._disk_is_full():
                 return OutputError(self._job.output, "the disk is full")
-            return WorkerDied(self._place, status, "\n".join(self._worker.tail), memory_limit=self._job.memory_limit)
+            advice = "the file is probably damaged" if self._place.doing.startswith("reading") else ""
+            details = "\n".join(self._worker.tail)
+            return WorkerDied(self._place, status, details, memory_limit=self._job.memory_limit, advice=advice)
         kind, reason, path = (self._failure[key] for key in ("failed", "reason", "path"))
         if kind == "input":
             return InputError(Path(path), reason)
