@@ -33,7 +33,7 @@ def nearest_neighbours(
 
     Args:
         points: (n, 3) finite coordinates, in any unit and of any magnitude.
-        k: the number of neighbours, at least 1 and less than n. The time grows a little faster than k.
+        k: the number of neighbours, at least 1 and less than n. The time grows with k, for many hundreds with its square.
         progress: called with the share of the work done.
 
     Returns:
