@@ -38,7 +38,7 @@ class MeshSet(ScriptedMeshSet):
 def format_stub() -> str:
     """The text of the stub for the filters that pymeshfair itself declares."""
     own = sorted((known for known in custom_filters() if known.origin == "pymeshfair"), key=lambda known: known.python_name)
-    text = _HEAD + "".join(f"{line}\n" for known in own for line in _method(known))
+    text = _HEAD + "".join(f"{line}\n" for known in own for line in method_text(known))
     unused = {"Sequence": "from collections.abc import Sequence\n", "Literal": ", Literal", "LengthLike": "LengthLike"}
     body = text.removeprefix(_HEAD)
     for name in ("Sequence", "Literal"):
@@ -47,7 +47,8 @@ def format_stub() -> str:
     return text.rstrip("\n") + "\n"
 
 
-def _method(known: Filter) -> Iterator[str]:
+def method_text(known: Filter) -> Iterator[str]:
+    """The lines of a filter's method within the class."""
     if known.parameters:
         yield f"    def {known.python_name}("
         yield "        self,"

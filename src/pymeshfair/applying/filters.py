@@ -97,6 +97,7 @@ class FilteringMeshSet(LayeredMeshSet):
         return result, Step(known, effective)
 
     def _call_meshlab(self, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
+        self._layer = None  # whatever has been read of it until now
         try:
             result: dict[str, Any] = _BASE.apply_filter(self, name, **values)
         except Exception:

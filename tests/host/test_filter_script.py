@@ -1,0 +1,275 @@
+"""The filter script of a mesh set: what was applied, saved, loaded and applied again."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pymeshlab
+import pytest
+
+from pymeshfair.applying import filters, layers
+from pymeshfair.applying.errors import FilterFailedError, StepFailedError
+from pymeshfair.declaration import Edit, FilterClass, Layer, Length, mesh_filter
+from pymeshfair.errors import PymeshfairError
+from pymeshfair.meshset import MeshSet
+from pymeshfair.registry import find_filter
+from pymeshfair.scripts import Script, ScriptError, Step, read_script, write_script
+from tests.host.snapshots import differences, everything, give_back, sample
+from tests.meshes import icosphere
+
+
+def ball() -> MeshSet:
+    """A mesh set with one sphere."""
+    meshes = MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(*icosphere(2)), "ball")
+    return meshes
+
+
+@pytest.fixture
+def write_backs(monkeypatch: pytest.MonkeyPatch) -> list[Edit]:
+    """The edits that MeshLab is told of during the test."""
+    told: list[Edit] = []
+
+    def recorder(original: Callable[..., None]) -> Callable[..., None]:
+        def write(bench: Any, edit: Edit) -> None:
+            told.append(edit)
+            original(bench, edit)
+
+        return write
+
+    for module in (filters, layers):
+        monkeypatch.setattr(module, "write_edit", recorder(module.write_edit))
+    return told
+
+
+def test_a_session_becomes_a_script_that_does_the_same(tmp_path: Path) -> None:
+    """Filters of both kinds are recorded with all their values; the saved script makes the same mesh again, to the bit."""
+    first = ball()
+    first.apply_coord_taubin_fairing(iterations=3, step=0.123456789012)
+    first.meshing_surface_subdivision_midpoint(iterations=1)
+    first.apply_coord_implicit_fairing(detail_size="20%")
+    first.apply_coord_laplacian_smoothing(stepsmoothnum=2)
+    first.compute_selection_by_outlier_probability_per_vertex(neighbors=12)
+    file = tmp_path / "session.mlx"
+    first.save_filter_script(str(file))
+    second = ball()
+    second.load_filter_script(str(file))
+    second.apply_filter_script()
+    assert differences(everything(first), everything(second)) == []
+    steps = read_script(file).steps
+    assert [step.filter.python_name for step in steps] == [
+        "apply_coord_taubin_fairing",
+        "meshing_surface_subdivision_midpoint",
+        "apply_coord_implicit_fairing",
+        "apply_coord_laplacian_smoothing",
+        "compute_selection_by_outlier_probability_per_vertex",
+    ]
+    assert all(step.values.keys() == {p.name for p in step.filter.parameters} for step in steps)
+    assert steps[0].values["step"] == 0.123456789012
+
+
+def test_relative_lengths_stay_relative(tmp_path: Path) -> None:
+    """What was given in percent or edges is written so, beside the length on this mesh; defaults of MeshLab are absolute."""
+    meshes = ball()
+    meshes.apply_coord_implicit_fairing(detail_size="20%")
+    meshes.apply_coord_implicit_fairing()
+    meshes.meshing_isotropic_explicit_remeshing(iterations=1, targetlen="0.8edge")
+    meshes.meshing_isotropic_explicit_remeshing(iterations=1, targetlen=pymeshlab.PercentageValue(10.1))
+    meshes.meshing_merge_close_vertices(threshold=pymeshlab.PercentageValue(1))
+    layer = meshes._current_layer()
+    file = tmp_path / "lengths.mlx"
+    meshes.save_filter_script(str(file))
+    detail, default, edges, percent, merge = read_script(file).steps
+    assert detail.values["detail_size"] == Length(20.0, "percent")
+    assert default.values["detail_size"] == Length(6.0, "edge")
+    assert edges.values["targetlen"] == Length(0.8, "edge")
+    assert edges.values["maxsurfdist"].unit == "absolute"
+    assert percent.values["targetlen"] == Length(10.1, "percent")
+    # of another unit than the diagonal, so its value is written as it was on this mesh
+    assert merge.values["threshold"].unit == "absolute"
+    assert merge.values["threshold"].amount == pytest.approx(1e-4 * layer.diagonal, rel=1e-5)
+    written = re.search(r'name="detail_size" value="([^"]*)"', file.read_text(encoding="utf-8"))
+    assert written is not None
+    assert float(written[1]) == pytest.approx(0.2 * layer.diagonal)
+
+
+def test_the_script_follows_meshlabs_rules(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Loading replaces the script, applying a filter adds to it, applying the script does not, clearing empties it."""
+    file = tmp_path / "one.mlx"
+    write_script(Script((Step(find_filter("apply_coord_taubin_fairing"), {"iterations": 2}),)), file)
+    meshes = ball()
+
+    def size() -> int:
+        meshes.print_filter_script()
+        found = re.match(r"Filter Script Size : (\d+)\n", capsys.readouterr().out)
+        assert found is not None
+        return int(found[1])
+
+    meshes.apply_coord_taubin_smoothing()
+    meshes.apply_coord_taubin_fairing()
+    assert size() == 2
+    meshes.load_filter_script(str(file))
+    assert size() == 1
+    meshes.apply_filter_script()
+    assert size() == 1
+    meshes.apply_coord_taubin_fairing()
+    assert size() == 2
+    with pytest.raises(pymeshlab.PyMeshLabException):
+        meshes.compute_selection_by_condition_per_vertex(condselect="nonsense(")
+    assert size() == 2
+    meshes.apply_step(give_back(Edit(vertex_scalars=np.zeros(162))))
+    assert size() == 2
+    meshes.clear()
+    assert size() == 2
+    meshes.clear_filter_script()
+    assert size() == 0
+
+
+def test_printing_works_after_a_failed_filter(capsys: pytest.CaptureFixture[str]) -> None:
+    """MeshLab's own output stays muted after a failure; the script is printed by Python, with every value."""
+    meshes = ball()
+    meshes.apply_coord_implicit_fairing(detail_size="20%")
+    with pytest.raises(pymeshlab.PyMeshLabException):
+        meshes.compute_selection_by_condition_per_vertex(condselect="nonsense(")
+    capsys.readouterr()
+    meshes.print_filter_script()
+    out = capsys.readouterr().out
+    assert out.startswith("Filter Script Size : 1\n\n0: apply_coord_implicit_fairing\n\toperator : str = cotangent\n")
+    assert "\tdetail_size : Length = 20%\n" in out
+
+
+def test_consecutive_filters_of_plugins_are_told_once(write_backs: list[Edit]) -> None:
+    """MeshLab learns of results before a filter of its own and at the end, and the mesh is the same as step by step."""
+    chain: list[tuple[str, dict[str, Any]]] = [
+        ("apply_coord_taubin_fairing", {"iterations": 2}),
+        ("compute_selection_by_outlier_probability_per_vertex", {"neighbors": 8, "threshold": 0.1}),
+        ("apply_coord_explicit_smoothing", {"iterations": 1, "selected": True}),
+        ("meshing_surface_subdivision_midpoint", {"iterations": 1}),
+        ("apply_coord_explicit_smoothing", {"iterations": 1}),
+        ("apply_coord_taubin_fairing", {"iterations": 1}),
+    ]
+    one_by_one = ball()
+    for name, values in chain:
+        one_by_one.apply_filter(name, **values)
+    assert len(write_backs) == 5
+    write_backs.clear()
+    together = ball()
+    together._script = list(one_by_one._script)
+    together.apply_filter_script()
+    assert len(write_backs) == 2
+    assert write_backs[0].vertex_scalars is not None
+    assert write_backs[1].vertex_scalars is None
+    assert differences(everything(one_by_one), everything(together)) == []
+
+
+def test_normals_are_derived_when_a_filter_asks_for_them(write_backs: list[Edit]) -> None:
+    """A filter that reads normals after vertices have moved gets those of the moved surface."""
+
+    @mesh_filter(name="Inflate", classes=FilterClass.OTHER)
+    def inflate(layer: Layer) -> Edit:
+        """Moves every vertex along its normal."""
+        return Edit(vertices=layer.vertices + layer.vertex_normals * [1.0, 2.0, 3.0])
+
+    separate, together = ball(), ball()
+    for _ in range(3):
+        separate.apply_step(Step(inflate))
+    write_backs.clear()
+    with together.deferred():
+        for _ in range(3):
+            together.apply_step(Step(inflate))
+    assert len(write_backs) == 3
+    assert differences(everything(separate), everything(together)) == []
+
+
+def test_everything_asked_of_the_mesh_set_is_up_to_date(tmp_path: Path) -> None:
+    """Whatever is asked of the mesh set during a deferral is answered as if nothing had been put off."""
+    moved = icosphere(2)[0] + 1.0
+    asks: list[Callable[[MeshSet], Any]] = [
+        lambda meshes: meshes.current_mesh().vertex_matrix(),
+        lambda meshes: meshes.mesh(0).vertex_matrix(),
+        lambda meshes: meshes[0].vertex_matrix(),
+        lambda meshes: next(iter(meshes)).vertex_matrix(),
+        lambda meshes: (meshes.add_mesh(pymeshlab.Mesh(*icosphere(0)), set_as_current=False), meshes[0].vertex_matrix())[1],
+        lambda meshes: (meshes.save_current_mesh(str(tmp_path / "a.ply")), _loaded(tmp_path / "a.ply"))[1],
+    ]
+    for ask in asks:
+        meshes = ball()
+        with meshes.deferred():
+            meshes.apply_step(give_back(Edit(vertices=moved)))
+            assert np.array_equal(ask(meshes), moved)
+
+
+def _loaded(file: Path) -> Any:
+    meshes = MeshSet()
+    meshes.load_new_mesh(str(file))
+    return meshes.current_mesh().vertex_matrix()
+
+
+def test_a_deletion_ends_a_deferral(write_backs: list[Edit]) -> None:
+    """What was put off is told together with a deletion, and filters after it see the smaller mesh."""
+    vertices, _ = icosphere(2)
+    meshes = ball()
+    gone = np.arange(len(vertices)) < 10
+    with meshes.deferred():
+        meshes.apply_step(give_back(Edit(vertices=vertices + 1.0)))
+        meshes.apply_step(give_back(Edit(delete_vertices=gone)))
+        assert len(write_backs) == 1
+        meshes.apply_step(give_back(Edit(vertex_scalars=np.arange(152.0))))
+    assert np.array_equal(meshes.current_mesh().vertex_matrix(), vertices[10:] + 1.0)
+    assert np.array_equal(meshes.current_mesh().vertex_scalar_array(), np.arange(152.0))
+
+
+@pytest.mark.parametrize("fails", ["plugin", "MeshLab"])
+def test_a_failing_step_is_named_and_leaves_the_steps_before(fails: str, tmp_path: Path) -> None:
+    """The error says step, filter, file and line, and the mesh is as the last complete step left it."""
+    last = (
+        '<filter name="Explicit Smoothing"><Param type="RichBool" name="selected" value="true"/></filter>'
+        if fails == "plugin"
+        else '<filter name="Transfer Color: Face to Vertex"/>'
+    )
+    taubin = '<filter name="Taubin Fairing"><Param type="RichInt" name="iterations" value="1"/></filter>'
+    file = tmp_path / "broken.mlx"
+    steps = "\n".join([taubin, taubin, last, taubin])
+    file.write_text(f"<!DOCTYPE FilterScript>\n<FilterScript>\n{steps}\n</FilterScript>\n", encoding="utf-8")
+    expected = ball()
+    for _ in range(2):
+        expected.apply_coord_taubin_fairing(iterations=1)
+    meshes = ball()
+    meshes.load_filter_script(str(file))
+    with pytest.raises(StepFailedError) as caught:
+        meshes.apply_filter_script()
+    error = caught.value
+    assert (error.number, error.file, error.line) == (3, str(file), 5)
+    assert str(error).startswith(f"step 3, {error.filter!r} ({file}:5): ")
+    assert isinstance(error.__cause__, FilterFailedError if fails == "plugin" else pymeshlab.PyMeshLabException)
+    assert differences(everything(expected), everything(meshes)) == []
+
+
+def test_a_broken_script_is_refused_whole(tmp_path: Path) -> None:
+    """Loading a script with problems lists them and leaves the current script alone; MeshLab would silently empty it."""
+    meshes = ball()
+    meshes.apply_coord_taubin_fairing(iterations=1)
+    file = tmp_path / "broken.mlx"
+    file.write_text('<FilterScript>\n<filter name="Taubn Fairing"/>\n</FilterScript>\n', encoding="utf-8")
+    with pytest.raises(ScriptError, match=r"broken.mlx:2: filter 'Taubn Fairing'.*did you mean 'Taubin Fairing'"):
+        meshes.load_filter_script(str(file))
+    assert len(meshes._script) == 1
+    with pytest.raises(PymeshfairError, match="cannot write"):
+        meshes.save_filter_script(str(tmp_path / "missing/x.mlx"))
+
+
+def test_effective_parameters_are_complete() -> None:
+    """effective_parameters gives every value that a step runs with, those that depend on the mesh included."""
+    meshes = MeshSet()
+    meshes.load_new_mesh(sample("bone.ply"))
+    meshes.apply_filter("meshing_decimation_quadric_edge_collapse")
+    recorded = meshes._script[-1]
+    fresh = MeshSet()
+    fresh.load_new_mesh(sample("bone.ply"))
+    assert fresh.effective_parameters(Step(recorded.filter)) == recorded.values
+    assert recorded.values.keys() == {p.name for p in recorded.filter.parameters}
+    assert fresh.effective_parameters(Step(find_filter("apply_coord_taubin_fairing"), {"iterations": 7}))["iterations"] == 7

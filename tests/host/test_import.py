@@ -1,0 +1,62 @@
+"""``import pymeshfair`` is cheap, and gives what pymeshlab gives."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+
+import pymeshlab
+import pytest
+
+import pymeshfair
+from pymeshfair import MeshSet
+
+
+def run(program: str) -> str:
+    """What a fresh Python prints."""
+    return subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=True).stdout.strip()
+
+
+def test_importing_the_package_loads_nothing_heavy() -> None:
+    """Neither pymeshlab nor numpy is loaded before somebody asks for a name, so that `pymeshfair --help` answers at once."""
+    program = "import sys, pymeshfair; print([m for m in ('pymeshlab', 'numpy', 'numba', 'scipy') if m in sys.modules])"
+    assert run(program) == "[]"
+
+
+def test_the_package_serves_as_pymeshlab() -> None:
+    """Every public name of pymeshlab is there and is pymeshlab's own, but for the ones that know filters of plugins, too."""
+    names = {name for name in dir(pymeshlab) if not name.startswith("_")}
+    ours = {"MeshSet", "filter_list", "print_filter_list", "print_filter_parameter_list", "search"}
+    assert names <= set(dir(pymeshfair))
+    assert {name for name in names if getattr(pymeshfair, name) is not getattr(pymeshlab, name)} == ours
+    assert pymeshfair.MeshSet is MeshSet
+    assert issubclass(MeshSet, pymeshlab.MeshSet)
+    with pytest.raises(AttributeError, match="no attribute 'Meshset'"):
+        pymeshfair.Meshset  # noqa: B018
+
+
+def test_the_version_is_that_of_the_installed_package() -> None:
+    """__version__ comes from the package's metadata."""
+    assert run("import pymeshfair, importlib.metadata as m; print(pymeshfair.__version__ == m.version('pymeshfair'))") == "True"
+
+
+def test_the_lists_know_both_kinds(capsys: pytest.CaptureFixture[str]) -> None:
+    """filter_list, its printed form, the parameters of a filter and the search find MeshLab's filters and ours."""
+    listed = pymeshfair.filter_list()
+    assert set(pymeshlab.filter_list()) < set(listed)
+    assert "apply_coord_taubin_fairing" in listed
+    assert listed == sorted(listed) == MeshSet.filter_list()
+    pymeshfair.print_filter_list()
+    out = capsys.readouterr().out
+    assert "\tapply_coord_taubin_fairing\n" in out
+    assert "\tapply_coord_taubin_smoothing\n" in out
+    pymeshfair.print_filter_parameter_list("apply_coord_implicit_fairing")
+    assert "\tdetail_size : a length such as '1%'" in capsys.readouterr().out
+    pymeshfair.print_filter_parameter_list("meshing_decimation_quadric_edge_collapse")
+    assert re.search(r"\n\ttargetfacenum : a whole number.* = depends on the mesh\n", capsys.readouterr().out)
+    pymeshfair.search("taubin")
+    found = [line.split(" : ")[0] for line in capsys.readouterr().out.splitlines()]
+    assert {"apply_coord_taubin_fairing", "apply_coord_taubin_smoothing"} <= set(found[:3])
+    pymeshfair.search("")
+    assert capsys.readouterr().out == ""

@@ -1,0 +1,70 @@
+"""What type checkers and editors know of `MeshSet`."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+
+import pytest
+
+from pymeshfair.applying.errors import FilterParameterError, UnknownFilterError
+from pymeshfair.declaration import Bool, Filter, FilterClass, Matrix, Point, Shot
+from pymeshfair.meshset import MeshSet
+from pymeshfair.registry import custom_filters
+from pymeshfair.stubs import STUB, format_stub, method_text
+
+
+def test_the_stub_is_current() -> None:
+    """The stub is what `python -m pymeshfair.stubs` writes from today's declarations."""
+    assert STUB.read_text(encoding="utf-8") == format_stub(), "run: python -m pymeshfair.stubs"
+
+
+def test_the_stub_says_what_the_methods_are() -> None:
+    """Each of pymeshfair's own filters is a method of the stub with the parameters, defaults and text of the real one."""
+    tree = ast.parse(STUB.read_text(encoding="utf-8"))
+    (kind,) = [node for node in tree.body if isinstance(node, ast.ClassDef)]
+    methods = {node.name: node for node in kind.body if isinstance(node, ast.FunctionDef)}
+    own = [known for known in custom_filters() if known.origin == "pymeshfair"]
+    assert {known.python_name for known in own} == methods.keys() - {"filter_list", "__getattr__"}
+    for known in own:
+        stub, real = methods[known.python_name], getattr(MeshSet, known.python_name)
+        defaults = {p.name: p.default for p in inspect.signature(real).parameters.values() if p.name != "self"}
+        assert [a.arg for a in stub.args.kwonlyargs] == [*defaults]
+        assert [ast.literal_eval(d) for d in stub.args.kw_defaults if d is not None] == [*defaults.values()]
+        assert ast.get_docstring(stub) == inspect.getdoc(real)
+
+
+def test_every_kind_of_parameter_has_a_type() -> None:
+    """Points, matrices and kinds without a type of their own are written, too, and quotes and backslashes survive."""
+    known = Filter(
+        python_name="odd",
+        name="Odd",
+        info='Says """quoted""" and \\n.',
+        classes=FilterClass.OTHER,
+        parameters=(
+            Point(name="at", help="Where.", default=(0.0, 0.0, 1.0)),
+            Matrix(name="matrix", help="How.", default=((1.0,),)),
+            Bool(name="yes", help="Whether.", default=True),
+            Shot(name="camera", help="From where."),
+        ),
+    )
+    method = ast.parse("class A:\n" + "\n".join(method_text(known))).body[0]
+    assert isinstance(method, ast.ClassDef)
+    (function,) = method.body
+    assert isinstance(function, ast.FunctionDef)
+    types = [ast.unparse(a.annotation) for a in function.args.kwonlyargs if a.annotation is not None]
+    assert types == ["Sequence[float]", "Sequence[Sequence[float]]", "bool", "Any"]
+    assert (ast.get_docstring(function) or "").startswith(known.info)
+
+
+def test_type_checkers_hold_the_parameters() -> None:
+    """A value of the wrong type or a misspelt parameter is an error of the type checker (see the comments) and of the call."""
+    meshes = MeshSet()
+    meshes.create_cube()
+    meshes.apply_coord_taubin_fairing(step=0.5, operator="uniform", border="free")
+    with pytest.raises(FilterParameterError, match="parameter 'step' takes a number"):
+        meshes.apply_coord_taubin_fairing(step="much")  # type: ignore[arg-type]
+    with pytest.raises(FilterParameterError, match="parameter 'operator' takes one of"):
+        meshes.apply_coord_taubin_fairing(operator="uniforn")  # type: ignore[arg-type]
+    with pytest.raises(UnknownFilterError, match="did you mean 'step'"):
+        meshes.apply_coord_taubin_fairing(stepp=0.5)  # type: ignore[call-arg]
