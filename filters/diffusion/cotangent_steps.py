@@ -51,42 +51,58 @@ def _walk_star(
     points: Floats, out: Floats, i: int, closed: bool, neighbours: Ints, start: int, stop: int, rule: int, step: float
 ) -> float:
     px, py, pz = points[i, 0], points[i, 1], points[i, 2]
-    x = y = z = total = size = area = 0.0
-    # Edge u, the triangle (u, v), edge v, and so on. The weight of an edge is known once both its triangles are.
-    begin = start if closed else start + _U(1)
-    j = _U(neighbours[stop - _U(1)]) if closed else _U(neighbours[start])
-    ux, uy, uz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
-    uu = ux * ux + uy * uy + uz * uz
-    weight = first = 0.0
-    for k in range(begin, stop):
+    x = y = z = total = size = 0.0
+    j = _U(neighbours[start])
+    vx, vy, vz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
+    vv = vx * vx + vy * vy + vz * vz
+    # The weight of an edge is known once both its triangles are: what the one before edge v gives, and, of a closed star, what
+    # the triangle between the last edge and the first gives the last.
+    weight = last = 0.0
+    if closed:
+        j = _U(neighbours[stop - _U(1)])
+        ux, uy, uz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
+        uu = ux * ux + uy * uy + uz * uz
+        weight, last = halved_cotangents(ux, uy, uz, uu, vx, vy, vz, vv)
+    for k in range(start + _U(1), stop):
+        ux, uy, uz, uu = vx, vy, vz, vv
         j = _U(neighbours[k])
         vx, vy, vz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
         vv = vx * vx + vy * vy + vz * vz
         at_u, at_v = halved_cotangents(ux, uy, uz, uu, vx, vy, vz, vv)
-        if rule == BY_AREA:
-            area += mixed_share(ux, uy, uz, uu, vx, vy, vz, vv)
-        if k == start:
-            first = at_v
-        else:
-            weight += at_v
-            x += weight * ux
-            y += weight * uy
-            z += weight * uz
-            total += weight
-            size += abs(weight)
+        weight += at_v
+        x += weight * ux
+        y += weight * uy
+        z += weight * uz
+        total += weight
+        size += abs(weight)
         weight = at_u
-        ux, uy, uz, uu = vx, vy, vz, vv
-    weight += first
-    x += weight * ux
-    y += weight * uy
-    z += weight * uz
+    weight += last
+    x += weight * vx
+    y += weight * vy
+    z += weight * vz
     total += weight
     size += abs(weight)
+    area = _star_area(points, i, closed, neighbours, start, stop) if rule == BY_AREA else 0.0
     share = _share(rule, step, total, size, area)
     out[i, 0] = px + share * x
     out[i, 1] = py + share * y
     out[i, 2] = pz + share * z
     return (total + size) / area if area > 0.0 else 0.0
+
+
+@njit(cache=True)
+def _star_area(points: Floats, i: int, closed: bool, neighbours: Ints, start: int, stop: int) -> float:
+    """The mixed Voronoi area of a star."""
+    px, py, pz = points[i, 0], points[i, 1], points[i, 2]
+    area = 0.0
+    before = _U(neighbours[stop - _U(1)]) if closed else _U(neighbours[start])
+    for k in range(start if closed else start + _U(1), stop):
+        j = _U(neighbours[k])
+        ux, uy, uz = points[before, 0] - px, points[before, 1] - py, points[before, 2] - pz
+        vx, vy, vz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
+        area += mixed_share(ux, uy, uz, ux * ux + uy * uy + uz * uz, vx, vy, vz, vx * vx + vy * vy + vz * vz)
+        before = j
+    return area
 
 
 @njit(cache=True)

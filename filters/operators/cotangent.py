@@ -15,6 +15,7 @@ from .scale import scaled_to_unit
 #: A triangle whose doubled area is below this share of the sum of its squared edges is given that area in the cotangents, which
 #: keeps them below 1e10. A triangle of three coincident vertices contributes nothing.
 SMALLEST_AREA = 1e-10
+_NEVER_ZERO = 1e-300
 
 
 def cotangent_stiffness(vertices: Floats, faces: Ints) -> sparse.csr_matrix:
@@ -77,11 +78,8 @@ def halved_cotangents(
     """Half the cotangents at u and at v of the triangle (0, u, v), given also the squared lengths of u and v."""
     dx, dy, dz = vx - ux, vy - uy, vz - uz
     cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    smallest = SMALLEST_AREA * (uu + vv + (dx * dx + dy * dy + dz * dz))
-    doubled = max(math.sqrt(cx * cx + cy * cy + cz * cz), smallest)
-    if doubled == 0.0:
-        return 0.0, 0.0
-    half = 0.5 / doubled
+    smallest = SMALLEST_AREA * (uu + vv + (dx * dx + dy * dy + dz * dz)) + _NEVER_ZERO
+    half = 0.5 / max(math.sqrt(cx * cx + cy * cy + cz * cz), smallest)
     return -(ux * dx + uy * dy + uz * dz) * half, (vx * dx + vy * dy + vz * dz) * half
 
 
@@ -93,8 +91,9 @@ def _halved_cotangent(points: Floats, corner: int, i: int, j: int) -> float:
     dx, dy, dz = vx - ux, vy - uy, vz - uz
     cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
     squares = (ux * ux + uy * uy + uz * uz) + (vx * vx + vy * vy + vz * vz) + (dx * dx + dy * dy + dz * dz)
-    doubled = max(math.sqrt(cx * cx + cy * cy + cz * cz), SMALLEST_AREA * squares)
-    return 0.5 * (ux * vx + uy * vy + uz * vz) / doubled if doubled > 0.0 else 0.0
+    doubled = max(math.sqrt(cx * cx + cy * cy + cz * cz), SMALLEST_AREA * squares + _NEVER_ZERO)
+    half: float = 0.5 * (ux * vx + uy * vy + uz * vz) / doubled
+    return half
 
 
 @njit(cache=True, parallel=True)
