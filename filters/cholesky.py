@@ -27,6 +27,9 @@ class Cholesky:
             raise ConvergenceError("the matrix is not positive definite: it has a diagonal entry that is not positive")
         # The CSC type of cholespy reallocates the caller's arrays, which numpy owns; its CSR type makes a copy. To a symmetric
         # matrix the two are the same.
+        self._factors = None
+        if csr.shape[0] == 0:
+            return
         starts, columns = csr.indptr.astype(np.int32), csr.indices.astype(np.int32)
         try:
             self._factors = cholespy.CholeskySolverD(csr.shape[0], starts, columns, csr.data.copy(), cholespy.MatrixType.CSR)
@@ -38,5 +41,6 @@ class Cholesky:
         # A copy, since cholespy does not take arrays that may not be written to.
         b = np.array(right_side, order="C")
         x = np.empty(b.shape)
-        self._factors.solve(b, x)
+        if self._factors is not None and b.size:
+            self._factors.solve(b, x)
         return x

@@ -254,4 +254,6 @@ def solve_spd(
 
 def _padded(columns: Floats) -> Floats:
     """Up to three columns as three, those that are added 0."""
+    if columns.shape[1] == 3:
+        return np.ascontiguousarray(columns)
     return np.ascontiguousarray(np.pad(columns, ((0, 0), (0, 3 - columns.shape[1]))))

@@ -7,6 +7,7 @@ from scipy import sparse
 
 from ..errors import ConvergenceError
 from ..operators.laplacian import Laplacian
+from ..operators.scale import bounding_box
 from ..progress import Progress
 from ..solvers import SpdSolver
 from ..topology import Bools, Floats, Ints, Longs
@@ -66,11 +67,15 @@ class BackwardEulerStep:
         Raises:
             ConvergenceError: the solver stalls.
         """
-        if self._solver is None or np.ptp((points + given)[self._free], axis=0).max() <= TOLERANCE * diagonal:
-            # Nothing is free to move, or it is a point already.
+        if self._solver is None:
+            return given
+        start = points + given
+        extent = largest_side(start)
+        if extent <= TOLERANCE * diagonal:
+            # A point already, but for rounding.
             return given
         try:
-            return self._solve(self._solver, points, given, diagonal, progress)
+            return self._solve(self._solver, start, given, extent, diagonal, progress)
         except ConvergenceError:
             # The weights of slivers, large and of both signs, are no longer semidefinite once rounded. Those that are left are,
             # since no row has an entry that outweighs its diagonal.
@@ -79,7 +84,7 @@ class BackwardEulerStep:
                 raise
             self._stiffness = positive
             self._solver = self._assemble()
-            return self._solve(self._solver, points, given, diagonal, progress)
+            return self._solve(self._solver, start, given, extent, diagonal, progress)
 
     def _assemble(self) -> SpdSolver:
         matrix = self._stiffness * -self._stiffness_share
@@ -89,18 +94,30 @@ class BackwardEulerStep:
         matrix.setdiag(matrix.diagonal() * (1.0 + _ROUNDING) + self._mass)
         return SpdSolver(matrix, solves=self._steps)
 
-    def _solve(self, solver: SpdSolver, points: Floats, given: Floats, diagonal: float, progress: Progress) -> Floats:
-        force = self._stiffness_share * (self._stiffness @ (points + given))[self._free]
+    def _solve(
+        self, solver: SpdSolver, start: Floats, given: Floats, extent: float, diagonal: float, progress: Progress
+    ) -> Floats:
+        force = self._stiffness_share * (self._stiffness @ start)
+        if not self._all_free:
+            force = force[self._free]
         force -= self._mass[:, None] * self._floating.sums_per_mass(force)
         reference = diagonal * float(np.sqrt(self._mass.sum()))
-        solution = solver.solve(force, tolerance=TOLERANCE, reference=reference, progress=progress).values
-        moved = given.copy()
-        moved[self._free] = solution - self._floating.sums_per_mass(self._mass[:, None] * solution)
+        moved = solver.solve(force, tolerance=TOLERANCE, reference=reference, progress=progress).values
+        moved -= self._floating.sums_per_mass(self._mass[:, None] * moved)
         # Diffusion takes nothing out of the box but by what negative weights allow, which is little.
-        box = np.ptp(points + given, axis=0).max()
-        if not np.abs(moved - given).max() <= 2.0 * box:
+        if not np.abs(moved).max() <= 2.0 * extent:
             raise ConvergenceError("the solution leaves the box: the matrix is not positive definite to rounding")
-        return moved
+        if self._all_free:
+            return moved
+        everywhere = given.copy()
+        everywhere[self._free] = moved
+        return everywhere
+
+
+def largest_side(points: Floats) -> float:
+    """The longest side of the bounding box."""
+    low, high = bounding_box(points)
+    return float((high - low).max())
 
 
 def without_negative_weights(stiffness: sparse.csr_matrix) -> sparse.csr_matrix:

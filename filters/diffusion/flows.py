@@ -9,6 +9,7 @@ from scipy.sparse import csgraph
 from ..operators.build import OperatorName, build_laplacian
 from ..operators.laplacian import Laplacian
 from ..operators.mass import mixed_voronoi_areas
+from ..operators.scale import bounding_box
 from ..progress import Progress
 from ..topology import Bools, Floats, Ints, connected_components
 from .backward_euler import BackwardEulerStep
@@ -58,7 +59,7 @@ class ImplicitFlow:
         """
         self._faces, self._operator = faces, operator
         self._time_step, self._steps, self._flow = time_step, steps, flow
-        self._diagonal = float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 0.0
+        self._diagonal = float(np.linalg.norm(np.subtract(*bounding_box(points)))) if len(points) else 0.0
         self._border_edges = border_edges
         self._along = border == "along" and len(border_edges) > 0
         on_border = np.zeros(len(points), dtype=np.bool_)

@@ -10,11 +10,14 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
+from pymeshfair.filters.diffusion.backward_euler import BackwardEulerStep
 from pymeshfair.filters.diffusion.border import BorderPolicy, curve_laplacian
 from pymeshfair.filters.diffusion.explicit import explicit_smoothing
 from pymeshfair.filters.diffusion.implicit import Flow, ImplicitOperator, implicit_fairing, time_step_of_detail_size
 from pymeshfair.filters.errors import FilterInputError
 from pymeshfair.filters.operators.build import OperatorName, build_laplacian
+from pymeshfair.filters.operators.laplacian import Laplacian
+from pymeshfair.filters.progress import ignore_progress
 from pymeshfair.filters.topology import border_edges, border_vertices, mean_edge_length, referenced_vertices
 from tests.meshes import (
     AWKWARD,
@@ -423,6 +426,24 @@ def test_awkward_meshes(operator: ImplicitOperator, name: str) -> None:
             assert (smooth[used] >= low - slack).all()
             assert (smooth[used] <= high + slack).all()
             assert np.array_equal(smooth[~used].view(np.uint64), vertices[~used].view(np.uint64))
+
+
+def test_indefinite_weights_are_replaced() -> None:
+    """Given weights that are not semidefinite, as rounding makes those of slivers, a step is that without the negative ones."""
+    weights = np.array([[0.0, 1.0, 1.0, -5.0], [1.0, 0.0, 1.0, 1.0], [1.0, 1.0, 0.0, 1.0], [-5.0, 1.0, 1.0, 0.0]])
+    points = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 1.0]])
+    positive = np.maximum(weights, 0.0)
+
+    def stiffness(w: Floats) -> Floats:
+        return w - np.diag(np.where(w > 0, w, 0).sum(axis=1))
+
+    assert np.linalg.eigvalsh(stiffness(weights))[-1] > 0.1
+    laplacian = Laplacian(sparse.csr_matrix(stiffness(weights)), np.full(4, 0.5))
+    nobody = np.zeros(4, dtype=bool)
+    step = BackwardEulerStep(laplacian, 3.0, held=nobody, components=np.zeros(4, dtype=np.int32))
+    moved = step.displacement(points, np.zeros((4, 3)), diagonal=1.0, progress=ignore_progress)
+    expected = np.linalg.solve(0.5 * np.eye(4) - 3.0 * stiffness(positive), 0.5 * points)
+    assert np.abs(points + moved - expected).max() < 1e-9
 
 
 @pytest.mark.parametrize("flow", ["mean_curvature", "conformalized"])

@@ -132,6 +132,8 @@ def test_nothing_to_solve() -> None:
     assert solution.iterations == 0
     assert (solution.values == 0).all()
     assert solve_spd(sparse.csr_matrix((0, 0)), np.empty((0, 3))).values.shape == (0, 3)
+    assert Factorisation(sparse.csr_matrix((0, 0))).solve(np.empty((0, 3))).values.shape == (0, 3)
+    assert Factorisation(matrix).solve(b[:, :0]).values.shape == (len(b), 0)
 
 
 def test_a_good_guess_saves_the_work() -> None:
