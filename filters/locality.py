@@ -5,8 +5,8 @@ import math
 import numba
 import numpy as np
 
+from .mesh import Ints
 from .parallel import SERIAL_BELOW
-from .topology import Ints
 
 # A vertex and its neighbours up to this distance on both sides take a third of a second-level cache of 1 MB.
 _NEAR = 8192

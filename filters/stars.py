@@ -10,8 +10,9 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
+from .mesh import Ints, Longs
 from .parallel import threads_for
-from .topology import Ints, Longs, position, ring_ends, sort_slice
+from .rings import position, ring_ends, sort_slice
 
 _Kinds: TypeAlias = NDArray[np.uint8]
 

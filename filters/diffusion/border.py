@@ -2,12 +2,12 @@
 
 from typing import Literal, TypeAlias, get_args
 
+from ..mesh import Floats, Ints
 from ..operators.build import OperatorName
 from ..operators.inverse_length import inverse_length_laplacian
 from ..operators.laplacian import Laplacian
 from ..operators.scale_dependent import scale_dependent_laplacian
 from ..operators.uniform import uniform_laplacian
-from ..topology import Floats, Ints
 
 #: "fixed": border vertices stay. "along": they see their neighbours on the border only, so the border is smoothed as a curve.
 #: "free": they are vertices like any other, and the border draws in.

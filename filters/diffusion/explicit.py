@@ -5,9 +5,9 @@ import math
 from numpy.typing import ArrayLike
 
 from ..errors import FilterInputError
+from ..mesh import Floats, check_mesh
 from ..operators.build import OperatorName
 from ..progress import Progress, ignore_progress
-from ..topology import Floats, check_mesh
 from .border import BorderPolicy
 from .march import NORMALISED_OPERATORS, march
 from .stencil import UpdateRule

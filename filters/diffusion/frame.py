@@ -6,10 +6,10 @@ import numpy as np
 from numba import njit, prange
 
 from ..locality import worth_reordering
+from ..mesh import Floats, Ints
 from ..operators.scale import bounding_box, unit_scale
 from ..parallel import threads_for
 from ..stars import stars
-from ..topology import Floats, Ints
 
 
 class Frame(NamedTuple):

@@ -7,11 +7,11 @@ from numpy.typing import ArrayLike
 
 from ..errors import FilterInputError, UnstableStepError
 from ..locality import worth_reordering
+from ..mesh import Bools, Floats, Ints
 from ..operators.build import OperatorName
 from ..parallel import threads_for
 from ..progress import Progress
 from ..stars import stars
-from ..topology import Bools, Floats, Ints
 from .border import BorderPolicy
 from .frame import enter, leave, ordered_frame
 from .stencil import UpdateRule, explicit_stencil

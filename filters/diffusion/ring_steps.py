@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numba import njit, prange
 
-from ..topology import Floats, Ints, Longs
+from ..mesh import Floats, Ints, Longs
 
 # Indices are taken as unsigned numbers: for signed ones the compiler adds the test whether they count from the end.
 _U: Any = np.uint64

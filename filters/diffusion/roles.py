@@ -5,8 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import FilterInputError
+from ..mesh import Bools, Ints, Longs
+from ..rings import one_rings
 from ..stars import CLOSED, IRREGULAR, OPEN, Stars
-from ..topology import Bools, Ints, Longs, one_rings
 from .border import BORDER_POLICIES, BorderPolicy
 
 

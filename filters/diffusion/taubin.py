@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import FilterInputError, UnstableStepError
+from ..mesh import Floats, check_mesh
 from ..progress import Progress, ignore_progress
-from ..topology import Floats, check_mesh, edge_face_counts
+from ..topology import edge_face_counts
 from .border import BorderPolicy
 from .march import march
 

@@ -3,7 +3,7 @@
 from typing import Literal, TypeAlias, get_args
 
 from ..errors import FilterInputError
-from ..topology import Floats, Ints
+from ..mesh import Floats, Ints
 from .cotangent import cotangent_laplacian, laplace_beltrami
 from .inverse_length import inverse_length_laplacian
 from .laplacian import Laplacian

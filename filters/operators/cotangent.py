@@ -6,8 +6,9 @@ import numpy as np
 from numba import njit, prange
 from scipy import sparse
 
+from ..mesh import Floats, Ints, Longs
 from ..parallel import threads_for
-from ..topology import Floats, Ints, Longs, OneRings, one_rings, position, ring_ends
+from ..rings import OneRings, one_rings, position, ring_ends
 from .laplacian import Laplacian, assemble_stiffness, ring_sums
 from .mass import mixed_voronoi_areas
 from .scale import scaled_to_unit

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from ..topology import Floats, Ints, OneRings, one_rings
+from ..mesh import Floats, Ints
+from ..rings import OneRings, one_rings
 from .laplacian import Laplacian, assemble_stiffness, ring_lengths, ring_sums
 
 #: An edge shorter than this share of the mean edge pulls like one of that length: a weight of 1 / 0 would be no number.

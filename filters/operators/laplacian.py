@@ -10,8 +10,9 @@ import numpy as np
 from numba import njit, prange
 from scipy import sparse
 
+from ..mesh import Floats, Ints, Longs
 from ..parallel import threads_for
-from ..topology import Floats, Ints, Longs, OneRings
+from ..rings import OneRings
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,8 +6,9 @@ from collections.abc import Callable
 import numpy as np
 from numba import njit, prange
 
+from ..mesh import Floats, Ints, Longs
 from ..parallel import threads_for
-from ..topology import Floats, Ints, Longs, ring_ends
+from ..rings import ring_ends
 from .scale import scaled_to_unit
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from ..errors import FilterInputError
-from ..topology import Floats, Ints
+from ..mesh import Floats, Ints
 from .laplacian import Laplacian
 from .scale import scaled_to_unit
 

@@ -4,7 +4,7 @@ import math
 
 from numba import njit
 
-from ..topology import Floats
+from ..mesh import Floats
 
 
 def scaled_to_unit(vertices: Floats) -> tuple[Floats, float]:

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from ..topology import Ints, one_rings
+from ..mesh import Ints
+from ..rings import one_rings
 from .laplacian import Laplacian, assemble_stiffness
 
 

@@ -1,0 +1,63 @@
+"""A mesh as arrays: the types that every technique speaks, and the check of what comes in."""
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import FilterInputError
+
+Floats: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int32]
+Longs: TypeAlias = NDArray[np.int64]
+Bools: TypeAlias = NDArray[np.bool_]
+
+
+def check_mesh(vertices: ArrayLike, faces: ArrayLike) -> tuple[Floats, Ints]:
+    """The mesh as (n, 3) float64 and (m, 3) int32, both C-contiguous and not copied when they are so already.
+
+    Raises:
+        FilterInputError: a wrong shape or type, a coordinate that is not finite, an index that names no vertex; the message
+            gives the first of them and their number.
+    """
+    points = check_points(vertices)
+    triangles = np.asarray(faces)
+    if triangles.size == 0:
+        return points, np.empty((0, 3), dtype=np.int32)
+    if triangles.ndim != 2 or triangles.shape[1] != 3 or not np.issubdtype(triangles.dtype, np.integer):
+        raise FilterInputError(
+            f"faces must be an (m, 3) array of whole numbers, got shape {triangles.shape} of {triangles.dtype}; "
+            "triangulate polygons first"
+        )
+    if triangles.min() < 0 or triangles.max() >= len(points):
+        bad = ((triangles < 0) | (triangles >= len(points))).any(axis=1)
+        first = int(bad.argmax())
+        raise FilterInputError(
+            f"face {first} is {triangles[first].tolist()}, but the vertices are 0 to {len(points) - 1} "
+            f"({int(bad.sum())} such faces of {len(triangles)}): remove these faces or add the vertices"
+        )
+    return points, np.ascontiguousarray(triangles, dtype=np.int32)
+
+
+def check_points(vertices: ArrayLike) -> Floats:
+    """The points as (n, 3) float64, C-contiguous, not copied when they are so already.
+
+    Raises:
+        FilterInputError: a wrong shape or type, or a coordinate that is not finite.
+    """
+    raw = np.asarray(vertices)
+    if raw.size == 0:
+        return np.empty((0, 3))
+    if raw.ndim != 2 or raw.shape[1] != 3 or raw.dtype.kind not in "fiu":
+        raise FilterInputError(f"vertices must be an (n, 3) array of real numbers, got shape {raw.shape} of {raw.dtype}")
+    points = np.ascontiguousarray(raw, dtype=np.float64)
+    if len(points) > np.iinfo(np.int32).max:
+        raise FilterInputError(f"{len(points)} vertices are more than the 2,147,483,647 that an index of 32 bits reaches")
+    if not np.isfinite(points).all():
+        bad = ~np.isfinite(points).all(axis=1)
+        first = int(bad.argmax())
+        raise FilterInputError(
+            f"vertex {first} is {points[first].tolist()}: {int(bad.sum())} of {len(points)} vertices have a coordinate that is "
+            "not finite; remove these vertices first"
+        )
+    return points
