@@ -5,11 +5,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from ..locality import worth_reordering
 from ..mesh import Floats, Ints
 from ..operators.scale import bounding_box, unit_scale
 from ..parallel import threads_for
-from ..stars import stars
 
 
 class Frame(NamedTuple):
@@ -24,12 +22,6 @@ class Frame(NamedTuple):
     middle: Floats
     scale: float
     order: Ints | None
-
-
-def frame_of(vertices: Floats, faces: Ints, *, reorder: bool) -> Frame:
-    """The frame of a mesh; it keeps the order of the vertices unless that is bad and is allowed to change."""
-    n = len(vertices)
-    return ordered_frame(vertices, stars(faces, n, reorder=True).order if reorder and worth_reordering(faces, n) else None)
 
 
 def ordered_frame(vertices: Floats, order: Ints | None) -> Frame:

@@ -53,8 +53,10 @@ def cotangent_laplacian(vertices: Floats, faces: Ints) -> Laplacian:
 def laplace_beltrami(vertices: Floats, faces: Ints) -> Laplacian:
     """L p_i = 1 / (2 A_i) sum_j (cot a_ij + cot b_ij) (p_j - p_i), A_i the mixed Voronoi area [meyer2003].
 
-    L p is the mean curvature vector 2 H n, pointing inwards on a sphere, where it is -2 p / r^2. Its unit is one over a squared
-    length, so a step counts in squared mesh units.
+    L p is the mean curvature vector 2 H n, pointing inwards on a sphere, where it tends to -2 p / r^2: on subdivided icosahedra
+    with an error of the order of the edge length at the worst vertices, of its 1.4th power in the mean square, and none at the
+    vertices of valence 5, whose neighbours are symmetric. Barycentric areas would be 15 % off there on every level. Its unit is
+    one over a squared length, so a step counts in squared mesh units.
 
     Args:
         vertices: (n, 3) coordinates.
