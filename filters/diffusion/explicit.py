@@ -56,8 +56,8 @@ def explicit_smoothing(
 
     Raises:
         FilterInputError: not a mesh, a parameter out of range, too few points in a cloud.
-        UnstableStepError: the step is longer than the largest stable one, which the error names, or than has become stable
-            while the surface shrank.
+        UnstableStepError: the step is longer than the largest stable one, which the error names; that of the input, or
+            of what the steps so far have made of it.
     """
     points, triangles = check_mesh(vertices, faces)
     normalised = operator in NORMALISED_OPERATORS
