@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -53,6 +55,18 @@ def test_an_abandoned_one_goes_with_the_next_run(tmp_path: Path) -> None:
     with staging_folder(tmp_path / "other.ply") as stage:
         assert names_in(tmp_path) == {stage.name, f"{STAGE_PREFIX}mine"}
     assert names_in(tmp_path) == {f"{STAGE_PREFIX}mine"}
+
+
+def test_one_without_a_lock_goes_after_an_hour(tmp_path: Path) -> None:
+    """A folder that has no lock may be just coming or going; after an hour it is not."""
+    for name, age in (("young", 60), ("old", 7200)):
+        folder = tmp_path / f"{STAGE_PREFIX}{name}"
+        (folder / "new").mkdir(parents=True)
+        then = time.time() - age
+        os.utime(folder, (then, then))
+    with staging_folder(tmp_path / "out.ply"):
+        pass
+    assert names_in(tmp_path) == {f"{STAGE_PREFIX}young"}
 
 
 @locks

@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import shutil
 import tempfile
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
@@ -16,8 +17,10 @@ from typing import BinaryIO
 from .errors import OutputError
 
 #: what the name of the folder begins with
-STAGE_PREFIX = ".pymeshfair-"
+STAGE_PREFIX = ".pymeshfair-run-"
 _LOCK = "lock"
+#: seconds after which a folder without a lock is abandoned: it gets its lock at once, and loses it while it is removed
+_GRACE = 3600.0
 
 
 @contextlib.contextmanager
@@ -55,20 +58,30 @@ def hold(stage: Path) -> BinaryIO:
 
 
 def remove_folder(folder: Path) -> None:
-    """Remove a folder, even while a dying process still puts files into it."""
-    for _ in range(5):
-        shutil.rmtree(folder, ignore_errors=True)
-        if not folder.exists():
-            return
+    """Remove a staging folder, even while something still wants to put files into it."""
+    gone = folder.with_name(f"{folder.name}-gone")
+    try:
+        folder.replace(gone)
+    except OSError:
+        gone = folder
+    shutil.rmtree(gone, ignore_errors=True)
 
 
 def _remove_abandoned(parent: Path) -> None:
     """Remove the staging folders in which nobody works any more."""
     with contextlib.suppress(OSError):
         for folder in parent.glob(f"{STAGE_PREFIX}*"):
-            with contextlib.suppress(OSError), (folder / _LOCK).open("rb") as lock:
-                if _try_lock(lock, alone=True):
+            with contextlib.suppress(OSError):
+                if _is_abandoned(folder):
                     remove_folder(folder)
+
+
+def _is_abandoned(folder: Path) -> bool:
+    try:
+        with (folder / _LOCK).open("rb") as lock:
+            return _try_lock(lock, alone=True)
+    except FileNotFoundError:
+        return time.time() - folder.stat().st_mtime > _GRACE
 
 
 def _try_lock(file: BinaryIO, *, alone: bool) -> bool:

@@ -30,8 +30,10 @@ def main() -> None:
     if not line.endswith(b"\n"):
         os._exit(1)
     document = json.loads(line)
-    lock = None if document["stage"] is None else hold(Path(document["stage"]))
-    threading.Thread(target=_end_with_supervisor, args=(orders, document["stage"]), daemon=True).start()
+    stage = None if document["stage"] is None else Path(document["stage"])
+    lock = None if stage is None else hold(stage)
+    ending = threading.Lock()
+    threading.Thread(target=_end_with_supervisor, args=(orders, stage, ending), daemon=True).start()
     limit_process(document["memory_limit"])
 
     def tell(report: Mapping[str, Any]) -> None:
@@ -39,6 +41,7 @@ def main() -> None:
             reports.write(to_line(report))
 
     tell(_outcome(document, tell))
+    ending.acquire()  # unless the supervisor is gone: then the other thread ends the process when it has cleaned up
     del lock  # held until here
     # Libraries that crash while they tidy up must not spoil a finished run.
     os._exit(0)
@@ -55,11 +58,12 @@ def _take_over_streams() -> tuple[BinaryIO, BinaryIO]:
     return orders, reports
 
 
-def _end_with_supervisor(orders: BinaryIO, stage: str | None) -> None:
+def _end_with_supervisor(orders: BinaryIO, stage: Path | None, ending: threading.Lock) -> None:
     while orders.read(4096):
         pass
+    ending.acquire()
     if stage is not None:
-        remove_folder(Path(stage))
+        remove_folder(stage)
     os._exit(1)
 
 
