@@ -38,6 +38,7 @@ from tests.meshes import (
     tube,
     two_spheres,
     volume,
+    with_caps,
 )
 
 OPERATORS: tuple[ImplicitOperator, ...] = ("uniform", "inverse_length", "scale_dependent", "cotangent", "robust")
@@ -250,6 +251,25 @@ def test_the_conformalized_flow_keeps_the_stiffness() -> None:
     assert np.abs(smooth - expected).max() < SOLVED
 
 
+def test_the_conformalized_flow_of_borders_and_lengths() -> None:
+    """With weights by lengths and a border along its curve too, only the masses of the second step are new."""
+    vertices, faces = noisy(irregular_grid(6, 7), 0.1)
+    on_border = border_vertices(faces, len(vertices))
+    t = 0.5
+    stiffness = build_laplacian(vertices, faces, "scale_dependent").stiffness.toarray()
+    along = curve_laplacian(vertices, border_edges(faces), "scale_dependent").stiffness.toarray()
+    expected = vertices
+    for _ in range(2):
+        mass = build_laplacian(expected, faces, "scale_dependent").mass
+        mass = np.where(on_border, curve_laplacian(expected, border_edges(faces), "scale_dependent").mass, mass)
+        rows = np.diag(mass) - t * np.where(on_border[:, None], along, stiffness)
+        expected = np.linalg.solve(rows, mass[:, None] * expected)
+    smooth = implicit_fairing(
+        vertices, faces, operator="scale_dependent", time_step=t, iterations=2, flow="conformalized", border="along"
+    )
+    assert np.abs(smooth - expected).max() < SOLVED * diagonal(vertices)
+
+
 # ------------------------------------------------------------------------------------------------------------------ geometry
 
 
@@ -266,6 +286,25 @@ def test_volume_is_preserved(operator: ImplicitOperator, flow: Flow) -> None:
     for part in (faces[: len(faces) // 2], faces[len(faces) // 2 :]):
         assert volume(smooth, part) == pytest.approx(volume(vertices, part), rel=1e-12)
         assert area(smooth, part) < area(vertices, part)
+
+
+def test_volume_is_given_back_about_the_centroid() -> None:
+    """What preserves the volume is a scaling that leaves the centroid of each component's surface where the step left it."""
+
+    def centroid(points: Floats, part: NDArray[np.int32]) -> Floats:
+        a, b, c = (points[part[:, k]] for k in range(3))
+        weights = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        return np.asarray(weights @ (a + b + c) / 3 / weights.sum())
+
+    vertices, faces = noisy(two_spheres(), 0.05)
+    plain = implicit_fairing(vertices, faces, time_step=0.05)
+    kept = implicit_fairing(vertices, faces, time_step=0.05, preserve_volume=True)
+    for part in (faces[: len(faces) // 2], faces[len(faces) // 2 :]):
+        growth = (volume(vertices, part) / volume(plain, part)) ** (1 / 3)
+        own = np.unique(part)
+        centre = centroid(plain, part)
+        assert np.abs(centroid(kept, part) - centre).max() < 1e-13
+        assert np.abs(kept[own] - centre - growth * (plain[own] - centre)).max() < 1e-12
 
 
 def test_open_or_held_components_keep_no_volume() -> None:
@@ -341,6 +380,16 @@ def test_no_step_is_too_long(operator: ImplicitOperator, factor: float) -> None:
             assert np.abs(smooth[part] - centre).max() < 1e-10
     if factor <= 1e-12:
         assert np.abs(smooth - vertices).max() < 1e-12
+
+
+@pytest.mark.parametrize("t", [1e6, 1e30])
+def test_slivers_follow_however_long_the_step(t: float) -> None:
+    """Weights of 1e9, whose rounding errors alone outweigh the masses of a long step, do not keep a sphere from its centroid."""
+    vertices, faces = with_caps(1e-9)
+    mass = build_laplacian(vertices, faces, "laplace_beltrami").mass[:, None]
+    centre = (mass * vertices).sum(axis=0) / mass.sum()
+    # The caps lose nine digits and more.
+    assert np.abs(implicit_fairing(vertices, faces, time_step=t) - centre).max() < 1e-3
 
 
 def test_flat_interiors_stay_flat_and_in_place() -> None:
