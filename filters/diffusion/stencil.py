@@ -21,7 +21,8 @@ UpdateRule: TypeAlias = Literal["euler", "meshlab"]
 UPDATE_RULES: tuple[UpdateRule, ...] = ("euler", "meshlab")
 
 #: Takes the points of one moment, an array that receives those of the next, and the step; vertices that do not move keep what the
-#: array holds. Returns an upper bound of the spectrum of -L: a step of at most 2 / bound amplifies no mode.
+#: array holds. Returns an upper bound of the spectrum of -L: a step of at most 2 / bound amplifies no mode, and what a longer one
+#: has written is of no use.
 Advance: TypeAlias = Callable[[Floats, Floats, float], float]
 
 
@@ -148,6 +149,8 @@ def _assembled(laplacian: Laplacian, which: Ints) -> Advance:
     offsets, neighbours = stiffness.indptr.astype(np.int64), stiffness.indices.astype(np.int32)
 
     def advance(now: Floats, out: Floats, step: float) -> float:
+        if step * bound > 2.0:
+            return bound
         # The diagonal is among the entries and does no harm: it multiplies p_i - p_i.
         weighted_step(now, out, which, offsets, neighbours, stiffness.data, step * inverse_mass)
         return bound

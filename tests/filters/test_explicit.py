@@ -17,6 +17,7 @@ from pymeshfair.filters.diffusion.border import BORDER_POLICIES, BorderPolicy, c
 from pymeshfair.filters.diffusion.explicit import explicit_smoothing
 from pymeshfair.filters.errors import FilterInputError, UnstableStepError
 from pymeshfair.filters.operators import OPERATOR_NAMES, OperatorName, build_laplacian, uniform_laplacian
+from tests.filters.test_operators import any_mesh
 from tests.meshes import (
     AWKWARD,
     Mesh,
@@ -97,6 +98,25 @@ def test_steps_are_those_of_the_matrices(operator: OperatorName, border: BorderP
     step = safe_step(mesh, operator, 0.02)
     found = explicit_smoothing(*mesh, operator=operator, step=step, iterations=3, border=border)
     np.testing.assert_allclose(found, by_matrices(mesh, operator, step, 3, border), atol=1e-13 * diagonal(mesh[0]))
+
+
+@given(any_mesh(), st.sampled_from(OPERATOR_NAMES), st.sampled_from(BORDER_POLICIES))
+def test_a_step_on_any_faces_at_all_is_that_of_the_matrices(mesh: Mesh, operator: OperatorName, border: BorderPolicy) -> None:
+    """Coincident, collinear, repeated, non-manifold: one step is finite, that of the matrices, and moves nothing it may not."""
+    vertices, faces = mesh
+    step = 0.5
+    if operator not in NORMALISED:
+        try:
+            explicit_smoothing(vertices, faces, operator=operator, step=1e300, iterations=1, border=border)
+        except UnstableStepError as error:
+            step = 0.5 * error.largest_stable
+    found = explicit_smoothing(vertices, faces, operator=operator, step=step, iterations=1, border=border)
+    assert np.isfinite(found).all()
+    np.testing.assert_allclose(found, by_matrices(mesh, operator, step, 1, border), atol=1e-13 * diagonal(vertices))
+    still = ~topology.referenced_vertices(faces, len(vertices))
+    if border == "fixed":
+        still |= topology.border_vertices(faces, len(vertices))
+    assert found[still].tobytes() == vertices[still].tobytes()
 
 
 @pytest.mark.parametrize("operator", OPERATOR_NAMES)
