@@ -1,4 +1,4 @@
-"""A place for compiled kernels where numba finds none of its own.
+"""Where compiled kernels are kept, and when one has to be compiled.
 
 Numba keeps compiled code beside the sources or in the user's cache folder, and refuses to import a module of kernels where it
 can write to neither: a package installed by an administrator, run by an account without a home, as containers do.
@@ -8,6 +8,7 @@ import atexit
 import os
 import shutil
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,27 @@ def ensure_kernel_cache() -> None:
         atexit.register(shutil.rmtree, folder, ignore_errors=True)
         config: Any = numba.config
         config.CACHE_DIR = folder
+
+
+def on_first_compilation(tell: Callable[[], None]) -> None:
+    """Call `tell` once, when this process first compiles a kernel instead of finding it compiled; that takes seconds."""
+    from numba.core import event
+
+    class Once(event.Listener):
+        """Tells of the first beginning."""
+
+        told = False
+
+        def on_start(self, event: object) -> None:
+            if not self.told:
+                self.told = True
+                tell()
+
+        def on_end(self, event: object) -> None:
+            """Nobody waits for it."""
+
+    register: Any = event.register
+    register("numba:compile", Once())
 
 
 def _probe() -> None:

@@ -39,3 +39,20 @@ def test_kernels_work_where_neither_the_package_nor_a_home_can_be_written(tmp_pa
     edges, _, folder = done.stdout.strip().rpartition(" ")
     assert edges == "[[0, 1], [0, 2], [1, 2]]"
     assert not Path(folder).exists()
+
+
+def test_compilation_is_told_once_and_only_where_it_happens(tmp_path: Path) -> None:
+    """The first process with an empty cache tells once; the next finds every kernel compiled and tells nothing."""
+    program = (
+        "import numpy as np;"
+        "from pymeshfair.filters.kernel_cache import on_first_compilation;"
+        "from pymeshfair.filters.topology import border_edges;"
+        "on_first_compilation(lambda: print('compiling'));"
+        "border_edges(np.array([[0, 1, 2]], dtype=np.int32))"
+    )
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    said = [
+        subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, timeout=120, check=True)
+        for _ in range(2)
+    ]
+    assert [done.stdout for done in said] == ["compiling\n", ""]

@@ -14,6 +14,7 @@ from typing import Any
 from ..declaration import FilterClass, Length
 from ..filters.errors import FilterInputError
 from ..filters.inspection.surface_measures import SurfaceMeasures, surface_measures
+from ..filters.kernel_cache import on_first_compilation
 from ..meshset import MeshSet
 from ..scripts.script import Step
 from .errors import InputError
@@ -26,6 +27,7 @@ from .provenance import described_file, read_provenance
 from .reading import apply_matrix, load_mesh
 from .saving import attributes_of, save_mesh
 
+COMPILING = "compiling pymeshfair's filters for this machine, which takes some seconds once"
 #: the least change of a fraction that is told
 _SMALLEST_PROGRESS = 0.005
 
@@ -55,6 +57,7 @@ class Session:
         Raises:
             InputError, OutputError, StepError, MemoryError: see there.
         """
+        on_first_compilation(lambda: self._event(Message(COMPILING)))
         self._event(PhaseStarted("reading"))
         source = described_file(self._assignment.input)
         announced = inspect_input(self._assignment.input)
