@@ -100,10 +100,9 @@ class BackwardEulerStep:
         force = self._stiffness_share * (self._stiffness @ start)
         if not self._all_free:
             force = force[self._free]
-        force -= self._mass[:, None] * self._floating.sums_per_mass(force)
         reference = diagonal * float(np.sqrt(self._mass.sum()))
         moved = solver.solve(force, tolerance=TOLERANCE, reference=reference, progress=progress).values
-        moved -= self._floating.sums_per_mass(self._mass[:, None] * moved)
+        moved -= self._floating.means(moved, self._mass)
         # Diffusion takes nothing out of the box but by what negative weights allow, which is little.
         if not np.abs(moved).max() <= 2.0 * extent:
             raise ConvergenceError("the solution leaves the box: the matrix is not positive definite to rounding")
@@ -151,9 +150,10 @@ class _Floating(NamedTuple):
         floats = (total > 0.0) & ~np.isin(labels, held_labels)
         return cls(component, np.divide(1.0, total, out=np.zeros(len(labels)), where=floats))
 
-    def sums_per_mass(self, values: Floats) -> Floats:
-        """(f, 3) at every free vertex the sum of the values over its component divided by its mass; 0 if it is held somewhere."""
+    def means(self, values: Floats, mass: Floats) -> Floats:
+        """(f, 3) at every free vertex the mean of the values over its component, weighted by mass; 0 if it is held somewhere."""
+        weighted = mass[:, None] * values
         if len(self.weight) == 1:
-            return np.broadcast_to(values.sum(axis=0) * self.weight[0], values.shape)
-        sums = [np.bincount(self.component, weights=column, minlength=len(self.weight)) * self.weight for column in values.T]
+            return np.broadcast_to(weighted.sum(axis=0) * self.weight[0], values.shape)
+        sums = [np.bincount(self.component, weights=column, minlength=len(self.weight)) * self.weight for column in weighted.T]
         return np.column_stack(sums)[self.component]
