@@ -284,9 +284,24 @@ def test_the_largest_stable_step_is_named_and_is_stable(operator: OperatorName, 
     root = np.sqrt(laplacian.inverse_mass)
     rho = -np.linalg.eigvalsh(root[:, None] * laplacian.stiffness.toarray() * root).min()
     assert 1 / rho < largest <= 2 / rho * (1 + 1e-12)
+    if operator == "laplace_beltrami":
+        assert largest >= 2 / laplacian.spectral_bound() * (1 - 1e-12)
+    else:
+        assert largest == pytest.approx(2 / laplacian.spectral_bound(), rel=1e-12)
     explicit_smoothing(vertices, faces, operator=operator, step=largest * (1 - 1e-12), iterations=1, border="free")
     with pytest.raises(UnstableStepError):
         explicit_smoothing(vertices, faces, operator=operator, step=largest * (1 + 1e-9), iterations=1, border="free")
+
+
+@pytest.mark.parametrize("operator", ["scale_dependent", "laplace_beltrami", "robust"])
+def test_a_border_of_short_edges_limits_the_step(operator: OperatorName) -> None:
+    """Under "along" the largest stable step is no longer than that of the border's curve, here with an edge of 1/1000."""
+    vertices, faces = tube(16, 6)
+    vertices[0] += 0.999 * (vertices[1] - vertices[0])
+    with pytest.raises(UnstableStepError) as caught:
+        explicit_smoothing(vertices, faces, operator=operator, step=1e3)
+    curve = curve_laplacian(vertices, topology.border_edges(faces), operator)
+    assert caught.value.largest_stable <= 2 / curve.spectral_bound() * (1 + 1e-12)
 
 
 def test_on_equilateral_triangles_the_bound_is_that_of_the_lattice() -> None:
