@@ -4,14 +4,15 @@ row with one matrix, `Factorisation` for many or for exactness.
 Three methods, and what (M - t C) x = b costs with each: seconds of one thread to set up + to solve for three right-hand sides
 to an error of 1e-11 of the diagonal, on a bunny of 100,000 vertices with noise of 0.15 edges, t = (c mean edges)^2.
 
-=== ================= ================ ==========
+=== ================= ================ ===========
 c   jacobi            multigrid        cholesky
-=== ================= ================ ==========
-1   0 + 0.26 (112)    0.12 + 0.35 (27) 0.8 + 0.014
-3   0 + 0.45 (190)    0.12 + 0.35 (29) 0.8 + 0.014
-10  0 + 1.2 (450)     0.12 + 0.38 (33) 0.8 + 0.014
-1e4 does not end      0.12 + 0.50 (44) 0.8 + 0.014
-=== ================= ================ ==========
+=== ================= ================ ===========
+1   0 + 0.23 (112)    0.11 + 0.30 (24) 1.0 + 0.019
+2   0 + 0.33 (158)    0.10 + 0.30 (27) 1.0 + 0.019
+3   0 + 0.47 (201)    0.11 + 0.34 (29) 1.0 + 0.019
+10  0 + 0.99 (542)    0.09 + 0.39 (33) 1.0 + 0.019
+1e4 does not end      0.10 + 0.51 (44) 1.0 + 0.019
+=== ================= ================ ===========
 
 In brackets the iterations. Hence: the diagonal as preconditioner where the matrix is close to it (c up to 2), else multigrid,
 whose cost depends neither on t nor, per row, on size; Cholesky's factors for repeated solves of systems of moderate size, and as
@@ -41,7 +42,7 @@ _ROUNDING, _DIRECT_ROUNDING = 1e-14, 1e-12
 # A matrix whose smoothest vector has a Rayleigh quotient below this has no factors.
 _SINGULAR = 1e-13
 # Predicted steps up to which the diagonal is the better preconditioner, and the steps after which multigrid takes over.
-_FEW_STEPS, _JACOBI_STEPS = 60, 150
+_FEW_STEPS, _JACOBI_STEPS = 100, 250
 _MULTIGRID_STEPS = 300
 # Cholesky's factors pay from this many solves on, up to the size that they take a second for.
 _MANY_SOLVES, _QUICK_FACTORS = 4, 100_000
