@@ -273,3 +273,19 @@ def test_effective_parameters_are_complete() -> None:
     assert fresh.effective_parameters(Step(recorded.filter)) == recorded.values
     assert recorded.values.keys() == {p.name for p in recorded.filter.parameters}
     assert fresh.effective_parameters(Step(find_filter("apply_coord_taubin_fairing"), {"iterations": 7}))["iterations"] == 7
+
+
+def test_what_a_filter_was_last_used_with_is_no_default_of_a_script() -> None:
+    """MeshLab remembers the values of a remeshing as defaults of the next; a step that leaves them out takes the table's."""
+    remeshing = find_filter("meshing_isotropic_explicit_remeshing")
+    results = []
+    for disturb in (False, True):
+        meshes = ball()
+        if disturb:
+            meshes.meshing_isotropic_explicit_remeshing(iterations=1, targetlen="30%", featuredeg=80.0)
+            meshes = ball()
+        step = Step(remeshing, {"targetlen": Length(10.0, "percent")})
+        assert meshes.effective_parameters(step)["iterations"] == 10
+        meshes.apply_step(step)
+        results.append(meshes.current_mesh().vertex_matrix())
+    np.testing.assert_array_equal(results[0], results[1])

@@ -10,7 +10,7 @@ from typing import Any
 
 import pymeshlab
 
-from ..declaration import Arity, Edit, Filter
+from ..declaration import Arity, Edit, Filter, Percentage
 from ..declaration import Mesh as MeshParameter
 from ..errors import ParameterError, PymeshfairError, UnknownNameError
 from ..filters.errors import ConvergenceError, FilterInputError
@@ -196,10 +196,20 @@ class FilteringMeshSet(LayeredMeshSet):
                 self._check_layer(mesh_id, f"{known.python_name}: parameter {parameter.name!r}: ")
 
     def _from_script(self, step: Step) -> dict[str, Any]:
-        return _with_ids(step.filter, step.values, self._bench.with_helpers)
+        values = _with_ids(step.filter, step.values, self._bench.with_helpers)
+        return {**_constant_defaults(step.filter), **values} if step.filter.is_builtin else values
 
     def _to_script(self, known: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
         return _with_ids(known, values, self._bench.without_helpers)
+
+
+def _constant_defaults(known: Filter) -> dict[str, Any]:
+    """The defaults that are the same on every mesh.
+
+    Some filters of MeshLab, such as isotropic remeshing, take the values of their last use in the process as defaults; a script
+    must not depend on what ran before it.
+    """
+    return {p.name: p.default for p in known.parameters if p.default is not None and not isinstance(p, Percentage)}
 
 
 def _with_ids(known: Filter, values: Mapping[str, Any], change: Callable[[int], int]) -> dict[str, Any]:
