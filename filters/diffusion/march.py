@@ -38,7 +38,7 @@ def march(
     displacement to the input: a vertex that does not move keeps every bit, and one far from the origin loses none to the sums.
     """
     moves = _checked(movable, len(vertices))
-    if iterations != int(iterations) or iterations < 0:
+    if not isinstance(iterations, int | np.integer) or iterations < 0:
         raise FilterInputError(f"iterations is {iterations}: it is a whole number of at least 0")
     # "robust" is assembled by a library, in the order of the faces.
     reorder = operator != "robust" and worth_reordering(faces, len(vertices), len(steps) * iterations)
@@ -50,7 +50,7 @@ def march(
     with threads_for(len(vertices)):
         advance = explicit_stencil(start, faces, star, operator, border=border, movable=moves, update=update)
         now, following = start.copy(), start.copy()
-        for iteration in range(int(iterations)):
+        for iteration in range(iterations):
             for step in steps:
                 scaled_step = step if operator in NORMALISED_OPERATORS else step * scale * scale
                 bound = advance(now, following, scaled_step)

@@ -373,7 +373,8 @@ def test_threads_and_reordering_make_no_difference_to_the_bits(operator: Operato
     vertices = np.concatenate([vertices, [[5.0, 5, 5], [6.0, 5, 5]]])
     faces = np.concatenate([faces, [[faces[0, 0], faces[0, 1], len(vertices) - 1]]]).astype(np.int32)
     step = safe_step((vertices, faces), operator, 0.2)
-    results = []
+    movable = np.random.default_rng(0).random(len(vertices)) < 0.8
+    results, named = [], []
     for threads, reordered in ((1, False), (2, False), (1, True), (2, True)):
         if threads > numba.get_num_threads():
             continue
@@ -384,10 +385,18 @@ def test_threads_and_reordering_make_no_difference_to_the_bits(operator: Operato
         before = numba.get_num_threads()
         numba.set_num_threads(threads)
         try:
-            results.append(explicit_smoothing(vertices, faces, operator=operator, step=step, iterations=4, border="free"))
+            results.append(
+                explicit_smoothing(vertices, faces, operator=operator, step=step, iterations=4, border="free", movable=movable)
+            )
+            if operator not in NORMALISED:
+                with pytest.raises(UnstableStepError) as caught:
+                    explicit_smoothing(vertices, faces, operator=operator, step=1e3, border="free")
+                named.append(caught.value.largest_stable)
         finally:
             numba.set_num_threads(before)
     assert len({r.tobytes() for r in results}) == 1
+    assert (np.abs(results[0] - vertices).max(axis=1) > 0).sum() > 0.7 * len(vertices)
+    assert len(set(named)) <= 1
 
 
 def test_geo_referenced_meshes_lose_nothing() -> None:
