@@ -63,7 +63,7 @@ def time_ours(n_vertices: int, edges: list[float], rounds: int) -> bool:
     print(f"{len(mesh[0]):,} vertices, seconds (fastest and median of {rounds})")
     for length in edges:
         by_us(mesh, length**2 * unit)
-        taken = [seconds(lambda length=length: by_us(mesh, length**2 * unit)) for _ in range(rounds)]  # type: ignore[misc]
+        taken = [seconds(lambda length=length: by_us(mesh, length**2 * unit))[0] for _ in range(rounds)]  # type: ignore[misc]
         print(f"  ours, a step of {length:g} edges  {min(taken):8.2f} {statistics.median(taken):8.2f}")
         fast = fast and (length != 1.0 or statistics.median(taken) < FLOOR)
     return fast
@@ -78,7 +78,7 @@ def compare(n_vertices: int, rounds: int) -> bool:
     difference = np.abs(by_us(mesh, unit) - by_libigl(mesh, unit)).max() / np.linalg.norm(np.ptp(mesh[0], axis=0))
     for _ in range(rounds):
         for name, route in routes.items():
-            taken[name].append(seconds(lambda route=route: route(mesh, unit)))  # type: ignore[misc]
+            taken[name].append(seconds(lambda route=route: route(mesh, unit))[0])  # type: ignore[misc]
     medians = {name: statistics.median(times) for name, times in taken.items()}
     print(f"{len(mesh[0]):,} vertices, a step of one edge, seconds (median of {rounds})")
     for name, median in medians.items():
