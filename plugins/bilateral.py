@@ -1,0 +1,1 @@
+"""Bilateral filters of positions, and anisotropic diffusion of what a mesh carries."""

@@ -1,0 +1,1 @@
+"""Two-step denoising: filtered normals, and vertices fitted to them."""
