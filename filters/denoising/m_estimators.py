@@ -59,7 +59,7 @@ def rho(name: KernelName, x: ArrayLike, sigma: float) -> Floats:
         FilterInputError: no such kernel, or a scale that is not finite and above 0.
     """
     code, deviations = _checked(name, x, sigma)
-    result = np.empty_like(deviations)
+    result = np.empty(deviations.shape)
     _each_rho(code, deviations.ravel(), sigma, result.reshape(-1))
     return result
 
@@ -75,7 +75,7 @@ def psi(name: KernelName, x: ArrayLike, sigma: float) -> Floats:
 def weight(name: KernelName, x: ArrayLike, sigma: float) -> Floats:
     """The weight psi(x) / x of samples that deviate by x; even, never negative, never rising with |x|. Arguments as `rho`."""
     code, deviations = _checked(name, x, sigma)
-    result = np.empty_like(deviations)
+    result = np.empty(deviations.shape)
     _each_weight(code, deviations.ravel(), sigma, result.reshape(-1))
     return result
 
@@ -170,4 +170,4 @@ def _checked(name: KernelName, x: ArrayLike, sigma: float) -> tuple[int, Floats]
     code = kernel_code(name)
     if not (math.isfinite(sigma) and sigma > 0.0):
         raise FilterInputError(f"sigma {sigma} of the kernel {name!r} is not finite and above 0")
-    return code, np.ascontiguousarray(x, dtype=np.float64)
+    return code, np.asarray(x, dtype=np.float64)
