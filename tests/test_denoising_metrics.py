@@ -54,7 +54,7 @@ def test_drift_within_the_surface_shows_in_the_displacement_alone() -> None:
 def test_a_shifted_surface_has_right_normals_and_is_off_by_the_shift() -> None:
     """A cube moved by 0.1 along x is nowhere off in its normals; each vertex is off by 0.1, the half outside by as much."""
     truth, faces = cube()
-    found = errors(truth + [0.1, 0, 0], truth, faces)
+    found = errors(truth + np.array([0.1, 0, 0]), truth, faces)
     edge = (12 + 6 * math.sqrt(2)) / 18
     assert found.mad == pytest.approx(0.0, abs=1e-13)
     assert found.displacement == pytest.approx(0.1 / edge)
