@@ -3,9 +3,9 @@
     python benchmarks/denoising.py FOLDER [--pairs a,b] [--methods text,text] [--tuned] [-o OUT] [--gallery]
 
 FOLDER holds NAME_noisy and NAME_truth files of any format, with the same vertices and faces in the same order. Without --tuned
-each method runs once, with its default settings; with it, the settings with the least MAD are searched per mesh against the truth,
-as papers do, and named. OUT gets denoising.md and denoising.json, and with --gallery a picture a mesh. Needs the `bench` extra;
-methods whose package is missing are skipped.
+each method runs once, with its default settings; with it, the settings with the least MAD are searched per mesh against the
+truth, as papers do, and named. OUT gets denoising.md and denoising.json, and with --gallery a picture a mesh. Needs the `bench`
+extra; methods whose package is missing are skipped.
 """
 
 from __future__ import annotations

@@ -1,10 +1,11 @@
-"""The denoisers that are compared: ours, MeshLab's, trimesh's, VTK's and Open3D's, each with the settings to try when it is tuned.
+"""The denoisers that are compared: ours, MeshLab's, trimesh's, VTK's and Open3D's, each with the settings to try when tuned.
 
 A denoiser takes vertices and faces and gives new vertices; all vertices are used by some face.
 """
 
 from __future__ import annotations
 
+import importlib
 import importlib.util
 import itertools
 from collections.abc import Callable, Iterator
@@ -143,13 +144,13 @@ def trimesh_filter(vertices: Floats, faces: Ints, *, name: str, **settings: Any)
 def vtk_windowed_sinc(vertices: Floats, faces: Ints, *, iterations: int, pass_band: float) -> Floats:
     """VTK's windowed sinc filter."""
     import vtk
-    from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
 
+    convert: Any = importlib.import_module("vtkmodules.util.numpy_support")
     points, triangles, mesh = vtk.vtkPoints(), vtk.vtkCellArray(), vtk.vtkPolyData()
     points.SetDataTypeToDouble()
-    points.SetData(numpy_to_vtk(vertices, deep=True))
+    points.SetData(convert.numpy_to_vtk(vertices, deep=True))
     counted = np.column_stack([np.full(len(faces), 3), faces]).astype(np.int64).ravel()
-    triangles.SetCells(len(faces), numpy_to_vtkIdTypeArray(counted, deep=True))
+    triangles.SetCells(len(faces), convert.numpy_to_vtkIdTypeArray(counted, deep=True))
     mesh.SetPoints(points)
     mesh.SetPolys(triangles)
     smoother = vtk.vtkWindowedSincPolyDataFilter()
@@ -160,13 +161,12 @@ def vtk_windowed_sinc(vertices: Floats, faces: Ints, *, iterations: int, pass_ba
     smoother.NonManifoldSmoothingOn()
     smoother.NormalizeCoordinatesOn()
     smoother.Update()
-    return np.array(vtk_to_numpy(smoother.GetOutput().GetPoints().GetData()), dtype=np.float64)
+    return np.array(convert.vtk_to_numpy(smoother.GetOutput().GetPoints().GetData()), dtype=np.float64)
 
 
 def open3d_taubin(vertices: Floats, faces: Ints, *, iterations: int) -> Floats:
     """Open3D's Taubin filter."""
-    import open3d
-
+    open3d: Any = importlib.import_module("open3d")
     mesh = open3d.geometry.TriangleMesh(
         open3d.utility.Vector3dVector(vertices), open3d.utility.Vector3iVector(faces.astype(np.int32))
     )
@@ -193,6 +193,7 @@ SMOOTH: Settings = SHARP | {
     "outer_iterations": 10,
 }
 ZHENG: Settings = {"range_sigma": 0.35, "normal_iterations": 20, "vertex_iterations": 10}
+ZHENG_TRIALS = combinations(range_sigma=(0.25, 0.35, 0.45), normal_iterations=(10, 20, 40))
 GUIDED: Settings = ZHENG | {"method": "guided", "neighborhood": "two_ring"}
 
 

@@ -45,7 +45,7 @@ def paint(axes: Any, vertices: Floats, faces: Ints, window: Window | None = None
     seen = (normals[:, 2] > 0) & (centre[:, 0] > left) & (centre[:, 0] < right) & (centre[:, 1] > bottom) & (centre[:, 1] < top)
     order = np.flatnonzero(seen)[np.argsort(centre[seen, 2])]
     axes.add_collection(
-        PolyCollection(corners[order][:, :, :2], facecolors=shade(normals[order]), edgecolors="face", linewidths=0.2)
+        PolyCollection(list(corners[order][:, :, :2]), facecolors=shade(normals[order]), edgecolors="face", linewidths=0.2)
     )
     axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
     axes.axis("off")
@@ -64,7 +64,7 @@ def shade(normals: Floats) -> Floats:
     half = LIGHT / np.linalg.norm(LIGHT) + [0, 0, 1]
     specular = np.clip(normals @ (half / np.linalg.norm(half)), 0, 1)[:, None] ** 40
     color = np.array([0.62, 0.66, 0.72])
-    return np.clip(0.12 + 0.75 * diffuse * color + 0.45 * specular, 0, 1)
+    return np.asarray(np.clip(0.12 + 0.75 * diffuse * color + 0.45 * specular, 0, 1))
 
 
 def picture(path: Path, draw: Callable[[Any], None], *, rows: int, columns: int, size: tuple[float, float]) -> None:
