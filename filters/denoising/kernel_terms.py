@@ -28,8 +28,8 @@ def space_term(kernel: KernelName, sigma: float | None, automatic: float) -> Ter
     return Term(kernel_code(kernel), _checked_sigma("space_sigma", sigma, automatic))
 
 
-def range_term(kernel: KernelName, sigma: float | None, heights: Floats) -> Term:
-    """The kernel of heights; its sigma, or `SIGMA_IN_DEVIATIONS` times the deviation of the given heights of near neighbours.
+def range_term(kernel: KernelName, sigma: float | None, heights: Floats, share: float) -> Term:
+    """The kernel of heights; its sigma, or a share of `SIGMA_IN_DEVIATIONS` times the deviation of the heights of neighbours.
 
     Most of a surface being smooth, the median of their sizes is that of noise, not of features. A term with sigma 0 comes from
     heights that are all 0: there is nothing to remove.
@@ -39,7 +39,7 @@ def range_term(kernel: KernelName, sigma: float | None, heights: Floats) -> Term
     if sigma is None and len(heights):
         sizes = np.abs(heights)
         deviation = float(MAD_TO_DEVIATION * np.median(sizes) or sizes.mean())
-    return Term(code, _checked_sigma("range_sigma", sigma, SIGMA_IN_DEVIATIONS[kernel] * deviation))
+    return Term(code, _checked_sigma("range_sigma", sigma, share * SIGMA_IN_DEVIATIONS[kernel] * deviation))
 
 
 def check_iterations(iterations: int) -> int:
@@ -55,7 +55,9 @@ def check_movable(movable: ArrayLike | None, n: int) -> Bools:
         return np.ones(n, dtype=np.bool_)
     mask = np.asarray(movable)
     if mask.dtype != np.bool_ or mask.shape != (n,):
-        raise FilterInputError(f"movable must be a boolean array of {n} values, one a vertex, got shape {mask.shape} of {mask.dtype}")
+        raise FilterInputError(
+            f"movable must be a boolean array of {n} values, one a vertex, got shape {mask.shape} of {mask.dtype}"
+        )
     return mask
 
 

@@ -65,7 +65,8 @@ def robust_line(x: ArrayLike, y: ArrayLike, *, kernel: KernelName = "huber", sig
     the one near that start.
 
     Args:
-        x, y: (n,) at least two samples, not all at one x.
+        x: (n,) at least two places, not all the same.
+        y: (n,) the samples there.
         kernel: of rho; "l2" is the plain least squares fit.
         sigma: the scale in the unit of y; larger listens to more distant samples. None: `mad_scale` of the deviations from the
             line of "l1" times `SIGMA_IN_DEVIATIONS`.

@@ -115,44 +115,72 @@ def _step(
     blocks: int,
 ) -> None:
     count = moving.shape[0]
-    reach = (REACH * space_sigma) ** 2
     for block in prange(blocks):
         seen = np.full(points.shape[0], -1, dtype=np.int32)
-        queue = np.empty(64, dtype=np.int32)
+        queue = np.empty(points.shape[0], dtype=np.int32)
         for m in range(block * count // blocks, (block + 1) * count // blocks):
             i = moving[m]
-            nx, ny, nz = _normal(points, i, end_offsets, ends)
-            px, py, pz = points[i, 0], points[i, 1], points[i, 2]
-            total = shift = 0.0
-            queue[0], seen[i] = i, i
-            first, last = 0, 1
-            while first < last:
-                v = queue[first]
-                first += 1
-                start, stop = offsets[v], offsets[v + 1]
-                if on_curve[i]:
-                    start, stop = curve_offsets[v], curve_offsets[v + 1]
-                for k in range(start, stop):
-                    j = curve_neighbours[k] if on_curve[i] else neighbours[k]
-                    if seen[j] == i:
-                        continue
-                    seen[j] = i
-                    dx, dy, dz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
-                    squared = dx * dx + dy * dy + dz * dz
-                    if squared > reach:
-                        continue
-                    height = nx * dx + ny * dy + nz * dz
-                    share = kernel_weight(space_code, math.sqrt(squared), space_sigma)
-                    share *= kernel_weight(range_code, height, range_sigma)
-                    total += share
-                    shift += share * height
-                    if last == queue.shape[0]:
-                        longer = np.empty(2 * last, dtype=np.int32)
-                        longer[:last] = queue
-                        queue = longer
-                    queue[last] = j
-                    last += 1
-            if total > 0.0:
-                out[i, 0] = px + shift / total * nx
-                out[i, 1] = py + shift / total * ny
-                out[i, 2] = pz + shift / total * nz
+            x, y, z = _normal(points, i, end_offsets, ends)
+            if on_curve[i]:
+                height = _mean_height(
+                    points,
+                    i,
+                    (x, y, z),
+                    curve_offsets,
+                    curve_neighbours,
+                    seen,
+                    queue,
+                    space_code,
+                    space_sigma,
+                    range_code,
+                    range_sigma,
+                )
+            else:
+                height = _mean_height(
+                    points, i, (x, y, z), offsets, neighbours, seen, queue, space_code, space_sigma, range_code, range_sigma
+                )
+            out[i, 0] = points[i, 0] + height * x
+            out[i, 1] = points[i, 1] + height * y
+            out[i, 2] = points[i, 2] + height * z
+
+
+@njit(cache=True)
+def _mean_height(
+    points: Floats,
+    i: int,
+    normal: tuple[float, float, float],
+    offsets: Longs,
+    neighbours: Ints,
+    seen: Ints,
+    queue: Ints,
+    space_code: int,
+    space_sigma: float,
+    range_code: int,
+    range_sigma: float,
+) -> float:
+    """The weighted mean height of the vertices within reach of i, breadth first; `seen` and `queue` have room for all of them."""
+    reach = (REACH * space_sigma) ** 2
+    px, py, pz = points[i, 0], points[i, 1], points[i, 2]
+    x, y, z = normal
+    total = sum_of_heights = 0.0
+    queue[0], seen[i] = i, i
+    first, last = 0, 1
+    while first < last:
+        v = queue[first]
+        first += 1
+        for k in range(offsets[v], offsets[v + 1]):
+            j = neighbours[k]
+            if seen[j] == i:
+                continue
+            seen[j] = i
+            dx, dy, dz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
+            squared = dx * dx + dy * dy + dz * dz
+            if squared > reach:
+                continue
+            height = x * dx + y * dy + z * dz
+            share = kernel_weight(space_code, math.sqrt(squared), space_sigma) * kernel_weight(range_code, height, range_sigma)
+            total += share
+            sum_of_heights += share * height
+            queue[last] = j
+            last += 1
+    return sum_of_heights / total if total > 0.0 else 0.0
