@@ -134,42 +134,62 @@ def _visit(
     """Count the neighbours of face i at ``offsets[i + 1]``, or if there is room for them write them from ``offsets[i]`` on."""
     n_faces = faces.shape[0]
     for part in prange(parts):
-        seen = np.full(n_faces, -1, dtype=np.int32)
-        queue = np.empty(64, dtype=np.int32)
-        for i in range(part * n_faces // parts, (part + 1) * n_faces // parts):
-            seen[i] = i
-            queue[0] = i
-            begin, end, found = 0, 1, 1
-            # Across edges is a ring of its own, in which a face must share both ends of a side.
-            for _ in range(max(rings, 1)):
-                for at in range(begin, end):
-                    g = queue[at]
-                    for side in range(3):
-                        v, w = faces[g, side], faces[g, (side + 1) % 3]
-                        for k in range(corner_offsets[v], corner_offsets[v + 1]):
-                            h = corners[k, 0]
-                            if seen[h] == i or (rings == 0 and corners[k, 1] != w and corners[k, 2] != w):
-                                continue
-                            seen[h] = i
-                            if centres.shape[0] and _squared_distance(centres, i, h) > squared_radius:
-                                continue
-                            if found == queue.shape[0]:
-                                queue = np.concatenate((queue, queue))
-                            queue[found] = h
-                            found += 1
-                begin, end = end, found
-                if begin == end:
-                    break
-            if neighbours.shape[0]:
-                neighbours[offsets[i] : offsets[i + 1]] = queue[1:found]
-            else:
-                offsets[i + 1] = found - 1
+        first, last = part * faces.shape[0] // parts, (part + 1) * faces.shape[0] // parts
+        _visit_some(faces, corner_offsets, corners, rings, centres, squared_radius, first, last, offsets, neighbours)
+
+
+@njit(cache=True)
+def _visit_some(
+    faces: Ints,
+    corner_offsets: Longs,
+    corners: Ints,
+    rings: int,
+    centres: Floats,
+    squared_radius: float,
+    first: int,
+    last: int,
+    offsets: Longs,
+    neighbours: Ints,
+) -> None:
+    """`_visit` for the faces from `first` to before `last`."""
+    seen = np.full(faces.shape[0], -1, dtype=np.int32)
+    queue = np.empty(64, dtype=np.int32)
+    for i in range(first, last):
+        if faces[i, 0] == faces[i, 1] or faces[i, 1] == faces[i, 2] or faces[i, 2] == faces[i, 0]:
+            continue
+        seen[i] = i
+        queue[0] = i
+        begin, end, found = 0, 1, 1
+        # Across edges is a ring of its own, in which a face must share both ends of a side.
+        for _ in range(max(rings, 1)):
+            for at in range(begin, end):
+                g = queue[at]
+                for side in range(3):
+                    v, w = faces[g, side], faces[g, (side + 1) % 3]
+                    for k in range(corner_offsets[v], corner_offsets[v + 1]):
+                        h = corners[k, 0]
+                        if seen[h] == i or (rings == 0 and corners[k, 1] != w and corners[k, 2] != w):
+                            continue
+                        seen[h] = i
+                        if centres.shape[0] and _squared_distance(centres, i, h) > squared_radius:
+                            continue
+                        if found == queue.shape[0]:
+                            queue = np.concatenate((queue, queue))
+                        queue[found] = h
+                        found += 1
+            begin, end = end, found
+            if begin == end:
+                break
+        if neighbours.shape[0]:
+            neighbours[offsets[i] : offsets[i + 1]] = queue[1:found]
+        else:
+            offsets[i + 1] = found - 1
 
 
 @njit(cache=True)
 def _squared_distance(centres: Floats, i: int, j: int) -> float:
     x, y, z = centres[j, 0] - centres[i, 0], centres[j, 1] - centres[i, 1], centres[j, 2] - centres[i, 2]
-    return x * x + y * y + z * z
+    return float(x * x + y * y + z * z)
 
 
 @njit(cache=True, parallel=True)

@@ -104,4 +104,4 @@ def _choose(measures: Floats, means: Floats, offsets: Longs, neighbours: Ints, g
 @njit(cache=True)
 def _squared_difference(normals: Floats, i: int, j: int) -> float:
     x, y, z = normals[j, 0] - normals[i, 0], normals[j, 1] - normals[i, 1], normals[j, 2] - normals[i, 2]
-    return x * x + y * y + z * z
+    return float(x * x + y * y + z * z)

@@ -43,6 +43,7 @@ def normal_filtering(
     space_kernel: SpaceKernel = "gaussian",
     range_measure: RangeMeasure = "euclidean",
     range_sigma: float = 0.35,
+    range_floor: float = 0.0,
     space_sigma: float = 1.0,
     neighborhood: Neighborhood = "vertex",
     radius: float = 2.0,
@@ -71,6 +72,8 @@ def normal_filtering(
         range_measure: how the deviation x of two normals is measured.
         range_sigma: the scale of g, in the unit of the measure. Larger smooths more and across sharper features. For "gaussian"
             the standard deviation.
+        range_floor: smaller deviations count as this one, in the unit of the measure. Above 0 it keeps "l1" and "truncated_l1",
+            whose weight is 1 / x, from letting two faces that happen to agree hold each other; 0.03 does them good.
         space_sigma: the scale of f, in mean distances of the centres of faces that share an edge, of the mesh as it is by then.
             Larger smooths larger details, as far as the neighbourhood reaches. For "gaussian" the standard deviation.
         neighborhood: which faces are averaged over; see `Neighborhood`. Larger smooths larger details, and costs in proportion.
@@ -102,6 +105,7 @@ def normal_filtering(
         space_kernel,
         range_measure,
         range_sigma,
+        range_floor,
         space_sigma,
         neighborhood,
         radius,
@@ -148,6 +152,7 @@ def filter_face_normals(
     space_kernel: SpaceKernel = "gaussian",
     range_measure: RangeMeasure = "euclidean",
     range_sigma: float = 0.35,
+    range_floor: float = 0.0,
     space_sigma: float = 1.0,
     neighborhood: Neighborhood = "vertex",
     radius: float = 2.0,
@@ -165,6 +170,7 @@ def filter_face_normals(
         space_kernel,
         range_measure,
         range_sigma,
+        range_floor,
         space_sigma,
         neighborhood,
         radius,
@@ -193,6 +199,7 @@ class NormalFilter(NamedTuple):
     space_kernel: SpaceKernel
     range_measure: RangeMeasure
     range_sigma: float
+    range_floor: float
     space_sigma: float
     neighborhood: Neighborhood
     radius: float
@@ -210,6 +217,8 @@ class NormalFilter(NamedTuple):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise FilterInputError(f"{name} {value} is not finite and above 0")
+        if not (math.isfinite(self.range_floor) and self.range_floor >= 0.0):
+            raise FilterInputError(f"range_floor {self.range_floor} is not finite and at least 0")
         return self
 
 
@@ -261,6 +270,7 @@ def _filtered(now: Floats, triangles: Ints, around: _Surroundings, rule: NormalF
                 range_kernel=rule.range_kernel,
                 range_sigma=rule.range_sigma,
                 range_measure=rule.range_measure,
+                range_floor=rule.range_floor,
                 space_kernel="constant" if rule.method == "unilateral" else rule.space_kernel,
                 space_sigma=rule.space_sigma * distance,
                 # A normal deviates from itself by 0, which outweighs all others in a kernel such as 1 / x; but a guide is a mean.

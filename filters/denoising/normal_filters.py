@@ -34,6 +34,7 @@ def weighted_normals(
     range_kernel: KernelName | Literal["constant"] = "gaussian",
     range_sigma: float = 0.35,
     range_measure: RangeMeasure = "euclidean",
+    range_floor: float = 0.0,
     space_kernel: SpaceKernel = "gaussian",
     space_sigma: float = 1.0,
     itself: bool = False,
@@ -51,6 +52,8 @@ def weighted_normals(
         range_kernel: g. "constant" gives every neighbour the same weight, whatever its direction.
         range_sigma: its scale, in the unit of the measure. Larger averages across sharper features.
         range_measure: how x_ij is measured.
+        range_floor: smaller deviations count as this one, in the unit of the measure. Kernels such as 1 / x otherwise let two
+            faces that happen to agree hold each other, against all others.
         space_kernel: f.
         space_sigma: its scale, in the unit of the centres. Larger smooths larger details, as far as the neighbourhood reaches.
         itself: whether face i is one of its own neighbours.
@@ -65,7 +68,7 @@ def weighted_normals(
     ):
         if value not in allowed:
             raise FilterInputError(f"{name} {value!r} is not one of {', '.join(map(repr, allowed))}")
-    for name, number in (("range_sigma", range_sigma), ("space_sigma", space_sigma)):
+    for name, number in (("range_sigma", range_sigma), ("space_sigma", space_sigma), ("range_floor", range_floor)):
         if not (math.isfinite(number) and number >= 0.0):
             raise FilterInputError(f"{name} {number} is not finite and at least 0")
     result = np.empty_like(normals)
@@ -82,6 +85,7 @@ def weighted_normals(
             _code(range_kernel),
             _scale(range_kernel, range_sigma),
             _MEASURE_CODES[range_measure],
+            range_floor,
             _code(space_kernel),
             _scale(space_kernel, space_sigma),
             itself,
@@ -115,12 +119,13 @@ def _weighted_means(
     range_code: int,
     range_scale: float,
     measure: int,
+    floor: float,
     space_code: int,
     space_scale: float,
     itself: bool,
     result: Floats,
 ) -> None:
-    both_gaussian = range_code == _GAUSSIAN and space_code == _GAUSSIAN and measure == 0
+    both_gaussian = range_code == _GAUSSIAN and space_code == _GAUSSIAN and measure == 0 and floor == 0.0
     per_space, per_range = 1.0 / (space_scale * space_scale), 1.0 / (range_scale * range_scale)
     for i in prange(normals.shape[0]):
         x = y = z = 0.0
@@ -141,7 +146,7 @@ def _weighted_means(
                         deviation = math.sqrt(deviation)
                     elif measure == 1:
                         deviation = 2.0 * math.asin(min(1.0, 0.5 * math.sqrt(deviation)))
-                    weight *= kernel_weight(range_code, deviation, range_scale)
+                    weight *= kernel_weight(range_code, max(deviation, floor), range_scale)
                 if space_code >= 0 and weight > 0.0:
                     if space_code == _GAUSSIAN:
                         weight *= math.exp(-distance * per_space)
