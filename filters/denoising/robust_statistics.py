@@ -13,7 +13,8 @@ from .m_estimators import KERNEL_NAMES, KernelName, weight
 MAD_TO_DEVIATION = 1.4826022185056018
 
 #: sigma in standard deviations of the noise with which a mean of purely normal samples has 95 % of the efficiency of the plain
-#: one. Hampel's is his own a1 = 2. Those of "l2" and "l1" are without effect.
+#: one. Of "truncated_l1", which cannot reach that, the sigma of "truncated_l2"; Hampel's is his own a1 = 2; those of "l2" and
+#: "l1" are without effect.
 SIGMA_IN_DEVIATIONS: dict[KernelName, float] = dict(
     zip(KERNEL_NAMES, (1.0, 1.0, 2.795, 2.795, 1.345, 1.686, 2.985, 4.685, 2.0), strict=True)
 )
@@ -94,17 +95,17 @@ def _reweighted(design: Floats, values: Floats, start: Floats, kernel: KernelNam
     scale = _scale_of(residuals) * SIGMA_IN_DEVIATIONS[kernel] if sigma is None and kernel in SIGMA_IN_DEVIATIONS else sigma
     if scale == 0.0 and sigma is None:  # every sample is met exactly
         return start
-    result = start
+    result: Floats = start
     for _ in range(_ITERATIONS):
         roots = np.sqrt(weight(kernel, values - design @ result, 1.0 if scale is None else scale))
         if np.count_nonzero(roots) < design.shape[1]:  # too few samples within reach of sigma
             return result
-        following = np.linalg.lstsq(design * roots[:, None], values * roots, rcond=None)[0]
+        following: Floats = np.linalg.lstsq(design * roots[:, None], values * roots, rcond=None)[0]
         change = np.abs(design @ (following - result)).max()
         result = following
         if change <= _TOLERANCE * np.abs(values).max():
             break
-    return np.asarray(result)
+    return result
 
 
 def _scale_of(residuals: Floats) -> float:

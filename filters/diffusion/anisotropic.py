@@ -75,7 +75,7 @@ def perona_malik(
     if iterations != int(iterations) or iterations < 0:
         raise FilterInputError(f"iterations is {iterations}: it is a whole number of at least 0")
     rings = one_rings(triangles, len(start))
-    longest = 1.0 / max(1, int(np.diff(rings.offsets).max(initial=0)))
+    longest = _longest_step(rings)
     step = longest if step is None else step
     if not (math.isfinite(step) and step > 0.0):
         raise FilterInputError(f"step {step} is not finite and above 0")
@@ -103,6 +103,12 @@ def perona_malik(
     return np.asarray(np.where(result == start, start, result).reshape(given.shape))
 
 
+def longest_step(faces: ArrayLike) -> float:
+    """One over the largest number of neighbours of a vertex of (m, 3) triangles: the longest step of `perona_malik`."""
+    triangles = np.asarray(faces)
+    return _longest_step(one_rings(triangles, int(triangles.max()) + 1)) if triangles.size else 1.0
+
+
 def automatic_contrast(values: Floats, rings: OneRings, edge_stop: EdgeStop) -> float:
     """The contrast that `perona_malik` takes for (n, k) values by itself; 0 if no neighbours differ."""
     owners = np.repeat(np.arange(len(values)), np.diff(rings.offsets))
@@ -113,6 +119,10 @@ def automatic_contrast(values: Floats, rings: OneRings, edge_stop: EdgeStop) -> 
     # Where most neighbours are equal the median says nothing.
     deviation = float(MAD_TO_DEVIATION * np.median(differences) or differences.mean())
     return _CONTRAST_IN_DEVIATIONS.get(edge_stop, 1.0) * deviation
+
+
+def _longest_step(rings: OneRings) -> float:
+    return 1.0 / max(1, int(np.diff(rings.offsets).max(initial=0)))
 
 
 def _checked(values: Floats, faces: Ints) -> tuple[Floats, Ints]:
