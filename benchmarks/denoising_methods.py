@@ -61,13 +61,10 @@ def combinations(**values: tuple[Any, ...]) -> tuple[Settings, ...]:
 
 
 def automatic(vertices: Floats, faces: Ints) -> Floats:
-    """Normal filtering with nothing said, as users call it."""
-    from pymeshfair import MeshSet
+    """Normal filtering with nothing said."""
+    from pymeshfair.filters.denoising.automatic import denoise_automatically
 
-    meshes = MeshSet()
-    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
-    meshes.apply_coord_normal_filtering()  # type: ignore[operator,unused-ignore]
-    return np.asarray(meshes.current_mesh().vertex_matrix())
+    return denoise_automatically(vertices, faces)[0]
 
 
 def normal_filtering(vertices: Floats, faces: Ints, **settings: Any) -> Floats:
@@ -180,6 +177,7 @@ SHARP: Settings = {
     "range_kernel": "truncated_l1",
     "neighborhood": "two_ring",
     "range_sigma": 1.0,
+    "range_floor": 0.0,
     "space_sigma": 2.5,
     "outer_iterations": 20,
     "normal_iterations": 1,
@@ -200,19 +198,29 @@ GUIDED: Settings = ZHENG | {"method": "guided", "neighborhood": "two_ring"}
 def our_trials() -> Iterator[Settings]:
     """Kernels with the widths and schedules that suit them, about a hundred runs a mesh."""
     two_ring, vertex = "two_ring", "vertex"
-    for method, kernel, neighborhood, sigmas, widths, schedules in (
-        ("bilateral", "truncated_l1", two_ring, (0.5, 0.7, 0.85, 1.0, 1.2), (1.5, 2.5), ((10, 10), (20, 10), (30, 5), (40, 10))),
-        ("averaged", "truncated_l1", two_ring, (0.25, 0.36, 0.5), (1.5, 2.5), ((10, 10), (20, 10), (30, 10))),
-        ("averaged", "gaussian", two_ring, (0.15, 0.25), (1.5, 2.5), ((10, 10), (20, 10))),
-        ("bilateral", "lorentzian", two_ring, (0.06, 0.12, 0.2), (1.0, 1.5, 2.5), ((5, 5), (10, 10), (30, 5))),
-        ("bilateral", "huber", vertex, (0.05, 0.1, 0.2), (1.0, 1.5), ((3, 5), (5, 5), (10, 5), (10, 10))),
+    for method, kernel, floors, neighborhood, sigmas, widths, schedules in (
+        (
+            "bilateral",
+            "truncated_l1",
+            (0.0, 0.03),
+            two_ring,
+            (0.6, 0.85, 1.0),
+            (1.5, 2.5),
+            ((10, 10), (20, 10), (30, 5), (40, 10)),
+        ),
+        ("averaged", "truncated_l1", (0.03,), two_ring, (0.25, 0.36, 0.5), (1.5, 2.5), ((10, 10), (20, 10), (30, 10))),
+        ("averaged", "truncated_l2", (0.0,), two_ring, (0.15, 0.25), (1.5,), ((10, 10), (20, 10), (40, 10))),
+        ("averaged", "gaussian", (0.0,), two_ring, (0.15, 0.4), (2.5,), ((20, 10), (40, 10))),
+        ("bilateral", "lorentzian", (0.0,), two_ring, (0.06, 0.12), (1.5, 2.5), ((5, 5), (10, 10), (30, 5))),
+        ("bilateral", "huber", (0.0,), vertex, (0.05, 0.1, 0.2), (1.0, 1.5), ((3, 5), (5, 5), (10, 5), (10, 10), (20, 10))),
     ):
-        for sigma, width, (outer, fit) in itertools.product(sigmas, widths, schedules):
+        for sigma, floor, width, (outer, fit) in itertools.product(sigmas, floors, widths, schedules):
             yield SHARP | {
                 "method": method,
                 "range_kernel": kernel,
                 "neighborhood": neighborhood,
                 "range_sigma": sigma,
+                "range_floor": floor,
                 "space_sigma": width,
                 "outer_iterations": outer,
                 "vertex_iterations": fit,

@@ -71,7 +71,7 @@ def picture(path: Path, draw: Callable[[Any], None], *, rows: int, columns: int,
     """Save what `draw` puts on rows x columns axes as a PNG of 100 pixels an inch of `size`."""
     figure, axes = plt.subplots(rows, columns, figsize=size, squeeze=False)
     draw(axes)
-    figure.tight_layout(pad=0.4)
+    figure.tight_layout(pad=0.4, h_pad=2.0)
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=100 * SUPERSAMPLING)
     plt.close(figure)
