@@ -132,7 +132,6 @@ def _visit(
     neighbours: Ints,
 ) -> None:
     """Count the neighbours of face i at ``offsets[i + 1]``, or if there is room for them write them from ``offsets[i]`` on."""
-    n_faces = faces.shape[0]
     for part in prange(parts):
         first, last = part * faces.shape[0] // parts, (part + 1) * faces.shape[0] // parts
         _visit_some(faces, corner_offsets, corners, rings, centres, squared_radius, first, last, offsets, neighbours)

@@ -35,7 +35,7 @@ def test_a_step_is_the_mean_of_projections(update: VertexUpdate) -> None:
             total, weights = np.zeros(3), 0.0
             for f in np.flatnonzero((faces == i).any(axis=1)):
                 a, b, c = now[faces[f]]
-                weight = 1.0 if update == "sun" else np.linalg.norm(np.cross(b - a, c - a)) / 2
+                weight = 1.0 if update == "sun" else float(np.linalg.norm(np.cross(b - a, c - a))) / 2
                 n = TRUE_NORMALS[f]
                 total += weight * n * (n @ ((a + b + c) / 3 - now[i]))
                 weights += weight
