@@ -100,7 +100,7 @@ def _reweighted(design: Floats, values: Floats, start: Floats, kernel: KernelNam
         roots = np.sqrt(weight(kernel, values - design @ result, 1.0 if scale is None else scale))
         if np.count_nonzero(roots) < design.shape[1]:  # too few samples within reach of sigma
             return result
-        following: Floats = np.linalg.lstsq(design * roots[:, None], values * roots, rcond=None)[0]
+        following: Floats = np.asarray(np.linalg.lstsq(design * roots[:, None], values * roots, rcond=None)[0], dtype=np.float64)
         change = np.abs(design @ (following - result)).max()
         result = following
         if change <= _TOLERANCE * np.abs(values).max():

@@ -8,7 +8,7 @@ from numba import njit, prange
 from numpy.typing import ArrayLike
 
 from ..denoising.m_estimators import KERNEL_CODES, KernelName, kernel_weight
-from ..denoising.robust_statistics import MAD_TO_DEVIATION
+from ..denoising.robust_statistics import MAD_TO_DEVIATION, SIGMA_IN_DEVIATIONS
 from ..errors import FilterInputError, UnstableStepError
 from ..mesh import Bools, Floats, Ints, Longs
 from ..parallel import threads_for
@@ -19,8 +19,13 @@ from ..rings import OneRings, one_rings
 EdgeStop: TypeAlias = Literal["lorentzian", "gaussian", "tukey", "huber", "hampel", "truncated_l2", "l2"]
 EDGE_STOPS: tuple[EdgeStop, ...] = get_args(EdgeStop)
 
-#: The automatic contrast in deviations of the differences: with it x g(x) is greatest at one deviation, for every g [black1998].
-_CONTRAST_IN_DEVIATIONS: dict[EdgeStop, float] = {"gaussian": math.sqrt(2.0), "tukey": math.sqrt(5.0)}
+#: The automatic contrast in deviations of the differences: with it x g(x) is greatest at one deviation, for every g [black1998]
+#: but "truncated_l2", which would take a third of the noise for edges.
+_CONTRAST_IN_DEVIATIONS: dict[EdgeStop, float] = {
+    "gaussian": math.sqrt(2.0),
+    "tukey": math.sqrt(5.0),
+    "truncated_l2": SIGMA_IN_DEVIATIONS["truncated_l2"],
+}
 
 
 def perona_malik(
@@ -49,7 +54,8 @@ def perona_malik(
         faces: (m, 3) triangles.
         edge_stop: g.
         contrast: c, in the unit of the values: larger differences are edges. Larger blurs more edges. None: 1.4826 times the
-            median |I_p - I_s| over the edges of the input, times 1.41 for "gaussian" and 2.24 for "tukey".
+            median |I_p - I_s| over the edges of the input, times 1.41 for "gaussian", 2.24 for "tukey", 2.80 for
+            "truncated_l2".
         step: above 0 and at most 1 / d, d the largest number of neighbours of a vertex. Larger is smoother. None: 1 / d.
         iterations: number of steps. More are smoother; the time is proportional.
         movable: (n,) bool, which vertices' values may change, None for all. The others are seen by those that do.
@@ -113,12 +119,14 @@ def automatic_contrast(values: Floats, rings: OneRings, edge_stop: EdgeStop) -> 
     """The contrast that `perona_malik` takes for (n, k) values by itself; 0 if no neighbours differ."""
     owners = np.repeat(np.arange(len(values)), np.diff(rings.offsets))
     once = owners < rings.neighbours
-    differences = np.linalg.norm(values[rings.neighbours[once]] - values[owners[once]], axis=1)
-    if len(differences) == 0:
+    differences = np.abs(values[rings.neighbours[once]] - values[owners[once]])
+    largest = float(differences.max(initial=0.0))
+    if largest == 0.0:
         return 0.0
+    differences = np.linalg.norm(differences / largest, axis=1)  # squares of very large values would overflow
     # Where most neighbours are equal the median says nothing.
     deviation = float(MAD_TO_DEVIATION * np.median(differences) or differences.mean())
-    return _CONTRAST_IN_DEVIATIONS.get(edge_stop, 1.0) * deviation
+    return _CONTRAST_IN_DEVIATIONS.get(edge_stop, 1.0) * deviation * largest
 
 
 def _longest_step(rings: OneRings) -> float:
