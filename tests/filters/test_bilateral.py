@@ -98,7 +98,7 @@ KERNEL_PAIRS: list[tuple[KernelName, KernelName]] = [(f, "gaussian") for f in KE
 def test_loops_over_vertices_give_the_same(f: KernelName, g: KernelName) -> None:
     """Both filters are their equations, for every kernel of distances and of heights, to 1e-10."""
     mesh = noisy(icosphere(2), 0.03)
-    sigmas = {"space_sigma": 0.45, "range_sigma": 0.05}
+    sigmas: dict[str, Any] = {"space_sigma": 0.45, "range_sigma": 0.05}
     found = bilateral_fleishman(*mesh, space_kernel=f, range_kernel=g, iterations=1, **sigmas)
     np.testing.assert_allclose(found, fleishman_by_loops(mesh, f, g, 0.45, 0.05), rtol=0, atol=1e-10)
     found = bilateral_jones(*mesh, space_kernel=f, range_kernel=g, **sigmas)
@@ -108,7 +108,7 @@ def test_loops_over_vertices_give_the_same(f: KernelName, g: KernelName) -> None
 def test_iterations_are_steps_one_after_the_other() -> None:
     """Two iterations with given scales are one, twice."""
     vertices, faces = noisy(icosphere(2), 0.03)
-    sigmas = {"space_sigma": 0.45, "range_sigma": 0.05}
+    sigmas: dict[str, Any] = {"space_sigma": 0.45, "range_sigma": 0.05}
     once = bilateral_fleishman(vertices, faces, iterations=1, **sigmas)
     twice = bilateral_fleishman(vertices, faces, iterations=2, **sigmas)
     np.testing.assert_allclose(bilateral_fleishman(once, faces, iterations=1, **sigmas), twice, rtol=0, atol=1e-14)
