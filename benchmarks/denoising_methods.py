@@ -247,6 +247,7 @@ METHODS = (
     Method("MeshLab two-step", meshlab, meshlab_two_step()),
     Method("MeshLab two-step, interleaved", meshlab, meshlab_two_step(50, 1, 1)),
     Method("MeshLab Taubin, then interleaved", meshlab, meshlab_two_step(50, 1, 1, taubin_before=5)),
+    Method("MeshLab, our recipe", meshlab, meshlab_two_step(35, 1, 1, angle=45.0, taubin_before=3)),
     Method("trimesh Taubin", trimesh_filter, {"name": "filter_taubin"}, needs="trimesh"),
     Method("trimesh Humphrey", trimesh_filter, {"name": "filter_humphrey"}, needs="trimesh"),
     Method(
