@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from denoising_findings import chest
 from denoising_methods import METHODS, Method, Settings
 from denoising_metrics import Errors, Floats, Ints, errors
 from denoising_table import Result, as_json, as_markdown
@@ -74,10 +75,9 @@ def warm_up(method: Method) -> str:
     """Compile what the method compiles, so that the first mesh's time is not that of the compiler; a word if it cannot run."""
     if not method.is_there:
         return f"{method.needs} is not installed"
-    vertices = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
-    faces = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], dtype=np.int32)
+    shape = chest(6)
     try:
-        method.run(vertices, faces, **method.settings)
+        method.run(shape.noisy, shape.faces, **method.settings)
     except Exception as error:
         return f"{type(error).__name__}: {error}"
     return ""
