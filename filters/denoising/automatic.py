@@ -1,9 +1,8 @@
 """Denoising without parameters: those of the normal filter follow from the scan alone.
 
-Three settings of the interleaved filter, for flat parts that meet at edges, for figures and for range
-maps, and a rule that chooses. The
-rule is that the vertices move by noise and by nothing else. Noise of neighbouring vertices is independent; a detail moves them
-together. So what was taken away, along the normals, is correlated between neighbours to the extent that it was detail.
+Three settings of the interleaved filter, for flat parts that meet at edges, for figures and for range maps, and a rule that
+chooses. The rule is that the vertices move by noise and by nothing else. Noise of neighbouring vertices is independent; a detail
+moves them together. So what was taken away, along the normals, is correlated between neighbours to the extent that it was detail.
 """
 
 from dataclasses import dataclass
