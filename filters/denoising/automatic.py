@@ -131,9 +131,9 @@ def _denoise(
     """The choice, and the result that finding it has computed."""
     points, triangles = check_mesh(vertices, faces)
     noise = estimate_noise(points, triangles)
-    residuals = _Residuals.of(points, triangles)
-    if noise.deviation < _NOTHING or len(residuals.pairs) == 0 or _is_designed(points, triangles):
+    if noise.deviation < _NOTHING or _is_designed(points, triangles):
         return AutomaticChoice(None, "clean", noise, 0.0), points.copy()
+    residuals = _Residuals.of(points, triangles)
     if noise.tangential > _SPREAD * noise.level and noise.anisotropy > _ONE_SIDED:
         result = normal_filtering(points, triangles, **vars(RANGE_MAP), border=border, movable=movable, progress=progress)
         return AutomaticChoice(RANGE_MAP, "range map", noise, 0.0), result

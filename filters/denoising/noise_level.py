@@ -62,7 +62,8 @@ def estimate_noise(vertices: ArrayLike, faces: ArrayLike) -> NoiseEstimate:
     |h| over the inner vertices, over 0.6745, is robust against the vertices at sharp edges. The normals are those of a smoothed
     copy. Noise that neighbours share, as that of a depth camera with its own filter, is not seen: it looks like a surface.
 
-    Against known noise of 0.1 to 0.6 edges the level is right within 5 % on machine parts and figures.
+    Against known noise of 0.2 to 0.5 edges the level is right within 4 % on machine parts and figures. Weak noise is overrated
+    where sharp edges are near most vertices: 0.1 edges by 28 % on a cube of 16 edges to a side.
 
     Args:
         vertices: (n, 3) coordinates.
