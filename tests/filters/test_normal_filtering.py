@@ -356,3 +356,38 @@ def test_the_authors_defaults_give_the_published_error(pair: Callable[[str], tup
     rough, true, faces = pair("fandisk_n3")
     after = normal_filtering(rough, faces, border="fixed")
     assert mean_angle(face_normals(after, faces), face_normals(true, faces)) == pytest.approx(3.49, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("name", "kernel_of_range", "sigma", "floor", "space_sigma", "steps", "most"),
+    [
+        ("fandisk_n3", "truncated_l1", 1.0, 0.03, 2.5, 2, 1.92),
+        ("block_n4", "truncated_l1", 1.0, 0.06, 2.5, 3, 2.88),
+        ("twelve_i5", "lorentzian", 0.06, 0.0, 2.0, 2, 1.96),
+    ],
+)
+def test_many_short_rounds_keep_edges(
+    pair: Callable[[str], tuple[Floats, Floats, Ints]],
+    name: str,
+    kernel_of_range: KernelName,
+    sigma: float,
+    floor: float,
+    space_sigma: float,
+    steps: int,
+    most: float,
+) -> None:
+    """60 outer iterations of one pass and a few steps leave about half the error of the published filters on machine parts."""
+    rough, true, faces = pair(name)
+    after = normal_filtering(
+        rough,
+        faces,
+        range_kernel=kernel_of_range,
+        range_sigma=sigma,
+        range_floor=floor,
+        space_sigma=space_sigma,
+        neighborhood="two_ring",
+        normal_iterations=1,
+        vertex_iterations=steps,
+        outer_iterations=60,
+    )
+    assert mean_angle(face_normals(after, faces), face_normals(true, faces)) <= most
