@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..diffusion.border import BorderPolicy
 from ..diffusion.frame import enter, ordered_frame
+from ..diffusion.taubin import taubin_fairing
 from ..mesh import Floats, Ints, check_mesh
 from ..progress import Progress, ignore_progress
 from ..topology import border_vertices, edges, face_adjacency
@@ -57,6 +58,10 @@ _WHITE, _MOST_ITERATIONS = -0.06, 12
 # A range map is sampled on a grid seen from one side: its vertices are spread along the surface, while their residuals lie along
 # the view. A depth camera's map has 3.9 and 0.37, scans and machine parts up to 2.1 or at most 0.25.
 _SPREAD, _ONE_SIDED = 2.5, 0.3
+# Noise in all directions moves the vertices along the surface too, and filters of normals leave that as it is. Ten steps of
+# Taubin and one of `SMOOTH` take the mean angle from 1.2 to 1.0 times that of Taubin's best on a figure with noise of 0.3 edges,
+# from 2.1 to 1.3 on a wedge with 0.6, and the displacement to Taubin's. Along the normals noise leaves 0.1 to 0.75 of the level.
+RELAXATION, _STRONG, _SCATTERED = 10, 0.1, 0.85
 # Noise below this, in mean edges, and angles below this, in radians, are the rounding of a file.
 _NOTHING, _FLAT = 1e-6, 1e-4
 # A model of planes as it was designed: more of its faces than this share a plane with a neighbour. One vertex in a hundred moved
@@ -69,15 +74,17 @@ class AutomaticChoice(NamedTuple):
 
     Attributes:
         parameters: for `normal_filtering`; None if there is no noise to take away.
-        kind: "sharp", "smooth", "range map" or "clean".
+        kind: "sharp", "smooth", "range map", "scattered" or "clean"; scattered is noise in all directions.
         noise: the estimate of the noise.
         correlation: of what the last filter that was asked about edges has taken from neighbouring vertices; 0 if none was.
+        relaxation: pairs of Taubin's steps, of 0.5 and -0.53, before the normals are filtered.
     """
 
     parameters: AutomaticParameters | None
     kind: str
     noise: NoiseEstimate
     correlation: float
+    relaxation: int = 0
 
 
 def automatic_parameters(
@@ -102,7 +109,7 @@ def denoise_automatically(
     """Denoise a mesh with parameters that are found from it.
 
     1. Estimate the noise. Without any, and if the mesh is made of planes without noise, it is returned as it is.
-    2. A range map of a depth camera: `RANGE_MAP`.
+    2. A range map of a depth camera: `RANGE_MAP`. Noise in all directions: `RELAXATION` of Taubin's steps, then `SMOOTH` once.
     3. Filter with `PROBE`, and correlate what it took away, along the normals, between neighbours. If it is not correlated, do
        the same with `SHARP`, and if it is not then either, this is the result.
     4. Otherwise `SMOOTH`, one outer iteration after the other until what is taken away begins to be correlated.
@@ -137,6 +144,10 @@ def _denoise(
     if noise.tangential > _SPREAD * noise.level and noise.anisotropy > _ONE_SIDED:
         result = normal_filtering(points, triangles, **vars(RANGE_MAP), border=border, movable=movable, progress=progress)
         return AutomaticChoice(RANGE_MAP, "range map", noise, 0.0), result
+    if noise.level > _STRONG and noise.tangential > max(_STRONG, _SCATTERED * noise.level):
+        fair = taubin_fairing(points, triangles, iterations=RELAXATION, border=border, movable=movable)
+        result = normal_filtering(fair, triangles, **vars(SMOOTH), border=border, movable=movable, progress=progress)
+        return AutomaticChoice(SMOOTH, "scattered", noise, 0.0, RELAXATION), result
     probed = normal_filtering(
         points, triangles, **vars(PROBE), border=border, movable=movable, progress=lambda share: progress(0.2 * share)
     )

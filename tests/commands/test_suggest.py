@@ -29,10 +29,11 @@ def scan(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_recipe_says_what_automatic_would_do(scan: Path) -> None:
-    """The printed recipe is a script of one step whose values are those that are found from the arrays."""
+    """The printed recipe is a script whose values are those that are found from the arrays."""
     done = invoke("suggest", scan)
     assert done.exit_code == 0, done.stderr
-    (step,) = parse_script(done.stdout.encode(), "suggested.mlx").steps
+    relaxing, step = parse_script(done.stdout.encode(), "suggested.mlx").steps
+    assert relaxing.filter.python_name == "apply_coord_taubin_fairing"
     assert step.filter.python_name == "apply_coord_normal_filtering"
     chosen = automatic_parameters(*noisy(torus(48, 24), 0.05)).parameters
     assert chosen is not None

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 #: the filter whose automatic parameters are made explicit
 FILTER = "apply_coord_normal_filtering"
+#: the filter that comes before it where noise has moved the vertices along the surface too
+RELAXES = "apply_coord_taubin_fairing"
 
 
 def suggest(
@@ -81,7 +83,12 @@ def _explicit(scan: Path, values: dict[str, Any]) -> Recipe | None:
         return None
     name = scan.name.replace("--", "- ").strip("-")
     comment = f"Denoises scans such as {name}\n\nFor: {_kind(values)}, with noise of {values['noise']:.2g} edges."
-    return Recipe("suggestion", Script((Step(known).with_values(given),), comment))
+    steps = [Step(known).with_values(given)]
+    if values["shape"] == "scattered":
+        from ..filters.denoising.automatic import RELAXATION
+
+        steps.insert(0, Step(find_filter(RELAXES)).with_values({"iterations": RELAXATION}))
+    return Recipe("suggestion", Script(tuple(steps), comment))
 
 
 def _words(scan: Path, values: dict[str, Any]) -> str:
@@ -98,5 +105,6 @@ def _kind(values: dict[str, Any]) -> str:
         "sharp": "flat parts that meet at edges",
         "smooth": "a smooth or finely detailed shape",
         "range map": "a range map with noise that neighbours share",
+        "scattered": "a shape with noise in all directions",
         "clean": "a shape without noise",
     }.get(values["shape"], values["shape"])
