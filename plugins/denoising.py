@@ -291,7 +291,9 @@ def _completed(layer: Layer, given: dict[str, Any]) -> tuple[dict[str, Any], dic
 
 
 def _findings(choice: AutomaticChoice) -> dict[str, Any]:
-    return {"shape": choice.kind, "noise": choice.noise.deviation}
+    """What the mesh was found to be, and the numbers that this rests on."""
+    numbers = {name: value for name, value in choice._asdict().items() if isinstance(value, int | float)}
+    return {"shape": choice.kind, "noise": choice.noise.deviation, **numbers}
 
 
 def _mean_displacement(layer: Layer, vertices: Floats) -> float:
