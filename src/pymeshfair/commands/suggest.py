@@ -101,10 +101,11 @@ def _words(scan: Path, values: dict[str, Any]) -> str:
 
 
 def _kind(values: dict[str, Any]) -> str:
-    return {
+    kinds = {
         "sharp": "flat parts that meet at edges",
         "smooth": "a smooth or finely detailed shape",
         "range map": "a range map with noise that neighbours share",
         "scattered": "a shape with noise in all directions",
         "clean": "a shape without noise",
-    }.get(values["shape"], values["shape"])
+    }
+    return kinds.get(values["shape"], str(values["shape"]))
