@@ -43,6 +43,8 @@ class AutomaticParameters:
 SHARP = AutomaticParameters("averaged", "truncated_l2", 0.25, 1.5, "two_ring", 1, 10, 20)
 #: Figures. The Huber kernel lets every normal have a say; how many outer iterations is up to the residuals.
 SMOOTH = AutomaticParameters("bilateral", "huber", 0.2, 1.5, "vertex", 1, 5, 1)
+#: Figures and parts with noise in all directions, after `RELAXATION` of Taubin's steps.
+SCATTERED = AutomaticParameters("bilateral", "huber", 0.2, 1.5, "vertex", 1, 5, 3)
 #: Range maps of depth cameras, whose noise neighbours share, so that the residuals say nothing: strong, and fixed.
 RANGE_MAP = AutomaticParameters("bilateral", "huber", 0.1, 1.5, "vertex", 1, 10, 30)
 #: A cheap filter that keeps flat parts and edges, and flattens figures: it spares figures the dear `SHARP`.
@@ -59,8 +61,8 @@ _WHITE, _MOST_ITERATIONS = -0.06, 12
 # the view. A depth camera's map has 3.9 and 0.37, scans and machine parts up to 2.1 or at most 0.25.
 _SPREAD, _ONE_SIDED = 2.5, 0.3
 # Noise in all directions moves the vertices along the surface too, and filters of normals leave that as it is. Ten steps of
-# Taubin and one of `SMOOTH` take the mean angle from 1.2 to 1.0 times that of Taubin's best on a figure with noise of 0.3 edges,
-# from 2.1 to 1.3 on a wedge with 0.6, and the displacement to Taubin's. Along the normals noise leaves 0.1 to 0.75 of the level.
+# Taubin and three of `SCATTERED` take the mean angle from 1.2 to 0.9 times that of Taubin's best on a figure with noise of 0.3
+# edges, from 2.3 to 1.15 on a sphere, and the displacement to Taubin's. Along the normals noise leaves 0.1 to 0.75 of the level.
 RELAXATION, _STRONG, _SCATTERED = 10, 0.1, 0.85
 # Noise below this, in mean edges, and angles below this, in radians, are the rounding of a file.
 _NOTHING, _FLAT = 1e-6, 1e-4
@@ -109,7 +111,7 @@ def denoise_automatically(
     """Denoise a mesh with parameters that are found from it.
 
     1. Estimate the noise. Without any, and if the mesh is made of planes without noise, it is returned as it is.
-    2. A range map of a depth camera: `RANGE_MAP`. Noise in all directions: `RELAXATION` of Taubin's steps, then `SMOOTH` once.
+    2. A range map of a depth camera: `RANGE_MAP`. Noise in all directions: `RELAXATION` of Taubin's steps, then `SCATTERED`.
     3. Filter with `PROBE`, and correlate what it took away, along the normals, between neighbours. If it is not correlated, do
        the same with `SHARP`, and if it is not then either, this is the result.
     4. Otherwise `SMOOTH`, one outer iteration after the other until what is taken away begins to be correlated.
@@ -146,8 +148,8 @@ def _denoise(
         return AutomaticChoice(RANGE_MAP, "range map", noise, 0.0), result
     if noise.level > _STRONG and noise.tangential > max(_STRONG, _SCATTERED * noise.level):
         fair = taubin_fairing(points, triangles, iterations=RELAXATION, border=border, movable=movable)
-        result = normal_filtering(fair, triangles, **vars(SMOOTH), border=border, movable=movable, progress=progress)
-        return AutomaticChoice(SMOOTH, "scattered", noise, 0.0, RELAXATION), result
+        result = normal_filtering(fair, triangles, **vars(SCATTERED), border=border, movable=movable, progress=progress)
+        return AutomaticChoice(SCATTERED, "scattered", noise, 0.0, RELAXATION), result
     probed = normal_filtering(
         points, triangles, **vars(PROBE), border=border, movable=movable, progress=lambda share: progress(0.2 * share)
     )
