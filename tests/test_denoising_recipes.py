@@ -74,7 +74,7 @@ def test_every_parameter_is_written(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["denoise", "denoise_sharp", "denoise_meshlab_only"])
 def test_sharp_shapes_keep_their_edges(name: str) -> None:
-    """Of the noise's 22 degrees a fifth stays at most, at the edges less than half, and less than half of what Taubin smoothing leaves."""
+    """Of the noise a fifth stays at most, less than half at the edges, and less than half of what Taubin smoothing leaves."""
     found = after(name, box())
     assert box().mad(found) < box().mad(box().noisy) / 5
     assert box().mad_at_features(found) < box().mad_at_features(box().noisy) / 2
