@@ -54,8 +54,8 @@ PROBE = AutomaticParameters("bilateral", "lorentzian", 0.12, 1.5, "vertex", 1, 5
 # since a filter keeps some of the noise of low frequency; from a sphere of facets 0.07, from figures 0.1 to 0.3. `PROBE` is
 # weaker: -0.08 to 0.1. It only decides where it is sure.
 _DETAIL_LOST, _PROBE_LOST = 0.015, 0.03
-# `SMOOTH` goes on until the correlation is above this, or for at most so many outer iterations. On four figures with noise of
-# 0.19 to 0.28 edges and on the sphere of facets the mean angle to the truth was least between -0.07 and -0.04.
+# `SMOOTH` goes on until the correlation is above this, or for at most so many outer iterations. On two figures with noise of
+# 0.19 and 0.28 edges and on a sphere of facets the mean angle to the truth was least between -0.07 and -0.04.
 _WHITE, _MOST_ITERATIONS = -0.06, 12
 # A range map is sampled on a grid seen from one side: its vertices are spread along the surface, while their residuals lie along
 # the view. A depth camera's map has 3.9 and 0.37, scans and machine parts up to 2.1 or at most 0.25.
