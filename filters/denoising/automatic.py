@@ -43,7 +43,7 @@ class AutomaticParameters:
 SHARP = AutomaticParameters("averaged", "truncated_l2", 0.25, 1.5, "two_ring", 1, 10, 20)
 #: Figures. The Huber kernel lets every normal have a say; how many outer iterations is up to the residuals.
 SMOOTH = AutomaticParameters("bilateral", "huber", 0.2, 1.5, "vertex", 1, 5, 1)
-#: Figures and parts with noise in all directions, after `RELAXATION` of Taubin's steps.
+#: Figures with noise in all directions, after `RELAXATION` of Taubin's steps.
 SCATTERED = AutomaticParameters("bilateral", "huber", 0.2, 1.5, "vertex", 1, 5, 3)
 #: Range maps of depth cameras, whose noise neighbours share, so that the residuals say nothing: strong, and fixed.
 RANGE_MAP = AutomaticParameters("bilateral", "huber", 0.1, 1.5, "vertex", 1, 10, 30)
@@ -111,10 +111,11 @@ def denoise_automatically(
     """Denoise a mesh with parameters that are found from it.
 
     1. Estimate the noise. Without any, and if the mesh is made of planes without noise, it is returned as it is.
-    2. A range map of a depth camera: `RANGE_MAP`. Noise in all directions: `RELAXATION` of Taubin's steps, then `SCATTERED`.
+    2. A range map of a depth camera: `RANGE_MAP`.
     3. Filter with `PROBE`, and correlate what it took away, along the normals, between neighbours. If it is not correlated, do
        the same with `SHARP`, and if it is not then either, this is the result.
-    4. Otherwise `SMOOTH`, one outer iteration after the other until what is taken away begins to be correlated.
+    4. Otherwise, with noise in all directions, `RELAXATION` of Taubin's steps and then `SCATTERED`.
+    5. Otherwise `SMOOTH`, one outer iteration after the other until what is taken away begins to be correlated.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -146,10 +147,6 @@ def _denoise(
     if noise.tangential > _SPREAD * noise.level and noise.anisotropy > _ONE_SIDED:
         result = normal_filtering(points, triangles, **vars(RANGE_MAP), border=border, movable=movable, progress=progress)
         return AutomaticChoice(RANGE_MAP, "range map", noise, 0.0), result
-    if noise.level > _STRONG and noise.tangential > max(_STRONG, _SCATTERED * noise.level):
-        fair = taubin_fairing(points, triangles, iterations=RELAXATION, border=border, movable=movable)
-        result = normal_filtering(fair, triangles, **vars(SCATTERED), border=border, movable=movable, progress=progress)
-        return AutomaticChoice(SCATTERED, "scattered", noise, 0.0, RELAXATION), result
     probed = normal_filtering(
         points, triangles, **vars(PROBE), border=border, movable=movable, progress=lambda share: progress(0.2 * share)
     )
@@ -161,6 +158,12 @@ def _denoise(
         correlation = residuals.correlation(sharp)
         if correlation < _DETAIL_LOST:
             return AutomaticChoice(SHARP, "sharp", noise, correlation), sharp
+    if noise.level > _STRONG and noise.tangential > max(_STRONG, _SCATTERED * noise.level):
+        fair = taubin_fairing(points, triangles, iterations=RELAXATION, border=border, movable=movable)
+        result = normal_filtering(
+            fair, triangles, **vars(SCATTERED), border=border, movable=movable, progress=lambda share: progress(0.7 + 0.3 * share)
+        )
+        return AutomaticChoice(SCATTERED, "scattered", noise, correlation, RELAXATION), result
     now = points
     done = 0
     while done < _MOST_ITERATIONS:
