@@ -12,6 +12,180 @@ class MeshSet(ScriptedMeshSet):
     @staticmethod
     def filter_list() -> list[str]: ...
     def __getattr__(self, name: str) -> Any: ...
+    def apply_color_anisotropic_diffusion_per_vertex(
+        self,
+        *,
+        range_kernel: Literal["lorentzian", "gaussian", "tukey", "huber", "hampel", "truncated_l2", "l2"] = "lorentzian",
+        range_sigma: float = 0.0,
+        step: float = 1.0,
+        iterations: int = 10,
+        selected: bool = False,
+    ) -> dict[str, Any] | None:
+        """Smooths the vertex colours over the mesh and keeps their edges, the same for red, green and blue. Opacity stays.
+
+        Args:
+            range_kernel: How the flow between neighbours falls with their difference. 'lorentzian' and 'gaussian' are the
+                paper's, 1 / (1 + x^2) and exp(-x^2); 'tukey', 'hampel' and 'truncated_l2' stop it at edges; 'huber' slows it,
+                'l2' does not.
+            range_sigma: Differences between neighbouring colours above it are edges, and stay; 1.73 is from black to white.
+                Larger smooths stronger noise and blurs more edges. 0: from the median difference. Takes a number of at least 0.
+            step: The share of the largest stable step, which is one over the largest number of neighbours of a vertex. Larger
+                is smoother per iteration. Takes a number from 0 to 1.
+            iterations: How many steps are taken. More are smoother and slower. Takes a whole number from 0 to 100000.
+            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
+                selected, the vertices all of whose triangles are selected.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        References:
+            [perona1990], [black1998]
+
+        In scripts: 'Anisotropic Diffusion of Vertex Colors'.
+        """
+
+    def apply_coord_bilateral_fleishman(
+        self,
+        *,
+        range_kernel: Literal[
+            "l2", "l1", "truncated_l2", "truncated_l1", "huber", "lorentzian", "gaussian", "tukey", "hampel"
+        ] = "gaussian",
+        space_kernel: Literal[
+            "l2", "l1", "truncated_l2", "truncated_l1", "huber", "lorentzian", "gaussian", "tukey", "hampel"
+        ] = "gaussian",
+        range_sigma: LengthLike = "0",
+        space_sigma: LengthLike = "0",
+        iterations: int = 2,
+        border: Literal["fixed", "along", "free"] = "along",
+        selected: bool = False,
+    ) -> dict[str, Any] | None:
+        """Removes noise and keeps features: every vertex moves along its normal to the mean height of neighbours that roughly
+        agree.
+
+        Fast, and enough for light noise; triangles keep their shape. The surface shrinks a little with each iteration.
+
+        Args:
+            range_kernel: How a neighbour counts that disagrees. With 'gaussian', 'tukey', 'hampel', 'lorentzian' and the
+                truncated kernels it counts little or nothing far beyond the range sigma: features stay. 'huber' and 'l1'
+                respect them less, 'l2' not at all.
+            space_kernel: How neighbours count by their distance; beyond 1.4 times the space sigma none does. 'gaussian' is the
+                paper's, 'l2' counts all alike, 'l1' favours the nearest.
+            range_sigma: Differences in height below it are taken for noise, larger ones for features. Larger removes stronger
+                noise, and flattens larger features. 0: estimated from the mesh. Takes a length such as '1%' (of the bounding
+                box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
+            space_sigma: How far away neighbours count. Larger averages over more, is smoother and slower. 0: 1.4 mean edges.
+                Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
+            iterations: How many steps are taken. More are smoother, slower, and shrink more. Takes a whole number from 0 to
+                10000.
+            border: What the vertices of open borders do: 'fixed' stay; 'along' see their neighbours on the border alone; 'free'
+                see all of their neighbours.
+            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
+                selected, the vertices all of whose triangles are selected.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        References:
+            [fleishman2003]
+
+        In scripts: 'Bilateral Denoising along Normals (Fleishman)'.
+        """
+
+    def apply_coord_bilateral_jones(
+        self,
+        *,
+        range_kernel: Literal[
+            "l2", "l1", "truncated_l2", "truncated_l1", "huber", "lorentzian", "gaussian", "tukey", "hampel"
+        ] = "gaussian",
+        space_kernel: Literal[
+            "l2", "l1", "truncated_l2", "truncated_l1", "huber", "lorentzian", "gaussian", "tukey", "hampel"
+        ] = "gaussian",
+        range_sigma: LengthLike = "0",
+        space_sigma: LengthLike = "0",
+        border: Literal["fixed", "free"] = "free",
+        selected: bool = False,
+    ) -> dict[str, Any] | None:
+        """Removes noise and keeps features in one step: every vertex goes to the mean of its projections to the planes of
+        triangles.
+
+        Near triangles that roughly agree count most. Triangles are found by place, so that non-manifold meshes and loose
+        triangles are filtered too; curved surfaces shrink less than along normals.
+
+        Args:
+            range_kernel: How a neighbour counts that disagrees. With 'gaussian', 'tukey', 'hampel', 'lorentzian' and the
+                truncated kernels it counts little or nothing far beyond the range sigma: features stay. 'huber' and 'l1'
+                respect them less, 'l2' not at all.
+            space_kernel: How neighbours count by their distance; beyond 1.4 times the space sigma none does. 'gaussian' is the
+                paper's, 'l2' counts all alike, 'l1' favours the nearest.
+            range_sigma: Differences in height below it are taken for noise, larger ones for features. Larger removes stronger
+                noise, and flattens larger features. 0: estimated from the mesh. Takes a length such as '1%' (of the bounding
+                box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
+            space_sigma: How far away triangles count. Larger averages over more, is smoother and slower. 0: 2 mean edges. Takes
+                a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
+            border: What the vertices of open borders do: 'fixed' stay; 'free' move like any other vertex.
+            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
+                selected, the vertices all of whose triangles are selected.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        References:
+            [jones2003]
+
+        In scripts: 'Bilateral Denoising by Triangle Predictors (Jones)'.
+        """
+
+    def apply_coord_bilateral_projection_of_points(
+        self,
+        *,
+        neighbors: int = 18,
+        range_kernel: Literal[
+            "l2", "l1", "truncated_l2", "truncated_l1", "huber", "lorentzian", "gaussian", "tukey", "hampel"
+        ] = "gaussian",
+        space_kernel: Literal[
+            "l2", "l1", "truncated_l2", "truncated_l1", "huber", "lorentzian", "gaussian", "tukey", "hampel"
+        ] = "gaussian",
+        range_sigma: LengthLike = "0",
+        space_sigma: LengthLike = "0",
+        iterations: int = 2,
+        use_normals: bool = False,
+        selected: bool = False,
+    ) -> dict[str, Any] | None:
+        """Removes noise from a point cloud: every point moves along its normal to the mean height of neighbours that roughly
+        agree.
+
+        Triangles, if there are any, play no part. The normals themselves are not changed: compute them anew afterwards.
+
+        Args:
+            neighbors: How many nearest points count. More are smoother, slower, and round off edges. Takes a whole number of at
+                least 3.
+            range_kernel: How a neighbour counts that disagrees. With 'gaussian', 'tukey', 'hampel', 'lorentzian' and the
+                truncated kernels it counts little or nothing far beyond the range sigma: features stay. 'huber' and 'l1'
+                respect them less, 'l2' not at all.
+            space_kernel: How neighbours count by their distance; beyond 1.4 times the space sigma none does. 'gaussian' is the
+                paper's, 'l2' counts all alike, 'l1' favours the nearest.
+            range_sigma: Differences in height below it are taken for noise, larger ones for features. Larger removes stronger
+                noise, and flattens larger features. 0: estimated from the mesh. Takes a length such as '1%' (of the bounding
+                box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
+            space_sigma: How neighbours count by their distance. Larger weighs distant ones more like near ones. 0: from the
+                mean distance of the farthest neighbour. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge'
+                or '0.3' (mesh units) of at least 0.0.
+            iterations: How many steps are taken. More are smoother, slower, and shrink more. Takes a whole number from 0 to
+                10000.
+            use_normals: Move along the normals that the points have, in all iterations. Otherwise normals are estimated from
+                the same neighbours, anew in each iteration.
+            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
+                selected, the vertices all of whose triangles are selected.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        References:
+            [fleishman2003]
+
+        In scripts: 'Bilateral Projection of Points'.
+        """
+
     def apply_coord_explicit_smoothing(
         self,
         *,
@@ -99,6 +273,77 @@ class MeshSet(ScriptedMeshSet):
         In scripts: 'Implicit Fairing'.
         """
 
+    def apply_coord_normal_filtering(
+        self,
+        *,
+        method: Literal["auto", "mean", "unilateral", "bilateral", "averaged", "guided"] = "auto",
+        range_kernel: Literal[
+            "auto", "l2", "l1", "truncated_l2", "truncated_l1", "huber", "lorentzian", "gaussian", "tukey", "hampel"
+        ] = "auto",
+        space_kernel: Literal[
+            "auto", "constant", "l2", "l1", "truncated_l2", "truncated_l1", "huber", "lorentzian", "gaussian", "tukey", "hampel"
+        ] = "auto",
+        range_measure: Literal["auto", "euclidean", "angle", "squared"] = "auto",
+        range_sigma: float = 0.0,
+        range_floor: float = -1.0,
+        space_sigma: float = 0.0,
+        neighborhood: Literal["auto", "edge", "vertex", "two_ring", "three_ring", "radius"] = "auto",
+        normal_iterations: int = 0,
+        vertex_iterations: int = 0,
+        outer_iterations: int = 0,
+        vertex_update: Literal["auto", "sun", "ohtake", "conjugate_gradient"] = "auto",
+        border: Literal["fixed", "along", "free"] = "along",
+        selected: bool = False,
+    ) -> dict[str, Any] | None:
+        """Removes noise and keeps edges: filters the normals of the faces robustly, then moves the vertices so that the faces
+        follow.
+
+        Without any parameter the noise is measured and the parameters are chosen for it; what is given replaces that choice.
+        Returns the parameters that were used, what the mesh was found to be, the mean displacement of the vertices in mean
+        edges ("drift"), and the number of faces that look away from those around them, before and after ("folded_before",
+        "folded_after").
+
+        Args:
+            method: What the weight of a neighbouring face is made of, besides its area. 'mean': nothing else, which rounds
+                every edge. 'unilateral': how far its normal deviates. 'bilateral': and how far away it is. 'averaged':
+                bilateral, deviations measured on normals averaged before, for strong noise. 'guided': on the normals of the
+                most even patches, for sharp edges.
+            range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2' and 'tukey' reach 0 and
+                keep edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
+            space_kernel: How weight falls with distance; 'constant' does not.
+            range_measure: How the deviation of two normals is measured: 'euclidean', the length of their difference, up to 2;
+                'angle' in radians; 'squared', the square of that length.
+            range_sigma: The deviation of normals at which the range kernel falls, in the unit of the range measure; 0.5 is
+                about 30 degrees. Larger smooths more, and across sharper edges. 0: automatic. Takes a number of at least 0.
+            range_floor: Smaller deviations count as this one. Above 0, such as 0.03, it keeps 'l1' and 'truncated_l1' from
+                letting two faces that happen to agree hold each other. -1: automatic. Takes a number from -1 to 4.
+            space_sigma: The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres.
+                Larger smooths larger details. 0: automatic. Takes a number of at least 0.
+            neighborhood: Which faces are averaged over: those across the edges, those at the vertices, those in two or three
+                rings, or those within a radius of twice the mean distance of centres. Larger smooths larger details and is
+                slower.
+            normal_iterations: How often the normals are filtered before the vertices follow. More smooth more. 0: automatic.
+                Takes a whole number from 0 to 10000.
+            vertex_iterations: How many steps the vertices take towards faces with the filtered normals. More follow them more
+                closely. 0: automatic. Takes a whole number from 0 to 10000.
+            outer_iterations: How often both are repeated, the normals measured anew. 20 to 30 times one normal iteration keep
+                edges better than once 20. 0: automatic. Takes a whole number from 0 to 10000.
+            vertex_update: How vertices follow: 'sun' by the mean of the projections onto their faces' planes, 'ohtake' by their
+                mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
+            border: What the vertices of open borders do: 'fixed' stay; 'along' move up and down along the normal alone, so that
+                the outline stays; 'free' move like any other vertex.
+            selected: Only the selected vertices move; the others are seen by their neighbours but stay. When no vertex is
+                selected, the vertices all of whose triangles are selected.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        References:
+            [zheng2011], [zhang2015], [sun2007], [ohtake2001], [belyaev2001], [yadav2021]
+
+        In scripts: 'Normal Filtering'.
+        """
+
     def apply_coord_taubin_fairing(
         self,
         *,
@@ -137,6 +382,94 @@ class MeshSet(ScriptedMeshSet):
             [taubin1995]
 
         In scripts: 'Taubin Fairing'.
+        """
+
+    def apply_normal_robust_filtering_per_face(
+        self,
+        *,
+        method: Literal["auto", "mean", "unilateral", "bilateral", "averaged", "guided"] = "auto",
+        range_kernel: Literal[
+            "auto", "l2", "l1", "truncated_l2", "truncated_l1", "huber", "lorentzian", "gaussian", "tukey", "hampel"
+        ] = "auto",
+        space_kernel: Literal[
+            "auto", "constant", "l2", "l1", "truncated_l2", "truncated_l1", "huber", "lorentzian", "gaussian", "tukey", "hampel"
+        ] = "auto",
+        range_measure: Literal["auto", "euclidean", "angle", "squared"] = "auto",
+        range_sigma: float = 0.0,
+        range_floor: float = -1.0,
+        space_sigma: float = 0.0,
+        neighborhood: Literal["auto", "edge", "vertex", "two_ring", "three_ring", "radius"] = "auto",
+        normal_iterations: int = 0,
+        selected: bool = False,
+    ) -> dict[str, Any] | None:
+        """Averages the normals of the faces without rounding edges, and leaves the vertices where they are.
+
+        It is the first half of Normal Filtering, for shading and for filters that read face normals. Without any parameter they
+        are chosen from the noise that is measured; 0 normal iterations are as many as Normal Filtering takes in all. Returns
+        the parameters that were used.
+
+        Args:
+            method: What the weight of a neighbouring face is made of, besides its area. 'mean': nothing else, which rounds
+                every edge. 'unilateral': how far its normal deviates. 'bilateral': and how far away it is. 'averaged':
+                bilateral, deviations measured on normals averaged before, for strong noise. 'guided': on the normals of the
+                most even patches, for sharp edges.
+            range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2' and 'tukey' reach 0 and
+                keep edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
+            space_kernel: How weight falls with distance; 'constant' does not.
+            range_measure: How the deviation of two normals is measured: 'euclidean', the length of their difference, up to 2;
+                'angle' in radians; 'squared', the square of that length.
+            range_sigma: The deviation of normals at which the range kernel falls, in the unit of the range measure; 0.5 is
+                about 30 degrees. Larger smooths more, and across sharper edges. 0: automatic. Takes a number of at least 0.
+            range_floor: Smaller deviations count as this one. Above 0, such as 0.03, it keeps 'l1' and 'truncated_l1' from
+                letting two faces that happen to agree hold each other. -1: automatic. Takes a number from -1 to 4.
+            space_sigma: The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres.
+                Larger smooths larger details. 0: automatic. Takes a number of at least 0.
+            neighborhood: Which faces are averaged over: those across the edges, those at the vertices, those in two or three
+                rings, or those within a radius of twice the mean distance of centres. Larger smooths larger details and is
+                slower.
+            normal_iterations: How often the normals are filtered before the vertices follow. More smooth more. 0: automatic.
+                Takes a whole number from 0 to 10000.
+            selected: Only the selected faces get a new normal; the others are seen by their neighbours but keep theirs.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        References:
+            [zheng2011], [zhang2015], [belyaev2001], [yadav2021]
+
+        In scripts: 'Robust Filtering of Face Normals'.
+        """
+
+    def apply_scalar_anisotropic_diffusion_per_vertex(
+        self,
+        *,
+        range_kernel: Literal["lorentzian", "gaussian", "tukey", "huber", "hampel", "truncated_l2", "l2"] = "lorentzian",
+        range_sigma: float = 0.0,
+        step: float = 1.0,
+        iterations: int = 10,
+        selected: bool = False,
+    ) -> dict[str, Any] | None:
+        """Smooths the vertex scalar over the mesh and keeps its edges, as Perona and Malik did for images. Vertices do not move.
+
+        Args:
+            range_kernel: How the flow between neighbours falls with their difference. 'lorentzian' and 'gaussian' are the
+                paper's, 1 / (1 + x^2) and exp(-x^2); 'tukey', 'hampel' and 'truncated_l2' stop it at edges; 'huber' slows it,
+                'l2' does not.
+            range_sigma: Differences between neighbours above it are edges, and stay. Larger smooths stronger noise and blurs
+                more edges. 0: from the median difference. Takes a number of at least 0.
+            step: The share of the largest stable step, which is one over the largest number of neighbours of a vertex. Larger
+                is smoother per iteration. Takes a number from 0 to 1.
+            iterations: How many steps are taken. More are smoother and slower. Takes a whole number from 0 to 100000.
+            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
+                selected, the vertices all of whose triangles are selected.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        References:
+            [perona1990], [black1998]
+
+        In scripts: 'Anisotropic Diffusion of Vertex Scalars'.
         """
 
     def compute_selection_by_outlier_probability_per_vertex(

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from . import check, demo, doctor, info, list, run
+from . import check, demo, doctor, info, list, run, suggest
 from .group import CommandGroup
 
 app = typer.Typer(
@@ -26,6 +26,7 @@ app.command()(run.run)
 app.command()(check.check)
 app.add_typer(list.app, name="list")
 app.command()(info.info)
+app.command()(suggest.suggest)
 app.command()(doctor.doctor)
 
 

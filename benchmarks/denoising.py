@@ -1,0 +1,134 @@
+"""Compares denoisers on noisy meshes whose truth is known.
+
+    python benchmarks/denoising.py FOLDER [--pairs a,b] [--methods text,text] [--tuned] [-o OUT] [--gallery]
+
+FOLDER holds NAME_noisy and NAME_truth files of any format, with the same vertices and faces in the same order. Without --tuned
+each method runs once, with its default settings; with it, the settings with the least MAD are searched per mesh against the
+truth, as papers do, and named. OUT gets denoising.md and denoising.json, and with --gallery a picture a mesh. Needs the `bench`
+extra; methods whose package is missing are skipped.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from denoising_findings import chest
+from denoising_methods import METHODS, Method, Settings
+from denoising_metrics import Errors, Floats, Ints, errors
+from denoising_table import Result, as_json, as_markdown
+from painting import FROM_A_CORNER, gallery, read_mesh
+
+from pymeshfair.filters.topology import referenced_vertices
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A noisy mesh and its truth, without the vertices that no face uses: some denoisers cannot have them."""
+
+    name: str
+    noisy: Floats
+    truth: Floats
+    faces: Ints
+
+
+def read_pairs(folder: Path, names: Sequence[str]) -> Iterator[Pair]:
+    """The pairs of a folder in the order of their names; those with one of the given names, if any are given."""
+    found = {path.stem.removesuffix("_noisy"): path for path in sorted(folder.iterdir()) if path.stem.endswith("_noisy")}
+    missing = [name for name in names if name not in found]
+    if missing or not found:
+        raise SystemExit(f"{folder}: no {', '.join(missing) or 'NAME'}_noisy file; there are {', '.join(found) or 'none'}")
+    for name in names or found:
+        truths = list(folder.glob(f"{name}_truth.*"))
+        if not truths:
+            raise SystemExit(f"{folder}: no {name}_truth file")
+        noisy, faces = read_mesh(found[name])
+        truth, true_faces = read_mesh(truths[0])
+        if not np.array_equal(faces, true_faces):
+            raise SystemExit(f"{name}: the faces of the noisy mesh are not those of the truth, number by number")
+        used = referenced_vertices(faces, len(noisy))
+        number = np.cumsum(used) - 1
+        yield Pair(name, noisy[used], truth[used], number[faces].astype(np.int32))
+
+
+def measure(method: Method, pair: Pair, *, tuned: bool) -> tuple[Result, Floats]:
+    """The best of the method's settings on the pair, and the mesh that it gave."""
+    trials: tuple[Settings, ...] = (method.settings, *(method.trials if tuned or method.tuned_always else ()))
+    best: tuple[Errors, float, Settings, Floats] | None = None
+    for settings in trials:
+        start = time.perf_counter()
+        vertices = method.run(pair.noisy, pair.faces, **settings)
+        seconds = time.perf_counter() - start
+        found = errors(vertices, pair.truth, pair.faces)
+        if best is None or found.mad < best[0].mad:
+            best = found, seconds, settings, vertices
+    assert best is not None
+    return Result(pair.name, method.name, best[0], best[1], best[2] if len(trials) > 1 else {}, len(trials)), best[3]
+
+
+def warm_up(method: Method) -> str:
+    """Compile what the method compiles, so that the first mesh's time is not that of the compiler; a word if it cannot run."""
+    if not method.is_there:
+        return f"{method.needs} is not installed"
+    shape = chest(6)
+    try:
+        method.run(shape.noisy, shape.faces, **method.settings)
+    except Exception as error:
+        return f"{type(error).__name__}: {error}"
+    return ""
+
+
+def paint_pair(path: Path, pair: Pair, meshes: Sequence[tuple[Result, Floats]]) -> None:
+    """The noisy mesh, what each method made of it, and the truth."""
+    shown = [("noisy", pair.noisy), *((f"{r.method}\nMAD {r.errors.mad:.2f}", v) for r, v in meshes), ("truth", pair.truth)]
+    columns = 4
+    turned = [(title, vertices @ FROM_A_CORNER.T) for title, vertices in shown]
+    rows = [turned[k : k + columns] for k in range(0, len(turned), columns)]
+    gallery(path, rows, [pair.faces] * len(rows))
+
+
+def main() -> int:
+    """Run, print and save."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--pairs", default="", help="names, with commas; all of the folder by default")
+    parser.add_argument("--methods", default="", help="parts of names, with commas; all by default")
+    parser.add_argument("--tuned", action="store_true", help="search the settings per mesh against the truth")
+    parser.add_argument("--gallery", action="store_true", help="draw every result, next to the tables")
+    parser.add_argument("-o", "--output", type=Path, help="the folder for the tables and pictures")
+    options = parser.parse_args()
+    wanted = [part.lower() for part in options.methods.split(",") if part]
+    methods = []
+    for method in METHODS:
+        if method.only_tuned and not options.tuned:
+            continue
+        if not wanted or any(part in method.name.lower() for part in wanted):
+            problem = warm_up(method)
+            print(f"skipped {method.name}: {problem}", file=sys.stderr) if problem else methods.append(method)
+    results: list[Result] = []
+    for pair in read_pairs(options.folder, [name for name in options.pairs.split(",") if name]):
+        results.append(Result(pair.name, "noisy", errors(pair.noisy, pair.truth, pair.faces), 0.0, {}, 0))
+        painted = []
+        for method in methods:
+            result, vertices = measure(method, pair, tuned=options.tuned)
+            print(result.line(), flush=True)
+            results.append(result)
+            painted.append((result, vertices))
+        if options.output and options.gallery:
+            paint_pair(options.output / f"{pair.name}.png", pair, painted)
+    table = as_markdown(results, tuned=options.tuned)
+    print(table)
+    if options.output:
+        options.output.mkdir(parents=True, exist_ok=True)
+        (options.output / "denoising.md").write_text(table, encoding="utf-8")
+        (options.output / "denoising.json").write_text(as_json(results), encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

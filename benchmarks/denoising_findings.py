@@ -1,0 +1,207 @@
+"""Which kernel keeps edges and which suits smooth shapes, and why normals of faces: ``python benchmarks/denoising_findings.py``.
+
+Reproduces with shapes of its own what [yadav2021] and the courses on it say. A chest, flat and rounded with sharp edges, and a
+ball with bumps get normal noise of 0.3 mean edges; every kernel filters their normals in the same schedule, with the scale that
+is best for it on that shape. Prints the tables of docs/denoising.md and draws its picture, with ``-o FOLDER``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from denoising_metrics import Floats, Ints, angles_to_truth, area_vectors
+from scipy import sparse
+
+from pymeshfair.filters.denoising.face_neighbourhoods import vertex_corners
+from pymeshfair.filters.denoising.m_estimators import KERNEL_NAMES, KernelName, weight
+from pymeshfair.filters.denoising.normal_filtering import normal_filtering
+from pymeshfair.filters.denoising.vertex_update import fit_vertices
+from pymeshfair.filters.topology import edges, face_adjacency, mean_edge_length
+
+NOISE = 0.3
+OUTER, FIT, WIDTH = 20, 10, 1.5
+SIGMAS = (0.05, 0.1, 0.2, 0.35, 0.6, 1.0)
+#: faces that meet at more than this angle, in degrees, meet at a feature
+SHARP = 30.0
+#: the table's order and words
+GROUPS = {
+    "unbounded": ("l2", "l1"),
+    "cut off": ("truncated_l2", "truncated_l1", "tukey", "hampel"),
+    "soft": ("huber", "lorentzian", "gaussian"),
+}
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A shape, its noisy copy, and which of its faces touch a feature."""
+
+    name: str
+    truth: Floats
+    noisy: Floats
+    faces: Ints
+    at_features: np.ndarray[tuple[int], np.dtype[np.bool_]]
+
+    @staticmethod
+    def of(name: str, truth: Floats, faces: Ints) -> Shape:
+        """With noise in all directions whose standard deviation is `NOISE` / sqrt 3 mean edges a coordinate."""
+        random = np.random.default_rng(2026)
+        amount = NOISE * mean_edge_length(truth, faces) / np.sqrt(3)
+        noisy = truth + random.normal(0.0, amount, truth.shape)
+        normals = area_vectors(truth, faces)
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        pairs = np.asarray(face_adjacency(faces)[0])
+        sharp = np.einsum("ij,ij->i", normals[pairs[:, 0]], normals[pairs[:, 1]]) < np.cos(np.radians(SHARP))
+        at_features = np.zeros(len(faces), dtype=np.bool_)
+        corners = np.intersect1d(faces[pairs[sharp, 0]].ravel(), faces[pairs[sharp, 1]].ravel())
+        at_features[np.isin(faces, corners).any(axis=1)] = True
+        return Shape(name, truth, noisy, faces, at_features)
+
+    def mad(self, vertices: Floats) -> float:
+        """Mean angle to the true normals, degrees."""
+        return float(angles_to_truth(vertices, self.truth, self.faces)[0].mean())
+
+    def mad_at_features(self, vertices: Floats) -> float:
+        """The same over the faces at features alone."""
+        return float(angles_to_truth(vertices, self.truth, self.faces[self.at_features])[0].mean())
+
+
+def chest(n: int = 24) -> Shape:
+    """A box of 6 n^2 squares with an arched lid and a waist: flat and rounded faces that meet at sharp edges."""
+    s = np.linspace(-1.0, 1.0, n + 1)
+    u, v = (a.ravel() for a in np.meshgrid(s, s, indexing="ij"))
+    one = np.ones_like(u)
+    sides = [np.column_stack(c) for c in ((one, u, v), (-one, v, u), (v, one, u), (u, -one, v), (u, v, one), (v, u, -one))]
+    i, j = (a.ravel() for a in np.meshgrid(np.arange(n), np.arange(n), indexing="ij"))
+    a, b, c, d = i * (n + 1) + j, (i + 1) * (n + 1) + j, (i + 1) * (n + 1) + j + 1, i * (n + 1) + j + 1
+    turned = np.random.default_rng(3).random(len(a)) < 0.5
+    first, second = np.where(turned, [a, b, d], [a, b, c]).T, np.where(turned, [b, c, d], [a, c, d]).T
+    squares = np.concatenate([first, second])
+    points = np.concatenate(sides)
+    faces = np.concatenate([squares + k * len(u) for k in range(6)])
+    keys, place = np.unique(np.round(points * 1e6).astype(np.int64), axis=0, return_inverse=True)
+    points, faces = keys / 1e6, place.ravel()[faces]
+    x, y, z = points.T
+    lid = np.where(z > 0, z * (1.0 + 0.5 * np.cos(np.pi * x / 2)), z)
+    waist = 1.0 - 0.25 * np.cos(np.pi * z / 2)
+    return Shape.of("chest", np.column_stack([x, y * waist, lid]), np.ascontiguousarray(faces, dtype=np.int32))
+
+
+def bumpy_ball(levels: int = 4) -> Shape:
+    """A ball with waves of 4 % of its radius, smooth everywhere."""
+    import trimesh
+
+    ball = trimesh.creation.icosphere(subdivisions=levels)
+    points = np.array(ball.vertices)
+    waves = np.sin(6 * points[:, 0]) * np.cos(5 * points[:, 1]) * np.sin(5 * points[:, 2] + 1)
+    return Shape.of("ball", points * (1 + 0.06 * waves)[:, None], np.array(ball.faces, dtype=np.int32))
+
+
+def filtered(shape: Shape, kernel: KernelName, sigma: float) -> Floats:
+    """Face normals filtered with the kernel, in the schedule that all share."""
+    return normal_filtering(
+        shape.noisy,
+        shape.faces,
+        range_kernel=kernel,
+        range_sigma=sigma,
+        space_sigma=WIDTH,
+        neighborhood="two_ring",
+        normal_iterations=1,
+        vertex_iterations=FIT,
+        outer_iterations=OUTER,
+    )
+
+
+def filtered_by_vertex_normals(shape: Shape, kernel: KernelName, sigma: float) -> Floats:
+    """The same with the normals of vertices, over their two-rings; a face then wants the mean of its corners' normals."""
+    now, faces, n = shape.noisy.copy(), shape.faces, len(shape.noisy)
+    pairs = edges(faces)
+    ring = sparse.coo_matrix((np.ones(len(pairs)), pairs.T), (n, n)).tocsr()
+    ring = ring + ring.T + sparse.identity(n)
+    around = (ring @ ring).tocoo()
+    i, j = around.row, around.col
+    corners, moves = vertex_corners(faces, n), np.ones(n, dtype=np.bool_)
+    for _ in range(OUTER):
+        by_area = area_vectors(now, faces)
+        sums = np.zeros((n, 3))
+        np.add.at(sums, faces.ravel(), np.repeat(by_area, 3, axis=0))
+        areas = np.zeros(n)
+        np.add.at(areas, faces.ravel(), np.repeat(np.linalg.norm(by_area, axis=1), 3))
+        normals = sums / np.linalg.norm(sums, axis=1, keepdims=True)
+        width = WIDTH * mean_edge_length(now, faces)
+        near = np.exp(-np.sum((now[i] - now[j]) ** 2, axis=1) / (2 * width**2))
+        alike = weight(kernel, np.linalg.norm(normals[i] - normals[j], axis=1), sigma)
+        weights = np.where(i == j, 0.0, areas[j] * near * alike)
+        means = sparse.coo_matrix((weights, (i, j)), (n, n)).tocsr() @ normals
+        length = np.linalg.norm(means, axis=1, keepdims=True)
+        means = np.where(length > 0, means / np.where(length > 0, length, 1.0), normals)
+        wanted = means[faces].sum(axis=1)
+        wanted /= np.linalg.norm(wanted, axis=1, keepdims=True)
+        now = fit_vertices(now, faces, corners, wanted, iterations=FIT, moves=moves)
+    return now
+
+
+def best(shape: Shape, kernel: KernelName, *, by_vertices: bool = False) -> tuple[Floats, float]:
+    """The mesh with the least MAD over the scales, and its scale; of "l2" and "l1" the scale changes nothing."""
+    run = filtered_by_vertex_normals if by_vertices else filtered
+    scales = (1.0,) if kernel in ("l2", "l1") else SIGMAS
+    return min(((run(shape, kernel, sigma), sigma) for sigma in scales), key=lambda found: shape.mad(found[0]))
+
+
+def kernel_rows(sharp: Shape, smooth: Shape) -> Iterator[tuple[str, KernelName, Floats, float, Floats, float]]:
+    """For every kernel its group, and its best mesh and scale of either shape."""
+    for group, names in GROUPS.items():
+        for name in (k for k in KERNEL_NAMES if k in names):
+            yield (group, name, *best(sharp, name), *best(smooth, name))
+
+
+def draw(path: Path, sharp: Shape, smooth: Shape, shown: dict[KernelName, tuple[Floats, Floats]], by_vertices: Floats) -> None:
+    """The chest above, the ball below: noisy, by some kernels, and true."""
+    from painting import FROM_A_CORNER, gallery  # matplotlib, which the tables do not need
+
+    names: tuple[KernelName, ...] = ("l2", "l1", "tukey", "huber", "lorentzian")
+    chests = [("noisy", sharp.noisy), *((name, shown[name][0]) for name in names)]
+    chests += [("truncated_l1,\nnormals of vertices", by_vertices), ("truth", sharp.truth)]
+    balls = [("noisy", smooth.noisy), *((name, shown[name][1]) for name in names)]
+    balls += [("truncated_l1", shown["truncated_l1"][1]), ("truth", smooth.truth)]
+    rows = [[(title, vertices @ FROM_A_CORNER.T) for title, vertices in row] for row in (chests, balls)]
+    gallery(path, rows, [sharp.faces, smooth.faces], side=1.7)
+
+
+def main() -> int:
+    """Print the tables; draw."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("-o", "--output", type=Path, help="the folder for the picture")
+    options = parser.parse_args()
+    sharp, smooth = chest(), bumpy_ball()
+    print(
+        f"chest {len(sharp.faces):,} faces, {sharp.at_features.sum():,} of them at features; ball {len(smooth.faces):,} faces\n"
+    )
+    print("| kernel | | chest | chest, at features | sigma | ball | sigma |\n|---|---|---:|---:|---:|---:|---:|")
+    box, ball = sharp.noisy, smooth.noisy
+    print(f"| noisy | | {sharp.mad(box):.2f} | {sharp.mad_at_features(box):.2f} | | {smooth.mad(ball):.2f} | |")
+    shown: dict[KernelName, tuple[Floats, Floats]] = {}
+    for group, name, box, box_scale, ball, ball_scale in kernel_rows(sharp, smooth):
+        shown[name] = box, ball
+        print(
+            f"| {name} | {group} | {sharp.mad(box):.2f} | {sharp.mad_at_features(box):.2f} | {box_scale} "
+            f"| {smooth.mad(ball):.2f} | {ball_scale} |",
+            flush=True,
+        )
+    print("\n| kernel | normals of | chest | chest, at features |\n|---|---|---:|---:|")
+    by_vertices = {}
+    for name in ("truncated_l1", "gaussian"):
+        by_vertices[name], _ = best(sharp, name, by_vertices=True)
+        for words, mesh in (("faces", shown[name][0]), ("vertices", by_vertices[name])):
+            print(f"| {name} | {words} | {sharp.mad(mesh):.2f} | {sharp.mad_at_features(mesh):.2f} |", flush=True)
+    if options.output:
+        draw(options.output / "denoising_kernels.png", sharp, smooth, shown, by_vertices["truncated_l1"])
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

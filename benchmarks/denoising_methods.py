@@ -1,0 +1,261 @@
+"""The denoisers that are compared: ours, MeshLab's, trimesh's, VTK's and Open3D's, each with the settings to try when tuned.
+
+A denoiser takes vertices and faces and gives new vertices; all vertices are used by some face.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import itertools
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pymeshlab
+from denoising_metrics import Floats, Ints
+
+Settings = dict[str, Any]
+#: filters of pymeshlab by name, with their values
+Steps = list[tuple[str, Settings]]
+
+
+@dataclass(frozen=True)
+class Method:
+    """One denoiser.
+
+    Attributes:
+        name: what the table calls it, and `--methods` takes.
+        run: vertices and faces, and the settings as keywords, to new vertices.
+        settings: what it is run with when it is not tuned.
+        trials: what is tried per mesh when it is tuned, beside `settings`; empty if it has nothing to tune.
+        tuned_always: a baseline that is only fair when tuned: its trials run in any case.
+        only_tuned: left out unless tuning is asked for.
+        needs: the module that has it.
+    """
+
+    name: str
+    run: Callable[..., Floats]
+    settings: Settings
+    trials: tuple[Settings, ...] = ()
+    tuned_always: bool = False
+    only_tuned: bool = False
+    needs: str = "pymeshfair"
+
+    @property
+    def is_there(self) -> bool:
+        """Whether the module that it needs is installed."""
+        try:
+            return importlib.util.find_spec(self.needs) is not None
+        except ModuleNotFoundError:
+            return False
+
+
+def combinations(**values: tuple[Any, ...]) -> tuple[Settings, ...]:
+    """Every combination of the values."""
+    return tuple(dict(zip(values, chosen, strict=True)) for chosen in itertools.product(*values.values()))
+
+
+# --------------------------------------------------------------------------------------------------------------------- ours
+
+
+def automatic(vertices: Floats, faces: Ints) -> Floats:
+    """Normal filtering with nothing said."""
+    from pymeshfair.filters.denoising.automatic import denoise_automatically
+
+    return denoise_automatically(vertices, faces)[0]
+
+
+def normal_filtering(vertices: Floats, faces: Ints, **settings: Any) -> Floats:
+    """The two-step filter with given settings."""
+    from pymeshfair.filters.denoising.normal_filtering import normal_filtering as run
+
+    return run(vertices, faces, **settings)
+
+
+def fleishman(vertices: Floats, faces: Ints, **settings: Any) -> Floats:
+    """Bilateral filter of vertices along their normals."""
+    from pymeshfair.filters.denoising.bilateral import bilateral_fleishman
+
+    return bilateral_fleishman(vertices, faces, **settings)
+
+
+def jones(vertices: Floats, faces: Ints, **settings: Any) -> Floats:
+    """Bilateral filter of vertices by the predictions of triangles."""
+    from pymeshfair.filters.denoising.bilateral import bilateral_jones
+
+    return bilateral_jones(vertices, faces, **settings)
+
+
+def taubin(vertices: Floats, faces: Ints, **settings: Any) -> Floats:
+    """Taubin's low pass."""
+    from pymeshfair.filters.diffusion.taubin import taubin_fairing
+
+    return taubin_fairing(vertices, faces, **settings)
+
+
+def implicit(vertices: Floats, faces: Ints, *, detail_size: float) -> Floats:
+    """Implicit fairing; the detail size is in mean edges."""
+    from pymeshfair.filters.diffusion.implicit import implicit_fairing, time_step_of_detail_size
+    from pymeshfair.filters.topology import mean_edge_length
+
+    time = time_step_of_detail_size(detail_size * mean_edge_length(vertices, faces), iterations=1)
+    return implicit_fairing(vertices, faces, operator="cotangent", time_step=time)
+
+
+# ------------------------------------------------------------------------------------------------------------------- others
+
+
+def meshlab(vertices: Floats, faces: Ints, *, steps: Steps) -> Floats:
+    """MeshLab's own filters one after the other."""
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
+    for name, values in steps:
+        meshes.apply_filter(name, **values)
+    return np.asarray(meshes.current_mesh().vertex_matrix())
+
+
+def meshlab_taubin(steps: int, strength: float = 0.5) -> Settings:
+    """MeshLab's Taubin filter: pairs of a step of `strength` and one of -1.06 times that."""
+    values = {"lambda_": strength, "mu": -1.06 * strength, "stepsmoothnum": steps}
+    return {"steps": [("apply_coord_taubin_smoothing", values)]}
+
+
+def meshlab_two_step(outer: int = 3, normal: int = 20, fit: int = 20, angle: float = 60.0, taubin_before: int = 0) -> Settings:
+    """MeshLab's two-step filter, after some Taubin steps."""
+    values = {"stepsmoothnum": outer, "stepnormalnum": normal, "stepfitnum": fit, "normalthr": angle}
+    before: Steps = meshlab_taubin(taubin_before)["steps"] if taubin_before else []
+    return {"steps": [*before, ("apply_coord_two_steps_smoothing", values)]}
+
+
+def trimesh_filter(vertices: Floats, faces: Ints, *, name: str, **settings: Any) -> Floats:
+    """One of trimesh.smoothing's filters."""
+    import trimesh
+
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    getattr(trimesh.smoothing, name)(mesh, **settings)
+    return np.asarray(mesh.vertices)
+
+
+def vtk_windowed_sinc(vertices: Floats, faces: Ints, *, iterations: int, pass_band: float) -> Floats:
+    """VTK's windowed sinc filter."""
+    import vtk
+
+    convert: Any = importlib.import_module("vtkmodules.util.numpy_support")
+    points, triangles, mesh = vtk.vtkPoints(), vtk.vtkCellArray(), vtk.vtkPolyData()
+    points.SetDataTypeToDouble()
+    points.SetData(convert.numpy_to_vtk(vertices, deep=True))
+    counted = np.column_stack([np.full(len(faces), 3), faces]).astype(np.int64).ravel()
+    triangles.SetCells(len(faces), convert.numpy_to_vtkIdTypeArray(counted, deep=True))
+    mesh.SetPoints(points)
+    mesh.SetPolys(triangles)
+    smoother = vtk.vtkWindowedSincPolyDataFilter()
+    smoother.SetInputData(mesh)
+    smoother.SetNumberOfIterations(iterations)
+    smoother.SetPassBand(pass_band)
+    smoother.FeatureEdgeSmoothingOff()
+    smoother.NonManifoldSmoothingOn()
+    smoother.NormalizeCoordinatesOn()
+    smoother.Update()
+    return np.array(convert.vtk_to_numpy(smoother.GetOutput().GetPoints().GetData()), dtype=np.float64)
+
+
+def open3d_taubin(vertices: Floats, faces: Ints, *, iterations: int) -> Floats:
+    """Open3D's Taubin filter."""
+    open3d: Any = importlib.import_module("open3d")
+    mesh = open3d.geometry.TriangleMesh(
+        open3d.utility.Vector3dVector(vertices), open3d.utility.Vector3iVector(faces.astype(np.int32))
+    )
+    return np.asarray(mesh.filter_smooth_taubin(number_of_iterations=iterations).vertices)
+
+
+# ---------------------------------------------------------------------------------------------------------------- the table
+
+#: the widths of the kernels that were found to suit sharp and smooth shapes, and the settings of two papers
+SHARP: Settings = {
+    "range_kernel": "truncated_l1",
+    "neighborhood": "two_ring",
+    "range_sigma": 1.0,
+    "range_floor": 0.0,
+    "space_sigma": 2.5,
+    "outer_iterations": 20,
+    "normal_iterations": 1,
+    "vertex_iterations": 10,
+}
+SMOOTH: Settings = SHARP | {
+    "range_kernel": "huber",
+    "neighborhood": "vertex",
+    "range_sigma": 0.1,
+    "space_sigma": 1.5,
+    "outer_iterations": 10,
+}
+ZHENG: Settings = {"range_sigma": 0.35, "normal_iterations": 20, "vertex_iterations": 10}
+ZHENG_TRIALS = combinations(range_sigma=(0.25, 0.35, 0.45), normal_iterations=(10, 20, 40))
+GUIDED: Settings = ZHENG | {"method": "guided", "neighborhood": "two_ring"}
+
+
+def our_trials() -> Iterator[Settings]:
+    """Kernels with the widths and schedules that suit them, about a hundred runs a mesh."""
+    two_ring, vertex = "two_ring", "vertex"
+    for method, kernel, floors, neighborhood, sigmas, widths, schedules in (
+        (
+            "bilateral",
+            "truncated_l1",
+            (0.0, 0.03),
+            two_ring,
+            (0.6, 0.85, 1.0),
+            (1.5, 2.5),
+            ((10, 10), (20, 10), (30, 5), (40, 10)),
+        ),
+        ("averaged", "truncated_l1", (0.03,), two_ring, (0.25, 0.36, 0.5), (1.5, 2.5), ((10, 10), (20, 10), (30, 10))),
+        ("averaged", "truncated_l2", (0.0,), two_ring, (0.15, 0.25), (1.5,), ((10, 10), (20, 10), (40, 10))),
+        ("averaged", "gaussian", (0.0,), two_ring, (0.15, 0.4), (2.5,), ((20, 10), (40, 10))),
+        ("bilateral", "lorentzian", (0.0,), two_ring, (0.06, 0.12), (1.5, 2.5), ((5, 5), (10, 10), (30, 5))),
+        ("bilateral", "huber", (0.0,), vertex, (0.05, 0.1, 0.2), (1.0, 1.5), ((3, 5), (5, 5), (10, 5), (10, 10), (20, 10))),
+    ):
+        for sigma, floor, width, (outer, fit) in itertools.product(sigmas, floors, widths, schedules):
+            yield SHARP | {
+                "method": method,
+                "range_kernel": kernel,
+                "neighborhood": neighborhood,
+                "range_sigma": sigma,
+                "range_floor": floor,
+                "space_sigma": width,
+                "outer_iterations": outer,
+                "vertex_iterations": fit,
+            }
+
+
+TAUBIN_STEPS = (2, 3, 5, 7, 10, 15, 20, 30, 40, 60, 80, 120)
+
+METHODS = (
+    Method("ours, auto", automatic, {}),
+    Method("ours, sharp", normal_filtering, SHARP),
+    Method("ours, smooth", normal_filtering, SMOOTH),
+    Method("ours, searched", normal_filtering, SHARP, tuple(our_trials()), only_tuned=True),
+    Method(
+        "ours, Zheng 2011", normal_filtering, ZHENG, combinations(range_sigma=(0.25, 0.35, 0.45), normal_iterations=(10, 20, 40))
+    ),
+    Method("ours, Zhang 2015", normal_filtering, GUIDED, (GUIDED | {"range_sigma": 0.25}, GUIDED | {"normal_iterations": 40})),
+    Method("ours, Fleishman 2003", fleishman, {}),
+    Method("ours, Jones 2003", jones, {}),
+    Method("ours, Taubin", taubin, {}, combinations(iterations=TAUBIN_STEPS)),
+    Method("ours, implicit", implicit, {"detail_size": 6.0}, combinations(detail_size=(3.0, 4.0, 6.0, 8.0, 10.0, 14.0))),
+    Method("MeshLab Taubin", meshlab, meshlab_taubin(10)),
+    Method("MeshLab Taubin, tuned", meshlab, meshlab_taubin(10), tuple(map(meshlab_taubin, TAUBIN_STEPS)), tuned_always=True),
+    Method("MeshLab two-step", meshlab, meshlab_two_step()),
+    Method("MeshLab two-step, interleaved", meshlab, meshlab_two_step(50, 1, 1)),
+    Method("MeshLab Taubin, then interleaved", meshlab, meshlab_two_step(50, 1, 1, taubin_before=5)),
+    Method("MeshLab, our recipe", meshlab, meshlab_two_step(35, 1, 1, angle=45.0, taubin_before=3)),
+    Method("trimesh Taubin", trimesh_filter, {"name": "filter_taubin"}, needs="trimesh"),
+    Method("trimesh Humphrey", trimesh_filter, {"name": "filter_humphrey"}, needs="trimesh"),
+    Method(
+        "VTK windowed sinc",
+        vtk_windowed_sinc,
+        {"iterations": 20, "pass_band": 0.1},
+        combinations(iterations=(20, 40), pass_band=(0.2, 0.1, 0.05, 0.02)),
+        needs="vtk",
+    ),
+    Method("Open3D Taubin", open3d_taubin, {"iterations": 10}, combinations(iterations=TAUBIN_STEPS), needs="open3d"),
+)

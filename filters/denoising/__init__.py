@@ -1,0 +1,1 @@
+"""Denoising that keeps features: robust statistics of normals and of neighbours, one technique a module."""

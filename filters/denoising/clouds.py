@@ -1,0 +1,186 @@
+"""Bilateral projection of point clouds: every point along its normal, to where its neighbours say the surface is."""
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import ArrayLike
+
+from ..diffusion.frame import enter, leave, ordered_frame
+from ..errors import FilterInputError
+from ..mesh import Bools, Floats, Ints, check_points
+from ..outliers.neighbours import nearest_neighbours
+from ..parallel import threads_for
+from ..progress import Progress, ignore_progress
+from .kernel_terms import REACH, check_iterations, check_movable, range_term, space_term
+from .m_estimators import KernelName, kernel_weight
+
+_CHUNK = 100_000  # covariances decomposed at a time
+
+
+def bilateral_projection(
+    points: ArrayLike,
+    *,
+    normals: ArrayLike | None = None,
+    neighbors: int = 18,
+    range_kernel: KernelName = "gaussian",
+    space_kernel: KernelName = "gaussian",
+    range_sigma: float | None = None,
+    space_sigma: float | None = None,
+    iterations: int = 2,
+    movable: ArrayLike | None = None,
+    progress: Progress = ignore_progress,
+) -> Floats:
+    """p_i <- p_i + n_i sum_j f(|p_j - p_i|) g(h_ij) h_ij / sum_j f g with h_ij = n_i . (p_j - p_i), repeatedly.
+
+    The filter of [fleishman2003] for points without triangles: the sums go over the nearest neighbours of each point, found anew
+    in every iteration.
+
+    Args:
+        points: (n, 3) coordinates.
+        normals: (n, 3) of any length and sign, kept through all iterations; a point whose normal is 0 stays. None: estimated
+            anew in every iteration, see `estimated_normals`.
+        neighbors: how many, less than n. More average over more and take longer.
+        range_kernel: g; see `bilateral_fleishman`.
+        space_kernel: f.
+        range_sigma: scale of g in the unit of the points. Larger flattens larger features. None: from the median height of the
+            neighbours in the input.
+        space_sigma: scale of f in the unit of the points. Larger weighs distant neighbours more like near ones. None: such that
+            the kernel's reach, sqrt(2) sigma, is the mean distance of the farthest neighbour.
+        iterations: steps. More are smoother; the time is proportional.
+        movable: (n,) bool, which points may move, None for all. The others are seen by those that do.
+        progress: called after every step.
+
+    Returns:
+        (n, 3) float64. Points that do not move keep every bit. Deterministic, for any number of threads.
+
+    Raises:
+        FilterInputError: not a cloud, normals that do not fit, too few points, no such kernel, a parameter out of range.
+    """
+    given = check_points(points)
+    directions = None if normals is None else _unit(normals, len(given))
+    steps, moves = check_iterations(iterations), check_movable(movable, len(given))
+    frame = ordered_frame(given, None)
+    start = enter(given, frame)
+    now = start
+    space = height = None
+    for iteration in range(steps):
+        distances, indices = nearest_neighbours(now, neighbors)
+        axes = normals_of(now, indices) if directions is None else directions
+        if space is None or height is None:
+            farthest = float(distances[:, -1].mean())
+            space = space_term(space_kernel, None if space_sigma is None else space_sigma * frame.scale, farthest / REACH)
+            heights = np.zeros(distances.shape)
+            _heights(now, axes, indices, heights)
+            height = range_term(range_kernel, None if range_sigma is None else range_sigma * frame.scale, heights.ravel(), 0.5)
+            if space.sigma <= 0.0 or height.sigma <= 0.0:
+                break
+        following = now.copy()
+        with threads_for(len(now)):
+            _project(now, following, axes, moves, distances, indices, *space, *height)
+        now = following
+        progress((iteration + 1) / steps)
+    return leave(given, start, now, frame)
+
+
+def estimated_normals(points: ArrayLike, *, neighbors: int = 18) -> Floats:
+    """(n, 3) unit normals of a cloud, each the direction in which the point and its nearest neighbours vary least.
+
+    Signs are arbitrary. Where neighbours coincide, or lie on a line, so is the direction.
+
+    Args:
+        points: (n, 3) coordinates.
+        neighbors: how many, at least 2 and less than n. More are steadier and round off edges.
+
+    Raises:
+        FilterInputError: not a cloud, or too few points.
+    """
+    given = check_points(points)
+    scaled = enter(given, ordered_frame(given, None))
+    return normals_of(scaled, nearest_neighbours(scaled, neighbors)[1])
+
+
+def normals_of(points: Floats, indices: Ints) -> Floats:
+    """(n, 3) the normals of points whose neighbours are the (n, k) indices."""
+    normals = np.empty_like(points)
+    for first in range(0, len(points), _CHUNK):
+        last = min(first + _CHUNK, len(points))
+        covariances = np.empty((last - first, 3, 3))
+        _covariances(points, indices, first, covariances)
+        # In units of their own, lest tiny neighbourhoods underflow; ascending eigenvalues, so the first vector varies least.
+        sizes = np.abs(covariances).max(axis=(1, 2), keepdims=True)
+        normals[first:last] = np.linalg.eigh(covariances / np.where(sizes > 0.0, sizes, 1.0))[1][:, :, 0]
+    return normals
+
+
+def _unit(normals: ArrayLike, n: int) -> Floats:
+    directions = check_points(normals)
+    if directions.shape != (n, 3):
+        raise FilterInputError(f"normals must have the shape ({n}, 3), one a point, got {directions.shape}")
+    sizes = np.abs(directions).max(axis=1, initial=0.0, keepdims=True)
+    directions = directions / np.where(sizes > 0.0, sizes, 1.0)
+    lengths = np.linalg.norm(directions, axis=1, keepdims=True)
+    return np.asarray(directions / np.where(lengths > 0.0, lengths, 1.0))
+
+
+@njit(cache=True, parallel=True)
+def _covariances(points: Floats, indices: Ints, first: int, covariances: Floats) -> None:
+    count = indices.shape[1] + 1
+    for m in prange(covariances.shape[0]):
+        i = first + m
+        # Differences from the point itself: far from the origin nothing is lost.
+        mx = my = mz = xx = xy = xz = yy = yz = zz = 0.0
+        for k in range(indices.shape[1]):
+            j = indices[i, k]
+            x, y, z = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
+            mx += x
+            my += y
+            mz += z
+            xx += x * x
+            xy += x * y
+            xz += x * z
+            yy += y * y
+            yz += y * z
+            zz += z * z
+        covariances[m, 0, 0] = xx - mx * mx / count
+        covariances[m, 1, 1] = yy - my * my / count
+        covariances[m, 2, 2] = zz - mz * mz / count
+        covariances[m, 0, 1] = covariances[m, 1, 0] = xy - mx * my / count
+        covariances[m, 0, 2] = covariances[m, 2, 0] = xz - mx * mz / count
+        covariances[m, 1, 2] = covariances[m, 2, 1] = yz - my * mz / count
+
+
+@njit(cache=True, parallel=True)
+def _heights(points: Floats, normals: Floats, indices: Ints, heights: Floats) -> None:
+    for i in prange(indices.shape[0]):
+        for k in range(indices.shape[1]):
+            j = indices[i, k]
+            for c in range(3):
+                heights[i, k] += normals[i, c] * (points[j, c] - points[i, c])
+
+
+@njit(cache=True, parallel=True)
+def _project(
+    points: Floats,
+    out: Floats,
+    normals: Floats,
+    moves: Bools,
+    distances: Floats,
+    indices: Ints,
+    space_code: int,
+    space_sigma: float,
+    range_code: int,
+    range_sigma: float,
+) -> None:
+    for i in prange(points.shape[0]):
+        if moves[i]:
+            total = shift = 0.0
+            for k in range(indices.shape[1]):
+                j = indices[i, k]
+                height = 0.0
+                for c in range(3):
+                    height += normals[i, c] * (points[j, c] - points[i, c])
+                share = kernel_weight(space_code, distances[i, k], space_sigma) * kernel_weight(range_code, height, range_sigma)
+                total += share
+                shift += share * height
+            if total > 0.0:
+                for c in range(3):
+                    out[i, c] = points[i, c] + shift / total * normals[i, c]

@@ -1,0 +1,200 @@
+"""The faces around a face: across its edges, at its vertices, in k rings, or within a radius."""
+
+from typing import Literal, NamedTuple, TypeAlias, get_args
+
+import numba
+import numpy as np
+from numba import njit, prange
+
+from ..errors import FilterInputError
+from ..mesh import Floats, Ints, Longs
+from ..parallel import threads_for
+
+#: "edge": the faces that share an edge with it, "vertex": those that share a vertex, "two_ring": and those that share one with
+#: them, "three_ring": and so once more. "radius": those whose centres lie within a distance, reached through such faces alone.
+Neighborhood: TypeAlias = Literal["edge", "vertex", "two_ring", "three_ring", "radius"]
+NEIGHBORHOODS: tuple[Neighborhood, ...] = get_args(Neighborhood)
+
+_RINGS: dict[str, int] = {"edge": 0, "vertex": 1, "two_ring": 2, "three_ring": 3}
+_WITHOUT_LIMIT = 1 << 30
+
+
+class FaceNeighbourhoods(NamedTuple):
+    """The faces around every face i: ``neighbours[offsets[i]:offsets[i + 1]]``, each once, without i, nearer rings first.
+
+    Attributes:
+        offsets: (m + 1,) int64.
+        neighbours: int32.
+    """
+
+    offsets: Longs
+    neighbours: Ints
+
+
+class Corners(NamedTuple):
+    """The faces at every vertex i: the rows ``corners[offsets[i]:offsets[i + 1]]``.
+
+    Attributes:
+        offsets: (n + 1,) int64.
+        corners: (3 m, 3) int32: the face, and its two other vertices in the order in which the face names them after i.
+    """
+
+    offsets: Longs
+    corners: Ints
+
+
+def vertex_corners(faces: Ints, n_vertices: int) -> Corners:
+    """The faces at every vertex, in ascending order; a face that names a vertex twice is none."""
+    offsets = np.zeros(n_vertices + 2, dtype=np.int64)
+    _count_corners(faces, offsets)
+    np.cumsum(offsets, out=offsets)
+    corners = np.empty((offsets[-1], 3), dtype=np.int32)
+    _fill_corners(faces, offsets, corners)
+    return Corners(offsets[:-1], corners)
+
+
+def face_neighbourhoods(
+    faces: Ints, corners: Corners, kind: Neighborhood, *, centres: Floats | None = None, radius: float = 0.0
+) -> FaceNeighbourhoods:
+    """The neighbourhood of every face, in time linear in the neighbours.
+
+    Args:
+        faces: (m, 3) triangles.
+        corners: of `vertex_corners`.
+        kind: which faces are neighbours.
+        centres: (m, 3) centres of the faces, for "radius".
+        radius: the largest distance of two centres, for "radius", in the unit of the centres. Larger is slower, by its square.
+
+    Raises:
+        FilterInputError: no such neighbourhood, or no radius.
+    """
+    if kind not in NEIGHBORHOODS:
+        raise FilterInputError(f"neighborhood {kind!r} is not one of {', '.join(map(repr, NEIGHBORHOODS))}")
+    if kind == "radius":
+        if centres is None or not radius > 0.0:
+            raise FilterInputError(f"radius {radius} is not above 0")
+        return _gather(faces, corners, _WITHOUT_LIMIT, np.ascontiguousarray(centres), radius * radius)
+    return _gather(faces, corners, _RINGS[kind], np.empty((0, 3)), 0.0)
+
+
+def mean_centre_distance(centres: Floats, edge_neighbours: FaceNeighbourhoods) -> float:
+    """The mean distance of the centres of two faces that share an edge; 0 if none do."""
+    with threads_for(len(edge_neighbours.neighbours)):
+        sums = np.zeros(len(centres))
+        _sum_distances(centres, edge_neighbours.offsets, edge_neighbours.neighbours, sums)
+    return float(sums.sum()) / len(edge_neighbours.neighbours) if len(edge_neighbours.neighbours) else 0.0
+
+
+def _gather(faces: Ints, corners: Corners, rings: int, centres: Floats, squared_radius: float) -> FaceNeighbourhoods:
+    offsets = np.zeros(len(faces) + 1, dtype=np.int64)
+    nothing = np.empty(0, dtype=np.int32)
+    with threads_for(len(faces)):
+        # Each thread has its own marks, so there are as many parts as threads; what is found does not depend on the parts.
+        parts = numba.get_num_threads()
+        _visit(faces, corners.offsets, corners.corners, rings, centres, squared_radius, parts, offsets, nothing)
+        np.cumsum(offsets, out=offsets)
+        neighbours = np.empty(offsets[-1], dtype=np.int32)
+        _visit(faces, corners.offsets, corners.corners, rings, centres, squared_radius, parts, offsets, neighbours)
+    return FaceNeighbourhoods(offsets, neighbours)
+
+
+@njit(cache=True)
+def _count_corners(faces: Ints, offsets: Longs) -> None:
+    for f in range(faces.shape[0]):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        if a != b and b != c and c != a:
+            offsets[a + 2] += 1
+            offsets[b + 2] += 1
+            offsets[c + 2] += 1
+
+
+@njit(cache=True)
+def _fill_corners(faces: Ints, offsets: Longs, corners: Ints) -> None:
+    for f in range(faces.shape[0]):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        if a != b and b != c and c != a:
+            for i, j, k in ((a, b, c), (b, c, a), (c, a, b)):
+                at = offsets[i + 1]
+                corners[at, 0], corners[at, 1], corners[at, 2] = f, j, k
+                offsets[i + 1] = at + 1
+
+
+@njit(cache=True, parallel=True)
+def _visit(
+    faces: Ints,
+    corner_offsets: Longs,
+    corners: Ints,
+    rings: int,
+    centres: Floats,
+    squared_radius: float,
+    parts: int,
+    offsets: Longs,
+    neighbours: Ints,
+) -> None:
+    """Count the neighbours of face i at ``offsets[i + 1]``, or if there is room for them write them from ``offsets[i]`` on."""
+    for part in prange(parts):
+        first, last = part * faces.shape[0] // parts, (part + 1) * faces.shape[0] // parts
+        _visit_some(faces, corner_offsets, corners, rings, centres, squared_radius, first, last, offsets, neighbours)
+
+
+@njit(cache=True)
+def _visit_some(
+    faces: Ints,
+    corner_offsets: Longs,
+    corners: Ints,
+    rings: int,
+    centres: Floats,
+    squared_radius: float,
+    first: int,
+    last: int,
+    offsets: Longs,
+    neighbours: Ints,
+) -> None:
+    """`_visit` for the faces from `first` to before `last`."""
+    seen = np.full(faces.shape[0], -1, dtype=np.int32)
+    queue = np.empty(64, dtype=np.int32)
+    for i in range(first, last):
+        if faces[i, 0] == faces[i, 1] or faces[i, 1] == faces[i, 2] or faces[i, 2] == faces[i, 0]:
+            continue
+        seen[i] = i
+        queue[0] = i
+        begin, end, found = 0, 1, 1
+        # Across edges is a ring of its own, in which a face must share both ends of a side.
+        for _ in range(max(rings, 1)):
+            for at in range(begin, end):
+                g = queue[at]
+                for side in range(3):
+                    v, w = faces[g, side], faces[g, (side + 1) % 3]
+                    for k in range(corner_offsets[v], corner_offsets[v + 1]):
+                        h = corners[k, 0]
+                        if seen[h] == i or (rings == 0 and corners[k, 1] != w and corners[k, 2] != w):
+                            continue
+                        seen[h] = i
+                        if centres.shape[0] and _squared_distance(centres, i, h) > squared_radius:
+                            continue
+                        if found == queue.shape[0]:
+                            queue = np.concatenate((queue, queue))
+                        queue[found] = h
+                        found += 1
+            begin, end = end, found
+            if begin == end:
+                break
+        if neighbours.shape[0]:
+            neighbours[offsets[i] : offsets[i + 1]] = queue[1:found]
+        else:
+            offsets[i + 1] = found - 1
+
+
+@njit(cache=True)
+def _squared_distance(centres: Floats, i: int, j: int) -> float:
+    x, y, z = centres[j, 0] - centres[i, 0], centres[j, 1] - centres[i, 1], centres[j, 2] - centres[i, 2]
+    return float(x * x + y * y + z * z)
+
+
+@njit(cache=True, parallel=True)
+def _sum_distances(centres: Floats, offsets: Longs, neighbours: Ints, sums: Floats) -> None:
+    for i in prange(sums.shape[0]):
+        total = 0.0
+        for k in range(offsets[i], offsets[i + 1]):
+            total += np.sqrt(_squared_distance(centres, i, neighbours[k]))
+        sums[i] = total

@@ -1,0 +1,154 @@
+"""How noisy a scan is, seen from the scan alone.
+
+Noise moves neighbouring vertices independently, a surface moves them together. So the noise is what is left of the vertices after
+differences of fourth order, in which a surface of moderate curvature nearly cancels out.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike
+
+from ..diffusion.border import BorderPolicy
+from ..diffusion.frame import enter, ordered_frame
+from ..diffusion.taubin import taubin_fairing
+from ..mesh import Bools, Floats, Ints, check_mesh
+from ..topology import border_vertices, edges, mean_edge_length
+from .face_neighbourhoods import face_neighbourhoods, vertex_corners
+from .face_normals import NORMAL, measure_faces
+from .normal_filters import mean_normals
+
+#: The median of the sizes of normally distributed values, over their standard deviation.
+_MEDIAN_OF_NORMAL = 0.6744897501960817
+
+# Directions along which residuals are measured: five pairs of Taubin's steps and two means over the faces at the vertices of a
+# face leave normals that are within a few degrees of the truth up to noise of 0.8 edges, and a cosine hardly sees these.
+_STEPS, _MEANS = 5, 2
+_BORDER: BorderPolicy = "along"
+
+
+class NoiseEstimate(NamedTuple):
+    """The noise of a mesh. All but `length` are pure numbers, the same for the mesh moved, turned or scaled.
+
+    Attributes:
+        level: the standard deviation of the vertices along the normals, in mean edges, from the median of the residuals: sharp
+            features and outliers count little. 0.1 is a good laser scanner, 0.3 a bad one; from 0.6 faces fold.
+        length: the same in mesh units.
+        deviation: the same from the mean of the squared residuals, so that outliers count in full.
+        tails: `deviation` / `level`, 1 for Gaussian noise and up to 1.1 on shapes with many sharp edges. Above 1.2 noise is
+            impulsive: few vertices are moved, but far. 1 where there is no noise.
+        tangential: the standard deviation along a tangent, in mean edges. Above `level` the vertices are spread unevenly, as in
+            range maps and meshes of machine parts; it says nothing of the surface.
+        anisotropy: from 0, no direction stands out in the residuals along the normals, to 1, they are all parallel, as those of a
+            range map of a plane are.
+        direction: (3,) the unit vector along which they are largest, its largest coordinate positive.
+    """
+
+    level: float
+    length: float
+    deviation: float
+    tails: float
+    tangential: float
+    anisotropy: float
+    direction: Floats
+
+
+def estimate_noise(vertices: ArrayLike, faces: ArrayLike) -> NoiseEstimate:
+    """Measure the noise of a mesh from the mesh alone.
+
+    With U the mean over the one-ring and B = (1 - U)^2, the residuals of independent noise of standard deviation s along the
+    normals n are h_i = n_i . (B p)_i / |B_i|, |B_i| the Euclidean norm of row i, and have the standard deviation s. The median of
+    |h| over the inner vertices, over 0.6745, is robust against the vertices at sharp edges. The normals are those of a smoothed
+    copy. Noise that neighbours share, as that of a depth camera with its own filter, is not seen: it looks like a surface.
+
+    Against known noise of 0.2 to 0.5 edges the level is right within 4 % on machine parts and figures. Weak noise is overrated
+    where sharp edges are near most vertices: 0.1 edges by 28 % on a cube of 16 edges to a side.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+
+    Returns:
+        The estimate; all 0, with `tails` 1, of a mesh without inner vertices.
+
+    Raises:
+        FilterInputError: not a mesh.
+    """
+    points, triangles = check_mesh(vertices, faces)
+    edge = mean_edge_length(points, triangles)
+    pairs = edges(triangles)
+    inner = _inner(triangles, pairs, len(points))
+    if edge == 0.0 or not inner.any():
+        return NoiseEstimate(0.0, 0.0, 0.0, 1.0, 0.0, 0.0, np.array([0.0, 0.0, 1.0]))
+    used = np.unique(pairs)
+    local = (points - points[used].mean(axis=0)) / edge
+    residuals = _residuals(local, pairs)[inner]
+    normals = smooth_normals(points, triangles)[inner]
+    heights = np.einsum("ij,ij->i", residuals, normals)
+    across = residuals - heights[:, None] * normals
+    level = float(np.median(np.abs(heights))) / _MEDIAN_OF_NORMAL
+    deviation = float(np.sqrt((heights**2).mean()))
+    anisotropy, direction = _direction(heights[:, None] * normals)
+    return NoiseEstimate(
+        level=level,
+        length=level * edge,
+        deviation=deviation,
+        tails=deviation / level if level > 1e-9 else 1.0,
+        tangential=float(np.sqrt(0.5 * (across**2).sum(axis=1).mean())),
+        anisotropy=anisotropy,
+        direction=direction,
+    )
+
+
+def _inner(faces: Ints, pairs: Ints, n_vertices: int) -> Bools:
+    """The vertices that have neighbours, none of them on a border, where one-rings are half rings."""
+    on_border = border_vertices(faces, n_vertices)
+    inner = np.zeros(n_vertices, dtype=np.bool_)
+    inner[pairs] = True
+    near = on_border.copy()
+    near[pairs[on_border[pairs[:, 0]], 1]] = True
+    near[pairs[on_border[pairs[:, 1]], 0]] = True
+    return np.asarray(inner & ~near)
+
+
+def _residuals(points: Floats, pairs: Ints) -> Floats:
+    """(n, 3) (B p)_i / |B_i|."""
+    n = len(points)
+    rows = np.concatenate([pairs[:, 0], pairs[:, 1]])
+    columns = np.concatenate([pairs[:, 1], pairs[:, 0]])
+    degrees = np.maximum(np.bincount(rows, minlength=n), 1)
+    means = sp.csr_matrix((1.0 / degrees[rows], (rows, columns)), shape=(n, n))
+    first = sp.identity(n, format="csr") - means
+    second = first @ first
+    norms = np.sqrt(np.asarray(second.multiply(second).sum(axis=1)).ravel())
+    differences = points - means @ points
+    differences -= means @ differences
+    return np.asarray(differences / np.where(norms > 0.0, norms, 1.0)[:, None])
+
+
+def smooth_normals(points: Floats, faces: Ints) -> Floats:
+    """(n, 3) unit normals of the vertices of a smoothed copy of the mesh; 0 where no face is."""
+    smooth = taubin_fairing(points, faces, iterations=_STEPS, border=_BORDER)
+    corners = vertex_corners(faces, len(points))
+    around = face_neighbourhoods(faces, corners, "vertex")
+    frame = ordered_frame(points[np.unique(faces)], None)
+    table = measure_faces(enter(smooth, frame), faces)
+    normals = np.ascontiguousarray(table[:, NORMAL])
+    for _ in range(_MEANS):
+        normals = mean_normals(normals, table, around)
+    rows = faces.ravel()
+    columns = np.repeat(np.arange(len(faces)), 3)
+    sums = sp.csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(len(points), len(faces))) @ normals
+    lengths = np.linalg.norm(sums, axis=1, keepdims=True)
+    return np.asarray(sums / np.where(lengths > 0.0, lengths, 1.0))
+
+
+def _direction(moves: Floats) -> tuple[float, Floats]:
+    """How much the largest eigenvalue of the covariance stands out, from 0 to 1, and its direction."""
+    values, vectors = np.linalg.eigh(moves.T @ moves)
+    total = float(values.sum())
+    axis = vectors[:, -1]
+    axis = axis * (1.0 if axis[np.argmax(np.abs(axis))] > 0.0 else -1.0)
+    share = float(values[-1]) / total if total > 0.0 else 1.0 / 3.0
+    return max(0.0, 1.5 * (share - 1.0 / 3.0)), axis

@@ -1,0 +1,167 @@
+"""Filters of face normals: every normal becomes a weighted mean of those around it."""
+
+import math
+from typing import Literal, TypeAlias, get_args
+
+import numpy as np
+from numba import njit, prange
+
+from ..errors import FilterInputError
+from ..mesh import Floats, Ints, Longs
+from ..parallel import threads_for
+from .face_neighbourhoods import FaceNeighbourhoods
+from .m_estimators import KERNEL_CODES, KERNEL_NAMES, KernelName, kernel_weight
+
+#: Kernels of the distance between centres: those of the table, or none at all.
+SpaceKernel: TypeAlias = KernelName | Literal["constant"]
+SPACE_KERNELS: tuple[str, ...] = ("constant", *KERNEL_NAMES)
+
+#: The deviation x of a normal from another: "euclidean" |n - m| (0 to 2), "angle" (0 to pi), "squared" |n - m|^2 (0 to 4).
+RangeMeasure: TypeAlias = Literal["euclidean", "angle", "squared"]
+RANGE_MEASURES: tuple[RangeMeasure, ...] = get_args(RangeMeasure)
+
+_CONSTANT = -1
+_MEASURE_CODES: dict[str, int] = {name: code for code, name in enumerate(RANGE_MEASURES)}
+_GAUSSIAN = KERNEL_CODES["gaussian"]
+
+
+def weighted_normals(
+    normals: Floats,
+    table: Floats,
+    neighbourhoods: FaceNeighbourhoods,
+    *,
+    guide: Floats | None = None,
+    range_kernel: KernelName | Literal["constant"] = "gaussian",
+    range_sigma: float = 0.35,
+    range_measure: RangeMeasure = "euclidean",
+    range_floor: float = 0.0,
+    space_kernel: SpaceKernel = "gaussian",
+    space_sigma: float = 1.0,
+    itself: bool = False,
+) -> Floats:
+    """One pass of n_i' = normalise(sum_j A_j f(|c_i - c_j|) g(x_ij) n_j).
+
+    The Gaussian is exp(-x^2 / (2 sigma^2)) here as in the literature on bilateral filters, so its sigma is a standard deviation,
+    1 / sqrt 2 of that of `m_estimators`. All other kernels are as there.
+
+    Args:
+        normals: (m, 3) the normals n to average.
+        table: (m, 8) of `measure_faces`: areas A and centres c.
+        neighbourhoods: which faces j are averaged over.
+        guide: (m, 3) the normals on which the deviation x_ij is measured; None for n themselves.
+        range_kernel: g. "constant" gives every neighbour the same weight, whatever its direction.
+        range_sigma: its scale, in the unit of the measure. Larger averages across sharper features.
+        range_measure: how x_ij is measured.
+        range_floor: smaller deviations count as this one, in the unit of the measure. Kernels such as 1 / x otherwise let two
+            faces that happen to agree hold each other, against all others.
+        space_kernel: f.
+        space_sigma: its scale, in the unit of the centres. Larger smooths larger details, as far as the neighbourhood reaches.
+        itself: whether face i is one of its own neighbours.
+
+    Returns:
+        (m, 3) unit normals; where all weights are 0 the normal as it was.
+    """
+    for name, value, allowed in (
+        ("range_kernel", range_kernel, SPACE_KERNELS),
+        ("space_kernel", space_kernel, SPACE_KERNELS),
+        ("range_measure", range_measure, RANGE_MEASURES),
+    ):
+        if value not in allowed:
+            raise FilterInputError(f"{name} {value!r} is not one of {', '.join(map(repr, allowed))}")
+    for name, number in (("range_sigma", range_sigma), ("space_sigma", space_sigma), ("range_floor", range_floor)):
+        if not (math.isfinite(number) and number >= 0.0):
+            raise FilterInputError(f"{name} {number} is not finite and at least 0")
+    result = np.empty_like(normals)
+    # One row of 8 numbers, the guide in the place of the table's normal, is all that the kernel fetches of a guide's neighbour.
+    rows = table.copy()
+    rows[:, 0:3] = normals if guide is None else guide
+    with threads_for(len(neighbourhoods.neighbours)):
+        _weighted_means(
+            normals,
+            rows,
+            guide is None,
+            neighbourhoods.offsets,
+            neighbourhoods.neighbours,
+            _code(range_kernel),
+            _scale(range_kernel, range_sigma),
+            _MEASURE_CODES[range_measure],
+            range_floor,
+            _code(space_kernel),
+            _scale(space_kernel, space_sigma),
+            itself,
+            result,
+        )
+    return result
+
+
+def mean_normals(normals: Floats, table: Floats, neighbourhoods: FaceNeighbourhoods) -> Floats:
+    """(m, 3) the mean of each normal and its neighbours', weighted by area alone [belyaev2001]."""
+    return weighted_normals(normals, table, neighbourhoods, range_kernel="constant", space_kernel="constant", itself=True)
+
+
+def _code(kernel: str) -> int:
+    return _CONSTANT if kernel == "constant" else KERNEL_CODES[kernel]  # type: ignore[index]
+
+
+def _scale(kernel: str, sigma: float) -> float:
+    scale = math.sqrt(2.0) * sigma if kernel == "gaussian" else sigma
+    # With a scale of 0 nothing but equal normals count.
+    return max(scale, 1e-150)
+
+
+@njit(cache=True, parallel=True)
+def _weighted_means(
+    normals: Floats,
+    rows: Floats,
+    unguided: bool,
+    offsets: Longs,
+    neighbours: Ints,
+    range_code: int,
+    range_scale: float,
+    measure: int,
+    floor: float,
+    space_code: int,
+    space_scale: float,
+    itself: bool,
+    result: Floats,
+) -> None:
+    both_gaussian = range_code == _GAUSSIAN and space_code == _GAUSSIAN and measure == 0 and floor == 0.0
+    per_space, per_range = 1.0 / (space_scale * space_scale), 1.0 / (range_scale * range_scale)
+    for i in prange(normals.shape[0]):
+        x = y = z = 0.0
+        gx, gy, gz = rows[i, 0], rows[i, 1], rows[i, 2]
+        cx, cy, cz = rows[i, 4], rows[i, 5], rows[i, 6]
+        start = offsets[i] - 1 if itself else offsets[i]
+        for k in range(start, offsets[i + 1]):
+            j = np.int32(i) if k < offsets[i] else neighbours[k]
+            dx, dy, dz = rows[j, 4] - cx, rows[j, 5] - cy, rows[j, 6] - cz
+            rx, ry, rz = rows[j, 0] - gx, rows[j, 1] - gy, rows[j, 2] - gz
+            distance, deviation = dx * dx + dy * dy + dz * dz, rx * rx + ry * ry + rz * rz
+            weight = rows[j, 3]
+            if both_gaussian:
+                weight *= math.exp(-(distance * per_space + deviation * per_range))
+            else:
+                if range_code >= 0:
+                    if measure == 0:
+                        deviation = math.sqrt(deviation)
+                    elif measure == 1:
+                        deviation = 2.0 * math.asin(min(1.0, 0.5 * math.sqrt(deviation)))
+                    weight *= kernel_weight(range_code, max(deviation, floor), range_scale)
+                if space_code >= 0 and weight > 0.0:
+                    if space_code == _GAUSSIAN:
+                        weight *= math.exp(-distance * per_space)
+                    else:
+                        weight *= kernel_weight(space_code, math.sqrt(distance), space_scale)
+            if unguided:
+                x += weight * rows[j, 0]
+                y += weight * rows[j, 1]
+                z += weight * rows[j, 2]
+            else:
+                x += weight * normals[j, 0]
+                y += weight * normals[j, 1]
+                z += weight * normals[j, 2]
+        length = math.sqrt(x * x + y * y + z * z)
+        if length > 1e-300:
+            result[i, 0], result[i, 1], result[i, 2] = x / length, y / length, z / length
+        else:
+            result[i, 0], result[i, 1], result[i, 2] = normals[i, 0], normals[i, 1], normals[i, 2]

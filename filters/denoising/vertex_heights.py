@@ -1,0 +1,186 @@
+"""Bilateral steps along vertex normals: the compiled part of `bilateral_fleishman`."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from ..mesh import Bools, Floats, Ints, Longs
+from .kernel_terms import REACH, Term
+from .m_estimators import kernel_weight
+
+# Vertices are worked off in so many blocks, each with an array of marks of its own; results do not depend on the number.
+_BLOCKS = 32
+
+
+class Surroundings(NamedTuple):
+    """Who sees whom.
+
+    Attributes:
+        moving: int32 the vertices that move.
+        offsets, neighbours: the one-rings that a vertex inside is surrounded by.
+        on_curve: (n,) bool, the vertices that see the border alone.
+        curve_offsets, curve_neighbours: their neighbours on it.
+        end_offsets, ends: the two other vertices of each face of a vertex, for its normal.
+    """
+
+    moving: Ints
+    offsets: Longs
+    neighbours: Ints
+    on_curve: Bools
+    curve_offsets: Longs
+    curve_neighbours: Ints
+    end_offsets: Longs
+    ends: Ints
+
+
+def heights_of_rings(points: Floats, around: Surroundings) -> Floats:
+    """The heights n_i . (p_j - p_i) of all neighbours j in the one-rings of the vertices that move."""
+    heights = np.zeros(len(around.neighbours))
+    _heights(points, around.moving, around.offsets, around.neighbours, around.end_offsets, around.ends, heights)
+    which = np.zeros(len(points), dtype=np.bool_)
+    which[around.moving] = True
+    result: Floats = heights[np.repeat(which, np.diff(around.offsets))]
+    return result
+
+
+def bilateral_step(points: Floats, out: Floats, around: Surroundings, space: Term, height: Term) -> None:
+    """One step of all vertices at once, from `points` to `out`."""
+    _step(
+        points,
+        out,
+        around.moving,
+        around.offsets,
+        around.neighbours,
+        around.on_curve,
+        around.curve_offsets,
+        around.curve_neighbours,
+        around.end_offsets,
+        around.ends,
+        space.code,
+        space.sigma,
+        height.code,
+        height.sigma,
+        min(_BLOCKS, 1 + len(around.moving) // 1024),
+    )
+
+
+@njit(cache=True)
+def _normal(points: Floats, i: int, end_offsets: Longs, ends: Ints) -> tuple[float, float, float]:
+    """The unit normal of the faces around i, weighted by area; 0 if they have none."""
+    x = y = z = 0.0
+    px, py, pz = points[i, 0], points[i, 1], points[i, 2]
+    for k in range(end_offsets[i], end_offsets[i + 1], 2):
+        a, b = ends[k], ends[k + 1]
+        ax, ay, az = points[a, 0] - px, points[a, 1] - py, points[a, 2] - pz
+        bx, by, bz = points[b, 0] - px, points[b, 1] - py, points[b, 2] - pz
+        x += ay * bz - az * by
+        y += az * bx - ax * bz
+        z += ax * by - ay * bx
+    length = math.sqrt(x * x + y * y + z * z)
+    if length < 1e-100:
+        return 0.0, 0.0, 0.0
+    return x / length, y / length, z / length
+
+
+@njit(cache=True, parallel=True)
+def _heights(
+    points: Floats, moving: Ints, offsets: Longs, neighbours: Ints, end_offsets: Longs, ends: Ints, heights: Floats
+) -> None:
+    for m in prange(moving.shape[0]):
+        i = moving[m]
+        x, y, z = _normal(points, i, end_offsets, ends)
+        for k in range(offsets[i], offsets[i + 1]):
+            j = neighbours[k]
+            heights[k] = x * (points[j, 0] - points[i, 0]) + y * (points[j, 1] - points[i, 1]) + z * (points[j, 2] - points[i, 2])
+
+
+@njit(cache=True, parallel=True)
+def _step(
+    points: Floats,
+    out: Floats,
+    moving: Ints,
+    offsets: Longs,
+    neighbours: Ints,
+    on_curve: Bools,
+    curve_offsets: Longs,
+    curve_neighbours: Ints,
+    end_offsets: Longs,
+    ends: Ints,
+    space_code: int,
+    space_sigma: float,
+    range_code: int,
+    range_sigma: float,
+    blocks: int,
+) -> None:
+    count = moving.shape[0]
+    for block in prange(blocks):
+        seen = np.full(points.shape[0], -1, dtype=np.int32)
+        queue = np.empty(points.shape[0], dtype=np.int32)
+        for m in range(block * count // blocks, (block + 1) * count // blocks):
+            i = moving[m]
+            x, y, z = _normal(points, i, end_offsets, ends)
+            if on_curve[i]:
+                height = _mean_height(
+                    points,
+                    i,
+                    (x, y, z),
+                    curve_offsets,
+                    curve_neighbours,
+                    seen,
+                    queue,
+                    space_code,
+                    space_sigma,
+                    range_code,
+                    range_sigma,
+                )
+            else:
+                height = _mean_height(
+                    points, i, (x, y, z), offsets, neighbours, seen, queue, space_code, space_sigma, range_code, range_sigma
+                )
+            out[i, 0] = points[i, 0] + height * x
+            out[i, 1] = points[i, 1] + height * y
+            out[i, 2] = points[i, 2] + height * z
+
+
+@njit(cache=True)
+def _mean_height(
+    points: Floats,
+    i: int,
+    normal: tuple[float, float, float],
+    offsets: Longs,
+    neighbours: Ints,
+    seen: Ints,
+    queue: Ints,
+    space_code: int,
+    space_sigma: float,
+    range_code: int,
+    range_sigma: float,
+) -> float:
+    """The weighted mean height of the vertices within reach of i, breadth first; `seen` and `queue` have room for all of them."""
+    reach = (REACH * space_sigma) ** 2
+    px, py, pz = points[i, 0], points[i, 1], points[i, 2]
+    x, y, z = normal
+    total = sum_of_heights = 0.0
+    queue[0], seen[i] = i, i
+    first, last = 0, 1
+    while first < last:
+        v = queue[first]
+        first += 1
+        for k in range(offsets[v], offsets[v + 1]):
+            j = neighbours[k]
+            if seen[j] == i:
+                continue
+            seen[j] = i
+            dx, dy, dz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
+            squared = dx * dx + dy * dy + dz * dz
+            if squared > reach:
+                continue
+            height = x * dx + y * dy + z * dz
+            share = kernel_weight(space_code, math.sqrt(squared), space_sigma) * kernel_weight(range_code, height, range_sigma)
+            total += share
+            sum_of_heights += share * height
+            queue[last] = j
+            last += 1
+    return sum_of_heights / total if total > 0.0 else 0.0

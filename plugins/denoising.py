@@ -1,0 +1,305 @@
+"""Two-step denoising: robust filters of face normals, and vertices that follow them."""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import asdict
+from typing import Annotated, Any, Literal, TypeAlias
+
+import numpy as np
+
+from pymeshfair.declaration import (
+    Bool,
+    Edit,
+    Enum,
+    FilterClass,
+    Float,
+    Floats,
+    Int,
+    Layer,
+    MeshElement,
+    mesh_filter,
+)
+from pymeshfair.filters.denoising.automatic import AutomaticChoice, automatic_parameters, denoise_automatically
+from pymeshfair.filters.denoising.face_neighbourhoods import NEIGHBORHOODS, Neighborhood
+from pymeshfair.filters.denoising.m_estimators import KERNEL_NAMES, KernelName
+from pymeshfair.filters.denoising.normal_filtering import (
+    NORMAL_FILTER_METHODS,
+    NormalFilterMethod,
+    filter_face_normals,
+    folded_faces,
+    normal_filtering,
+)
+from pymeshfair.filters.denoising.normal_filters import RANGE_MEASURES, SPACE_KERNELS, RangeMeasure, SpaceKernel
+from pymeshfair.filters.denoising.vertex_update import VERTEX_UPDATES, VertexUpdate
+from pymeshfair.filters.diffusion.border import BorderPolicy
+from pymeshfair.filters.progress import Progress, ignore_progress
+
+from .smoothing import MOVES_VERTICES, SELECTED
+
+Auto: TypeAlias = Literal["auto"]
+
+#: the parameters of `filter_face_normals`; the others are those of the vertices
+STEP_ONE = (
+    "method",
+    "range_kernel",
+    "space_kernel",
+    "range_measure",
+    "range_sigma",
+    "range_floor",
+    "space_sigma",
+    "neighborhood",
+    "normal_iterations",
+)
+
+#: what `normal_filtering` does where neither the caller nor the mesh decides
+DEFAULTS: dict[str, Any] = {
+    parameter.name: parameter.default
+    for parameter in inspect.signature(normal_filtering).parameters.values()
+    if parameter.name in (*STEP_ONE, "vertex_iterations", "outer_iterations", "vertex_update")
+}
+
+METHOD = Enum(
+    label="Method",
+    choices=("auto", *NORMAL_FILTER_METHODS),
+    help="What the weight of a neighbouring face is made of, besides its area. 'mean': nothing else, which rounds every edge. "
+    "'unilateral': how far its normal deviates. 'bilateral': and how far away it is. 'averaged': bilateral, deviations measured "
+    "on normals averaged before, for strong noise. 'guided': on the normals of the most even patches, for sharp edges.",
+)
+RANGE_KERNEL = Enum(
+    label="Range kernel",
+    choices=("auto", *KERNEL_NAMES),
+    help="How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2' and 'tukey' reach 0 and keep edges; "
+    "'huber', 'lorentzian' and 'gaussian' suit smooth shapes.",
+)
+SPACE_KERNEL = Enum(
+    label="Space kernel",
+    choices=("auto", *SPACE_KERNELS),
+    advanced=True,
+    help="How weight falls with distance; 'constant' does not.",
+)
+RANGE_MEASURE = Enum(
+    label="Range measure",
+    choices=("auto", *RANGE_MEASURES),
+    advanced=True,
+    help="How the deviation of two normals is measured: 'euclidean', the length of their difference, up to 2; 'angle' in "
+    "radians; 'squared', the square of that length.",
+)
+RANGE_SIGMA = Float(
+    label="Range sigma",
+    minimum=0,
+    help="The deviation of normals at which the range kernel falls, in the unit of the range measure; 0.5 is about 30 degrees. "
+    "Larger smooths more, and across sharper edges. 0: automatic.",
+)
+RANGE_FLOOR = Float(
+    label="Range floor",
+    minimum=-1,
+    maximum=4,
+    advanced=True,
+    help="Smaller deviations count as this one. Above 0, such as 0.03, it keeps 'l1' and 'truncated_l1' from letting two faces "
+    "that happen to agree hold each other. -1: automatic.",
+)
+SPACE_SIGMA = Float(
+    label="Space sigma",
+    minimum=0,
+    help="The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres. Larger smooths "
+    "larger details. 0: automatic.",
+)
+NEIGHBORHOOD = Enum(
+    label="Neighborhood",
+    choices=("auto", *NEIGHBORHOODS),
+    help="Which faces are averaged over: those across the edges, those at the vertices, those in two or three rings, or those "
+    "within a radius of twice the mean distance of centres. Larger smooths larger details and is slower.",
+)
+NORMAL_ITERATIONS = Int(
+    label="Normal iterations",
+    minimum=0,
+    maximum=10_000,
+    help="How often the normals are filtered before the vertices follow. More smooth more. 0: automatic.",
+)
+DENOISING_BORDER = Enum(
+    label="Border",
+    choices=("fixed", "along", "free"),
+    help="What the vertices of open borders do: 'fixed' stay; 'along' move up and down along the normal alone, so that the "
+    "outline stays; 'free' move like any other vertex.",
+)
+
+
+@mesh_filter(
+    name="Normal Filtering",
+    classes=FilterClass.SMOOTHING,
+    requires=MeshElement.FACENUMBER,
+    changes=MOVES_VERTICES,
+    references=("zheng2011", "zhang2015", "sun2007", "ohtake2001", "belyaev2001", "yadav2021"),
+)
+def apply_coord_normal_filtering(
+    layer: Layer,
+    *,
+    method: Annotated[Auto | NormalFilterMethod, METHOD] = "auto",
+    range_kernel: Annotated[Auto | KernelName, RANGE_KERNEL] = "auto",
+    space_kernel: Annotated[Auto | SpaceKernel, SPACE_KERNEL] = "auto",
+    range_measure: Annotated[Auto | RangeMeasure, RANGE_MEASURE] = "auto",
+    range_sigma: Annotated[float, RANGE_SIGMA] = 0.0,
+    range_floor: Annotated[float, RANGE_FLOOR] = -1.0,
+    space_sigma: Annotated[float, SPACE_SIGMA] = 0.0,
+    neighborhood: Annotated[Auto | Neighborhood, NEIGHBORHOOD] = "auto",
+    normal_iterations: Annotated[int, NORMAL_ITERATIONS] = 0,
+    vertex_iterations: Annotated[
+        int,
+        Int(
+            label="Vertex iterations",
+            minimum=0,
+            maximum=10_000,
+            help="How many steps the vertices take towards faces with the filtered normals. More follow them more closely. 0: "
+            "automatic.",
+        ),
+    ] = 0,
+    outer_iterations: Annotated[
+        int,
+        Int(
+            label="Outer iterations",
+            minimum=0,
+            maximum=10_000,
+            help="How often both are repeated, the normals measured anew. 20 to 30 times one normal iteration keep edges better "
+            "than once 20. 0: automatic.",
+        ),
+    ] = 0,
+    vertex_update: Annotated[
+        Auto | VertexUpdate,
+        Enum(
+            label="Vertex update",
+            choices=("auto", *VERTEX_UPDATES),
+            advanced=True,
+            help="How vertices follow: 'sun' by the mean of the projections onto their faces' planes, 'ohtake' by their mean "
+            "weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.",
+        ),
+    ] = "auto",
+    border: Annotated[BorderPolicy, DENOISING_BORDER] = "along",
+    selected: Annotated[bool, SELECTED] = False,
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """Removes noise and keeps edges: filters the normals of the faces robustly, then moves the vertices so that the faces follow.
+
+    Without any parameter the noise is measured and the parameters are chosen for it; what is given replaces that choice. Returns
+    the parameters that were used, what the mesh was found to be, the mean displacement of the vertices in mean edges ("drift"),
+    and the number of faces that look away from those around them, before and after ("folded_before", "folded_after").
+    """
+    given = _given(
+        method=method,
+        range_kernel=range_kernel,
+        space_kernel=space_kernel,
+        range_measure=range_measure,
+        range_sigma=range_sigma,
+        range_floor=range_floor,
+        space_sigma=space_sigma,
+        neighborhood=neighborhood,
+        normal_iterations=normal_iterations,
+        vertex_iterations=vertex_iterations,
+        outer_iterations=outer_iterations,
+        vertex_update=vertex_update,
+    )
+    movable = layer.selected_vertices() if selected else None
+    notes: tuple[str, ...] = ()
+    if given:
+        effective, found = _completed(layer, given)
+        vertices = normal_filtering(layer.vertices, layer.faces, **effective, border=border, movable=movable, progress=progress)
+    else:
+        vertices, choice = denoise_automatically(layer.vertices, layer.faces, border=border, movable=movable, progress=progress)
+        found = _findings(choice)
+        effective = {} if choice.parameters is None else {**DEFAULTS, **asdict(choice.parameters)}
+        if choice.parameters is None:
+            notes = ("there is no noise to remove: the vertices stay where they are",)
+    return Edit(
+        vertices=vertices,
+        values={
+            **effective,
+            **found,
+            "drift": _mean_displacement(layer, vertices),
+            "folded_before": folded_faces(layer.vertices, layer.faces),
+            "folded_after": folded_faces(vertices, layer.faces),
+        },
+        notes=notes,
+    )
+
+
+@mesh_filter(
+    name="Robust Filtering of Face Normals",
+    classes=FilterClass.NORMAL,
+    requires=MeshElement.FACENUMBER,
+    changes=MeshElement.FACENORMAL,
+    references=("zheng2011", "zhang2015", "belyaev2001", "yadav2021"),
+)
+def apply_normal_robust_filtering_per_face(
+    layer: Layer,
+    *,
+    method: Annotated[Auto | NormalFilterMethod, METHOD] = "auto",
+    range_kernel: Annotated[Auto | KernelName, RANGE_KERNEL] = "auto",
+    space_kernel: Annotated[Auto | SpaceKernel, SPACE_KERNEL] = "auto",
+    range_measure: Annotated[Auto | RangeMeasure, RANGE_MEASURE] = "auto",
+    range_sigma: Annotated[float, RANGE_SIGMA] = 0.0,
+    range_floor: Annotated[float, RANGE_FLOOR] = -1.0,
+    space_sigma: Annotated[float, SPACE_SIGMA] = 0.0,
+    neighborhood: Annotated[Auto | Neighborhood, NEIGHBORHOOD] = "auto",
+    normal_iterations: Annotated[int, NORMAL_ITERATIONS] = 0,
+    selected: Annotated[
+        bool,
+        Bool(
+            label="Selected faces only",
+            help="Only the selected faces get a new normal; the others are seen by their neighbours but keep theirs.",
+        ),
+    ] = False,
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """Averages the normals of the faces without rounding edges, and leaves the vertices where they are.
+
+    It is the first half of Normal Filtering, for shading and for filters that read face normals. Without any parameter they are
+    chosen from the noise that is measured; 0 normal iterations are as many as Normal Filtering takes in all. Returns the
+    parameters that were used.
+    """
+    given = _given(
+        method=method,
+        range_kernel=range_kernel,
+        space_kernel=space_kernel,
+        range_measure=range_measure,
+        range_sigma=range_sigma,
+        range_floor=range_floor,
+        space_sigma=space_sigma,
+        neighborhood=neighborhood,
+        normal_iterations=normal_iterations,
+    )
+    effective, found = _completed(layer, given)
+    if "normal_iterations" not in given:
+        effective["normal_iterations"] *= effective["outer_iterations"]
+    effective = {name: effective[name] for name in STEP_ONE}
+    normals = filter_face_normals(layer.vertices, layer.faces, **effective, progress=progress)
+    if selected:
+        normals = np.where(layer.face_selection[:, None], normals, layer.face_normals)
+    return Edit(face_normals=normals, values={**effective, **found})
+
+
+def _given(**values: Any) -> dict[str, Any]:
+    """The parameters that are not automatic."""
+    return {name: value for name, value in values.items() if value != (-1.0 if name == "range_floor" else 0) and value != "auto"}
+
+
+def _completed(layer: Layer, given: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The given parameters and those that are chosen for the mesh where none is given; and what the choice rests on."""
+    choice = automatic_parameters(layer.vertices, layer.faces)
+    # A mesh without noise asks for nothing; what is given is then completed as the authors of the filter would.
+    chosen = {} if choice.parameters is None else asdict(choice.parameters)
+    return {**DEFAULTS, **chosen, **given}, _findings(choice)
+
+
+def _findings(choice: AutomaticChoice) -> dict[str, Any]:
+    """What the mesh was found to be, and the numbers that this rests on."""
+    numbers = {name: value for name, value in choice._asdict().items() if isinstance(value, int | float)}
+    return {"shape": choice.kind, "noise": choice.noise.deviation, **numbers}
+
+
+def _mean_displacement(layer: Layer, vertices: Floats) -> float:
+    """The mean distance of the vertices from where they were, in mean edges."""
+    if len(vertices) == 0 or layer.mean_edge == 0.0:
+        return 0.0
+    # In edges first, so that squares neither overflow nor vanish.
+    moved = (vertices - layer.vertices) / layer.mean_edge
+    return float(np.linalg.norm(moved, axis=1).mean())

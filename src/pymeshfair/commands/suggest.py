@@ -1,0 +1,111 @@
+"""``pymeshfair suggest SCAN``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from .json_document import print_document
+from .options import Debug, Json
+
+if TYPE_CHECKING:
+    from ..recipe import Recipe
+
+#: the filter whose automatic parameters are made explicit
+FILTER = "apply_coord_normal_filtering"
+#: the filter that comes before it where noise has moved the vertices along the surface too
+RELAXES = "apply_coord_taubin_fairing"
+
+
+def suggest(
+    scan: Annotated[Path, typer.Argument(metavar="SCAN", help="The mesh file to look at; it is not changed.")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="RECIPE.mlx", help="Write the recipe there, in place of stdout.")
+    ] = None,
+    timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop after that time.", min=0.001)] = None,
+    json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Measure the noise of a scan and print the recipe that removes it, every value explicit.
+
+    The recipe does what the automatic parameters do on this scan, and can be changed and used for others of its kind.
+    """
+    from ..errors import PymeshfairError
+    from ..scripts.write import format_script, write_script
+
+    if output is not None and output.suffix.casefold() != ".mlx":
+        raise PymeshfairError(f"{output} is no name for a recipe: it must end with .mlx")
+    values = _tried(scan, timeout)
+    recipe = _explicit(scan, values)
+    if output is not None:
+        if recipe is None:
+            raise PymeshfairError(f"{scan} has no noise to remove, so there is no recipe to write to {output}")
+        write_script(recipe.script, output)
+    text = None if recipe is None else format_script(recipe.script)
+    if json:
+        print_document({"scan": scan, "found": values, "recipe": text, "output": output})
+        return
+    typer.echo(_words(scan, values), err=True)
+    if output is not None:
+        typer.echo(f"{output}: written; `pymeshfair run {output} {scan} -o RESULT` applies it", err=True)
+    elif text is not None:
+        typer.echo(text, nl=False)
+
+
+def _tried(scan: Path, timeout: float | None) -> dict[str, Any]:
+    """What the automatic filter reports of the scan, tried in a process of its own."""
+    import tempfile
+
+    from ..recipe import Recipe
+    from ..registry import find_filter
+    from ..running.job import Job
+    from ..running.supervise import run_job
+    from ..scripts.script import Script, Step
+    from .progress import progress
+
+    trial = Recipe("suggestion", Script((Step(find_filter(FILTER)),)))
+    with tempfile.TemporaryDirectory() as folder, progress() as show:
+        result = run_job(Job(trial, scan, Path(folder) / "tried.ply", timeout=timeout), show)
+    return dict(result.steps[0].values)
+
+
+def _explicit(scan: Path, values: dict[str, Any]) -> Recipe | None:
+    """The filter with every value said; None if nothing is to be done."""
+    from ..recipe import Recipe
+    from ..registry import find_filter
+    from ..scripts.script import Script, Step
+
+    known = find_filter(FILTER)
+    given = {parameter.name: values[parameter.name] for parameter in known.parameters if parameter.name in values}
+    if not given:
+        return None
+    name = scan.name.replace("--", "- ").strip("-")
+    comment = f"Denoises scans such as {name}\n\nFor: {_kind(values)}, with noise of {values['noise']:.2g} edges."
+    steps = [Step(known).with_values(given)]
+    if values["shape"] == "scattered":
+        from ..filters.denoising.automatic import RELAXATION
+
+        steps.insert(0, Step(find_filter(RELAXES)).with_values({"iterations": RELAXATION}))
+    return Recipe("suggestion", Script(tuple(steps), comment))
+
+
+def _words(scan: Path, values: dict[str, Any]) -> str:
+    if values["shape"] == "clean":
+        return f"{scan}: no noise to remove"
+    return (
+        f"{scan}: {_kind(values)}; the noise along the normals is {values['noise']:.3f} mean edges; removing it moves the "
+        f"vertices by {values['drift']:.3f} mean edges on average"
+    )
+
+
+def _kind(values: dict[str, Any]) -> str:
+    kinds = {
+        "sharp": "flat parts that meet at edges",
+        "smooth": "a smooth or finely detailed shape",
+        "range map": "a range map with noise that neighbours share",
+        "scattered": "a shape with noise in all directions",
+        "clean": "a shape without noise",
+    }
+    return kinds.get(values["shape"], str(values["shape"]))

@@ -1,0 +1,68 @@
+"""`pymeshfair suggest` makes the automatic parameters of a scan explicit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pymeshlab
+import pytest
+
+from pymeshfair.filters.denoising.automatic import automatic_parameters
+from pymeshfair.scripts import parse_script
+from tests.meshes import cube, noisy, torus
+
+from .command_line import document, invoke
+
+
+def _saved(path: Path, mesh: tuple[np.ndarray, np.ndarray]) -> Path:
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(*mesh))
+    meshes.save_current_mesh(str(path))
+    return path
+
+
+@pytest.fixture(scope="module")
+def scan(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A torus with noise."""
+    return _saved(tmp_path_factory.mktemp("scans") / "torus.ply", noisy(torus(48, 24), 0.05))
+
+
+def test_the_recipe_says_what_automatic_would_do(scan: Path) -> None:
+    """The printed recipe is a script whose values are those that are found from the arrays."""
+    done = invoke("suggest", scan)
+    assert done.exit_code == 0, done.stderr
+    relaxing, step = parse_script(done.stdout.encode(), "suggested.mlx").steps
+    assert relaxing.filter.python_name == "apply_coord_taubin_fairing"
+    assert step.filter.python_name == "apply_coord_normal_filtering"
+    chosen = automatic_parameters(*noisy(torus(48, 24), 0.05)).parameters
+    assert chosen is not None
+    for name, value in vars(chosen).items():
+        assert step.values[name] == value
+    assert "mean edges" in done.stderr
+
+
+def test_document_and_file_hold_the_same_recipe(scan: Path, tmp_path: Path) -> None:
+    """`--json` holds the estimate and the text that `-o` writes, which is a valid recipe."""
+    path = tmp_path / "mine.mlx"
+    told = document(invoke("suggest", scan, "--json", "-o", path).stdout)
+    assert told["recipe"] == path.read_text(encoding="utf-8")
+    assert told["found"]["noise"] > 0.0
+    assert invoke("check", path).exit_code == 0
+
+
+def test_a_clean_model_needs_no_recipe(tmp_path: Path) -> None:
+    """A cube as it was designed is said to be clean, and nothing is written."""
+    path = _saved(tmp_path / "cube.ply", cube())
+    done = invoke("suggest", path)
+    assert (done.exit_code, done.stdout) == (0, "")
+    assert "no noise" in done.stderr
+    assert invoke("suggest", path, "-o", tmp_path / "none.mlx").exit_code != 0
+    assert not (tmp_path / "none.mlx").exists()
+
+
+def test_a_recipe_is_not_written_under_the_name_of_a_mesh(scan: Path) -> None:
+    """A slip that would replace a scan by a recipe is refused before anything is read."""
+    before = scan.read_bytes()
+    assert invoke("suggest", scan, "-o", scan).exit_code != 0
+    assert scan.read_bytes() == before

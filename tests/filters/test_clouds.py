@@ -1,0 +1,160 @@
+"""Bilateral projection of points against a loop over them, on a plane, a sphere and two sides of a cube."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import scipy.spatial
+from numpy.typing import NDArray
+
+from pymeshfair.filters import parallel
+from pymeshfair.filters.denoising import m_estimators
+from pymeshfair.filters.denoising.clouds import bilateral_projection, estimated_normals
+from pymeshfair.filters.denoising.m_estimators import KERNEL_NAMES, KernelName
+from pymeshfair.filters.errors import FilterInputError
+from tests.meshes import AWKWARD, icosphere, rotation
+
+Floats = NDArray[np.float64]
+
+
+def flat(n: int = 2000, seed: int = 0) -> Floats:
+    """Points strewn over the unit square."""
+    return np.column_stack([np.random.default_rng(seed).random((n, 2)), np.zeros(n)])
+
+
+def ball(n: int = 3000) -> Floats:
+    """A spiral of points evenly around the unit sphere."""
+    z = 1.0 - (2.0 * np.arange(n) + 1.0) / n
+    angles = np.arange(n) * np.pi * (1.0 + 5.0**0.5)
+    return np.column_stack([np.sqrt(1.0 - z**2) * np.cos(angles), np.sqrt(1.0 - z**2) * np.sin(angles), z])
+
+
+def roof(n: int = 4000) -> Floats:
+    """Two sides of a cube with the edge x = 0, z = 0 between them: the squares z = 0 and x = 0."""
+    points = flat(n)
+    points[::2] = points[::2][:, [2, 1, 0]] * [1, 1, -1]
+    return points
+
+
+def shaken(points: Floats, amount: float) -> Floats:
+    """The points, each coordinate shifted by a normal deviate."""
+    return points + np.random.default_rng(9).normal(0.0, amount, points.shape)
+
+
+@pytest.mark.parametrize("name", KERNEL_NAMES)
+def test_a_loop_over_points_gives_the_same(name: KernelName) -> None:
+    """One iteration is its equation over the nearest neighbours, normals included, to 1e-10."""
+    points = shaken(ball(300), 0.02)
+    _, indices = scipy.spatial.cKDTree(points).query(points, k=13)
+    expected = points.copy()
+    for i, p in enumerate(points):
+        normal = np.linalg.eigh(np.cov(points[indices[i]].T))[1][:, 0]
+        arms = points[indices[i, 1:]] - p
+        weights = m_estimators.weight(name, np.linalg.norm(arms, axis=1), 0.3)
+        weights = weights * m_estimators.weight(name, arms @ normal, 0.05)
+        if weights.sum() > 0:
+            expected[i] = p + normal * (weights @ (arms @ normal)) / weights.sum()
+    found = bilateral_projection(
+        points, neighbors=12, space_kernel=name, range_kernel=name, space_sigma=0.3, range_sigma=0.05, iterations=1
+    )
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-10)
+
+
+def test_a_noisy_plane_gets_flat() -> None:
+    """A plane is a fixed point, and the noise of one, a third of the points' spacing, falls to less than half."""
+    points = flat() @ rotation(2).T
+    np.testing.assert_allclose(bilateral_projection(points), points, rtol=0, atol=1e-12)
+    noisy = shaken(flat(), 0.007)
+    assert bilateral_projection(noisy)[:, 2].std() < 0.5 * noisy[:, 2].std()
+
+
+def test_a_noisy_sphere_gets_round() -> None:
+    """The mean distance to the sphere falls to less than half, with estimated normals and with true ones of any length."""
+    truth = ball(10_000)
+    noisy = shaken(truth, 0.01)
+
+    def error(points: Floats) -> float:
+        return float(np.abs(np.linalg.norm(points, axis=1) - 1).mean())
+
+    assert error(bilateral_projection(noisy)) < 0.5 * error(noisy)
+    found = bilateral_projection(noisy, normals=truth)
+    assert error(found) < 0.5 * error(noisy)
+    signs = np.where(np.arange(len(truth)) % 2, -3.0, 1e-200)[:, None]
+    np.testing.assert_allclose(bilateral_projection(noisy, normals=truth * signs), found, rtol=0, atol=1e-12)
+
+
+def test_an_edge_survives() -> None:
+    """Along true normals, points near the edge of a cube come nearer to its sides with "tukey", and sink with "l2"."""
+    truth = roof()
+    noisy = shaken(truth, 0.004)
+    normals = np.where((np.arange(len(truth)) % 2 == 0)[:, None], [1.0, 0, 0], [0, 0, 1.0])
+    near = (np.abs(truth).max(axis=1) > 0) & (np.linalg.norm(truth[:, [0, 2]], axis=1) < 0.03)
+
+    def error(points: Floats) -> float:
+        return float(np.abs(((points - truth) * normals).sum(axis=1))[near].mean())
+
+    assert error(bilateral_projection(noisy, normals=normals, range_kernel="tukey", range_sigma=0.02)) < error(noisy)
+    assert error(bilateral_projection(noisy, normals=normals, range_kernel="l2")) > error(noisy)
+
+
+def test_rotation_translation_scale_and_numbering_make_no_difference() -> None:
+    """Moving, scaling or renumbering the cloud and filtering commute to 1e-9, with automatic scales."""
+    points = shaken(ball(1000), 0.02)
+    expected = bilateral_projection(points)
+    turn, shift = rotation(1), np.array([3.0, -20.0, 100.0])
+    np.testing.assert_allclose(bilateral_projection(points @ turn.T + shift), expected @ turn.T + shift, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(bilateral_projection(points * 1234.5) / 1234.5, expected, rtol=0, atol=1e-9)
+    order = np.random.default_rng(0).permutation(len(points))
+    np.testing.assert_allclose(bilateral_projection(points[order]), expected[order], rtol=0, atol=1e-9)
+
+
+def test_normals_of_a_sphere_point_outwards_or_inwards() -> None:
+    """Estimated normals are those of the sphere up to their sign, to the curvature over the neighbourhood; their length is 1."""
+    points = ball()
+    normals = estimated_normals(points)
+    assert np.abs((normals * points).sum(axis=1)).min() > math.cos(math.radians(2))
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, rtol=1e-12)
+
+
+def test_points_that_may_not_move_keep_every_bit() -> None:
+    """Not movable ones, those whose normal is 0, and all of them if there are no iterations."""
+    points = shaken(ball(500), 0.02)
+    movable = np.arange(500) % 2 == 0
+    found = bilateral_projection(points, movable=movable)
+    assert found[~movable].tobytes() == points[~movable].tobytes()
+    assert (found[movable] != points[movable]).any(axis=1).all()
+    found = bilateral_projection(points, normals=points * movable[:, None])
+    assert found[~movable].tobytes() == points[~movable].tobytes()
+    assert bilateral_projection(points, iterations=0).tobytes() == points.tobytes()
+
+
+@pytest.mark.parametrize("name", [k for k, make in AWKWARD.items() if len(make()[0]) > 18])
+def test_awkward_clouds_stay_finite(name: str) -> None:
+    """Coincident points, points on a line, huge and tiny ones: nothing becomes NaN."""
+    points, _ = AWKWARD[name]()
+    for kernel in ("gaussian", "l1", "tukey"):
+        found = bilateral_projection(points, range_kernel=kernel, space_kernel=kernel)
+        assert np.isfinite(found).all()
+
+
+def test_the_number_of_threads_makes_no_difference(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The result on one thread is, bit by bit, that on all of them."""
+    points = shaken(ball(), 0.01)
+    alone = bilateral_projection(points)
+    monkeypatch.setattr(parallel, "SERIAL_BELOW", 0)
+    assert bilateral_projection(points).tobytes() == alone.tobytes()
+
+
+def test_wrong_input_is_refused() -> None:
+    """Too few points, normals of another number and wrong parameters are errors that say so."""
+    points, _ = icosphere(1)
+    with pytest.raises(FilterInputError, match="60 neighbours need a cloud of at least 61 points, got 42"):
+        bilateral_projection(points, neighbors=60)
+    with pytest.raises(FilterInputError, match=r"normals must have the shape \(42, 3\), one a point, got \(40, 3\)"):
+        bilateral_projection(points, normals=points[:40])
+    with pytest.raises(FilterInputError, match=r"range_sigma 0\.0 is not finite and above 0"):
+        bilateral_projection(points, range_sigma=0.0)
+    with pytest.raises(FilterInputError, match="kernel 'box' is not one of"):
+        bilateral_projection(points, space_kernel="box")  # type: ignore[arg-type]

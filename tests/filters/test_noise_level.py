@@ -1,0 +1,83 @@
+"""The noise of a mesh is measured from the mesh alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pymeshfair.filters.denoising.noise_level import estimate_noise, smooth_normals
+from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.topology import mean_edge_length
+from tests.meshes import cube, grid, icosphere, noisy, renumbered, rotation, single_triangle, subdivided, torus
+
+SHAPES = {
+    "sphere": icosphere(4),
+    "torus": torus(80, 40),
+    "cube": subdivided(*subdivided(*subdivided(*subdivided(*subdivided(*cube()))))),
+}
+
+
+def _along_normals(name: str, level: float, share: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    vertices, faces = SHAPES[name]
+    rng = np.random.default_rng(7)
+    moved = rng.random(len(vertices)) < share
+    heights = rng.normal(size=len(vertices)) * level * mean_edge_length(vertices, faces) * moved
+    return vertices + heights[:, None] * smooth_normals(vertices, faces), faces
+
+
+@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize("level", [0.1, 0.2, 0.4, 0.6])
+def test_level_is_that_of_the_noise(name: str, level: float) -> None:
+    """The level in mesh units is right within 15 % from weak to very strong noise, on smooth and on sharp shapes."""
+    vertices, faces = SHAPES[name]
+    found = estimate_noise(*_along_normals(name, level))
+    assert found.length == pytest.approx(level * mean_edge_length(vertices, faces), rel=0.15)
+
+
+def test_tails_tell_impulsive_noise() -> None:
+    """If a fifth of the vertices moves, the mean square is far above what the median says; of Gaussian noise they agree."""
+    assert estimate_noise(*_along_normals("sphere", 0.3)).tails == pytest.approx(1.0, abs=0.06)
+    assert estimate_noise(*_along_normals("sphere", 0.5, share=0.2)).tails > 1.4
+
+
+def test_a_plane_has_no_noise_but_may_be_sampled_unevenly() -> None:
+    """Vertices shifted within a plane are no noise along the normal, and are seen along the tangents."""
+    vertices, faces = grid(30, 30)
+    shifts = np.random.default_rng(1).normal(0.0, 0.1, vertices.shape) * [1.0, 1.0, 0.0]
+    found = estimate_noise(vertices + shifts, faces)
+    assert found.deviation < 1e-12
+    assert found.tangential == pytest.approx(0.1 / mean_edge_length(vertices + shifts, faces), rel=0.1)
+
+
+def test_noise_along_a_view_direction_stands_out() -> None:
+    """On a plane all residuals are parallel; on a sphere they look everywhere."""
+    vertices, faces = grid(20, 20)
+    heights = np.random.default_rng(2).normal(0.0, 0.02, len(vertices))
+    found = estimate_noise(vertices + heights[:, None] * [0.0, 0.0, 1.0], faces)
+    assert found.anisotropy > 0.95
+    assert abs(found.direction[2]) > 0.99
+    assert estimate_noise(*_along_normals("sphere", 0.2)).anisotropy < 0.1
+
+
+def test_moved_turned_scaled_and_renumbered_meshes_have_the_same_noise() -> None:
+    """Every number but the length is the same to 1e-9, and the length grows with the mesh."""
+    vertices, faces = noisy(torus(40, 20), 0.03)
+    first = estimate_noise(vertices, faces)
+    turned = estimate_noise(100.0 * vertices @ rotation().T + [3.0, -4.0, 5.0], faces)
+    shuffled = estimate_noise(*renumbered((vertices, faces))[:2])
+    for other in (turned, shuffled):
+        for name in ("level", "deviation", "tails", "tangential", "anisotropy"):
+            assert getattr(other, name) == pytest.approx(getattr(first, name), rel=1e-9, abs=1e-9)
+    assert turned.length == pytest.approx(100.0 * first.length, rel=1e-9)
+
+
+def test_without_inner_vertices_there_is_no_noise() -> None:
+    """A triangle and a mesh without faces have the level 0."""
+    assert estimate_noise(*single_triangle()).level == 0.0
+    assert estimate_noise(np.zeros((3, 3)), np.empty((0, 3), dtype=np.int32)).level == 0.0
+
+
+def test_what_is_no_mesh_is_refused() -> None:
+    """Indices out of range are an error of the filters."""
+    with pytest.raises(FilterInputError):
+        estimate_noise(np.zeros((3, 3)), [[0, 1, 3]])

@@ -1,0 +1,190 @@
+"""Normal filtering as MeshLab users meet it: what is automatic, what is given, and the edit that comes back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from pymeshfair.declaration import Bools, Edit, Filter, FilterClass, Layer, MeshElement
+from pymeshfair.errors import ParameterError
+from pymeshfair.filters.denoising.automatic import denoise_automatically
+from pymeshfair.filters.denoising.face_normals import face_normals, mean_angle
+from pymeshfair.filters.denoising.normal_filtering import filter_face_normals, folded_faces, normal_filtering
+from pymeshfair.filters.topology import mean_edge_length
+from pymeshfair.meshlab_facts import meshlab_filters
+from pymeshfair.plugins.denoising import DEFAULTS, STEP_ONE, apply_coord_normal_filtering, apply_normal_robust_filtering_per_face
+from pymeshfair.registry import find_filter
+from tests.meshes import Floats, Ints, Mesh, cube, irregular_grid, subdivided
+
+
+@dataclass
+class Surface:
+    """As much of a layer as the filters read."""
+
+    vertices: Floats
+    faces: Ints
+    chosen: Bools | None = None
+    face_selection: Bools = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
+
+    @property
+    def mean_edge(self) -> float:
+        return mean_edge_length(self.vertices, self.faces)
+
+    @property
+    def face_normals(self) -> Floats:
+        return face_normals(self.vertices, self.faces)
+
+    def selected_vertices(self) -> Bools:
+        assert self.chosen is not None
+        return self.chosen
+
+
+def apply(declared: Filter, surface: Surface, **values: Any) -> Edit:
+    """The edit that the filter returns, its parameters checked and completed as the host does."""
+    assert declared.function is not None
+    return declared.function(cast(Layer, surface), **declared.with_defaults(values))
+
+
+@pytest.fixture(scope="module")
+def true() -> Mesh:
+    """A cube of 1,536 vertices and more."""
+    mesh = cube()
+    for _ in range(4):
+        mesh = subdivided(*mesh)
+    return mesh
+
+
+@pytest.fixture(scope="module")
+def rough(true: Mesh) -> Mesh:
+    """The cube with noise of 0.15 of its shorter edges along the normals, which spreads no vertices along the surface."""
+    vertices, faces = true
+    outward = np.zeros_like(vertices)
+    for corner in range(3):
+        np.add.at(outward, faces[:, corner], face_normals(*true))
+    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+    return vertices + np.random.default_rng(0).normal(0.0, 0.15 / 16, (len(vertices), 1)) * outward, faces
+
+
+ZHENG: dict[str, Any] = {
+    "method": "bilateral",
+    "range_kernel": "gaussian",
+    "space_kernel": "gaussian",
+    "range_measure": "euclidean",
+    "range_sigma": 0.35,
+    "range_floor": 0.0,
+    "space_sigma": 1.0,
+    "neighborhood": "vertex",
+    "normal_iterations": 20,
+    "vertex_iterations": 10,
+    "outer_iterations": 1,
+    "vertex_update": "sun",
+}
+
+
+def test_what_is_given_is_what_is_done(rough: Mesh) -> None:
+    """With every parameter given the vertices are those of the technique, and the values name each parameter."""
+    edit = apply(apply_coord_normal_filtering, Surface(*rough), **ZHENG)
+    assert edit.vertices is not None
+    np.testing.assert_array_equal(edit.vertices, normal_filtering(*rough))
+    assert {name: edit.values[name] for name in ZHENG} == ZHENG
+    touched = {f.name for f in fields(edit) if getattr(edit, f.name) is not None and f.name not in ("new_layers", "notes")}
+    assert touched == {"vertices", "values"}
+
+
+def test_the_values_measure_what_was_done(rough: Mesh) -> None:
+    """The drift is the mean displacement in mean edges; faces that look away from those around them are counted."""
+    edit = apply(apply_coord_normal_filtering, Surface(*rough), **ZHENG)
+    assert edit.vertices is not None
+    moved = np.linalg.norm(edit.vertices - rough[0], axis=1).mean() / mean_edge_length(*rough)
+    assert edit.values["drift"] == pytest.approx(moved, rel=1e-12)
+    assert edit.values["folded_after"] == folded_faces(edit.vertices, rough[1])
+    assert edit.values["folded_before"] == folded_faces(*rough)
+
+
+def test_by_default_everything_is_automatic(rough: Mesh, true: Mesh) -> None:
+    """Without parameters the result is that of the automatic choice, nearer to the truth, and the choice is reported."""
+    edit = apply(apply_coord_normal_filtering, Surface(*rough))
+    expected, choice = denoise_automatically(*rough)
+    assert edit.vertices is not None
+    np.testing.assert_array_equal(edit.vertices, expected)
+    assert choice.parameters is not None
+    assert {name: edit.values[name] for name in vars(choice.parameters)} == vars(choice.parameters)
+    assert edit.values["noise"] == choice.noise.deviation
+    before, after = (mean_angle(face_normals(v, rough[1]), face_normals(*true)) for v in (rough[0], edit.vertices))
+    assert after < 0.2 * before
+
+
+def test_the_reported_values_given_back_repeat_the_result(rough: Mesh) -> None:
+    """A recipe made of the reported parameters does what the automatic run did."""
+    first = apply(apply_coord_normal_filtering, Surface(*rough))
+    again = apply(apply_coord_normal_filtering, Surface(*rough), **{name: first.values[name] for name in ZHENG})
+    assert first.vertices is not None
+    assert again.vertices is not None
+    np.testing.assert_allclose(again.vertices, first.vertices, rtol=0, atol=1e-12)
+
+
+def test_one_given_parameter_replaces_one_choice(rough: Mesh) -> None:
+    """The others stay as they would be chosen."""
+    _, choice = denoise_automatically(*rough)
+    edit = apply(apply_coord_normal_filtering, Surface(*rough), outer_iterations=2)
+    assert choice.parameters is not None
+    assert {name: edit.values[name] for name in ZHENG} == {**DEFAULTS, **vars(choice.parameters), "outer_iterations": 2}
+
+
+def test_a_mesh_without_noise_is_left_alone() -> None:
+    """A sheet as it was designed keeps every bit, and a note says why."""
+    vertices, faces = irregular_grid()
+    edit = apply(apply_coord_normal_filtering, Surface(vertices, faces))
+    assert edit.vertices is not None
+    assert edit.vertices.tobytes() == vertices.tobytes()
+    assert len(edit.notes) == 1
+    assert edit.values["drift"] == 0.0
+
+
+def test_only_selected_vertices_move(rough: Mesh) -> None:
+    """With `selected` the others keep every bit."""
+    chosen = rough[0][:, 2] > 0.5
+    edit = apply(apply_coord_normal_filtering, Surface(*rough, chosen), selected=True, **ZHENG)
+    assert edit.vertices is not None
+    assert ((edit.vertices != rough[0]).any(axis=1) == chosen).all()
+
+
+def test_face_normals_alone(rough: Mesh, true: Mesh) -> None:
+    """The second filter returns step one: unit normals nearer to the truth, the vertices untouched; or those of some faces."""
+    settings = {name: ZHENG[name] for name in STEP_ONE}
+    edit = apply(apply_normal_robust_filtering_per_face, Surface(*rough), **settings)
+    assert edit.face_normals is not None
+    assert edit.vertices is None
+    np.testing.assert_array_equal(edit.face_normals, filter_face_normals(*rough))
+    automatic = apply(apply_normal_robust_filtering_per_face, Surface(*rough)).face_normals
+    assert automatic is not None
+    np.testing.assert_allclose(np.linalg.norm(automatic, axis=1), 1.0, rtol=0, atol=1e-12)
+    assert mean_angle(automatic, face_normals(*true)) < 0.5 * mean_angle(face_normals(*rough), face_normals(*true))
+    some = np.arange(len(rough[1])) % 2 == 0
+    part = apply(apply_normal_robust_filtering_per_face, Surface(*rough, face_selection=some), selected=True, **settings)
+    assert part.face_normals is not None
+    np.testing.assert_array_equal(part.face_normals[some], edit.face_normals[some])
+    np.testing.assert_array_equal(part.face_normals[~some], face_normals(*rough)[~some])
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("method", "median"), ("range_sigma", -1.0), ("normal_iterations", -1), ("border", "open"), ("neighborhood", "four_ring")],
+)
+def test_values_out_of_bounds_are_refused(name: str, value: Any) -> None:
+    """A value out of its bounds is refused with the parameter's name."""
+    with pytest.raises(ParameterError, match=f"'{name}' takes"):
+        apply_coord_normal_filtering.with_defaults({name: value})
+
+
+@pytest.mark.parametrize("declared", [apply_coord_normal_filtering, apply_normal_robust_filtering_per_face])
+def test_the_filters_are_found_and_new(declared: Filter) -> None:
+    """Both are registered under names that MeshLab has not taken."""
+    found = find_filter(declared.python_name)
+    assert (found.function, found.origin) == (declared.function, "pymeshfair")
+    assert not {declared.name, declared.python_name} & {name for f in meshlab_filters() for name in (f.name, f.python_name)}
+    assert declared.classes in (FilterClass.SMOOTHING, FilterClass.NORMAL)
+    assert declared.requires == MeshElement.FACENUMBER

@@ -1,0 +1,64 @@
+"""The denoising benchmark on a folder of its own: it runs on any pairs, and says what is wrong with a folder."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pymeshlab
+import pytest
+from denoising_findings import chest
+
+pytest.importorskip("matplotlib", reason="the benchmark draws; matplotlib comes with the `report` extra")
+import denoising
+
+
+def save(path: Path, vertices: np.ndarray, faces: np.ndarray) -> None:
+    """A mesh in the format that the name says."""
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
+    meshes.save_current_mesh(str(path))
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """One pair, in two formats, with a stray vertex."""
+    shape = chest(4)
+    stray = np.full((1, 3), 5.0)
+    save(tmp_path / "box_noisy.ply", np.concatenate([stray, shape.noisy]), shape.faces + np.int32(1))
+    save(tmp_path / "box_truth.off", np.concatenate([stray, shape.truth]), shape.faces + np.int32(1))
+    return tmp_path
+
+
+def run(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> int:
+    """The program with these arguments."""
+    monkeypatch.setattr("sys.argv", ["denoising.py", *map(str, arguments)])
+    return denoising.main()
+
+
+def test_tables_and_pictures_of_any_folder(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every method has a line in the tables, tuned ones their settings, and every pair a picture."""
+    output = folder / "out"
+    assert run(monkeypatch, folder, "--methods", "sharp,MeshLab Taubin", "--gallery", "-o", output) == 0
+    results = {r["method"]: r for r in json.loads((output / "denoising.json").read_text())}
+    assert set(results) == {"noisy", "ours, sharp", "MeshLab Taubin", "MeshLab Taubin, tuned", "MeshLab Taubin, then interleaved"}
+    assert results["ours, sharp"]["errors"]["mad"] < results["noisy"]["errors"]["mad"]
+    assert results["MeshLab Taubin, tuned"]["errors"]["mad"] <= results["MeshLab Taubin"]["errors"]["mad"]
+    text = (output / "denoising.md").read_text()
+    assert "## displacement, edges" in text
+    assert "box, MeshLab Taubin, tuned (of 13)" in text
+    assert (output / "box.png").stat().st_size > 1000
+
+
+def test_what_is_missing_is_named(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An unknown pair, a lone noisy mesh and faces in another order end with words."""
+    with pytest.raises(SystemExit, match="no ball_noisy file; there are box"):
+        run(monkeypatch, folder, "--pairs", "ball", "--methods", "sharp")
+    shape = chest(4)
+    save(folder / "box_truth.off", shape.truth, shape.faces[::-1])
+    with pytest.raises(SystemExit, match="the faces of the noisy mesh are not those of the truth"):
+        run(monkeypatch, folder, "--methods", "sharp")
+    (folder / "box_truth.off").unlink()
+    with pytest.raises(SystemExit, match="no box_truth file"):
+        run(monkeypatch, folder, "--methods", "sharp")
