@@ -61,3 +61,19 @@ def check_points(vertices: ArrayLike) -> Floats:
             "not finite; remove these vertices first"
         )
     return points
+
+
+def check_movable(movable: ArrayLike | None, n_vertices: int) -> Bools:
+    """(n,) which vertices may move: all of them if that was not said.
+
+    Raises:
+        FilterInputError: not a truth value for every vertex.
+    """
+    if movable is None:
+        return np.ones(n_vertices, dtype=np.bool_)
+    mask = np.asarray(movable)
+    if mask.dtype != np.bool_ or mask.shape != (n_vertices,):
+        raise FilterInputError(
+            f"movable must be a boolean array of {n_vertices} values, one a vertex, got shape {mask.shape} of {mask.dtype}"
+        )
+    return mask

@@ -6,11 +6,11 @@ from numpy.typing import ArrayLike
 
 from ..diffusion.frame import enter, leave, ordered_frame
 from ..errors import FilterInputError
-from ..mesh import Bools, Floats, Ints, check_points
+from ..mesh import Bools, Floats, Ints, check_movable, check_points
 from ..outliers.neighbours import nearest_neighbours
 from ..parallel import threads_for
 from ..progress import Progress, ignore_progress
-from .kernel_terms import REACH, check_iterations, check_movable, range_term, space_term
+from .kernel_terms import REACH, check_iterations, range_term, space_term
 from .m_estimators import KernelName, kernel_weight
 
 _CHUNK = 100_000  # covariances decomposed at a time

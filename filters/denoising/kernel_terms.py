@@ -4,10 +4,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..errors import FilterInputError
-from ..mesh import Bools, Floats
+from ..mesh import Floats
 from .m_estimators import KernelName, kernel_code
 from .robust_statistics import MAD_TO_DEVIATION, SIGMA_IN_DEVIATIONS
 
@@ -47,18 +46,6 @@ def check_iterations(iterations: int) -> int:
     if iterations != int(iterations) or iterations < 0:
         raise FilterInputError(f"iterations is {iterations}: it is a whole number of at least 0")
     return int(iterations)
-
-
-def check_movable(movable: ArrayLike | None, n: int) -> Bools:
-    """(n,) which vertices may move: all of them if that was not said."""
-    if movable is None:
-        return np.ones(n, dtype=np.bool_)
-    mask = np.asarray(movable)
-    if mask.dtype != np.bool_ or mask.shape != (n,):
-        raise FilterInputError(
-            f"movable must be a boolean array of {n} values, one a vertex, got shape {mask.shape} of {mask.dtype}"
-        )
-    return mask
 
 
 def _checked_sigma(name: str, sigma: float | None, automatic: float) -> float:

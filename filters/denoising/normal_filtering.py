@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from ..diffusion.border import BORDER_POLICIES, BorderPolicy
 from ..diffusion.frame import enter, leave, ordered_frame
 from ..errors import FilterInputError
-from ..mesh import Bools, Floats, Ints, check_mesh
+from ..mesh import Floats, Ints, check_mesh, check_movable
 from ..progress import Progress, ignore_progress
 from ..topology import border_vertices
 from .face_neighbourhoods import (
@@ -114,7 +114,7 @@ def normal_filtering(
     corners = vertex_corners(triangles, len(points))
     moves = np.diff(corners.offsets) > 0
     if movable is not None:
-        moves &= _checked_mask(movable, len(points))
+        moves &= check_movable(movable, len(points))
     on_border = np.zeros(len(points), dtype=np.bool_) if border == "free" else border_vertices(triangles, len(points))
     if border == "fixed":
         moves &= ~on_border
@@ -294,12 +294,3 @@ def _check_choice(name: str, value: Any, allowed: tuple[str, ...]) -> None:
 def _check_count(name: str, value: int) -> None:
     if value != int(value) or value < 0:
         raise FilterInputError(f"{name} is {value}: it is a whole number of at least 0")
-
-
-def _checked_mask(movable: ArrayLike, n_vertices: int) -> Bools:
-    mask = np.asarray(movable)
-    if mask.dtype != np.bool_ or mask.shape != (n_vertices,):
-        raise FilterInputError(
-            f"movable must be a boolean array of {n_vertices} values, one a vertex, got shape {mask.shape} of {mask.dtype}"
-        )
-    return mask

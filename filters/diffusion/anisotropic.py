@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from ..denoising.m_estimators import KERNEL_CODES, KernelName, kernel_weight
 from ..denoising.robust_statistics import MAD_TO_DEVIATION, SIGMA_IN_DEVIATIONS
 from ..errors import FilterInputError, UnstableStepError
-from ..mesh import Bools, Floats, Ints, Longs
+from ..mesh import Bools, Floats, Ints, Longs, check_movable
 from ..parallel import threads_for
 from ..progress import Progress, ignore_progress
 from ..rings import OneRings, one_rings
@@ -71,11 +71,7 @@ def perona_malik(
     """
     given = np.asarray(values, dtype=np.float64)
     start, triangles = _checked(given, np.asarray(faces))
-    moves = np.ones(len(start), dtype=np.bool_) if movable is None else np.asarray(movable)
-    if moves.dtype != np.bool_ or moves.shape != (len(start),):
-        raise FilterInputError(
-            f"movable must be a boolean array of {len(start)} values, one a vertex, got shape {moves.shape} of {moves.dtype}"
-        )
+    moves = check_movable(movable, len(start))
     if edge_stop not in EDGE_STOPS:
         raise FilterInputError(f"edge_stop {edge_stop!r} is not one of {', '.join(map(repr, EDGE_STOPS))}")
     if iterations != int(iterations) or iterations < 0:

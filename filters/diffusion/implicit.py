@@ -8,10 +8,10 @@ from numpy.typing import ArrayLike
 
 from ..errors import FilterInputError
 from ..locality import worth_reordering
+from ..mesh import Floats, check_mesh, check_movable
 from ..parallel import threads_for
 from ..progress import Progress, ignore_progress
 from ..stars import NO_STAR, Stars, stars
-from ..topology import Bools, Floats, check_mesh
 from .border import BORDER_POLICIES, BorderPolicy
 from .flows import FLOWS, Flow, ImplicitFlow
 from .frame import enter, leave, ordered_frame
@@ -105,7 +105,7 @@ def implicit_fairing(
         raise FilterInputError(f"time_step {time_step} is not finite and at least 0")
     if iterations != int(iterations) or iterations < 0:
         raise FilterInputError(f"iterations is {iterations}: it is a whole number of at least 0")
-    moves = _check_movable(movable, len(points))
+    moves = None if movable is None else check_movable(movable, len(points))
     star = stars(triangles, len(points), reorder=operator != "robust" and worth_reordering(triangles, len(points)))
     if star.order is not None:
         number = np.empty_like(star.order)
@@ -156,14 +156,3 @@ def _without_strays(points: Floats, star: Stars) -> Floats:
 def _check_choice(name: str, value: Any, allowed: tuple[str, ...]) -> None:
     if value not in allowed:
         raise FilterInputError(f"{name} {value!r} is not one of {', '.join(map(repr, allowed))}")
-
-
-def _check_movable(movable: ArrayLike | None, n_vertices: int) -> Bools | None:
-    if movable is None:
-        return None
-    mask = np.asarray(movable)
-    if mask.dtype != np.bool_ or mask.shape != (n_vertices,):
-        raise FilterInputError(
-            f"movable must be a boolean array of {n_vertices} values, one a vertex, got shape {mask.shape} of {mask.dtype}"
-        )
-    return mask

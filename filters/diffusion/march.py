@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import FilterInputError, UnstableStepError
 from ..locality import worth_reordering
-from ..mesh import Bools, Floats, Ints
+from ..mesh import Floats, Ints, check_movable
 from ..operators.build import OperatorName
 from ..parallel import threads_for
 from ..progress import Progress
@@ -37,7 +37,7 @@ def march(
     It works on the mesh moved to the origin, scaled by a power of two and, if large, renumbered, and adds the
     displacement to the input: a vertex that does not move keeps every bit, and one far from the origin loses none to the sums.
     """
-    moves = _checked(movable, len(vertices))
+    moves = None if movable is None else check_movable(movable, len(vertices))
     if not isinstance(iterations, int | np.integer) or iterations < 0:
         raise FilterInputError(f"iterations is {iterations}: it is a whole number of at least 0")
     # "robust" is assembled by a library, in the order of the faces; cotangents lose twice as much to a bad order as means do.
@@ -65,17 +65,6 @@ def march(
             f"the vertices left all bounds within {iterations} iterations; take fewer, or update='euler', which cannot"
         )
     return result
-
-
-def _checked(movable: ArrayLike | None, n_vertices: int) -> Bools | None:
-    if movable is None:
-        return None
-    mask = np.asarray(movable)
-    if mask.dtype != np.bool_ or mask.shape != (n_vertices,):
-        raise FilterInputError(
-            f"movable must be a boolean array of {n_vertices} values, one a vertex, got shape {mask.shape} of {mask.dtype}"
-        )
-    return mask
 
 
 def _unstable(operator: OperatorName, step: float, largest: float, iteration: int) -> UnstableStepError:
