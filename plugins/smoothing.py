@@ -151,8 +151,8 @@ def apply_coord_taubin_fairing(
             label="Step back (mu)",
             minimum=-1.5,
             maximum=0,
-            help="The step that inflates again, below minus the first one. Nearer to -lambda keeps more detail; not used when a "
-            "pass band is given.",
+            help="The step that inflates again, below minus the first one. Nearer to -lambda narrows the pass band and is "
+            "smoother; not used when a pass band is given.",
         ),
     ] = -0.53,
     pass_band: Annotated[

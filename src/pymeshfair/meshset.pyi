@@ -364,8 +364,8 @@ class MeshSet(ScriptedMeshSet):
             operator: How neighbours are weighted. 'uniform' is Taubin's choice; 'inverse_length' keeps uneven sampling;
                 'cotangent' moves vertices along the normal alone.
             step: The step that smooths, above 0. Larger is smoother per iteration. Takes a number from 0 to 1.
-            mu: The step that inflates again, below minus the first one. Nearer to -lambda keeps more detail; not used when a
-                pass band is given. Takes a number from -1.5 to 0.
+            mu: The step that inflates again, below minus the first one. Nearer to -lambda narrows the pass band and is
+                smoother; not used when a pass band is given. Takes a number from -1.5 to 0.
             pass_band: Frequencies below it are kept, above it damped; on the operator's scale from 0 to 2, typically 0.01 to
                 0.1. Smaller is smoother. 0: not used, mu decides. With it, mu = 1 / (pass band - 1 / lambda). Takes a number
                 from 0 to 2.
