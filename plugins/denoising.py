@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from typing import Annotated, Any, Literal, TypeAlias
 
 import numpy as np
@@ -20,7 +20,12 @@ from pymeshfair.declaration import (
     MeshElement,
     mesh_filter,
 )
-from pymeshfair.filters.denoising.automatic import AutomaticChoice, automatic_parameters, denoise_automatically
+from pymeshfair.filters.denoising.automatic import (
+    AutomaticChoice,
+    AutomaticParameters,
+    automatic_parameters,
+    denoise_automatically,
+)
 from pymeshfair.filters.denoising.face_neighbourhoods import NEIGHBORHOODS, Neighborhood
 from pymeshfair.filters.denoising.m_estimators import KERNEL_NAMES, KernelName
 from pymeshfair.filters.denoising.normal_filtering import (
@@ -283,8 +288,13 @@ def _given(**values: Any) -> dict[str, Any]:
 
 
 def _completed(layer: Layer, given: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The given parameters and those that are chosen for the mesh where none is given; and what the choice rests on."""
-    choice = automatic_parameters(layer.vertices, layer.faces)
+    """The given parameters and those that are chosen for the mesh where none is given; and what the choice rests on.
+
+    The mesh is only looked at if the choice has a say. Steps of Taubin's before the filter are part of the whole choice alone.
+    """
+    if {f.name for f in fields(AutomaticParameters)} <= given.keys():
+        return {**DEFAULTS, **given}, {}
+    choice = automatic_parameters(layer.vertices, layer.faces)._replace(relaxation=0)
     # A mesh without noise asks for nothing; what is given is then completed as the authors of the filter would.
     chosen = {} if choice.parameters is None else asdict(choice.parameters)
     return {**DEFAULTS, **chosen, **given}, _findings(choice)

@@ -188,3 +188,22 @@ def test_the_filters_are_found_and_new(declared: Filter) -> None:
     assert not {declared.name, declared.python_name} & {name for f in meshlab_filters() for name in (f.name, f.python_name)}
     assert declared.classes in (FilterClass.SMOOTHING, FilterClass.NORMAL)
     assert declared.requires == MeshElement.FACENUMBER
+
+
+def test_with_everything_given_the_mesh_is_not_estimated(rough: Mesh, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A recipe with explicit values does not pay for the automatic choice, and no choice is reported."""
+
+    def refuse(*_: object, **__: object) -> None:
+        raise AssertionError("the mesh was estimated")
+
+    monkeypatch.setattr("pymeshfair.plugins.denoising.automatic_parameters", refuse)
+    given = {name: DEFAULTS[name] for name in DEFAULTS}
+    values = apply(apply_coord_normal_filtering, Surface(*rough), **given).values
+    assert "shape" not in values
+    with pytest.raises(AssertionError, match="estimated"):
+        apply(apply_coord_normal_filtering, Surface(*rough), **{**given, "range_sigma": 0.0})
+
+
+def test_steps_that_are_not_taken_are_not_reported(rough: Mesh) -> None:
+    """With a parameter given, Taubin's steps of the automatic choice are left out, and reported as none."""
+    assert apply(apply_coord_normal_filtering, Surface(*rough), outer_iterations=3).values["relaxation"] == 0
