@@ -196,7 +196,7 @@ GUIDED: Settings = ZHENG | {"method": "guided", "neighborhood": "two_ring"}
 
 
 def our_trials() -> Iterator[Settings]:
-    """Kernels with the widths and schedules that suit them, about a hundred runs a mesh."""
+    """Kernels with the widths and schedules that suit them, between a hundred and two hundred runs a mesh."""
     two_ring, vertex = "two_ring", "vertex"
     for method, kernel, floors, neighborhood, sigmas, widths, schedules in (
         (
@@ -212,6 +212,9 @@ def our_trials() -> Iterator[Settings]:
         ("averaged", "truncated_l2", (0.0,), two_ring, (0.15, 0.25), (1.5,), ((10, 10), (20, 10), (40, 10))),
         ("averaged", "gaussian", (0.0,), two_ring, (0.15, 0.4), (2.5,), ((20, 10), (40, 10))),
         ("bilateral", "lorentzian", (0.0,), two_ring, (0.06, 0.12), (1.5, 2.5), ((5, 5), (10, 10), (30, 5))),
+        ("bilateral", "lorentzian", (0.0,), vertex, (0.25,), (1.5,), ((12, 4), (20, 2))),
+        ("averaged", "huber", (0.0, 0.1), two_ring, (0.05,), (1.0, 2.0), ((5, 5), (6, 4))),
+        ("averaged", "huber", (0.0,), vertex, (0.05,), (1.0, 1.2), ((6, 4), (7, 4))),
         ("bilateral", "huber", (0.0,), vertex, (0.05, 0.1, 0.2), (1.0, 1.5), ((3, 5), (5, 5), (10, 5), (10, 10), (20, 10))),
     ):
         for sigma, floor, width, (outer, fit) in itertools.product(sigmas, floors, widths, schedules):
