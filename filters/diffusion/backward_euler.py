@@ -13,7 +13,7 @@ from ..solvers import SpdSolver
 from ..topology import Bools, Floats, Ints, Longs
 
 #: The root mean square error of the coordinates that the solver leaves, as a share of the bounding-box diagonal.
-TOLERANCE = 1e-11
+TOLERANCE = 1e-10
 # Squared lengths of a mesh of ordinary size times this overflow nowhere, and diffuse it to a point to the last bit.
 _LONGEST_STEP = 1e100
 _ROUNDING = 2.0**-47

@@ -90,7 +90,7 @@ def implicit_fairing(
 
     Returns:
         (n, 3) float64. Vertices that do not move keep every bit: those that no face uses, that are not `movable`, or on a fixed
-        border. The others are solved for to an error of about 1e-11 of the bounding-box diagonal, root mean square weighted by
+        border. The others are solved for to an error of about 1e-10 of the bounding-box diagonal, root mean square weighted by
         M, and of up to 1e-9 where t is more than a million squared edges. Deterministic, for any number of threads.
 
     Raises:

@@ -10,8 +10,8 @@ from ..topology import Bools, Floats, Ints, Longs
 
 # A volume below this share of the sum of the sizes of its parts is rounding: a flat sheet with two sides encloses nothing.
 _LEAST_VOLUME = 1e-9
-# Coordinates exact to 1e-11 of the diagonal are no longer so after growing back by more than this.
-_LARGEST_GROWTH = 1e4
+# Coordinates exact to 1e-10 of the diagonal are no longer so after growing back by more than this.
+_LARGEST_GROWTH = 1e3
 
 
 class Volumes(NamedTuple):

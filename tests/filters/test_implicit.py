@@ -44,7 +44,7 @@ from tests.meshes import (
 OPERATORS: tuple[ImplicitOperator, ...] = ("uniform", "inverse_length", "scale_dependent", "cotangent", "robust")
 FLOWS: tuple[Flow, ...] = ("linear", "mean_curvature", "conformalized")
 BORDERS: tuple[BorderPolicy, ...] = ("along", "free")
-#: what the solver leaves: 1e-11 of the diagonal on average, more at vertices with little mass
+#: what the solver leaves: 1e-10 of the diagonal on average, more at vertices with little mass
 SOLVED = 1e-9
 
 
