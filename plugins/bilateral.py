@@ -8,7 +8,6 @@ import numpy as np
 
 from pymeshfair.declaration import (
     Bool,
-    Bools,
     Edit,
     Enum,
     FilterClass,
@@ -28,7 +27,7 @@ from pymeshfair.filters.diffusion.border import BORDER_POLICIES, BorderPolicy
 from pymeshfair.filters.errors import FilterInputError
 from pymeshfair.filters.progress import Progress, ignore_progress
 
-MOVES_VERTICES = MeshElement.VERTCOORD | MeshElement.VERTNORMAL | MeshElement.FACENORMAL
+from .moving_vertices import MOVES_VERTICES, SELECTED, movable_vertices
 
 RANGE_KERNEL = Enum(
     label="Range kernel",
@@ -50,11 +49,6 @@ RANGE_SIGMA = Percentage(
 )
 ITERATIONS = Int(
     label="Iterations", minimum=0, maximum=10_000, help="How many steps are taken. More are smoother, slower, and shrink more."
-)
-SELECTED = Bool(
-    label="Selected vertices only",
-    help="Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is selected, the "
-    "vertices all of whose triangles are selected.",
 )
 EDGE_STOP = Enum(
     label="Range kernel",
@@ -121,7 +115,7 @@ def apply_coord_bilateral_fleishman(
         space_sigma=space_sigma or None,
         iterations=iterations,
         border=border,
-        movable=_movable(layer, selected),
+        movable=movable_vertices(layer, selected),
         progress=progress,
     )
     return Edit(vertices=vertices)
@@ -172,7 +166,7 @@ def apply_coord_bilateral_jones(
         range_sigma=range_sigma or None,
         space_sigma=space_sigma or None,
         border=border,
-        movable=_movable(layer, selected),
+        movable=movable_vertices(layer, selected),
         progress=progress,
     )
     return Edit(vertices=vertices)
@@ -228,7 +222,7 @@ def apply_coord_bilateral_projection_of_points(
         range_sigma=range_sigma or None,
         space_sigma=space_sigma or None,
         iterations=iterations,
-        movable=_movable(layer, selected),
+        movable=movable_vertices(layer, selected),
         progress=progress,
     )
     return Edit(vertices=points)
@@ -315,10 +309,6 @@ def _diffused(
         contrast=range_sigma or None,
         step=step * longest_step(layer.faces),
         iterations=iterations,
-        movable=_movable(layer, selected),
+        movable=movable_vertices(layer, selected),
         progress=progress,
     )
-
-
-def _movable(layer: Layer, selected: bool) -> Bools | None:
-    return layer.selected_vertices() if selected else None

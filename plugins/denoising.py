@@ -40,7 +40,7 @@ from pymeshfair.filters.denoising.vertex_update import VERTEX_UPDATES, VertexUpd
 from pymeshfair.filters.diffusion.border import BorderPolicy
 from pymeshfair.filters.progress import Progress, ignore_progress
 
-from .smoothing import MOVES_VERTICES, SELECTED
+from .moving_vertices import MOVES_VERTICES, SELECTED, movable_vertices
 
 Auto: TypeAlias = Literal["auto"]
 
@@ -203,7 +203,7 @@ def apply_coord_normal_filtering(
         outer_iterations=outer_iterations,
         vertex_update=vertex_update,
     )
-    movable = layer.selected_vertices() if selected else None
+    movable = movable_vertices(layer, selected)
     notes: tuple[str, ...] = ()
     if given:
         effective, found = _completed(layer, given)

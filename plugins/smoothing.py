@@ -6,7 +6,6 @@ from typing import Annotated
 
 from pymeshfair.declaration import (
     Bool,
-    Bools,
     Edit,
     Enum,
     FilterClass,
@@ -27,18 +26,13 @@ from pymeshfair.filters.errors import FilterInputError, UnstableStepError
 from pymeshfair.filters.operators import OPERATOR_NAMES, OperatorName
 from pymeshfair.filters.progress import Progress, ignore_progress
 
-MOVES_VERTICES = MeshElement.VERTCOORD | MeshElement.VERTNORMAL | MeshElement.FACENORMAL
+from .moving_vertices import MOVES_VERTICES, SELECTED, movable_vertices
 
 #: operators whose L has the unit 1 / length^2, so that a step of theirs is a squared length
 DIMENSIONAL_OPERATORS = ("scale_dependent", "laplace_beltrami", "robust")
 #: operators of implicit fairing that approximate the Laplace-Beltrami operator, for which a wavelength has a meaning
 GEOMETRIC_OPERATORS = ("cotangent", "robust")
 
-SELECTED = Bool(
-    label="Selected vertices only",
-    help="Only the selected vertices move; the others are seen by their neighbours but stay. When no vertex is selected, the "
-    "vertices all of whose triangles are selected.",
-)
 BORDER = Enum(
     label="Border",
     choices=BORDER_POLICIES,
@@ -107,7 +101,7 @@ def apply_coord_explicit_smoothing(
             iterations=iterations,
             update=update,
             border=border,
-            movable=_movable(layer, selected),
+            movable=movable_vertices(layer, selected),
             progress=progress,
         )
     except UnstableStepError as error:
@@ -184,7 +178,7 @@ def apply_coord_taubin_fairing(
         pass_band=pass_band or None,
         iterations=iterations,
         border=border,
-        movable=_movable(layer, selected),
+        movable=movable_vertices(layer, selected),
         progress=progress,
     )
     return Edit(vertices=vertices)
@@ -283,11 +277,7 @@ def apply_coord_implicit_fairing(
         flow=flow,
         preserve_volume=preserve_volume,
         border=border,
-        movable=_movable(layer, selected),
+        movable=movable_vertices(layer, selected),
         progress=progress,
     )
     return Edit(vertices=vertices, values={"time_step": time})
-
-
-def _movable(layer: Layer, selected: bool) -> Bools | None:
-    return layer.selected_vertices() if selected else None

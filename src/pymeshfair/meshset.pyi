@@ -214,7 +214,7 @@ class MeshSet(ScriptedMeshSet):
                 itself is averaged in and the step is not used; it knows the operators 'uniform' and 'cotangent'.
             border: What the vertices of open borders do: 'fixed' stay; 'along' are smoothed as a curve, seeing their neighbours
                 on the border alone; 'free' move like any other vertex, so that borders recede.
-            selected: Only the selected vertices move; the others are seen by their neighbours but stay. When no vertex is
+            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
                 selected, the vertices all of whose triangles are selected.
 
         Returns:
@@ -261,7 +261,7 @@ class MeshSet(ScriptedMeshSet):
                 as they come out.
             border: What the vertices of open borders do: 'fixed' stay; 'along' are smoothed as a curve, seeing their neighbours
                 on the border alone; 'free' move like any other vertex, so that borders recede.
-            selected: Only the selected vertices move; the others are seen by their neighbours but stay. When no vertex is
+            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
                 selected, the vertices all of whose triangles are selected.
 
         Returns:
@@ -332,7 +332,7 @@ class MeshSet(ScriptedMeshSet):
                 mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
             border: What the vertices of open borders do: 'fixed' stay; 'along' move up and down along the normal alone, so that
                 the outline stays; 'free' move like any other vertex.
-            selected: Only the selected vertices move; the others are seen by their neighbours but stay. When no vertex is
+            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
                 selected, the vertices all of whose triangles are selected.
 
         Returns:
@@ -372,7 +372,7 @@ class MeshSet(ScriptedMeshSet):
             iterations: How many steps are taken. More are smoother and slower. Takes a whole number from 0 to 100000.
             border: What the vertices of open borders do: 'fixed' stay; 'along' are smoothed as a curve, seeing their neighbours
                 on the border alone; 'free' move like any other vertex, so that borders recede.
-            selected: Only the selected vertices move; the others are seen by their neighbours but stay. When no vertex is
+            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
                 selected, the vertices all of whose triangles are selected.
 
         Returns:
