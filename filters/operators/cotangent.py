@@ -87,15 +87,30 @@ def halved_cotangents(
 
 
 @njit(cache=True)
+def _doubled_area(points: Floats, a: int, b: int, c: int) -> float:
+    """Twice the area of a triangle, at least `SMALLEST_AREA` of its squares, the same to the bit for its corners in any order.
+
+    On a thin cap the rounding of three cross products taken at its three corners differs by more than its smallest height allows:
+    only one area for all three cotangents keeps the stiffness semidefinite.
+    """
+    i, j, k = np.int64(a), np.int64(b), np.int64(c)  # numba makes a float of an unsigned and a signed integer
+    low, middle = (i, j) if i < j else (j, i)
+    middle, high = (middle, k) if middle < k else (k, middle)
+    low, middle = (low, middle) if low < middle else (middle, low)
+    ux, uy, uz = points[middle, 0] - points[low, 0], points[middle, 1] - points[low, 1], points[middle, 2] - points[low, 2]
+    vx, vy, vz = points[high, 0] - points[low, 0], points[high, 1] - points[low, 1], points[high, 2] - points[low, 2]
+    dx, dy, dz = vx - ux, vy - uy, vz - uz
+    cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    squares = (ux * ux + uy * uy + uz * uz) + (vx * vx + vy * vy + vz * vz) + (dx * dx + dy * dy + dz * dz)
+    return max(math.sqrt(cx * cx + cy * cy + cz * cz), SMALLEST_AREA * squares + _NEVER_ZERO)
+
+
+@njit(cache=True)
 def _halved_cotangent(points: Floats, corner: int, i: int, j: int) -> float:
     """Half the cotangent at a corner of the triangle (corner, i, j), the same to the bit for (corner, j, i)."""
     ux, uy, uz = points[i, 0] - points[corner, 0], points[i, 1] - points[corner, 1], points[i, 2] - points[corner, 2]
     vx, vy, vz = points[j, 0] - points[corner, 0], points[j, 1] - points[corner, 1], points[j, 2] - points[corner, 2]
-    dx, dy, dz = vx - ux, vy - uy, vz - uz
-    cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    squares = (ux * ux + uy * uy + uz * uz) + (vx * vx + vy * vy + vz * vz) + (dx * dx + dy * dy + dz * dz)
-    doubled = max(math.sqrt(cx * cx + cy * cy + cz * cz), SMALLEST_AREA * squares + _NEVER_ZERO)
-    half: float = 0.5 * (ux * vx + uy * vy + uz * vz) / doubled
+    half: float = 0.5 * (ux * vx + uy * vy + uz * vz) / _doubled_area(points, corner, i, j)
     return half
 
 

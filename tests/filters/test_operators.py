@@ -32,6 +32,7 @@ from tests.meshes import (
     tetrahedron,
     torus,
     tube,
+    with_caps,
 )
 
 Floats = NDArray[np.float64]
@@ -323,6 +324,14 @@ def test_obtuse_triangles_slow_the_normalised_operator_down_and_nothing_else() -
     np.testing.assert_allclose(laplacian.mass, dense.sum(axis=1) + 2 * negative, rtol=1e-13)
     assert (negative == 0).any()
     assert (negative > 0).any()
+
+
+@pytest.mark.parametrize("height", [1e-3, 1e-6, 1e-8, 1e-9, 1e-10])
+def test_thin_caps_keep_the_cotangents_semidefinite(height: float) -> None:
+    """However thin a cap, no eigenvalue of C is positive beyond what computing eigenvalues costs: n eps times the largest."""
+    vertices, faces = with_caps(height)
+    eigenvalues = np.linalg.eigvalsh(operators.cotangent_stiffness(vertices, faces).toarray())
+    assert eigenvalues[-1] <= len(vertices) * np.finfo(float).eps * -eigenvalues[0]
 
 
 def test_short_edges_pull_like_the_shortest_that_counts() -> None:
