@@ -19,9 +19,10 @@ from pathlib import Path
 
 import numpy as np
 from denoising_findings import chest
-from denoising_methods import METHODS, Method, Settings
+from denoising_methods import METHODS, Method
 from denoising_metrics import Errors, Floats, Ints, errors
 from denoising_table import Result, as_json, as_markdown
+from denoising_trials import Settings
 from painting import FROM_A_CORNER, gallery, read_mesh
 
 from pymeshfair.filters.topology import referenced_vertices

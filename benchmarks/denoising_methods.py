@@ -7,16 +7,26 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
-import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pymeshlab
 from denoising_metrics import Floats, Ints
+from denoising_trials import (
+    GUIDED,
+    GUIDED_TRIALS,
+    OUR_TRIALS,
+    SHARP,
+    SMOOTH,
+    TAUBIN_STEPS,
+    ZHENG,
+    ZHENG_TRIALS,
+    Settings,
+    combinations,
+)
 
-Settings = dict[str, Any]
 #: filters of pymeshlab by name, with their values
 Steps = list[tuple[str, Settings]]
 
@@ -50,11 +60,6 @@ class Method:
             return importlib.util.find_spec(self.needs) is not None
         except ModuleNotFoundError:
             return False
-
-
-def combinations(**values: tuple[Any, ...]) -> tuple[Settings, ...]:
-    """Every combination of the values."""
-    return tuple(dict(zip(values, chosen, strict=True)) for chosen in itertools.product(*values.values()))
 
 
 # --------------------------------------------------------------------------------------------------------------------- ours
@@ -172,75 +177,13 @@ def open3d_taubin(vertices: Floats, faces: Ints, *, iterations: int) -> Floats:
 
 # ---------------------------------------------------------------------------------------------------------------- the table
 
-#: the widths of the kernels that were found to suit sharp and smooth shapes, and the settings of two papers
-SHARP: Settings = {
-    "range_kernel": "truncated_l1",
-    "neighborhood": "two_ring",
-    "range_sigma": 1.0,
-    "range_floor": 0.0,
-    "space_sigma": 2.5,
-    "outer_iterations": 20,
-    "normal_iterations": 1,
-    "vertex_iterations": 10,
-}
-SMOOTH: Settings = SHARP | {
-    "range_kernel": "huber",
-    "neighborhood": "vertex",
-    "range_sigma": 0.1,
-    "space_sigma": 1.5,
-    "outer_iterations": 10,
-}
-ZHENG: Settings = {"range_sigma": 0.35, "normal_iterations": 20, "vertex_iterations": 10}
-ZHENG_TRIALS = combinations(range_sigma=(0.25, 0.35, 0.45), normal_iterations=(10, 20, 40))
-GUIDED: Settings = ZHENG | {"method": "guided", "neighborhood": "two_ring"}
-
-
-def our_trials() -> Iterator[Settings]:
-    """Kernels with the widths and schedules that suit them, between a hundred and two hundred runs a mesh."""
-    two_ring, vertex = "two_ring", "vertex"
-    for method, kernel, floors, neighborhood, sigmas, widths, schedules in (
-        (
-            "bilateral",
-            "truncated_l1",
-            (0.0, 0.03),
-            two_ring,
-            (0.6, 0.85, 1.0),
-            (1.5, 2.5),
-            ((10, 10), (20, 10), (30, 5), (40, 10)),
-        ),
-        ("averaged", "truncated_l1", (0.03,), two_ring, (0.25, 0.36, 0.5), (1.5, 2.5), ((10, 10), (20, 10), (30, 10))),
-        ("averaged", "truncated_l2", (0.0,), two_ring, (0.15, 0.25), (1.5,), ((10, 10), (20, 10), (40, 10))),
-        ("averaged", "gaussian", (0.0,), two_ring, (0.15, 0.4), (2.5,), ((20, 10), (40, 10))),
-        ("bilateral", "lorentzian", (0.0,), two_ring, (0.06, 0.12), (1.5, 2.5), ((5, 5), (10, 10), (30, 5))),
-        ("bilateral", "lorentzian", (0.0,), vertex, (0.25,), (1.5,), ((12, 4), (20, 2))),
-        ("averaged", "huber", (0.0, 0.1), two_ring, (0.05,), (1.0, 2.0), ((5, 5), (6, 4))),
-        ("averaged", "huber", (0.0,), vertex, (0.05,), (1.0, 1.2), ((6, 4), (7, 4))),
-        ("bilateral", "huber", (0.0,), vertex, (0.05, 0.1, 0.2), (1.0, 1.5), ((3, 5), (5, 5), (10, 5), (10, 10), (20, 10))),
-    ):
-        for sigma, floor, width, (outer, fit) in itertools.product(sigmas, floors, widths, schedules):
-            yield SHARP | {
-                "method": method,
-                "range_kernel": kernel,
-                "neighborhood": neighborhood,
-                "range_sigma": sigma,
-                "range_floor": floor,
-                "space_sigma": width,
-                "outer_iterations": outer,
-                "vertex_iterations": fit,
-            }
-
-
-TAUBIN_STEPS = (2, 3, 5, 7, 10, 15, 20, 30, 40, 60, 80, 120)
-
 METHODS = (
     Method("ours, auto", automatic, {}),
     Method("ours, sharp", normal_filtering, SHARP),
     Method("ours, smooth", normal_filtering, SMOOTH),
-    Method("ours, searched", normal_filtering, SHARP, tuple(our_trials()), only_tuned=True),
-    Method(
-        "ours, Zheng 2011", normal_filtering, ZHENG, combinations(range_sigma=(0.25, 0.35, 0.45), normal_iterations=(10, 20, 40))
-    ),
-    Method("ours, Zhang 2015", normal_filtering, GUIDED, (GUIDED | {"range_sigma": 0.25}, GUIDED | {"normal_iterations": 40})),
+    Method("ours, searched", normal_filtering, SHARP, OUR_TRIALS, only_tuned=True),
+    Method("ours, Zheng 2011", normal_filtering, ZHENG, ZHENG_TRIALS),
+    Method("ours, Zhang 2015", normal_filtering, GUIDED, GUIDED_TRIALS),
     Method("ours, Fleishman 2003", fleishman, {}),
     Method("ours, Jones 2003", jones, {}),
     Method("ours, Taubin", taubin, {}, combinations(iterations=TAUBIN_STEPS)),
@@ -251,8 +194,21 @@ METHODS = (
     Method("MeshLab two-step, interleaved", meshlab, meshlab_two_step(50, 1, 1)),
     Method("MeshLab Taubin, then interleaved", meshlab, meshlab_two_step(50, 1, 1, taubin_before=5)),
     Method("MeshLab, our recipe", meshlab, meshlab_two_step(35, 1, 1, angle=45.0, taubin_before=3)),
-    Method("trimesh Taubin", trimesh_filter, {"name": "filter_taubin"}, needs="trimesh"),
-    Method("trimesh Humphrey", trimesh_filter, {"name": "filter_humphrey"}, needs="trimesh"),
+    Method(
+        "trimesh Taubin",
+        trimesh_filter,
+        {"name": "filter_taubin"},
+        # trimesh counts both halves of a step.
+        combinations(name=("filter_taubin",), iterations=tuple(2 * steps for steps in TAUBIN_STEPS)),
+        needs="trimesh",
+    ),
+    Method(
+        "trimesh Humphrey",
+        trimesh_filter,
+        {"name": "filter_humphrey"},
+        combinations(name=("filter_humphrey",), iterations=TAUBIN_STEPS[:9], beta=(0.3, 0.5)),
+        needs="trimesh",
+    ),
     Method(
         "VTK windowed sinc",
         vtk_windowed_sinc,

@@ -8,9 +8,9 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from statistics import mean
 
-from denoising_methods import Settings
 from denoising_metrics import Errors
 from denoising_published import MAD, SOURCES, best_published
+from denoising_trials import Settings
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,9 @@ from denoising_findings import chest
 
 pytest.importorskip("matplotlib", reason="the benchmark draws; matplotlib comes with the `report` extra")
 import denoising
+from denoising_methods import Method, normal_filtering, taubin
+from denoising_metrics import errors
+from denoising_trials import OUR_TRIALS
 
 
 def save(path: Path, vertices: np.ndarray, faces: np.ndarray) -> None:
@@ -62,3 +65,29 @@ def test_what_is_missing_is_named(folder: Path, monkeypatch: pytest.MonkeyPatch)
     (folder / "box_truth.off").unlink()
     with pytest.raises(SystemExit, match="no box_truth file"):
         run(monkeypatch, folder, "--methods", "sharp")
+
+
+def test_a_tuned_method_reports_the_best_of_its_trials(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With --tuned the least MAD of the method's own settings and of all its trials is kept, and the settings that gave it."""
+    trials = ({"iterations": 2}, {"iterations": 20})
+    method = Method("low pass", taubin, {"iterations": 1}, trials)
+    monkeypatch.setattr(denoising, "METHODS", (method,))
+    output = folder / "out"
+    assert run(monkeypatch, folder, "--tuned", "-o", output) == 0
+    (result,) = (r for r in json.loads((output / "denoising.json").read_text()) if r["method"] == "low pass")
+    (pair,) = denoising.read_pairs(folder, [])
+    mads = [
+        (errors(taubin(pair.noisy, pair.faces, **settings), pair.truth, pair.faces).mad, settings)
+        for settings in (method.settings, *trials)
+    ]
+    assert (result["errors"]["mad"], result["settings"]) == min(mads, key=lambda found: found[0])
+    assert result["trials"] == 3
+
+
+def test_every_trial_is_one_that_the_filter_takes() -> None:
+    """All settings that are searched are allowed ones, no two are the same, and each denoises the chest."""
+    shape = chest(6)
+    before = shape.mad(shape.noisy)
+    assert len({tuple(sorted(settings.items())) for settings in OUR_TRIALS}) == len(OUR_TRIALS)
+    for settings in OUR_TRIALS:
+        assert shape.mad(normal_filtering(shape.noisy, shape.faces, **settings)) < before, settings
