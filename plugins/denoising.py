@@ -114,7 +114,8 @@ NEIGHBORHOOD = Enum(
     label="Neighborhood",
     choices=("auto", *NEIGHBORHOODS),
     help="Which faces are averaged over: those across the edges, those at the vertices, those in two or three rings, or those "
-    "within a radius of twice the mean distance of centres. Larger smooths larger details and is slower.",
+    "within a radius of twice the mean distance of centres, straight ('radius') or along the surface ('geodesic'), which does "
+    "not jump across a thin wall. Larger smooths larger details and is slower.",
 )
 NORMAL_ITERATIONS = Int(
     label="Normal iterations",

@@ -1,4 +1,4 @@
-"""The faces around a face: across its edges, at its vertices, in k rings, or within a radius."""
+"""The faces around a face: across its edges, at its vertices, in k rings, or within a radius, straight or along the surface."""
 
 from typing import Literal, NamedTuple, TypeAlias, get_args
 
@@ -9,10 +9,13 @@ from numba import njit, prange
 from ..errors import FilterInputError
 from ..mesh import Floats, Ints, Longs
 from ..parallel import threads_for
+from .face_normals import CENTRE
+from .geodesic_radius import within_geodesic_radius
 
 #: "edge": the faces that share an edge with it, "vertex": those that share a vertex, "two_ring": and those that share one with
 #: them, "three_ring": and so once more. "radius": those whose centres lie within a distance, reached through such faces alone.
-Neighborhood: TypeAlias = Literal["edge", "vertex", "two_ring", "three_ring", "radius"]
+#: "geodesic": those within a distance along the surface, see `within_geodesic_radius`.
+Neighborhood: TypeAlias = Literal["edge", "vertex", "two_ring", "three_ring", "radius", "geodesic"]
 NEIGHBORHOODS: tuple[Neighborhood, ...] = get_args(Neighborhood)
 
 _RINGS: dict[str, int] = {"edge": 0, "vertex": 1, "two_ring": 2, "three_ring": 3}
@@ -62,26 +65,29 @@ def face_neighbourhoods(
         faces: (m, 3) triangles.
         corners: of `vertex_corners`.
         kind: which faces are neighbours.
-        centres: (m, 3) centres of the faces, for "radius".
-        radius: the largest distance of two centres, for "radius", in the unit of the centres. Larger is slower, by its square.
+        centres: (m, 3) centres of the faces, for "radius" and "geodesic".
+        radius: the largest distance of two centres, for these, in the unit of the centres. Larger is slower, by its square.
 
     Raises:
         FilterInputError: no such neighbourhood, or no radius.
     """
     if kind not in NEIGHBORHOODS:
         raise FilterInputError(f"neighborhood {kind!r} is not one of {', '.join(map(repr, NEIGHBORHOODS))}")
-    if kind == "radius":
+    if kind in ("radius", "geodesic"):
         if centres is None or not radius > 0.0:
             raise FilterInputError(f"radius {radius} is not above 0")
+        if kind == "geodesic":
+            near = _gather(faces, corners, _RINGS["vertex"], np.empty((0, 3)), 0.0)
+            return FaceNeighbourhoods(*within_geodesic_radius(*near, np.ascontiguousarray(centres), radius))
         return _gather(faces, corners, _WITHOUT_LIMIT, np.ascontiguousarray(centres), radius * radius)
     return _gather(faces, corners, _RINGS[kind], np.empty((0, 3)), 0.0)
 
 
-def mean_centre_distance(centres: Floats, edge_neighbours: FaceNeighbourhoods) -> float:
-    """The mean distance of the centres of two faces that share an edge; 0 if none do."""
+def mean_centre_distance(table: Floats, edge_neighbours: FaceNeighbourhoods) -> float:
+    """The mean distance of the centres of two faces that share an edge, from the table of `measure_faces`; 0 if none do."""
     with threads_for(len(edge_neighbours.neighbours)):
-        sums = np.zeros(len(centres))
-        _sum_distances(centres, edge_neighbours.offsets, edge_neighbours.neighbours, sums)
+        sums = np.empty(len(table))
+        _sum_distances(table[:, CENTRE], edge_neighbours.offsets, edge_neighbours.neighbours, sums)
     return float(sums.sum()) / len(edge_neighbours.neighbours) if len(edge_neighbours.neighbours) else 0.0
 
 

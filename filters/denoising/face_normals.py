@@ -10,7 +10,7 @@ from ..parallel import threads_for
 NORMAL, AREA, CENTRE = slice(0, 3), 3, slice(4, 7)
 
 
-def measure_faces(vertices: Floats, faces: Ints) -> Floats:
+def measure_faces(vertices: Floats, faces: Ints, table: Floats | None = None) -> Floats:
     """(m, 8) the faces measured: unit normal, area, centre, 0.
 
     A row is a cache line: a sweep over the neighbours of a face fetches each of them once. A face without area has the normal 0.
@@ -18,8 +18,9 @@ def measure_faces(vertices: Floats, faces: Ints) -> Floats:
     Args:
         vertices: (n, 3) coordinates of ordinary size, such as those of a `Frame`.
         faces: (m, 3) triangles.
+        table: (m, 8) one that is no longer needed, to be written over.
     """
-    table = np.zeros((len(faces), 8))
+    table = np.zeros((len(faces), 8)) if table is None else table
     with threads_for(len(faces)):
         _measure(vertices, faces, table)
     return table

@@ -9,22 +9,20 @@ from numpy.typing import ArrayLike
 from ..diffusion.border import BORDER_POLICIES, BorderPolicy
 from ..diffusion.frame import enter, leave, ordered_frame
 from ..errors import FilterInputError
-from ..mesh import Floats, Ints, check_mesh, check_movable
+from ..mesh import Bools, Floats, check_mesh, check_movable
 from ..progress import Progress, ignore_progress
 from ..topology import border_vertices
 from .face_neighbourhoods import (
     NEIGHBORHOODS,
-    Corners,
     FaceNeighbourhoods,
     Neighborhood,
-    face_neighbourhoods,
     mean_centre_distance,
-    vertex_corners,
 )
-from .face_normals import CENTRE, NORMAL, measure_faces
+from .face_normals import NORMAL, measure_faces
 from .guided import guide_normals
 from .m_estimators import KernelName
 from .normal_filters import RANGE_MEASURES, SPACE_KERNELS, RangeMeasure, SpaceKernel, mean_normals, weighted_normals
+from .surroundings import Surroundings
 from .vertex_update import VERTEX_UPDATES, VertexUpdate, fit_vertices
 
 #: "mean": weights are areas alone [belyaev2001]. "unilateral": areas and a kernel of the deviation of normals [yadav2021].
@@ -53,6 +51,7 @@ def normal_filtering(
     vertex_update: VertexUpdate = "sun",
     border: BorderPolicy = "along",
     movable: ArrayLike | None = None,
+    surroundings: Surroundings | None = None,
     progress: Progress = ignore_progress,
 ) -> Floats:
     """Filter the face normals, fit the vertices to them, and again, `outer_iterations` times.
@@ -77,7 +76,7 @@ def normal_filtering(
         space_sigma: the scale of f, in mean distances of the centres of faces that share an edge, of the mesh as it is by then.
             Larger smooths larger details, as far as the neighbourhood reaches. For "gaussian" the standard deviation.
         neighborhood: which faces are averaged over; see `Neighborhood`. Larger smooths larger details, and costs in proportion.
-        radius: for the neighbourhood "radius", in mean distances of the centres of the input.
+        radius: for the neighbourhoods "radius" and "geodesic", in mean distances of the centres of the input.
         normal_iterations: filter passes an outer iteration. More smooth more.
         vertex_iterations: steps of the vertices an outer iteration. More fit more closely, and follow errors of the normals more.
         outer_iterations: how often the two are repeated.
@@ -85,6 +84,7 @@ def normal_filtering(
         border: "fixed": border vertices stay. "along": they move along the mean normal of their faces alone, so that the outline
             stays seen from above. "free": they move like any other.
         movable: (n,) bool, which vertices may move, None for all. The others stay where they are and are seen by those that do.
+        surroundings: ``Surroundings.of(faces, n)``, to save finding them again where the same faces are filtered more than once.
         progress: called after every pass and every fit; may raise to stop.
 
     Returns:
@@ -111,36 +111,37 @@ def normal_filtering(
         radius,
         normal_iterations,
     ).checked()
-    corners = vertex_corners(triangles, len(points))
-    moves = np.diff(corners.offsets) > 0
-    if movable is not None:
-        moves &= check_movable(movable, len(points))
+    known = Surroundings.of(triangles, len(points)) if surroundings is None else surroundings
+    used = known.restored(np.diff(known.corners.offsets) > 0)
+    moves = used if movable is None else used & check_movable(movable, len(points))
     on_border = np.zeros(len(points), dtype=np.bool_) if border == "free" else border_vertices(triangles, len(points))
     if border == "fixed":
-        moves &= ~on_border
-    frame = ordered_frame(_without_strays(points, corners), None)
+        moves = moves & ~on_border
+    frame = ordered_frame(_without_strays(points, used), None)
     start = enter(points, frame)
-    surroundings = _Surroundings.of(start, triangles, corners, rule)
-    now = start
+    now = known.ordered(start)
     rounds = outer_iterations if moves.any() else 0
+    around = _Around.of(now, known, rule)
+    moves, along_normal = known.ordered(moves), known.ordered(on_border) if border == "along" else None
+    table = None
     for outer in range(rounds):
 
         def partial(share: float, done: int = outer) -> None:
             progress((done + 0.9 * share) / outer_iterations)
 
-        normals = _filtered(now, triangles, surroundings, rule, partial)
+        table = measure_faces(now, known.faces, table)
         now = fit_vertices(
             now,
-            triangles,
-            corners,
-            normals,
+            known.faces,
+            known.corners,
+            _filtered(table, around, rule, partial),
             update=vertex_update,
             iterations=vertex_iterations,
             moves=moves,
-            along_normal=on_border if border == "along" else None,
+            along_normal=along_normal,
         )
         progress((outer + 1) / outer_iterations)
-    return leave(points, start, now, frame)
+    return leave(points, start, known.restored(now), frame)
 
 
 def filter_face_normals(
@@ -176,18 +177,18 @@ def filter_face_normals(
         radius,
         normal_iterations,
     ).checked()
-    corners = vertex_corners(triangles, len(points))
-    start = enter(points, ordered_frame(_without_strays(points, corners), None))
-    return _filtered(start, triangles, _Surroundings.of(start, triangles, corners, rule), rule, progress)
+    known = Surroundings.of(triangles, len(points))
+    start = known.ordered(_framed(points, known))
+    return _filtered(measure_faces(start, known.faces), _Around.of(start, known, rule), rule, progress)
 
 
 def folded_faces(vertices: ArrayLike, faces: ArrayLike) -> int:
     """How many faces look away from the mean normal of the faces at their vertices, weighted by area."""
     points, triangles = check_mesh(vertices, faces)
-    corners = vertex_corners(triangles, len(points))
-    table = measure_faces(enter(points, ordered_frame(_without_strays(points, corners), None)), triangles)
+    known = Surroundings.of(triangles, len(points))
+    table = measure_faces(known.ordered(_framed(points, known)), known.faces)
     normals = np.ascontiguousarray(table[:, NORMAL])
-    means = mean_normals(normals, table, face_neighbourhoods(triangles, corners, "vertex"))
+    means = mean_normals(normals, table, known.around("vertex"))
     return int((np.einsum("ij,ij->i", normals, means) < 0.0).sum())
 
 
@@ -222,36 +223,23 @@ class NormalFilter(NamedTuple):
         return self
 
 
-class _Surroundings(NamedTuple):
-    """Which faces are around which, gathered once for all passes."""
+class _Around(NamedTuple):
+    """Which faces a filter looks at."""
 
     edge: FaceNeighbourhoods
     patches: FaceNeighbourhoods
     averaged: FaceNeighbourhoods
 
     @staticmethod
-    def of(points: Floats, triangles: Ints, corners: Corners, rule: NormalFilter) -> "_Surroundings":
-        edge = face_neighbourhoods(triangles, corners, "edge")
-        if rule.neighborhood == "radius":
-            centres = np.ascontiguousarray(measure_faces(points, triangles)[:, CENTRE])
-            reach = rule.radius * mean_centre_distance(centres, edge)
-            # Where nothing has a size, all faces are in one place.
-            averaged = (
-                face_neighbourhoods(triangles, corners, "radius", centres=centres, radius=reach)
-                if reach > 0.0
-                else face_neighbourhoods(triangles, corners, "vertex")
-            )
-        else:
-            averaged = edge if rule.neighborhood == "edge" else face_neighbourhoods(triangles, corners, rule.neighborhood)
-        patches = edge
-        if rule.method in ("averaged", "guided"):
-            patches = averaged if rule.neighborhood == "vertex" else face_neighbourhoods(triangles, corners, "vertex")
-        return _Surroundings(edge, patches, averaged)
+    def of(points: Floats, known: Surroundings, rule: NormalFilter) -> "_Around":
+        edge = known.around("edge")
+        patches = known.around("vertex") if rule.method in ("averaged", "guided") else edge
+        return _Around(edge, patches, known.within(rule.neighborhood, points, rule.radius))
 
 
-def _filtered(now: Floats, triangles: Ints, around: _Surroundings, rule: NormalFilter, progress: Progress) -> Floats:
-    table = measure_faces(now, triangles)
-    distance = mean_centre_distance(np.ascontiguousarray(table[:, CENTRE]), around.edge)
+def _filtered(table: Floats, around: _Around, rule: NormalFilter, progress: Progress) -> Floats:
+    """The normals of the table, filtered; those in the table are written over."""
+    distance = mean_centre_distance(table, around.edge)
     normals = np.ascontiguousarray(table[:, NORMAL])
     for iteration in range(rule.normal_iterations):
         if rule.method == "mean":
@@ -280,9 +268,13 @@ def _filtered(now: Floats, triangles: Ints, around: _Surroundings, rule: NormalF
     return normals
 
 
-def _without_strays(points: Floats, corners: Corners) -> Floats:
+def _framed(points: Floats, known: Surroundings) -> Floats:
+    """The points, in coordinates of ordinary size."""
+    return enter(points, ordered_frame(_without_strays(points, known.restored(np.diff(known.corners.offsets) > 0)), None))
+
+
+def _without_strays(points: Floats, used: Bools) -> Floats:
     """The points that a face uses, or all if none does, so that the others do not decide on the frame."""
-    used = np.diff(corners.offsets) > 0
     return points if used.all() or not used.any() else points[used]
 
 

@@ -10,6 +10,7 @@ from ..errors import FilterInputError
 from ..mesh import Floats, Ints, Longs
 from ..parallel import threads_for
 from .face_neighbourhoods import FaceNeighbourhoods
+from .face_normals import NORMAL
 from .m_estimators import KERNEL_CODES, KERNEL_NAMES, KernelName, kernel_weight
 
 #: Kernels of the distance between centres: those of the table, or none at all.
@@ -46,7 +47,7 @@ def weighted_normals(
 
     Args:
         normals: (m, 3) the normals n to average.
-        table: (m, 8) of `measure_faces`: areas A and centres c.
+        table: (m, 8) of `measure_faces`: areas A and centres c. Its normals are written over.
         neighbourhoods: which faces j are averaged over.
         guide: (m, 3) the normals on which the deviation x_ij is measured; None for n themselves.
         range_kernel: g. "constant" gives every neighbour the same weight, whatever its direction.
@@ -72,13 +73,12 @@ def weighted_normals(
         if not (math.isfinite(number) and number >= 0.0):
             raise FilterInputError(f"{name} {number} is not finite and at least 0")
     result = np.empty_like(normals)
-    # One row of 8 numbers, the guide in the place of the table's normal, is all that the kernel fetches of a guide's neighbour.
-    rows = table.copy()
-    rows[:, 0:3] = normals if guide is None else guide
+    # One row of 8 numbers, the guide in the place of the table's normal, is all that the kernel fetches of most neighbours.
+    table[:, NORMAL] = normals if guide is None else guide
     with threads_for(len(neighbourhoods.neighbours)):
         _weighted_means(
             normals,
-            rows,
+            table,
             guide is None,
             neighbourhoods.offsets,
             neighbourhoods.neighbours,
@@ -95,7 +95,7 @@ def weighted_normals(
 
 
 def mean_normals(normals: Floats, table: Floats, neighbourhoods: FaceNeighbourhoods) -> Floats:
-    """(m, 3) the mean of each normal and its neighbours', weighted by area alone [belyaev2001]."""
+    """(m, 3) the mean of each normal and its neighbours', weighted by area alone [belyaev2001]; arguments as there."""
     return weighted_normals(normals, table, neighbourhoods, range_kernel="constant", space_kernel="constant", itself=True)
 
 
@@ -152,6 +152,8 @@ def _weighted_means(
                         weight *= math.exp(-distance * per_space)
                     else:
                         weight *= kernel_weight(space_code, math.sqrt(distance), space_scale)
+            if weight == 0.0:
+                continue
             if unguided:
                 x += weight * rows[j, 0]
                 y += weight * rows[j, 1]

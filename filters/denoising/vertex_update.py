@@ -18,6 +18,8 @@ VERTEX_UPDATES: tuple[VertexUpdate, ...] = get_args(VertexUpdate)
 
 # A step that would flip a face is halved this often, then left out.
 _HALVINGS = 3
+# Below 1 by more than rounding: what is called too short to turn a face is so in the sums of `_flips` too.
+_SAFE = 0.999
 
 
 def fit_vertices(
@@ -89,15 +91,21 @@ def _step(
             continue
         x = y = z = total = 0.0
         mx = my = mz = 0.0
+        smallest, longest = math.inf, 0.0
         for k in range(offsets[i], offsets[i + 1]):
             f, a, b = corners[k, 0], corners[k, 1], corners[k, 2]
             ux, uy, uz = now[a, 0] - px, now[a, 1] - py, now[a, 2] - pz
             vx, vy, vz = now[b, 0] - px, now[b, 1] - py, now[b, 2] - pz
+            nx, ny, nz = normals[f, 0], normals[f, 1], normals[f, 2]
+            cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
             weight = 1.0
             if by_area:
-                cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
                 weight = math.sqrt(cx * cx + cy * cy + cz * cz)
-            nx, ny, nz = normals[f, 0], normals[f, 1], normals[f, 2]
+            side = cx * nx + cy * ny + cz * nz
+            if side > 0.0:
+                smallest = min(smallest, side)
+            wx, wy, wz = vx - ux, vy - uy, vz - uz
+            longest = max(longest, wx * wx + wy * wy + wz * wz)
             height = weight * (nx * (ux + vx) + ny * (uy + vy) + nz * (uz + vz)) / 3.0
             x += height * nx
             y += height * ny
@@ -114,7 +122,8 @@ def _step(
             if squared > 0.0:
                 share = (x * mx + y * my + z * mz) / squared
                 x, y, z = share * mx, share * my, share * mz
-        if avoid_flips:
+        # A step s changes (u x v) . n by at most |s| |v - u|. Most steps are too short to turn any face: no need to look again.
+        if avoid_flips and not (x * x + y * y + z * z) * longest < _SAFE * smallest * smallest:
             for trial in range(_HALVINGS + 1):
                 if not _flips(now, offsets[i], offsets[i + 1], corners, normals, px, py, pz, x, y, z):
                     break
