@@ -15,13 +15,10 @@ from pathlib import Path
 
 import numpy as np
 from denoising_metrics import Floats, Ints, angles_to_truth, area_vectors
-from scipy import sparse
 
-from pymeshfair.filters.denoising.face_neighbourhoods import vertex_corners
-from pymeshfair.filters.denoising.m_estimators import KERNEL_NAMES, KernelName, weight
-from pymeshfair.filters.denoising.normal_filtering import normal_filtering
-from pymeshfair.filters.denoising.vertex_update import fit_vertices
-from pymeshfair.filters.topology import edges, face_adjacency, mean_edge_length
+from pymeshfair.filters.denoising.m_estimators import KERNEL_NAMES, KernelName
+from pymeshfair.filters.denoising.normal_filtering import NormalFilterMethod, normal_filtering
+from pymeshfair.filters.topology import face_adjacency, mean_edge_length
 
 NOISE = 0.3
 OUTER, FIT, WIDTH = 20, 10, 1.5
@@ -101,11 +98,12 @@ def bumpy_ball(levels: int = 4) -> Shape:
     return Shape.of("ball", points * (1 + 0.06 * waves)[:, None], np.array(ball.faces, dtype=np.int32))
 
 
-def filtered(shape: Shape, kernel: KernelName, sigma: float) -> Floats:
-    """Face normals filtered with the kernel, in the schedule that all share."""
+def filtered(shape: Shape, kernel: KernelName, sigma: float, method: NormalFilterMethod) -> Floats:
+    """Normals filtered with the kernel, in the schedule that all share."""
     return normal_filtering(
         shape.noisy,
         shape.faces,
+        method=method,
         range_kernel=kernel,
         range_sigma=sigma,
         space_sigma=WIDTH,
@@ -116,40 +114,11 @@ def filtered(shape: Shape, kernel: KernelName, sigma: float) -> Floats:
     )
 
 
-def filtered_by_vertex_normals(shape: Shape, kernel: KernelName, sigma: float) -> Floats:
-    """The same with the normals of vertices, over their two-rings; a face then wants the mean of its corners' normals."""
-    now, faces, n = shape.noisy.copy(), shape.faces, len(shape.noisy)
-    pairs = edges(faces)
-    ring = sparse.coo_matrix((np.ones(len(pairs)), pairs.T), (n, n)).tocsr()
-    ring = ring + ring.T + sparse.identity(n)
-    around = (ring @ ring).tocoo()
-    i, j = around.row, around.col
-    corners, moves = vertex_corners(faces, n), np.ones(n, dtype=np.bool_)
-    for _ in range(OUTER):
-        by_area = area_vectors(now, faces)
-        sums = np.zeros((n, 3))
-        np.add.at(sums, faces.ravel(), np.repeat(by_area, 3, axis=0))
-        areas = np.zeros(n)
-        np.add.at(areas, faces.ravel(), np.repeat(np.linalg.norm(by_area, axis=1), 3))
-        normals = sums / np.linalg.norm(sums, axis=1, keepdims=True)
-        width = WIDTH * mean_edge_length(now, faces)
-        near = np.exp(-np.sum((now[i] - now[j]) ** 2, axis=1) / (2 * width**2))
-        alike = weight(kernel, np.linalg.norm(normals[i] - normals[j], axis=1), sigma)
-        weights = np.where(i == j, 0.0, areas[j] * near * alike)
-        means = sparse.coo_matrix((weights, (i, j)), (n, n)).tocsr() @ normals
-        length = np.linalg.norm(means, axis=1, keepdims=True)
-        means = np.where(length > 0, means / np.where(length > 0, length, 1.0), normals)
-        wanted = means[faces].sum(axis=1)
-        wanted /= np.linalg.norm(wanted, axis=1, keepdims=True)
-        now = fit_vertices(now, faces, corners, wanted, iterations=FIT, moves=moves)
-    return now
-
-
 def best(shape: Shape, kernel: KernelName, *, by_vertices: bool = False) -> tuple[Floats, float]:
     """The mesh with the least MAD over the scales, and its scale; of "l2" and "l1" the scale changes nothing."""
-    run = filtered_by_vertex_normals if by_vertices else filtered
+    method: NormalFilterMethod = "vertex_normals" if by_vertices else "bilateral"
     scales = (1.0,) if kernel in ("l2", "l1") else SIGMAS
-    return min(((run(shape, kernel, sigma), sigma) for sigma in scales), key=lambda found: shape.mad(found[0]))
+    return min(((filtered(shape, kernel, sigma, method), sigma) for sigma in scales), key=lambda found: shape.mad(found[0]))
 
 
 def kernel_rows(sharp: Shape, smooth: Shape) -> Iterator[tuple[str, KernelName, Floats, float, Floats, float]]:

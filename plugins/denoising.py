@@ -69,7 +69,8 @@ METHOD = Enum(
     choices=("auto", *NORMAL_FILTER_METHODS),
     help="What the weight of a neighbouring face is made of, besides its area. 'mean': nothing else, which rounds every edge. "
     "'unilateral': how far its normal deviates. 'bilateral': and how far away it is. 'averaged': bilateral, deviations measured "
-    "on normals averaged before, for strong noise. 'guided': on the normals of the most even patches, for sharp edges.",
+    "on normals averaged before, for strong noise. 'guided': on the normals of the most even patches, for sharp edges. "
+    "'vertex_normals': bilateral on the normals of vertices, which loses edges; to compare with.",
 )
 RANGE_KERNEL = Enum(
     label="Range kernel",

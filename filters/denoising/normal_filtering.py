@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from ..diffusion.border import BORDER_POLICIES, BorderPolicy
 from ..diffusion.frame import enter, leave, ordered_frame
 from ..errors import FilterInputError
-from ..mesh import Bools, Floats, check_mesh, check_movable
+from ..mesh import Bools, Floats, Ints, check_mesh, check_movable
 from ..progress import Progress, ignore_progress
 from ..topology import border_vertices
 from .face_neighbourhoods import (
@@ -23,12 +23,14 @@ from .guided import guide_normals
 from .m_estimators import KernelName
 from .normal_filters import RANGE_MEASURES, SPACE_KERNELS, RangeMeasure, SpaceKernel, mean_normals, weighted_normals
 from .surroundings import Surroundings
+from .vertex_normals import RINGS_OF_VERTICES, corner_means, measure_vertices, vertex_neighbourhoods
 from .vertex_update import VERTEX_UPDATES, VertexUpdate, fit_vertices
 
 #: "mean": weights are areas alone [belyaev2001]. "unilateral": areas and a kernel of the deviation of normals [yadav2021].
 #: "bilateral": and a kernel of the distance [zheng2011]. "averaged": bilateral, the deviation measured on normals averaged over
 #: the faces at the vertices of a face. "guided": bilateral, the deviation measured on guide normals [zhang2015].
-NormalFilterMethod: TypeAlias = Literal["mean", "unilateral", "bilateral", "averaged", "guided"]
+#: "vertex_normals": bilateral, on the normals of vertices; a face gets the mean of its corners'. It is there to compare with.
+NormalFilterMethod: TypeAlias = Literal["mean", "unilateral", "bilateral", "averaged", "guided", "vertex_normals"]
 NORMAL_FILTER_METHODS: tuple[NormalFilterMethod, ...] = get_args(NormalFilterMethod)
 
 
@@ -76,6 +78,7 @@ def normal_filtering(
         space_sigma: the scale of f, in mean distances of the centres of faces that share an edge, of the mesh as it is by then.
             Larger smooths larger details, as far as the neighbourhood reaches. For "gaussian" the standard deviation.
         neighborhood: which faces are averaged over; see `Neighborhood`. Larger smooths larger details, and costs in proportion.
+            With "vertex_normals" rings of vertices: one for "edge" and "vertex", two, or three; distances are then in mean edges.
         radius: for the neighbourhoods "radius" and "geodesic", in mean distances of the centres of the input.
         normal_iterations: filter passes an outer iteration. More smooth more.
         vertex_iterations: steps of the vertices an outer iteration. More fit more closely, and follow errors of the normals more.
@@ -134,7 +137,7 @@ def normal_filtering(
             now,
             known.faces,
             known.corners,
-            _filtered(table, around, rule, partial),
+            _wanted(now, known.faces, table, around, rule, partial),
             update=vertex_update,
             iterations=vertex_iterations,
             moves=moves,
@@ -179,7 +182,7 @@ def filter_face_normals(
     ).checked()
     known = Surroundings.of(triangles, len(points))
     start = known.ordered(_framed(points, known))
-    return _filtered(measure_faces(start, known.faces), _Around.of(start, known, rule), rule, progress)
+    return _wanted(start, known.faces, measure_faces(start, known.faces), _Around.of(start, known, rule), rule, progress)
 
 
 def folded_faces(vertices: ArrayLike, faces: ArrayLike) -> int:
@@ -218,13 +221,15 @@ class NormalFilter(NamedTuple):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise FilterInputError(f"{name} {value} is not finite and above 0")
+        if self.method == "vertex_normals":
+            _check_choice("neighborhood of the method 'vertex_normals'", self.neighborhood, tuple(RINGS_OF_VERTICES))
         if not (math.isfinite(self.range_floor) and self.range_floor >= 0.0):
             raise FilterInputError(f"range_floor {self.range_floor} is not finite and at least 0")
         return self
 
 
 class _Around(NamedTuple):
-    """Which faces a filter looks at."""
+    """Which faces, or vertices, a filter looks at."""
 
     edge: FaceNeighbourhoods
     patches: FaceNeighbourhoods
@@ -232,9 +237,21 @@ class _Around(NamedTuple):
 
     @staticmethod
     def of(points: Floats, known: Surroundings, rule: NormalFilter) -> "_Around":
+        if rule.method == "vertex_normals":
+            rings = RINGS_OF_VERTICES[rule.neighborhood]
+            near = vertex_neighbourhoods(known.faces, len(points), 1)
+            return _Around(near, near, near if rings == 1 else vertex_neighbourhoods(known.faces, len(points), rings))
         edge = known.around("edge")
         patches = known.around("vertex") if rule.method in ("averaged", "guided") else edge
         return _Around(edge, patches, known.within(rule.neighborhood, points, rule.radius))
+
+
+def _wanted(points: Floats, faces: Ints, table: Floats, around: _Around, rule: NormalFilter, progress: Progress) -> Floats:
+    """The normals that the faces are to have; those in the table may be written over."""
+    if rule.method != "vertex_normals":
+        return _filtered(table, around, rule, progress)
+    filtered = _filtered(measure_vertices(points, faces, table), around, rule, progress)
+    return corner_means(filtered, faces, table[:, NORMAL])
 
 
 def _filtered(table: Floats, around: _Around, rule: NormalFilter, progress: Progress) -> Floats:

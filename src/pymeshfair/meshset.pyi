@@ -276,7 +276,7 @@ class MeshSet(ScriptedMeshSet):
     def apply_coord_normal_filtering(
         self,
         *,
-        method: Literal["auto", "mean", "unilateral", "bilateral", "averaged", "guided"] = "auto",
+        method: Literal["auto", "mean", "unilateral", "bilateral", "averaged", "guided", "vertex_normals"] = "auto",
         range_kernel: Literal[
             "auto", "l2", "l1", "truncated_l2", "truncated_l1", "huber", "lorentzian", "gaussian", "tukey", "hampel"
         ] = "auto",
@@ -287,7 +287,7 @@ class MeshSet(ScriptedMeshSet):
         range_sigma: float = 0.0,
         range_floor: float = -1.0,
         space_sigma: float = 0.0,
-        neighborhood: Literal["auto", "edge", "vertex", "two_ring", "three_ring", "radius"] = "auto",
+        neighborhood: Literal["auto", "edge", "vertex", "two_ring", "three_ring", "radius", "geodesic"] = "auto",
         normal_iterations: int = 0,
         vertex_iterations: int = 0,
         outer_iterations: int = 0,
@@ -307,7 +307,8 @@ class MeshSet(ScriptedMeshSet):
             method: What the weight of a neighbouring face is made of, besides its area. 'mean': nothing else, which rounds
                 every edge. 'unilateral': how far its normal deviates. 'bilateral': and how far away it is. 'averaged':
                 bilateral, deviations measured on normals averaged before, for strong noise. 'guided': on the normals of the
-                most even patches, for sharp edges.
+                most even patches, for sharp edges. 'vertex_normals': bilateral on the normals of vertices, which loses edges;
+                to compare with.
             range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2' and 'tukey' reach 0 and
                 keep edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
             space_kernel: How weight falls with distance; 'constant' does not.
@@ -320,8 +321,8 @@ class MeshSet(ScriptedMeshSet):
             space_sigma: The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres.
                 Larger smooths larger details. 0: automatic. Takes a number of at least 0.
             neighborhood: Which faces are averaged over: those across the edges, those at the vertices, those in two or three
-                rings, or those within a radius of twice the mean distance of centres. Larger smooths larger details and is
-                slower.
+                rings, or those within a radius of twice the mean distance of centres, straight ('radius') or along the surface
+                ('geodesic'), which does not jump across a thin wall. Larger smooths larger details and is slower.
             normal_iterations: How often the normals are filtered before the vertices follow. More smooth more. 0: automatic.
                 Takes a whole number from 0 to 10000.
             vertex_iterations: How many steps the vertices take towards faces with the filtered normals. More follow them more
@@ -387,7 +388,7 @@ class MeshSet(ScriptedMeshSet):
     def apply_normal_robust_filtering_per_face(
         self,
         *,
-        method: Literal["auto", "mean", "unilateral", "bilateral", "averaged", "guided"] = "auto",
+        method: Literal["auto", "mean", "unilateral", "bilateral", "averaged", "guided", "vertex_normals"] = "auto",
         range_kernel: Literal[
             "auto", "l2", "l1", "truncated_l2", "truncated_l1", "huber", "lorentzian", "gaussian", "tukey", "hampel"
         ] = "auto",
@@ -398,7 +399,7 @@ class MeshSet(ScriptedMeshSet):
         range_sigma: float = 0.0,
         range_floor: float = -1.0,
         space_sigma: float = 0.0,
-        neighborhood: Literal["auto", "edge", "vertex", "two_ring", "three_ring", "radius"] = "auto",
+        neighborhood: Literal["auto", "edge", "vertex", "two_ring", "three_ring", "radius", "geodesic"] = "auto",
         normal_iterations: int = 0,
         selected: bool = False,
     ) -> dict[str, Any] | None:
@@ -412,7 +413,8 @@ class MeshSet(ScriptedMeshSet):
             method: What the weight of a neighbouring face is made of, besides its area. 'mean': nothing else, which rounds
                 every edge. 'unilateral': how far its normal deviates. 'bilateral': and how far away it is. 'averaged':
                 bilateral, deviations measured on normals averaged before, for strong noise. 'guided': on the normals of the
-                most even patches, for sharp edges.
+                most even patches, for sharp edges. 'vertex_normals': bilateral on the normals of vertices, which loses edges;
+                to compare with.
             range_kernel: How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2' and 'tukey' reach 0 and
                 keep edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.
             space_kernel: How weight falls with distance; 'constant' does not.
@@ -425,8 +427,8 @@ class MeshSet(ScriptedMeshSet):
             space_sigma: The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres.
                 Larger smooths larger details. 0: automatic. Takes a number of at least 0.
             neighborhood: Which faces are averaged over: those across the edges, those at the vertices, those in two or three
-                rings, or those within a radius of twice the mean distance of centres. Larger smooths larger details and is
-                slower.
+                rings, or those within a radius of twice the mean distance of centres, straight ('radius') or along the surface
+                ('geodesic'), which does not jump across a thin wall. Larger smooths larger details and is slower.
             normal_iterations: How often the normals are filtered before the vertices follow. More smooth more. 0: automatic.
                 Takes a whole number from 0 to 10000.
             selected: Only the selected faces get a new normal; the others are seen by their neighbours but keep theirs.

@@ -11,6 +11,7 @@ import numba
 import numpy as np
 import pytest
 
+from pymeshfair.filters.denoising.face_neighbourhoods import Neighborhood
 from pymeshfair.filters.denoising.face_normals import face_normals, mean_angle
 from pymeshfair.filters.denoising.m_estimators import KERNEL_NAMES, KernelName, weight
 from pymeshfair.filters.denoising.normal_filtering import (
@@ -124,7 +125,44 @@ def slow_pass(
     return np.asarray(normals)
 
 
-@pytest.mark.parametrize("method", NORMAL_FILTER_METHODS)
+def slow_pass_of_vertices(mesh: Mesh, range_sigma: float, space_sigma: float, rings: int, passes: int) -> Floats:
+    """The filter of vertex normals by its definition, and the means of the corners' normals."""
+    vertices, faces = mesh
+    corners = vertices[faces]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    n = len(vertices)
+    near = [{int(j) for face in faces if i in face for j in face} for i in range(n)]
+    edges = [(i, j) for i in range(n) for j in near[i] if j > i]
+    mean = float(np.mean([np.linalg.norm(vertices[i] - vertices[j]) for i, j in edges]))
+    around = near
+    for _ in range(rings - 1):
+        around = [set().union(*(near[j] for j in row)) for row in around]
+    areas = [sum(float(np.linalg.norm(cross[f])) for f, face in enumerate(faces) if i in face) for i in range(n)]
+    normals = np.array([unit(sum(cross[f] for f, face in enumerate(faces) if i in face)) for i in range(n)])
+    for _ in range(passes):
+        result = np.empty_like(normals)
+        for i in range(n):
+            total = np.zeros(3)
+            for j in sorted(around[i] - {i}):
+                near_by = kernel("gaussian", float(np.linalg.norm(vertices[i] - vertices[j])), space_sigma * mean)
+                alike = kernel("gaussian", float(np.linalg.norm(normals[i] - normals[j])), range_sigma)
+                total += areas[j] * near_by * alike * normals[j]
+            result[i] = unit(total)
+        normals = result
+    return np.array([unit(normals[face].sum(axis=0)) for face in faces])
+
+
+@pytest.mark.parametrize(("neighborhood", "rings"), [("vertex", 1), ("two_ring", 2), ("three_ring", 3)])
+def test_vertex_normals_are_their_definition(neighborhood: Neighborhood, rings: int) -> None:
+    """Two passes over the normals of vertices equal the loops over vertices above, to 1e-10."""
+    mesh = noisy(icosphere(1), 0.08)
+    fast = filter_face_normals(
+        *mesh, method="vertex_normals", neighborhood=neighborhood, range_sigma=0.5, space_sigma=1.3, normal_iterations=2
+    )
+    np.testing.assert_allclose(fast, slow_pass_of_vertices(mesh, 0.5, 1.3, rings, 2), rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("method", [method for method in NORMAL_FILTER_METHODS if method != "vertex_normals"])
 def test_every_method_is_its_definition(method: NormalFilterMethod) -> None:
     """Two passes of each method equal the loops over faces above, to 1e-10."""
     mesh = noisy(icosphere(1), 0.08)
@@ -314,6 +352,7 @@ def test_progress_runs_from_0_to_1() -> None:
         ({"space_kernel": "cosine"}, "space_kernel 'cosine' is not one of 'constant'"),
         ({"range_measure": "cosine"}, "range_measure 'cosine' is not one of"),
         ({"neighborhood": "all"}, "neighborhood 'all' is not one of"),
+        ({"method": "vertex_normals", "neighborhood": "radius"}, "'vertex_normals' 'radius' is not one of 'edge', 'vertex'"),
         ({"vertex_update": "newton"}, "vertex_update 'newton' is not one of"),
         ({"border": "open"}, "border 'open' is not one of"),
         ({"range_sigma": 0.0}, "range_sigma 0.0 is not finite and above 0"),

@@ -1,0 +1,55 @@
+"""Normals of vertices in the place of those of faces, for comparison: at an edge they are means across it [yadav2021]."""
+
+import numpy as np
+import scipy.sparse as sp
+
+from ..mesh import Floats, Ints
+from ..rings import one_rings
+from .face_neighbourhoods import FaceNeighbourhoods
+from .face_normals import AREA, CENTRE, NORMAL
+
+#: how many rings of vertices the neighbourhoods stand for
+RINGS_OF_VERTICES = {"edge": 1, "vertex": 1, "two_ring": 2, "three_ring": 3}
+
+
+def vertex_neighbourhoods(faces: Ints, n_vertices: int, rings: int) -> FaceNeighbourhoods:
+    """The vertices around every vertex that at most that many edges lead to, ascending, without itself."""
+    near = one_rings(faces, n_vertices)
+    step = sp.csr_matrix((np.ones(len(near.neighbours), dtype=np.bool_), near.neighbours, near.offsets), (n_vertices, n_vertices))
+    around = step
+    for _ in range(rings - 1):
+        around = around + around @ step
+    pairs = around.tocoo()
+    others = pairs.row != pairs.col
+    around = sp.csr_matrix((np.ones(int(others.sum()), dtype=np.bool_), (pairs.row[others], pairs.col[others])), around.shape)
+    around.sort_indices()
+    return FaceNeighbourhoods(around.indptr.astype(np.int64), around.indices.astype(np.int32))
+
+
+def measure_vertices(vertices: Floats, faces: Ints, table: Floats) -> Floats:
+    """(n, 8) the vertices measured, as `measure_faces` does faces: normal, area, place.
+
+    The normal is that of the sum of the faces' normals weighted by area; the area is that of all faces at the vertex.
+
+    Args:
+        vertices: (n, 3) coordinates of ordinary size.
+        faces: (m, 3) triangles.
+        table: (m, 8) of `measure_faces`.
+    """
+    rows = np.zeros((len(vertices), 8))
+    owners = faces.ravel()
+    for column, values in ((3, table[:, AREA]), *((k, table[:, AREA] * table[:, k]) for k in range(3))):
+        rows[:, column] = np.bincount(owners, weights=np.repeat(values, 3), minlength=len(vertices))
+    rows[:, NORMAL] = _unit(rows[:, NORMAL], np.zeros(3))
+    rows[:, CENTRE] = vertices
+    return rows
+
+
+def corner_means(vertex_normals: Floats, faces: Ints, face_normals: Floats) -> Floats:
+    """(m, 3) for every face the mean of its corners' normals, or its own normal where they cancel out."""
+    return _unit(vertex_normals[faces].sum(axis=1), face_normals)
+
+
+def _unit(vectors: Floats, otherwise: Floats) -> Floats:
+    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.where(lengths > 0.0, vectors / np.where(lengths > 0.0, lengths, 1.0), otherwise)
