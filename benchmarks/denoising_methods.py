@@ -213,7 +213,7 @@ METHODS = (
         "VTK windowed sinc",
         vtk_windowed_sinc,
         {"iterations": 20, "pass_band": 0.1},
-        combinations(iterations=(20, 40), pass_band=(0.2, 0.1, 0.05, 0.02)),
+        combinations(iterations=(10, 20, 40), pass_band=(0.1, 0.05, 0.02, 0.01)),
         needs="vtk",
     ),
     Method("Open3D Taubin", open3d_taubin, {"iterations": 10}, combinations(iterations=TAUBIN_STEPS), needs="open3d"),
