@@ -70,13 +70,24 @@ def test_a_noisy_sphere_is_nearer_the_truth() -> None:
     assert np.linalg.norm(result - true_vertices, axis=1).mean() < np.linalg.norm(vertices - true_vertices, axis=1).mean()
 
 
+def test_a_cube_with_noise_in_all_directions_is_relaxed_first() -> None:
+    """Its sides come back nevertheless: the mean angle is below a third of what Taubin's 10 default steps leave."""
+    vertices, faces = noisy(FINE_CUBE, 0.3 * mean_edge_length(*FINE_CUBE), seed=4)
+    result, choice = denoise_automatically(vertices, faces)
+    truth = face_normals(FINE_CUBE[0], faces)
+    assert choice.kind == "sharp"
+    assert choice.relaxation > 0
+    angle, faired = (mean_angle(face_normals(v, faces), truth) for v in (result, taubin_fairing(vertices, faces)))
+    assert angle < faired / 3.0
+
+
 @pytest.mark.parametrize("mesh", [BLOCK, ROUND, SCATTERED])
 def test_the_parameters_reproduce_the_result(mesh: tuple[np.ndarray, np.ndarray]) -> None:
     """What `automatic_parameters` says, given to `normal_filtering`, does what `denoise_automatically` does."""
     result, choice = denoise_automatically(*mesh)
     assert automatic_parameters(*mesh).parameters == choice.parameters
     assert choice.parameters is not None
-    assert (choice.relaxation > 0) == (choice.kind == "scattered")
+    assert choice.relaxation > 0 or choice.kind != "scattered"
     fair = taubin_fairing(*mesh, iterations=choice.relaxation)
     np.testing.assert_allclose(result, normal_filtering(fair, mesh[1], **vars(choice.parameters)), atol=1e-12)
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pymeshfair.filters.denoising.noise_level import estimate_noise, smooth_normals
+from pymeshfair.filters.denoising.noise_level import estimate_noise, shared_noise, smooth_normals
 from pymeshfair.filters.errors import FilterInputError
-from pymeshfair.filters.topology import mean_edge_length
+from pymeshfair.filters.topology import edges, mean_edge_length
 from tests.meshes import cube, grid, icosphere, noisy, renumbered, rotation, single_triangle, subdivided, torus
 
 SHAPES = {
@@ -81,3 +81,20 @@ def test_what_is_no_mesh_is_refused() -> None:
     """Indices out of range are an error of the filters."""
     with pytest.raises(FilterInputError):
         estimate_noise(np.zeros((3, 3)), [[0, 1, 3]])
+
+
+def test_noise_that_neighbours_share_is_told_from_independent_noise() -> None:
+    """On a sphere independent noise gives 0 up to 0.01, half of which is the mean of the one-ring more than 0.03."""
+    vertices, faces = icosphere(4)
+    heights = np.random.default_rng(6).normal(size=len(vertices)) * 0.3 * mean_edge_length(vertices, faces)
+    pairs = edges(faces)
+    shared = heights.copy()
+    np.add.at(shared, pairs[:, 0], heights[pairs[:, 1]] / 6.0)
+    np.add.at(shared, pairs[:, 1], heights[pairs[:, 0]] / 6.0)
+    assert abs(shared_noise(vertices * (1.0 + heights)[:, None], faces)) < 0.01
+    assert shared_noise(vertices * (1.0 + shared)[:, None], faces) > 0.03
+
+
+def test_a_mesh_without_inner_vertices_shares_nothing() -> None:
+    """A triangle has no residuals."""
+    assert shared_noise(*single_triangle()) == 0.0

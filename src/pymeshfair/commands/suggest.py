@@ -84,10 +84,8 @@ def _explicit(scan: Path, values: dict[str, Any]) -> Recipe | None:
     name = scan.name.replace("--", "- ").strip("-")
     comment = f"Denoises scans such as {name}\n\nFor: {_kind(values)}, with noise of {values['noise']:.2g} edges."
     steps = [Step(known).with_values(given)]
-    if values["shape"] == "scattered":
-        from ..filters.denoising.automatic import RELAXATION
-
-        steps.insert(0, Step(find_filter(RELAXES)).with_values({"iterations": RELAXATION}))
+    if values["relaxation"]:
+        steps.insert(0, Step(find_filter(RELAXES)).with_values({"iterations": int(values["relaxation"])}))
     return Recipe("suggestion", Script(tuple(steps), comment))
 
 
