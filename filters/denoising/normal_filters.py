@@ -47,7 +47,7 @@ def weighted_normals(
 
     Args:
         normals: (m, 3) the normals n to average.
-        table: (m, 8) of `measure_faces`: areas A and centres c. Its normals are written over.
+        table: (m, 8) of `measure_faces`: areas A and centres c.
         neighbourhoods: which faces j are averaged over.
         guide: (m, 3) the normals on which the deviation x_ij is measured; None for n themselves.
         range_kernel: g. "constant" gives every neighbour the same weight, whatever its direction.
@@ -73,12 +73,13 @@ def weighted_normals(
         if not (math.isfinite(number) and number >= 0.0):
             raise FilterInputError(f"{name} {number} is not finite and at least 0")
     result = np.empty_like(normals)
-    # One row of 8 numbers, the guide in the place of the table's normal, is all that the kernel fetches of most neighbours.
-    table[:, NORMAL] = normals if guide is None else guide
+    # One row of 8 numbers, the guide in the place of the table's normal, is all that the kernel fetches of a guide's neighbour.
+    rows = table.copy()
+    rows[:, 0:3] = normals if guide is None else guide
     with threads_for(len(neighbourhoods.neighbours)):
         _weighted_means(
             normals,
-            table,
+            rows,
             guide is None,
             neighbourhoods.offsets,
             neighbourhoods.neighbours,
@@ -95,8 +96,13 @@ def weighted_normals(
 
 
 def mean_normals(normals: Floats, table: Floats, neighbourhoods: FaceNeighbourhoods) -> Floats:
-    """(m, 3) the mean of each normal and its neighbours', weighted by area alone [belyaev2001]; arguments as there."""
-    return weighted_normals(normals, table, neighbourhoods, range_kernel="constant", space_kernel="constant", itself=True)
+    """(m, 3) the mean of each normal and its neighbours', weighted by area alone [belyaev2001]."""
+    result = np.empty_like(normals)
+    table = table.copy()
+    table[:, NORMAL] = normals
+    with threads_for(len(neighbourhoods.neighbours)):
+        _means(table, neighbourhoods.offsets, neighbourhoods.neighbours, result)
+    return result
 
 
 def _code(kernel: str) -> int:
@@ -107,6 +113,23 @@ def _scale(kernel: str, sigma: float) -> float:
     scale = math.sqrt(2.0) * sigma if kernel == "gaussian" else sigma
     # With a scale of 0 nothing but equal normals count.
     return max(scale, 1e-150)
+
+
+# A kernel of its own, without the distances and deviations of the next.
+@njit(cache=True, parallel=True)
+def _means(rows: Floats, offsets: Longs, neighbours: Ints, result: Floats) -> None:
+    for i in prange(rows.shape[0]):
+        x, y, z = rows[i, 3] * rows[i, 0], rows[i, 3] * rows[i, 1], rows[i, 3] * rows[i, 2]
+        for k in range(offsets[i], offsets[i + 1]):
+            j = neighbours[k]
+            x += rows[j, 3] * rows[j, 0]
+            y += rows[j, 3] * rows[j, 1]
+            z += rows[j, 3] * rows[j, 2]
+        length = math.sqrt(x * x + y * y + z * z)
+        if length > 1e-300:
+            result[i, 0], result[i, 1], result[i, 2] = x / length, y / length, z / length
+        else:
+            result[i, 0], result[i, 1], result[i, 2] = rows[i, 0], rows[i, 1], rows[i, 2]
 
 
 @njit(cache=True, parallel=True)
@@ -152,8 +175,6 @@ def _weighted_means(
                         weight *= math.exp(-distance * per_space)
                     else:
                         weight *= kernel_weight(space_code, math.sqrt(distance), space_scale)
-            if weight == 0.0:
-                continue
             if unguided:
                 x += weight * rows[j, 0]
                 y += weight * rows[j, 1]

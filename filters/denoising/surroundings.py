@@ -20,9 +20,6 @@ from .face_normals import CENTRE, measure_faces
 
 _Values = TypeVar("_Values", Floats, Bools)
 
-# Neighbourhoods by rings of at most these sizes are kept: larger ones take more memory than finding them again takes time.
-_KEPT: tuple[Neighborhood, ...] = ("edge", "vertex")
-
 
 @dataclass(frozen=True)
 class Surroundings:
@@ -64,12 +61,9 @@ class Surroundings:
 
     def around(self, kind: Neighborhood) -> FaceNeighbourhoods:
         """The neighbourhoods "edge", "vertex", "two_ring" or "three_ring" of the faces."""
-        if kind in self._kept:
-            return self._kept[kind]
-        found = face_neighbourhoods(self.faces, self.corners, kind)
-        if kind in _KEPT:
-            self._kept[kind] = found
-        return found
+        if kind not in self._kept:
+            self._kept[kind] = face_neighbourhoods(self.faces, self.corners, kind)
+        return self._kept[kind]
 
     def within(self, kind: Neighborhood, points: Floats, radius: float) -> FaceNeighbourhoods:
         """Any neighbourhood; for "radius" and "geodesic", the radius in mean distances of the centres of the (n, 3) points."""
