@@ -68,7 +68,9 @@ _LOOKED, _BENDS_MOST, _CREASES = 6, 0.98, 12.5
 # A range map is sampled on a grid seen from one side: its vertices are spread along the surface, while their residuals lie along
 # the view. A depth camera's map has 3.9 and 0.37, computed ones 12 and more and 0.2 to 0.7. Scans and parts with noise from 0.06
 # edges have up to 2.5, whatever the direction.
-_SPREAD, _ONE_SIDED = 3.0, 0.3
+# With less noise than that an uneven scan from one side looks alike and would lose its details: it has tails up to 1.08, and
+# `shared_noise` up to 0.06 from 0.03 edges; the maps have 1.14 to 1.7, and 0.078 to 0.1.
+_SPREAD, _ONE_SIDED, _TAILS, _AGREE_SPREAD = 3.0, 0.3, 1.11, 0.068
 # So is a mesh whose mean normal is longer than this and whose `shared_noise` is above both of these, the second over the squared
 # level, since details count the less the stronger the noise is. Four computed maps of a depth camera with its steps, at 0.19 to
 # 0.28 edges, have 0.017 to 0.045 and 0.0013 to 0.0022; figures and scans with independent noise at most 0.01, and at most
@@ -159,7 +161,8 @@ def _denoise(
     noise = estimate_noise(points, triangles)
     if noise.deviation < _NOTHING or _is_designed(points, triangles):
         return AutomaticChoice(None, "clean", noise, 0.0), points.copy()
-    if noise.tangential > _SPREAD * noise.level and noise.anisotropy > _ONE_SIDED:
+    seen = noise.tangential > _SPREAD * noise.level and noise.anisotropy > _ONE_SIDED and noise.tails > _TAILS
+    if seen and shared_noise(points, triangles) > _AGREE_SPREAD:
         result = normal_filtering(points, triangles, **vars(RANGE_MAP), border=border, movable=movable, progress=progress)
         return AutomaticChoice(RANGE_MAP, "range map", noise, 0.0), result
     residuals = _Residuals.of(points, triangles)
