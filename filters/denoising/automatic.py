@@ -6,8 +6,9 @@ independent; a detail moves them together. So what was taken away, along the nor
 extent that it was detail.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,6 +24,7 @@ from .face_normals import face_normals
 from .m_estimators import KernelName
 from .noise_level import NoiseEstimate, estimate_noise, shared_noise, smooth_normals
 from .normal_filtering import NormalFilterMethod, normal_filtering
+from .surroundings import Surroundings
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,9 @@ class AutomaticParameters:
     vertex_iterations: int
     outer_iterations: int
 
+
+#: `normal_filtering` of the mesh at hand: vertices, parameters and where to tell the progress, to new vertices.
+_Run: TypeAlias = Callable[[Floats, AutomaticParameters, Progress], Floats]
 
 #: Flat parts that meet at edges. Of the settings tried on machine parts with Gaussian, impulsive and very strong noise it has the
 #: best mean, and no failure: two normals that differ by more than a quarter, of the mean normals round the faces, do not mix.
@@ -161,33 +166,33 @@ def _denoise(
     noise = estimate_noise(points, triangles)
     if noise.deviation < _NOTHING or _is_designed(points, triangles):
         return AutomaticChoice(None, "clean", noise, 0.0), points.copy()
+    known = Surroundings.of(triangles, len(points))
+
+    def run(start: Floats, setting: AutomaticParameters, share: Progress) -> Floats:
+        return normal_filtering(
+            start, triangles, **vars(setting), border=border, movable=movable, surroundings=known, progress=share
+        )
+
     seen = noise.tangential > _SPREAD * noise.level and noise.anisotropy > _ONE_SIDED and noise.tails > _TAILS
     if seen and shared_noise(points, triangles) > _AGREE_SPREAD:
-        result = normal_filtering(points, triangles, **vars(RANGE_MAP), border=border, movable=movable, progress=progress)
-        return AutomaticChoice(RANGE_MAP, "range map", noise, 0.0), result
+        return AutomaticChoice(RANGE_MAP, "range map", noise, 0.0), run(points, RANGE_MAP, progress)
     residuals = _Residuals.of(points, triangles)
-    sharp, correlation = _sharp(points, triangles, residuals, border, movable, lambda share: progress(0.6 * share))
+    sharp, correlation = _sharp(points, residuals, run, lambda share: progress(0.6 * share))
     scattered = noise.level > _STRONG and noise.tangential > _SCATTERED * noise.level
     relaxation = RELAXATION if scattered else 0
     start = taubin_fairing(points, triangles, iterations=relaxation, border=border, movable=movable) if scattered else points
     if sharp is not None:
         if scattered:
-            sharp = normal_filtering(
-                start,
-                triangles,
-                **vars(SHARP),
-                border=border,
-                movable=movable,
-                progress=lambda share: progress(0.6 + 0.4 * share),
-            )
+            sharp = run(start, SHARP, lambda share: progress(0.6 + 0.4 * share))
         return AutomaticChoice(SHARP, "sharp", noise, correlation, relaxation), sharp
     if not scattered and _is_shared(points, triangles, noise):
-        result = normal_filtering(points, triangles, **vars(RANGE_MAP), border=border, movable=movable)
+        result = run(points, RANGE_MAP, lambda share: progress(0.6 + 0.4 * share))
         return AutomaticChoice(RANGE_MAP, "range map", noise, correlation), result
-    setting = CREASED if _is_creased(start, triangles, border) else SMOOTH
+    fair = run(start, replace(CREASED, outer_iterations=_LOOKED), ignore_progress)
+    setting = CREASED if _is_creased(fair, triangles) else SMOOTH
     now, done = start, 0
     while done < _MOST_ITERATIONS:
-        further = normal_filtering(now, triangles, **vars(setting), border=border, movable=movable)
+        further = run(now, setting, ignore_progress)
         if done > 0 and residuals.correlation(further) > _WHITE:
             break
         now = further
@@ -197,14 +202,7 @@ def _denoise(
     return AutomaticChoice(chosen, "scattered" if scattered else "smooth", noise, correlation, relaxation), now
 
 
-def _sharp(
-    points: Floats,
-    triangles: Ints,
-    residuals: "_Residuals",
-    border: BorderPolicy,
-    movable: ArrayLike | None,
-    progress: Progress,
-) -> tuple[Floats | None, float]:
+def _sharp(points: Floats, residuals: "_Residuals", run: _Run, progress: Progress) -> tuple[Floats | None, float]:
     """What `SHARP` makes of the mesh, None as soon as it takes details away; and the correlation by then."""
     part = replace(SHARP, outer_iterations=_ASKED)
     now, correlation = points, 0.0
@@ -213,7 +211,7 @@ def _sharp(
         def partial(share: float, done: int = done) -> None:
             progress((done + share * _ASKED) / SHARP.outer_iterations)
 
-        now = normal_filtering(now, triangles, **vars(part), border=border, movable=movable, progress=partial)
+        now = run(now, part, partial)
         correlation = residuals.correlation(now)
         if correlation > _DETAIL_LOST or (correlation - _OF_NOISE) * residuals.variance(now) > _SHARED:
             return None, correlation
@@ -229,11 +227,10 @@ def _is_shared(points: Floats, faces: Ints, noise: NoiseEstimate) -> bool:
     return shared_noise(points, faces) > max(_AGREE, _AGREE_WEAK / noise.level**2)
 
 
-def _is_creased(points: Floats, faces: Ints, border: BorderPolicy) -> bool:
-    """Whether a few edges bend much more than most, once the noise is off."""
-    fair = normal_filtering(points, faces, **vars(replace(CREASED, outer_iterations=_LOOKED)), border=border)
+def _is_creased(points: Floats, faces: Ints) -> bool:
+    """Whether a few edges bend much more than most; of a mesh that the noise is off."""
     pairs, _ = face_adjacency(faces)
-    normals = face_normals(enter(fair, ordered_frame(fair[np.unique(faces)], None)), faces)
+    normals = face_normals(enter(points, ordered_frame(points[np.unique(faces)], None)), faces)
     first, second = normals[pairs[:, 0]], normals[pairs[:, 1]]
     angles = np.arctan2(np.linalg.norm(np.cross(first, second), axis=1), np.einsum("ij,ij->i", first, second))
     return bool(len(angles)) and bool(np.quantile(angles, _BENDS_MOST) > _CREASES * np.median(angles))

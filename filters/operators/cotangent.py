@@ -102,7 +102,8 @@ def _doubled_area(points: Floats, a: int, b: int, c: int) -> float:
     dx, dy, dz = vx - ux, vy - uy, vz - uz
     cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
     squares = (ux * ux + uy * uy + uz * uz) + (vx * vx + vy * vy + vz * vz) + (dx * dx + dy * dy + dz * dz)
-    return max(math.sqrt(cx * cx + cy * cy + cz * cz), SMALLEST_AREA * squares + _NEVER_ZERO)
+    doubled: float = max(math.sqrt(cx * cx + cy * cy + cz * cz), SMALLEST_AREA * squares + _NEVER_ZERO)
+    return doubled
 
 
 @njit(cache=True)
