@@ -1,8 +1,8 @@
 """Transfer functions: by what a filter multiplies each frequency of a surface.
 
-The frequency of a mode v with S v = kappa M v is omega = sqrt(kappa), in radians per unit length, and its wavelength 2 pi / omega.
-All responses are made of one profile, F(omega) = exp(-ln 2 (omega / omega_c)^(2 n)), which is the diffusion of order n for the time
-that halves omega_c. Compared with the rational 1 / (1 + (omega / omega_c)^(2 n)) it is as flat at 0 and as easy to approximate by
+The frequency of a mode v with S v = kappa M v is omega = sqrt(kappa), in radians per unit length; its wavelength is 2 pi / omega.
+All responses are made of one profile, F(omega) = exp(-ln 2 (omega / omega_c)^(2 n)): the diffusion of order n for the time that
+halves omega_c. Compared with the rational 1 / (1 + (omega / omega_c)^(2 n)) it is as flat at 0 and as easy to approximate by
 polynomials, and it ends: at n = 2 it is below 1e-6 beyond 2.11 omega_c, where the rational one still has 5 %. So few eigenvectors
 are enough for it, and what is filtered out is gone. The default n = 2 is the lowest order that is flat at omega = 0 beyond the
 omega^2 of ordinary diffusion; higher orders are nearer to a brick wall, with its ringing, and cost more.

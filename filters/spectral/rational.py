@@ -1,0 +1,124 @@
+"""Filters by a rational function of the operator with one real pole, for waves of many edges and for thin triangles.
+
+With R = sigma (S + sigma M)^-1 M a mode of eigenvalue kappa is multiplied by mu = sigma / (kappa + sigma), which lies in (0, 1]
+however large kappa gets. A response with a limit for short waves is a smooth function of mu, and its Chebyshev series in
+t = 2 mu - 1 is summed as that of `polynomial`, with a solve in place of a product: about 30 of them for the default low pass and
+1e-6, whatever the mesh. All systems have the same symmetric positive definite matrix; nothing is complex [guttel2013].
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy import sparse
+
+from ..mesh import Floats
+from ..progress import Progress, ignore_progress
+from ..solvers import FINEST, Solution, SpdSolver
+from .chebyshev import ChebyshevSeries, chebyshev_series
+from .polynomial import Applied
+from .responses import Response
+
+#: Poles that are tried: from the lowest to the highest squared cutoff, widened by these factors.
+_LOWEST_POLE, _HIGHEST_POLE, _POLES = 0.2, 30.0, 40
+_LARGEST_DEGREE = 400
+#: The share of the tolerance that is left to the solves.
+_SHARE_OF_SOLVES = 0.25
+
+
+def rational_series(response: Response, *, tolerance: float) -> tuple[ChebyshevSeries, float]:
+    """The shortest series in t = 2 sigma / (kappa + sigma) - 1 of a response on all kappa from 0, and its sigma."""
+    lowest, highest = _LOWEST_POLE * response.cutoffs[0] ** 2, _HIGHEST_POLE * response.cutoffs[-1] ** 2
+    series = [(_series(response, pole, tolerance), float(pole)) for pole in np.geomspace(lowest, highest, _POLES)]
+    return min(series, key=lambda pair: (pair[0].error > tolerance, pair[0].degree, pair[0].error))
+
+
+def rational_filter(
+    stiffness: sparse.csr_matrix,
+    mass: Floats,
+    values: Floats,
+    series: ChebyshevSeries,
+    pole: float,
+    *,
+    tolerance: float,
+    progress: Progress = ignore_progress,
+) -> tuple[Applied, float]:
+    """The series of `rational_series` applied to (n, k) values.
+
+    An error e_k of the k-th solve comes back in all later terms, multiplied by at most 2 sum_{j>k} |c_j| (j - k). These factors
+    fall with k: the first solves are the exact ones.
+
+    Args:
+        stiffness: S, (n, n).
+        mass: (n,), above 0.
+        values: v, (n, k).
+        series: of degree d.
+        pole: sigma, in the unit of kappa.
+        tolerance: of the error in the M-norm by all solves together, as a share of |v|_M.
+        progress: called during the solves; may raise to stop.
+
+    Returns:
+        The filtered values, and an estimate of the error by the solves in the M-norm, not as a share.
+
+    Raises:
+        ConvergenceError: a system cannot be solved.
+    """
+    c, degree = series.coefficients, series.degree
+    system = _shifted(stiffness, mass, pole)
+    solver = SpdSolver(system, solves=degree)
+    amplification = _amplification(np.abs(c))
+    size = m_norm(mass, values)
+    # |e|_M <= |e|_A / sqrt(sigma), since A >= sigma M.
+    reference = max(size * math.sqrt(pole), np.finfo(float).tiny)
+    now, before, total = values.copy(), np.zeros_like(values), c[0] * values
+    error = 0.0
+    for k in range(degree):
+
+        def partial(share: float, done: int = k) -> None:
+            progress((done + share) / degree)
+
+        right = (pole * mass)[:, None] * now
+        allowed = max(_SHARE_OF_SOLVES * tolerance / (degree * max(amplification[k], 1e-300)), FINEST)
+        start = values if k == 0 else now
+        solution = solver.solve(right, tolerance=min(allowed, 1e-3), reference=reference, start=start, progress=partial)
+        error += float(amplification[k]) * _solve_error(solution, system, right, mass, pole)
+        following = 2.0 * solution.values - now
+        now, before = (following if k == 0 else 2.0 * following - before), now
+        total += c[k + 1] * now
+        progress((k + 1) / degree)
+    squares = np.maximum(now * now, before * before) if degree > 0 else now * now
+    return Applied(total, series.error * math.sqrt(float(squares.sum(axis=1).max(initial=0.0)))), error
+
+
+def m_norm(mass: Floats, values: Floats) -> float:
+    """|v|_M = sqrt(sum_i m_i |v_i|^2), summed in a fixed order."""
+    return math.sqrt(float((mass * (values * values).sum(axis=1)).sum()))
+
+
+def _series(response: Response, pole: float, tolerance: float) -> ChebyshevSeries:
+    def sampled(t: Floats) -> Floats:
+        return response.profile(np.sqrt(pole * (1.0 - t) / (1.0 + t)))
+
+    # kappa = sigma tan^2(theta / 2): the angles of the lowest cutoff from 0 and of the highest from pi.
+    root = math.sqrt(pole)
+    width = 2.0 * min(math.atan(response.cutoffs[0] / root), math.atan(root / response.cutoffs[-1]))
+    return chebyshev_series(sampled, tolerance=tolerance, width=width, largest_degree=_LARGEST_DEGREE)
+
+
+def _amplification(sizes: Floats) -> Floats:
+    """(degree,) 4 sum_{j > k} |c_j| (j - k): R enters T_{k+1} four times, and the rest grows as the polynomials U do."""
+    beyond = np.cumsum(sizes[::-1])[::-1]
+    return 4.0 * np.cumsum(beyond[::-1])[::-1][1:]
+
+
+def _shifted(stiffness: sparse.csr_matrix, mass: Floats, pole: float) -> sparse.csr_matrix:
+    return sparse.csr_matrix(stiffness + pole * sparse.diags_array(mass))
+
+
+def _solve_error(solution: Solution, system: sparse.csr_matrix, right: Floats, mass: Floats, pole: float) -> float:
+    """Of x in A x = b, in the M-norm: the solver's estimate, or where it makes none |b - A x|_{M^-1} / sigma, a bound."""
+    if solution.method != "cholesky":
+        return solution.error / math.sqrt(pole)
+    residual: Floats = right - system @ solution.values
+    return m_norm(1.0 / mass, residual) / pole
