@@ -8,12 +8,15 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from pathlib import Path
+from unicodedata import normalize
 
 from pymeshfair.declaration import Filter, Parameter, Percentage
 from pymeshfair.recipe import load_recipe, shipped_recipes
 from pymeshfair.registry import custom_filters
 
 DOCS = Path(__file__).parent
+#: LaTeX's accents as those of Unicode that follow their letter
+ACCENTS = {'"': "\u0308", "'": "\u0301", "`": "\u0300", "v": "\u030c"}
 
 
 def filters_page() -> str:
@@ -67,7 +70,8 @@ def _value(entry: str, key: str) -> str:
     found = re.search(rf"\b{key}\s*=\s*\{{(.*)\}},?\n", entry + "\n")
     if found is None:
         raise ValueError(f"the bibliography entry has no {key}: {entry}")
-    return re.sub(r"[{}]", "", found[1].replace('{\\"o}', "ö"))
+    text = re.sub(r"""\{\\(["'`v])\{?(\w)\}?\}""", lambda accent: normalize("NFC", accent[2] + ACCENTS[accent[1]]), found[1])
+    return re.sub(r"[{}]", "", text)
 
 
 def recipes_page() -> str:

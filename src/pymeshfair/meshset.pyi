@@ -345,6 +345,62 @@ class MeshSet(ScriptedMeshSet):
         In scripts: 'Normal Filtering'.
         """
 
+    def apply_coord_spectral_filter(
+        self,
+        *,
+        response: Literal["low_pass", "band_pass", "enhance"] = "low_pass",
+        detail_size: LengthLike = "6edge",
+        largest_size: LengthLike = "0",
+        modes: int = 0,
+        gain: float = 2.0,
+        order: int = 2,
+        method: Literal["auto", "eigenvectors", "polynomial"] = "auto",
+        operator: Literal["auto", "cotangent", "robust"] = "auto",
+        selected: bool = False,
+    ) -> dict[str, Any] | None:
+        """Removes, keeps or exaggerates details by their size, as an equaliser does with sound.
+
+        A surface is a sum of waves, the modes of its Laplace-Beltrami operator, from its largest parts to the finest noise. The
+        filter multiplies each by a factor that depends on its wavelength alone, whatever the sampling. Components are filtered
+        one by one, and their centroids stay. Open borders are natural: no vertex of theirs is held, and they get as smooth as
+        the surface. Returns the route that was taken, the number of modes or the degree of the polynomial, the wavelength at
+        the cutoff, and a bound of the error in mesh units.
+
+        Args:
+            response: 'low_pass' removes waves shorter than the detail size; 'enhance' multiplies those from the detail size to
+                the largest size by the gain and keeps all others; 'band_pass' keeps that band alone, about the centroid of each
+                component, to look at.
+            detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay. With
+                'enhance' and 'band_pass' the shortest wave of the band: choose it above the size of the noise. Larger is
+                smoother. Not used when a number of modes is given. Takes a length such as '1%' (of the bounding box's
+                diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
+            largest_size: The longest wave of the band of 'enhance' and 'band_pass'. Larger takes in larger parts. 0: four
+                detail sizes. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of
+                at least 0.0.
+            modes: In place of the detail size, how many modes (manifold harmonics) are kept, over all components. Fewer are
+                smoother: 5 leave a blob, 500 most features. 0: not used, the detail size decides. Takes a whole number from 0
+                to 1000000.
+            gain: By what 'enhance' multiplies the waves of the band: above 1 makes these details stronger, below 1 weaker.
+                Takes a number from 0 to 10.
+            order: How sharply the response falls at the detail size. 1 is diffusion; larger is sharper, slower, and leaves
+                ripples beside edges. Not used with a number of modes, where eigenvectors cut off at once. Takes a whole number
+                from 1 to 8.
+            method: 'eigenvectors' computes the modes; 'polynomial' filters without them, far faster on large meshes; 'auto'
+                computes modes only where their number is given and memory allows. The result says which ran.
+            operator: 'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same for slivers and
+                non-manifold meshes; 'auto' takes the robust one where it is needed.
+            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
+                selected, the vertices all of whose triangles are selected.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        References:
+            [taubin1995], [vallet2008]
+
+        In scripts: 'Spectral Filter'.
+        """
+
     def apply_coord_taubin_fairing(
         self,
         *,
@@ -474,6 +530,34 @@ class MeshSet(ScriptedMeshSet):
         In scripts: 'Anisotropic Diffusion of Vertex Scalars'.
         """
 
+    def compute_scalar_by_manifold_harmonic_per_vertex(
+        self,
+        *,
+        mode: int = 10,
+        operator: Literal["auto", "cotangent", "robust"] = "auto",
+    ) -> dict[str, Any] | None:
+        """Makes a mode of the surface, one of the waves that spectral filters keep or remove, the vertex scalar to look at.
+
+        Modes are for a surface what sines are for sound: eigenfunctions of the Laplace-Beltrami operator. Its mean square over
+        the surface is 1, its sign is arbitrary but always the same; it is 0 at vertices without a triangle and on other
+        components. Returns its frequency (radians per mesh unit), its wavelength (2 pi / frequency) and its eigenvalue (the
+        frequency squared).
+
+        Args:
+            mode: Which one, by rising frequency over all components. 0 is constant, as is one for each further component;
+                larger has shorter waves and takes longer. Takes a whole number from 0 to 1000000.
+            operator: 'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same for slivers and
+                non-manifold meshes; 'auto' takes the robust one where it is needed.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        References:
+            [vallet2008]
+
+        In scripts: 'Manifold Harmonic'.
+        """
+
     def compute_selection_by_outlier_probability_per_vertex(
         self,
         *,
@@ -521,4 +605,32 @@ class MeshSet(ScriptedMeshSet):
             What the filter reports, by name; None if it reports nothing.
 
         In scripts: 'Surface Measures'.
+        """
+
+    def get_surface_spectrum(
+        self,
+        *,
+        modes: int = 50,
+        operator: Literal["auto", "cotangent", "robust"] = "auto",
+    ) -> dict[str, Any] | None:
+        """How much of the shape lies at which frequency: where it ends and where noise begins.
+
+        The energy of a frequency is what its waves add to the mean squared distance of the surface from the centroids of its
+        components, in squared mesh units; a frequency is 2 pi over a wavelength, in radians per mesh unit. Returns the
+        frequencies and energies of the lowest modes, and the energies of bands of a third of an octave up to the finest waves
+        of the mesh.
+
+        Args:
+            modes: How many modes are told one by one, from the lowest. More reach higher frequencies and take longer; the
+                energies of bands do not need them. Takes a whole number from 0 to 100000.
+            operator: 'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same for slivers and
+                non-manifold meshes; 'auto' takes the robust one where it is needed.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        References:
+            [vallet2008], [golub1969]
+
+        In scripts: 'Surface Spectrum'.
         """

@@ -1,0 +1,213 @@
+"""The spectrum of a shape: how much of it lies at which frequency, from the largest waves to the mesh's finest."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.linalg import eigh_tridiagonal
+from scipy.sparse import csr_matrix
+
+from ..diffusion.frame import enter, ordered_frame
+from ..errors import FilterInputError
+from ..mesh import Floats, check_mesh
+from ..progress import Progress, ignore_progress
+from .eigenpairs import lowest_eigenpairs
+from .problem import SpectralOperator, SpectralProblem, spectral_problem
+
+#: bands an octave
+BANDS = 3
+#: waves shorter than this share of the mean edge share the last band: no mesh carries them, slivers alone have such modes
+SHORTEST = 0.5
+#: of the work, what the modes take
+_SHARE_OF_MODES = 0.6
+#: the mass that slivers may be given, as a share of the area
+_ADDED = 1e-3
+_FEWEST_STEPS, _MOST_STEPS = 100, 600
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """Energy of the coordinates against frequency.
+
+    The energy of a mode v_k is |<p, v_k>_M|^2 / area, in squared mesh units, summed over x, y and z. Over all modes it adds up to
+    the mean squared distance of the surface from the centroids of its components, whatever the sampling.
+
+    Attributes:
+        frequencies: (k,) omega of the lowest modes, in radians per mesh unit, rising; the wavelength is 2 pi / omega. Modes that
+            are constant on a component, of frequency 0, are left out.
+        energies: (k,) their energies.
+        band_edges: (b + 1,) frequencies between bands, whole powers of 2^(1/3), the same for all meshes.
+        band_energies: (b,) the energy within each band, that of the modes included; the last band has all that is above it.
+        energy: of all frequencies.
+        area: of the surface.
+    """
+
+    frequencies: Floats
+    energies: Floats
+    band_edges: Floats
+    band_energies: Floats
+    energy: float
+    area: float
+
+    @property
+    def wavelengths(self) -> Floats:
+        """(k,) of the modes, in mesh units."""
+        return 2.0 * math.pi / self.frequencies
+
+
+def spectrum(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    *,
+    modes: int = 100,
+    steps: int | None = None,
+    operator: SpectralOperator = "auto",
+    progress: Progress = ignore_progress,
+) -> Spectrum:
+    """Where the energy of a shape lies: exactly for its lowest modes, by a quadrature for all others.
+
+    What the modes leave of the coordinates starts a Lanczos process of the operator M^-1/2 S M^-1/2, whose tridiagonal matrix
+    gives the nodes and weights of Gauss's quadrature for the energy against kappa = omega^2 [golub1969]. It is exact for
+    polynomials in kappa of degree 2 steps - 1, and no mode is computed for it. Slivers and tiny triangles have modes of far
+    higher frequency than any wave of the surface, which would take as many more steps: their vertices are given more mass, at
+    most a thousandth of the area in all.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles, at least one.
+        modes: how many modes are computed, constant ones included [vallet2008]; at most as many as there are vertices. More tell
+            single modes up to a higher frequency, and take longer.
+        steps: of the Lanczos process; None for as many as tell the bands above the last mode apart, at most 600. More tell
+            neighbouring bands apart more sharply, above all at low frequencies, and take longer.
+        operator: "cotangent", "robust", or "auto": robust where the mesh is not manifold.
+        progress: told the share that is done; may raise to stop.
+
+    Returns:
+        The spectrum, deterministic to the bit.
+
+    Raises:
+        FilterInputError: not a mesh, no triangle, a parameter out of range.
+    """
+    points, triangles = check_mesh(vertices, faces)
+    if modes != int(modes) or modes < 0:
+        raise FilterInputError(f"modes is {modes}: it is a whole number of at least 0")
+    if steps is not None and (steps != int(steps) or steps < 1):
+        raise FilterInputError(f"steps is {steps}: it is a whole number of at least 1")
+    if len(triangles) == 0:
+        raise FilterInputError("the mesh has no triangles: a spectrum is that of a surface")
+    used, inverse = np.unique(triangles, return_inverse=True)
+    gathered = points[used]
+    frame = ordered_frame(gathered, None)
+    start = enter(gathered, frame)
+    problem = _without_stiffest(spectral_problem(start, inverse.reshape(-1, 3).astype(np.int32), operator=operator))
+    if len(problem.mass) == 0:
+        raise FilterInputError("no triangle of the mesh has an area: a spectrum is that of a surface")
+    unit = 1.0 / frame.scale
+    rest = _centred(start[problem.vertices], problem)
+    area = float(problem.mass.sum())
+    total = float(np.sum(problem.mass[:, None] * rest * rest)) / area
+    count = min(int(modes), len(problem.mass))
+    kappa, shapes = np.empty(0), np.empty((len(rest), 0))
+    if count:
+        kappa, shapes = lowest_eigenpairs(problem, count, progress=lambda done: progress(_SHARE_OF_MODES * done))
+    kappa, shapes = kappa[problem.n_components :], shapes[:, problem.n_components :]  # the first ones are constant
+    energies = np.empty(len(kappa))
+    for k in range(len(kappa)):  # one by one: a product of matrices may round differently with the number of threads
+        weighted = problem.mass * shapes[:, k]
+        along = np.einsum("i,ij->j", weighted, rest)
+        energies[k] = float(along @ along) / area
+        rest -= shapes[:, k, None] * along
+    taken = _enough_steps(problem, kappa) if steps is None else int(steps)
+    nodes, weights = _quadrature(problem, rest, taken, lambda done: progress(_SHARE_OF_MODES + (1 - _SHARE_OF_MODES) * done))
+    edges, bands = _bands(
+        np.sqrt(np.concatenate([kappa, nodes])) / unit,
+        np.concatenate([energies, weights / area]) * unit**2,
+        highest=2.0 * math.pi / (SHORTEST * _mean_edge(problem) * unit),
+    )
+    progress(1.0)
+    return Spectrum(np.sqrt(kappa) / unit, energies * unit**2, edges, bands, total * unit**2, area * unit**2)
+
+
+def _centred(points: Floats, problem: SpectralProblem) -> Floats:
+    """The points about the centroid of their component."""
+    weight = np.bincount(problem.components, problem.mass)
+    means = [np.bincount(problem.components, problem.mass * points[:, c]) / weight for c in range(3)]
+    return points - np.stack(means, axis=1)[problem.components]
+
+
+def _without_stiffest(problem: SpectralProblem) -> SpectralProblem:
+    """The problem with more mass at the vertices of the highest S_ii / M_i, which bounds kappa up to a factor of 2 or so."""
+    stiffness, area = problem.stiffness.diagonal(), float(problem.mass.sum())
+    low, high = 1e-300, float(np.max(stiffness / problem.mass, initial=1e-300))
+    for _ in range(200):  # a bisection of the logarithm down to a percent
+        if high <= 1.01 * low:
+            break
+        middle = math.sqrt(low) * math.sqrt(high)
+        added = float(np.maximum(stiffness / middle - problem.mass, 0.0).sum())
+        low, high = (low, middle) if added <= _ADDED * area else (middle, high)
+    return replace(problem, mass=np.maximum(problem.mass, stiffness / high))
+
+
+def _enough_steps(problem: SpectralProblem, kappa: Floats) -> int:
+    """Nodes lie pi / (2 steps) of the highest frequency apart: half a band at the last mode's."""
+    highest = 2.0 * float(np.max(problem.stiffness.diagonal() / problem.mass))
+    lowest = float(kappa[-1]) if len(kappa) else 0.0
+    wanted = 12.0 * math.sqrt(highest / lowest) if lowest > 0.0 else math.inf
+    return int(min(max(wanted, _FEWEST_STEPS), _MOST_STEPS))
+
+
+def _quadrature(problem: SpectralProblem, values: Floats, steps: int, progress: Progress) -> tuple[Floats, Floats]:
+    """Nodes kappa and weights of the energy of (n, d) values against kappa, all columns together.
+
+    The Lanczos vectors are not made orthogonal again: rounding then repeats nodes and shares their weight out among them, which
+    leaves the energy of a band what it is.
+    """
+    root = np.sqrt(problem.mass)
+    half = csr_matrix(problem.stiffness.multiply(1.0 / root[:, None]).multiply(1.0 / root[None, :]))
+    start = root[:, None] * values
+    norms = np.sqrt(np.einsum("ij,ij->j", start, start))
+    present = norms > 0.0
+    if not present.any():
+        return np.empty(0), np.empty(0)
+    now = start[:, present] / norms[present]
+    steps = min(steps, len(now))
+    diagonal, beside = np.zeros((steps, now.shape[1])), np.zeros((steps, now.shape[1]))
+    before, length = np.zeros_like(now), np.zeros(now.shape[1])
+    for step in range(steps):
+        after = half @ now - length * before
+        diagonal[step] = np.einsum("ij,ij->j", after, now)
+        after -= diagonal[step] * now
+        length = np.sqrt(np.einsum("ij,ij->j", after, after))
+        beside[step] = length
+        before, now = now, after / np.where(length > 0.0, length, 1.0)
+        progress((step + 1) / steps)
+    nodes, weights = [], []
+    for column, norm in enumerate(norms[present]):
+        # A Krylov space that is exhausted ends with an entry that is rounding alone.
+        ends = np.flatnonzero(beside[:, column] <= 1e-14 * np.abs(diagonal[:, column]).max())
+        size = int(ends[0]) + 1 if len(ends) else steps
+        kappa, vectors = eigh_tridiagonal(diagonal[:size, column], beside[: size - 1, column])
+        nodes.append(np.maximum(kappa, 0.0))
+        weights.append((norm * vectors[0]) ** 2)
+    return np.concatenate(nodes), np.concatenate(weights)
+
+
+def _bands(frequencies: Floats, energies: Floats, *, highest: float) -> tuple[Floats, Floats]:
+    """Edges of bands from the lowest frequency with energy to the highest, and the energy in each, the last one with the rest."""
+    counted = (frequencies > 0.0) & (energies > 0.0)
+    if not counted.any():
+        return np.empty(0), np.empty(0)
+    omega, energy = np.minimum(frequencies[counted], highest), energies[counted]
+    # Next to nothing below the lowest mode is rounding, which would make for bands without end.
+    lowest = omega[energy > 1e-14 * energy.sum()].min()
+    place = np.floor(BANDS * np.log2(np.maximum(omega, lowest))).astype(np.int64)
+    first, last = int(place.min()), int(place.max())
+    return 2.0 ** (np.arange(first, last + 2) / BANDS), np.asarray(
+        np.bincount(place - first, energy, last - first + 1), dtype=np.float64
+    )
+
+
+def _mean_edge(problem: SpectralProblem) -> float:
+    """The edge of equilateral triangles of this area and number of vertices, about two triangles a vertex."""
+    return math.sqrt(2.0 / math.sqrt(3.0) * float(problem.mass.sum()) / len(problem.mass))

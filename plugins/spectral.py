@@ -1,0 +1,216 @@
+"""Spectral filters: by the wavelengths of a surface, with its modes or without them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields
+from typing import Annotated
+
+import numpy as np
+
+from pymeshfair.declaration import Edit, Enum, FilterClass, Float, Int, Layer, MeshElement, Percentage, mesh_filter
+from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.progress import Progress, ignore_progress
+from pymeshfair.filters.spectral.harmonics import manifold_harmonics
+from pymeshfair.filters.spectral.problem import SPECTRAL_OPERATORS, SpectralOperator
+from pymeshfair.filters.spectral.responses import DEFAULT_ORDER, ORDERS, RESPONSE_NAMES, ResponseName
+from pymeshfair.filters.spectral.spectral_filter import SPECTRAL_METHODS, SpectralMethod, spectral_filter
+from pymeshfair.filters.spectral.spectrum import spectrum
+
+from .moving_vertices import MOVES_VERTICES, SELECTED, movable_vertices
+
+OPERATOR = Enum(
+    label="Operator",
+    choices=SPECTRAL_OPERATORS,
+    advanced=True,
+    help="'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same for slivers and non-manifold meshes; "
+    "'auto' takes the robust one where it is needed.",
+)
+
+
+@mesh_filter(
+    name="Spectral Filter",
+    classes=FilterClass.SMOOTHING,
+    requires=MeshElement.FACENUMBER,
+    changes=MOVES_VERTICES,
+    references=("taubin1995", "vallet2008"),
+)
+def apply_coord_spectral_filter(
+    layer: Layer,
+    *,
+    response: Annotated[
+        ResponseName,
+        Enum(
+            label="Response",
+            choices=RESPONSE_NAMES,
+            help="'low_pass' removes waves shorter than the detail size; 'enhance' multiplies those from the detail size to the "
+            "largest size by the gain and keeps all others; 'band_pass' keeps that band alone, about the centroid of each "
+            "component, to look at.",
+        ),
+    ] = "low_pass",
+    detail_size: Annotated[
+        float,
+        Percentage(
+            label="Detail size",
+            default="6edge",
+            help="Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay. With "
+            "'enhance' and 'band_pass' the shortest wave of the band: choose it above the size of the noise. Larger is smoother. "
+            "Not used when a number of modes is given.",
+        ),
+    ],
+    largest_size: Annotated[
+        float,
+        Percentage(
+            label="Largest size",
+            default="0",
+            help="The longest wave of the band of 'enhance' and 'band_pass'. Larger takes in larger parts. 0: four detail sizes.",
+        ),
+    ],
+    modes: Annotated[
+        int,
+        Int(
+            label="Modes",
+            minimum=0,
+            maximum=1_000_000,
+            help="In place of the detail size, how many modes (manifold harmonics) are kept, over all components. Fewer are "
+            "smoother: 5 leave a blob, 500 most features. 0: not used, the detail size decides.",
+        ),
+    ] = 0,
+    gain: Annotated[
+        float,
+        Float(
+            label="Gain",
+            minimum=0,
+            maximum=10,
+            help="By what 'enhance' multiplies the waves of the band: above 1 makes these details stronger, below 1 weaker.",
+        ),
+    ] = 2.0,
+    order: Annotated[
+        int,
+        Int(
+            label="Order",
+            minimum=min(ORDERS),
+            maximum=max(ORDERS),
+            advanced=True,
+            help="How sharply the response falls at the detail size. 1 is diffusion; larger is sharper, slower, and leaves "
+            "ripples beside edges. Not used with a number of modes, where eigenvectors cut off at once.",
+        ),
+    ] = DEFAULT_ORDER,
+    method: Annotated[
+        SpectralMethod,
+        Enum(
+            label="Method",
+            choices=SPECTRAL_METHODS,
+            help="'eigenvectors' computes the modes; 'polynomial' filters without them, far faster on large meshes; 'auto' "
+            "computes modes only where their number is given and memory allows. The result says which ran.",
+        ),
+    ] = "auto",
+    operator: Annotated[SpectralOperator, OPERATOR] = "auto",
+    selected: Annotated[bool, SELECTED] = False,
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """Removes, keeps or exaggerates details by their size, as an equaliser does with sound.
+
+    A surface is a sum of waves, the modes of its Laplace-Beltrami operator, from its largest parts to the finest noise. The
+    filter multiplies each by a factor that depends on its wavelength alone, whatever the sampling. Components are filtered one by
+    one, and their centroids stay. Open borders are natural: no vertex of theirs is held, and they get as smooth as the surface.
+    Returns the route that was taken, the number of modes or the degree of the polynomial, the wavelength at the cutoff, and a
+    bound of the error in mesh units.
+    """
+    if modes == 0 and detail_size == 0.0:
+        raise FilterInputError("detail_size is 0 and so is modes: nothing to do; give one of them")
+    found = spectral_filter(
+        layer.vertices,
+        layer.faces,
+        response=response,
+        detail_size=None if modes else detail_size,
+        largest_size=largest_size or None,
+        modes=modes or None,
+        gain=gain if response == "enhance" else None,
+        order=order,
+        method=method,
+        operator=operator,
+        movable=movable_vertices(layer, selected),
+        progress=progress,
+    )
+    told = {f.name: getattr(found, f.name) for f in fields(found) if f.name not in ("vertices", "explanation")}
+    return Edit(vertices=found.vertices, values=told, notes=(found.explanation,))
+
+
+@mesh_filter(
+    name="Manifold Harmonic",
+    classes=FilterClass.QUALITY,
+    requires=MeshElement.FACENUMBER,
+    changes=MeshElement.VERTQUALITY,
+    references=("vallet2008",),
+)
+def compute_scalar_by_manifold_harmonic_per_vertex(
+    layer: Layer,
+    *,
+    mode: Annotated[
+        int,
+        Int(
+            label="Mode",
+            minimum=0,
+            maximum=1_000_000,
+            help="Which one, by rising frequency over all components. 0 is constant, as is one for each further component; "
+            "larger has shorter waves and takes longer.",
+        ),
+    ] = 10,
+    operator: Annotated[SpectralOperator, OPERATOR] = "auto",
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """Makes a mode of the surface, one of the waves that spectral filters keep or remove, the vertex scalar to look at.
+
+    Modes are for a surface what sines are for sound: eigenfunctions of the Laplace-Beltrami operator. Its mean square over the
+    surface is 1, its sign is arbitrary but always the same; it is 0 at vertices without a triangle and on other components.
+    Returns its frequency (radians per mesh unit), its wavelength (2 pi / frequency) and its eigenvalue (the frequency squared).
+    """
+    found = manifold_harmonics(layer.vertices, layer.faces, count=mode + 1, operator=operator, progress=progress)
+    if len(found.eigenvalues) <= mode:
+        raise FilterInputError(f"mode {mode} does not exist: this mesh has modes 0 to {len(found.eigenvalues) - 1}")
+    frequency = float(found.frequencies[mode])
+    scalars = found.modes[:, mode] * math.sqrt(float(np.sum(found.mass)))
+    return Edit(
+        vertex_scalars=scalars,
+        values={
+            "frequency": frequency,
+            "wavelength": 2.0 * math.pi / frequency if frequency > 0.0 else math.inf,
+            "eigenvalue": float(found.eigenvalues[mode]),
+        },
+    )
+
+
+@mesh_filter(
+    name="Surface Spectrum",
+    classes=FilterClass.MEASURE,
+    requires=MeshElement.FACENUMBER,
+    references=("vallet2008", "golub1969"),
+)
+def get_surface_spectrum(
+    layer: Layer,
+    *,
+    modes: Annotated[
+        int,
+        Int(
+            label="Modes",
+            minimum=0,
+            maximum=100_000,
+            help="How many modes are told one by one, from the lowest. More reach higher frequencies and take longer; "
+            "the energies of bands do not need them.",
+        ),
+    ] = 50,
+    operator: Annotated[SpectralOperator, OPERATOR] = "auto",
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """How much of the shape lies at which frequency: where it ends and where noise begins.
+
+    The energy of a frequency is what its waves add to the mean squared distance of the surface from the centroids of its
+    components, in squared mesh units; a frequency is 2 pi over a wavelength, in radians per mesh unit. Returns the frequencies
+    and energies of the lowest modes, and the energies of bands of a third of an octave up to the finest waves of the mesh.
+    """
+    found = spectrum(layer.vertices, layer.faces, modes=modes, operator=operator, progress=progress)
+    # Lists, not arrays: a run hands them over whole.
+    told = {f.name: getattr(found, f.name) for f in fields(found)}
+    values = {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in told.items()}
+    return Edit(values={**values, "diagonal": layer.diagonal, "mean_edge": layer.mean_edge})
