@@ -3,25 +3,31 @@
 from __future__ import annotations
 
 import os
+import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
+from threadpoolctl import threadpool_limits
 
+from ..errors import FilterInputError
 from ..mesh import Floats
 from ..progress import Progress, ignore_progress
 from .eigenpairs import lowest_eigenpairs
 from .problem import SpectralOperator, spectral_problem
+
+_FORMAT = "manifold harmonics 1"
 
 
 @dataclass(frozen=True, eq=False)
 class ManifoldHarmonics:
     """The k lowest modes of a surface of n vertices, orthonormal: V^T M V = I [vallet2008].
 
-    A function on the surface is a sum of modes as a sound is one of sines: its coefficients are c = V^T M f, its low-pass filtered
-    form V c.
+    A function on the surface is a sum of modes as a sound is one of sines, with the coefficients c = V^T M f; V c, of the lowest
+    modes only, is its low-pass filtered form.
 
     Attributes:
         modes: V, (n, k) float64, a mode a column. 0 at vertices that are part of no surface.
@@ -36,15 +42,24 @@ class ManifoldHarmonics:
     @property
     def frequencies(self) -> Floats:
         """(k,) sqrt(kappa), in radians per mesh unit; 2 pi / frequency is a wavelength."""
-        raise NotImplementedError
+        return np.sqrt(np.maximum(self.eigenvalues, 0.0))
 
     def transform(self, values: ArrayLike) -> Floats:
         """The coefficients V^T M f, (k,) or (k, d), of (n,) or (n, d) values."""
-        raise NotImplementedError
+        f = self._of_vertices(values)
+        # One order of summation, whatever the number of threads.
+        with threadpool_limits(limits=1, user_api="blas"):
+            return np.asarray(self.modes.T @ (f * (self.mass if f.ndim == 1 else self.mass[:, None])))
 
     def inverse(self, coefficients: ArrayLike) -> Floats:
         """The sum of modes V c, (n,) or (n, d), for (k,) or (k, d) coefficients; for fewer, of the first modes."""
-        raise NotImplementedError
+        c = np.asarray(coefficients, dtype=np.float64)
+        if c.ndim not in (1, 2) or len(c) > len(self.eigenvalues):
+            raise FilterInputError(
+                f"coefficients have shape {c.shape}: they are one, or a row, for at most {len(self.eigenvalues)} modes"
+            )
+        with threadpool_limits(limits=1, user_api="blas"):
+            return np.asarray(self.modes[:, : len(c)] @ c)
 
     def filter(
         self, values: ArrayLike, response: Callable[[Floats], Floats], *, rest: Literal["keep", "drop"] = "drop"
@@ -57,11 +72,31 @@ class ManifoldHarmonics:
             rest: what becomes of the part of the values that the k modes do not span: "keep" leaves it as it is, "drop" takes it
                 out.
         """
-        raise NotImplementedError
+        if rest not in ("keep", "drop"):
+            raise FilterInputError(f"rest {rest!r} is not one of 'keep', 'drop'")
+        f = self._of_vertices(values)
+        factors = np.asarray(response(self.frequencies), dtype=np.float64)
+        if factors.shape != self.eigenvalues.shape or not np.isfinite(factors).all():
+            raise FilterInputError(f"the response must give {len(self.eigenvalues)} finite factors, one a mode")
+        change = factors - 1.0 if rest == "keep" else factors
+        coefficients = self.transform(f)
+        made = self.inverse(coefficients * (change if f.ndim == 1 else change[:, None]))
+        untouched = self.mass == 0.0
+        if rest == "keep":
+            made = f + made
+        made[untouched] = f[untouched]
+        return made
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes a .npz file, whole or not at all."""
-        raise NotImplementedError
+        target = Path(path)
+        part = target.with_name(f".{target.name}.{os.getpid()}.part")
+        try:
+            with part.open("wb") as file:
+                np.savez(file, format=_FORMAT, modes=self.modes, eigenvalues=self.eigenvalues, mass=self.mass)
+            part.replace(target)
+        finally:
+            part.unlink(missing_ok=True)
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> ManifoldHarmonics:
@@ -70,7 +105,24 @@ class ManifoldHarmonics:
         Raises:
             FilterInputError: not such a file.
         """
-        raise NotImplementedError
+        try:
+            with np.load(path, allow_pickle=False) as data:
+                if str(data["format"]) != _FORMAT:
+                    raise FilterInputError(f"{path} holds {str(data['format'])!r}, not {_FORMAT!r}")
+                found = ManifoldHarmonics(data["modes"], data["eigenvalues"], data["mass"])
+        except (KeyError, ValueError, EOFError, zipfile.BadZipFile, AttributeError) as error:
+            if isinstance(error, FilterInputError):
+                raise
+            raise FilterInputError(f"{path} is no file of manifold harmonics: {error}") from error
+        if found.modes.ndim != 2 or found.modes.shape != (*found.mass.shape, *found.eigenvalues.shape):
+            raise FilterInputError(f"{path} is damaged: its arrays do not fit together")
+        return found
+
+    def _of_vertices(self, values: ArrayLike) -> Floats:
+        f = np.asarray(values, dtype=np.float64)
+        if f.ndim not in (1, 2) or len(f) != len(self.mass):
+            raise FilterInputError(f"values have shape {f.shape}: they are one, or a row, for each of {len(self.mass)} vertices")
+        return f
 
 
 def manifold_harmonics(

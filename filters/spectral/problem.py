@@ -90,8 +90,8 @@ def _usable(laplacian: Laplacian, components: Ints, operator: SpectralOperator) 
     if (stricken & has_area).any():
         first = int(massless.argmax())
         raise FilterInputError(
-            f"vertex {first} has no area: all its triangles are degenerate ({int(massless.sum())} such vertices): take the operator "
-            f"'robust' instead of {operator!r}, or remove them"
+            f"vertex {first} has no area: all its triangles are degenerate ({int(massless.sum())} such vertices): take the "
+            f"operator 'robust' instead of {operator!r}, or remove them"
         )
     return used & ~stricken[components]
 

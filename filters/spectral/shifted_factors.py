@@ -1,0 +1,119 @@
+"""Factors of a shifted operator, A - shift I = L D L^T: they solve, and they count the eigenvalues below the shift."""
+
+import threading
+from typing import Any
+
+import numpy as np
+from numba import njit, prange
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from ..errors import ConvergenceError
+from ..mesh import Floats, Ints
+from ..progress import Progress
+
+# Columns that one pass over the factors solves for: what fits the registers.
+_TOGETHER = 8
+_POLL = 0.1
+_ATTEMPTS = 4
+# A solution whose backward error is above this comes from factors with a pivot next to 0.
+_ROUNDING = 1e-12
+
+
+class ShiftedFactors:
+    """L D L^T of A - shift I for a symmetric A, by SuperLU without row exchanges.
+
+    Without exchanges D is diagonal and by Sylvester's law of inertia has as many negative entries as A has eigenvalues below the
+    shift. A pivot next to 0 would spoil that; then the shift is moved a little.
+
+    Attributes:
+        shift: what was subtracted in the end.
+        below: how many eigenvalues of A, counted with multiplicity, lie below the shift.
+    """
+
+    def __init__(self, matrix: sparse.csc_matrix, shift: float, progress: Progress, done: float) -> None:
+        """Factorises in a thread, so that `progress` is called meanwhile, with `done`. If it raises, the thread is left to itself
+        and drops what it has done as soon as it ends.
+
+        Raises:
+            ConvergenceError: no shift close by gives factors.
+        """
+        identity = sparse.eye_array(matrix.shape[0], format="csc")
+        probe = np.random.default_rng(0).normal(size=(matrix.shape[0], 1))
+        size = float(np.asarray(abs(matrix).sum(axis=0)).max(initial=0.0))
+        for attempt in range(_ATTEMPTS):
+            self.shift = shift * (1.0 + 1e-4 * attempt)
+            shifted = sparse.csc_matrix(matrix - self.shift * identity)
+            lu = _factorised(shifted, progress, done)
+            if lu is not None and (lu.perm_r == lu.perm_c).all():
+                lower, pivots = lu.L, lu.U.diagonal()
+                self._lower: Any = (lower.indptr.astype(np.int64), lower.indices.astype(np.int32), lower.data)
+                self._pivots, self._place = pivots, lu.perm_c.astype(np.int32)
+                self.below = int((pivots < 0.0).sum())
+                x = self.solve(probe)
+                error = np.linalg.norm(shifted @ x - probe) / (size * np.linalg.norm(x) + np.linalg.norm(probe))
+                if error <= _ROUNDING:
+                    return
+        raise ConvergenceError(f"the operator of {matrix.shape[0]} vertices has no stable factors near the shift {shift:.6g}")
+
+    def solve(self, right_side: Floats) -> Floats:
+        """(A - shift I)^-1 times (n, b) columns, Fortran-ordered."""
+        x = np.empty(right_side.shape, order="F")
+        starts, rows, values = self._lower
+        _solve(starts, rows, values, self._pivots, self._place, right_side, x)
+        return x
+
+
+def _factorised(matrix: sparse.csc_matrix, progress: Progress, done: float) -> Any:
+    """SuperLU's factors, None if it meets a pivot that is 0."""
+    results: list[Any] = []
+
+    def work() -> None:
+        try:
+            options = {"SymmetricMode": True}
+            results.append(splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options))
+        except RuntimeError:
+            results.append(None)
+        except BaseException as error:  # told to the one who waits
+            results.append(error)
+
+    worker = threading.Thread(target=work, daemon=True)
+    worker.start()
+    while worker.is_alive():
+        worker.join(_POLL)
+        progress(done)
+    if isinstance(results[0], BaseException):
+        raise results[0]
+    return results[0]
+
+
+@njit(cache=True, parallel=True)
+def _solve(starts: Any, rows: Ints, values: Floats, pivots: Floats, place: Ints, b: Floats, x: Floats) -> None:
+    n, width = b.shape
+    # Each group of columns is one iteration's alone.
+    for group in prange((width + _TOGETHER - 1) // _TOGETHER):
+        first = group * _TOGETHER
+        count = min(_TOGETHER, width - first)
+        y = np.zeros((n, _TOGETHER))
+        for c in range(count):
+            for i in range(n):
+                y[place[i], c] = b[i, first + c]
+        for j in range(n):
+            for p in range(starts[j], starts[j + 1]):
+                i = rows[p]
+                if i != j:
+                    value = values[p]
+                    for c in range(_TOGETHER):
+                        y[i, c] -= value * y[j, c]
+        for j in range(n - 1, -1, -1):
+            for c in range(_TOGETHER):
+                y[j, c] /= pivots[j]
+            for p in range(starts[j], starts[j + 1]):
+                i = rows[p]
+                if i != j:
+                    value = values[p]
+                    for c in range(_TOGETHER):
+                        y[j, c] -= value * y[i, c]
+        for c in range(count):
+            for i in range(n):
+                x[i, first + c] = y[place[i], c]

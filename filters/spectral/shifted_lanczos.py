@@ -1,0 +1,88 @@
+"""Block Lanczos about a shift: the modes whose eigenvalues are nearest to it."""
+
+import numpy as np
+from scipy import linalg
+
+from ..errors import ConvergenceError
+from ..mesh import Floats
+from ..progress import Progress
+from .shifted_factors import ShiftedFactors
+
+#: Columns that the factors solve for at once. Eigenvalues of a higher multiplicity take a second search.
+BLOCK = 8
+# A basis this many times the number of wanted modes holds them mostly; then it grows by a tenth, to the limit.
+_FIRST_LOOK, _GROWTH, _LIMIT = 1.6, 1.1, 8.0
+_SMALL = 40
+# The basis stays orthogonal to what is locked but for rounding, which grows slowly enough to be taken out every few blocks.
+_RENEWAL = 2
+
+
+def modes_near(
+    factors: ShiftedFactors, locked: Floats, *, below: int, above: int, tolerance: float, seed: int, progress: Progress
+) -> tuple[Floats, Floats]:
+    """The `below` modes of A nearest below the shift, and at least `above` of those nearest above it, but for those locked.
+
+    Block Lanczos [grimes1994] with (A - shift I)^-1, every new block made orthogonal to all before. A Ritz vector is improved by
+    one inverse iteration, which costs no solve since the last block is at hand: then its residual in A is the Ritz residual in
+    the inverse times (kappa - shift)^2.
+
+    Args:
+        factors: of A - shift I.
+        locked: (n, l) orthonormal modes that are known; the search is orthogonal to them.
+        below: how many to find below, all that there are.
+        above: how many to find above.
+        tolerance: of the residual |A x - kappa x| as a share of kappa.
+        seed: of the random block to start from.
+        progress: called at every step with a growing share; may raise to stop.
+
+    Returns:
+        (k,) eigenvalues, ascending and without a gap but for modes locked, and (n, k) orthonormal modes.
+    """
+    n, wanted = len(locked), below + above
+    limit = min(n - locked.shape[1], int(_LIMIT * wanted) + 10 * _SMALL) // BLOCK * BLOCK
+    basis = np.empty((n, min(limit, int(2.5 * wanted) + 2 * _SMALL) + BLOCK), order="F")
+    projected = np.zeros((limit, limit))
+    block = factors.solve(np.asfortranarray(np.random.default_rng(seed).normal(size=(n, BLOCK))))
+    block -= locked @ (locked.T @ block)
+    basis[:, :BLOCK] = linalg.qr(block, mode="economic", check_finite=False)[0]
+    size, look = 0, int(_FIRST_LOOK * wanted) + _SMALL
+    while True:
+        now = basis[:, size : size + BLOCK]
+        block = factors.solve(now)
+        progress(min(1.0, size / (2.0 * wanted + _SMALL)))
+        # The two neighbours first, which hold nearly all of it: then one pass over the whole basis is exact.
+        near = basis[:, max(0, size - BLOCK) : size + BLOCK]
+        coarse = near.T @ block
+        block -= near @ coarse
+        size += BLOCK
+        share = basis[:, :size].T @ block
+        block -= basis[:, :size] @ share
+        if size // BLOCK % _RENEWAL == 0:
+            block -= locked @ (locked.T @ block)
+        share[-len(coarse) :] += coarse
+        projected[:size, size - BLOCK : size] = share
+        following, coupling = linalg.qr(block, mode="economic", check_finite=False)
+        if size + BLOCK > basis.shape[1]:
+            larger = np.empty((n, min(limit + BLOCK, int(1.5 * basis.shape[1]))), order="F")
+            larger[:, :size] = basis[:, :size]
+            basis = larger
+        basis[:, size : size + BLOCK] = following
+        if size < look and size + BLOCK <= limit:
+            continue
+        look = int(size * _GROWTH)
+        square = np.triu(projected[:size, :size])
+        theta, vectors = linalg.eigh(square + np.triu(square, 1).T, check_finite=False)
+        error = np.linalg.norm(coupling @ vectors[-BLOCK:], axis=0) / np.abs(theta)
+        kappa = factors.shift + 1.0 / theta
+        good = error * np.abs(kappa - factors.shift) <= 0.1 * tolerance * np.abs(kappa)
+        upper = np.flatnonzero(theta > 0.0)[::-1]
+        converged = int(good[upper].argmin()) if not good[upper].all() else len(upper)
+        if good[:below].all() and below <= int((theta < 0.0).sum()) and converged >= above:
+            chosen = np.concatenate([np.arange(below)[::-1], upper[:converged]]).astype(np.int64)
+            order = chosen[np.argsort(kappa[chosen], kind="stable")]
+            weights = np.vstack([vectors[:, order], coupling @ vectors[-BLOCK:, order] / theta[order]])
+            return kappa[order], np.asfortranarray(basis[:, : size + BLOCK] @ weights)
+        if size + BLOCK > limit:
+            raise ConvergenceError(
+                f"{wanted} modes about the eigenvalue {factors.shift:.6g} have not converged in a basis of {size} vectors"
+            )

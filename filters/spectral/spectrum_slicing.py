@@ -1,0 +1,122 @@
+"""Spectrum slicing: the lowest modes of a large sparse operator, band by band, every band counted."""
+
+import numpy as np
+from scipy import linalg, sparse
+
+from ..errors import ConvergenceError
+from ..mesh import Floats
+from ..progress import Progress
+from .shifted_factors import ShiftedFactors
+from .shifted_lanczos import modes_near
+
+#: Modes of a band: more make the basis dearer to keep orthogonal, fewer need more factorisations.
+_BAND, _BAND_OF_LARGE, _LARGE = 100, 160, 50_000
+#: Modes found beyond the last one wanted, among which the last count finds a gap.
+_GUARD = 6
+_ROUNDS = 10_000
+
+
+def lowest_modes(
+    operator: sparse.csc_matrix, kernel: Floats, count: int, *, tolerance: float, progress: Progress
+) -> tuple[Floats, Floats]:
+    """The `count` lowest eigenvalues and orthonormal eigenvectors of a semidefinite operator with a kernel of dimension 1.
+
+    A shift is put where about half a band of new eigenvalues is expected below it. The signs of its factors' pivots tell how many
+    eigenvalues there are below [grimes1994]; all that are missing, and about as many above, are searched for by `modes_near`. The
+    last shift lies above the last mode and only counts; should one be missing it is searched for.
+
+    Args:
+        operator: A, (n, n) symmetric, positive semidefinite, scaled such that there are about kappa eigenvalues below kappa.
+        kernel: (n,) the unit vector with A kernel = 0.
+        count: how many, at least 1, well below n.
+        tolerance: of the residual |A x - kappa x|, as a share of kappa.
+        progress: called several times a second; may raise to stop.
+
+    Raises:
+        ConvergenceError: the modes of a band do not converge.
+    """
+    n = len(kernel)
+    widest = _BAND if n < _LARGE else _BAND_OF_LARGE
+    kappa, modes = np.zeros(1), np.asfortranarray(kernel[:, None])
+    spacing = 1.0
+    for round_ in range(_ROUNDS):
+        known = len(kappa)
+        done = min(1.0, known / (count + _GUARD))
+        if known >= count + _GUARD:
+            gap = count - 1 + int(np.diff(kappa[count - 1 :]).argmax())
+            factors = ShiftedFactors(operator, 0.5 * (kappa[gap] + kappa[gap + 1]), progress, 0.99)
+            below, above = factors.below - int((kappa < factors.shift).sum()), 0
+            if below == 0:
+                return kappa[:count], modes[:, :count]
+        else:
+            band = min(widest, count + _GUARD - known)
+            factors = _placed(operator, kappa, spacing * 0.5 * band, band, progress, done)
+            below = factors.below - int((kappa < factors.shift).sum())
+            above = max(band - below, 0)
+
+        def partial(share: float, start: float = done, part: int = below + above) -> None:
+            progress(min(0.99, start + share * part / (count + _GUARD)))
+
+        locked = modes[:, np.argsort(np.abs(kappa - factors.shift), kind="stable")[: widest + 1]]
+        found, vectors = modes_near(
+            factors, np.asfortranarray(locked), below=below, above=above, tolerance=tolerance, seed=round_, progress=partial
+        )
+        if len(found) == 0:
+            continue
+        # Modes near the edge of an earlier band mix with their neighbours there by their residual over the gap.
+        vectors -= modes @ (modes.T @ vectors)
+        found, vectors = _polished(operator, factors, found, vectors, 0.3 * tolerance)
+        spacing = max(float(found[-1] - kappa[-1]), 0.0) / len(found) or spacing
+        kappa, modes = np.concatenate([kappa, found]), np.hstack([modes, vectors])
+        order = np.argsort(kappa, kind="stable")
+        kappa, modes = kappa[order], np.asfortranarray(modes[:, order])
+    raise ConvergenceError(f"{count} modes are not complete after {_ROUNDS} bands")
+
+
+def _polished(
+    operator: sparse.csc_matrix, factors: ShiftedFactors, kappa: Floats, vectors: Floats, tolerance: float
+) -> tuple[Floats, Floats]:
+    """The modes of a band, orthonormal, with residuals of at most a share of kappa.
+
+    Far from the shift what remains is the noise of the solves, amplified by the nearest eigenvalue. A fresh solve is without it,
+    but brings in the modes nearest to the shift, which the best vectors within the band's space are free of.
+    """
+    for _ in range(3):
+        applied = operator @ vectors
+        residual = np.linalg.norm(applied - vectors * kappa, axis=0)
+        bad = np.flatnonzero(residual > tolerance * kappa)
+        if len(bad) == 0:
+            break
+        given = np.asfortranarray(vectors[:, bad])
+        better = factors.solve(given)
+        better += factors.solve(np.asfortranarray(given - (operator @ better - factors.shift * better)))
+        vectors[:, bad] = better / np.linalg.norm(better, axis=0)
+        applied = operator @ vectors
+        energy = vectors.T @ applied
+        kappa, weights = linalg.eigh(0.5 * (energy + energy.T), vectors.T @ vectors, check_finite=False)
+        vectors = np.asfortranarray(vectors @ weights)
+    # The higher give way to the lower, whose residuals must be smaller.
+    triangle = linalg.cholesky(vectors.T @ vectors, check_finite=False)
+    return kappa, np.asfortranarray(linalg.solve_triangular(triangle, vectors.T, trans="T", check_finite=False).T)
+
+
+def _placed(
+    operator: sparse.csc_matrix, kappa: Floats, step: float, band: int, progress: Progress, done: float
+) -> ShiftedFactors:
+    """Factors for a shift above all known eigenvalues that leaves neither too many unknown ones below it nor next to none."""
+    low, high = 0.0, np.inf
+    factors = ShiftedFactors(operator, float(kappa[-1]) + step, progress, done)
+    for _ in range(40):
+        missing = factors.below - int((kappa < factors.shift).sum())
+        if missing > band:
+            high = step
+            step = max(step * 0.5 * band / missing, 0.9 * low + 0.1 * high)
+        elif missing < band // 8:
+            low = step
+            step = min(step * max(1.5, min(8.0, 0.5 * band / max(missing, 1))), 0.1 * low + 0.9 * high)
+        else:
+            break
+        if high - low <= 1e-3 * low:
+            break
+        factors = ShiftedFactors(operator, float(kappa[-1]) + step, progress, done)
+    return factors
