@@ -22,7 +22,7 @@ SHORTEST = 0.5
 #: of the work, what the modes take
 _SHARE_OF_MODES = 0.6
 #: the mass that slivers may be given, as a share of the area
-_ADDED = 1e-3
+_ADDED = 1e-4
 _FEWEST_STEPS, _MOST_STEPS = 100, 600
 
 
@@ -65,13 +65,13 @@ def spectrum(
     operator: SpectralOperator = "auto",
     progress: Progress = ignore_progress,
 ) -> Spectrum:
-    """Where the energy of a shape lies: exactly for its lowest modes, by a quadrature for all others.
+    """Where the energy of a shape lies: mode by mode for the lowest, by a quadrature for all others.
 
     What the modes leave of the coordinates starts a Lanczos process of the operator M^-1/2 S M^-1/2, whose tridiagonal matrix
     gives the nodes and weights of Gauss's quadrature for the energy against kappa = omega^2 [golub1969]. It is exact for
     polynomials in kappa of degree 2 steps - 1, and no mode is computed for it. Slivers and tiny triangles have modes of far
     higher frequency than any wave of the surface, which would take as many more steps: their vertices are given more mass, at
-    most a thousandth of the area in all.
+    most a ten-thousandth of the area in all.
 
     Args:
         vertices: (n, 3) coordinates.

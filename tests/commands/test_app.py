@@ -19,7 +19,7 @@ from .command_line import document, invoke, run_process
 
 #: each takes longer to import than the help may take to appear
 HEAVY = ["numpy", "scipy", "numba", "pymeshlab", "trimesh", "rich", "pymeshfair.declaration", "pymeshfair.registry"]
-COMMANDS = {"demo", "run", "check", "list", "info", "suggest", "doctor"}
+COMMANDS = {"demo", "run", "check", "list", "info", "suggest", "spectrum", "doctor"}
 
 
 def all_commands() -> dict[str, Any]:

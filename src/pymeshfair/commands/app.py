@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from . import check, demo, doctor, info, list, run, suggest
+from . import check, demo, doctor, info, list, run, spectrum, suggest
 from .group import CommandGroup
 
 app = typer.Typer(
@@ -27,6 +27,7 @@ app.command()(check.check)
 app.add_typer(list.app, name="list")
 app.command()(info.info)
 app.command()(suggest.suggest)
+app.command()(spectrum.spectrum)
 app.command()(doctor.doctor)
 
 

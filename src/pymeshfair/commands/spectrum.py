@@ -1,0 +1,182 @@
+"""``pymeshfair spectrum MESH``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from .json_document import print_document
+from .options import Debug, Json
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from ..filters.spectral.responses import Response
+
+#: the filter that measures, and the one whose parameters the response has
+MEASURES = "get_surface_spectrum"
+FILTERS = "apply_coord_spectral_filter"
+PICTURES = (".png", ".svg", ".pdf")
+
+
+def spectrum(
+    mesh: Annotated[Path, typer.Argument(metavar="MESH", help="The mesh file to look at; it is not changed.")],
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="PICTURE", help="Draw the spectrum there: a .png, .svg or .pdf file."),
+    ] = None,
+    after: Annotated[
+        Path | None, typer.Option(metavar="MESH2", help="Compare with this mesh, for example the same one cleaned.")
+    ] = None,
+    response: Annotated[
+        str,
+        typer.Option(
+            metavar="low_pass|band_pass|enhance",
+            help="Draw this response of the spectral filter too and, without MESH2, compare with what it leaves of MESH.",
+        ),
+    ] = "",
+    detail_size: Annotated[str, typer.Option(metavar="LENGTH", help="Of the response, such as 6edge, 1% or 0.5.")] = "6edge",
+    largest_size: Annotated[
+        str, typer.Option(metavar="LENGTH", help="The longest wave of a band; 0 means four detail sizes.")
+    ] = "0",
+    modes: Annotated[int, typer.Option(help="How many modes are told one by one, from the lowest.", min=0)] = 50,
+    timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop after that time.", min=0.001)] = None,
+    json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Tell how much of a shape lies at which wavelength, from its largest parts to its noise.
+
+    Where the fall of the curve turns flat, noise begins: that wavelength is a detail size for smoothing.
+    """
+    from ..registry import find_filter
+
+    if output is not None:
+        _check_picture(output)
+    filtering = {}
+    if response:
+        given = {"response": response, "detail_size": detail_size, "largest_size": largest_size}
+        checked = find_filter(FILTERS).with_defaults(given)
+        filtering = {name: checked[name] for name in given}
+    before = _measured(mesh, modes, timeout)
+    drawn = _response(filtering, before) if filtering else None
+    shown = {"before": before}
+    if after is not None:
+        shown["after"] = _measured(after, modes, timeout)
+    elif drawn is not None:
+        shown["after"] = _filtered(before, drawn)
+    if output is not None:
+        from .spectrum_picture import draw_spectra
+
+        draw_spectra(output, shown, drawn)
+    if json:
+        print_document({"mesh": mesh, **shown, "response": None if drawn is None else _told(drawn, before), "picture": output})
+        return
+    _print(shown, drawn)
+    if output is not None:
+        typer.echo(f"{output}: written", err=True)
+
+
+def _check_picture(path: Path) -> None:
+    """Whether it can be drawn, before anything is computed."""
+    import importlib.util
+
+    from ..errors import PymeshfairError
+
+    if path.suffix.casefold() not in PICTURES:
+        raise PymeshfairError(f"{path} is no name for a picture: it must end with one of {', '.join(PICTURES)}")
+    if importlib.util.find_spec("matplotlib") is None:
+        raise PymeshfairError(
+            "drawing needs matplotlib, which is not installed: `python -m pip install 'pymeshfair[report]'` installs it; without "
+            "-o the spectrum is printed as a table, with --json as numbers"
+        )
+    if not path.absolute().parent.is_dir():
+        raise PymeshfairError(f"{path.absolute().parent} is no folder: make it first")
+
+
+def _measured(mesh: Path, modes: int, timeout: float | None) -> dict[str, Any]:
+    """The spectrum of a mesh file, measured in a process of its own."""
+    import tempfile
+
+    from ..recipe import Recipe
+    from ..registry import find_filter
+    from ..running.job import Job
+    from ..running.supervise import run_job
+    from ..scripts.script import Script, Step
+    from .progress import progress
+
+    measure = Step(find_filter(MEASURES)).with_values({"modes": modes})
+    with tempfile.TemporaryDirectory() as folder, progress() as show:
+        result = run_job(Job(Recipe("spectrum", Script((measure,))), mesh, Path(folder) / "measured.ply", timeout=timeout), show)
+    return dict(result.steps[0].values)
+
+
+def _filtered(spectrum: Mapping[str, Any], response: Response) -> dict[str, Any]:
+    """What the response leaves of a spectrum, F^2 of every energy: that of the filtered shape in the modes of the mesh before."""
+    import numpy as np
+
+    edges = np.asarray(spectrum["band_edges"], dtype=np.float64)
+    within = np.geomspace(edges[:-1], edges[1:], 9) if len(edges) else np.empty((1, 0))
+    bands = np.asarray(spectrum["band_energies"]) * (response.profile(within) ** 2).mean(axis=0)
+    modes = np.asarray(spectrum["energies"]) * response.profile(np.asarray(spectrum["frequencies"], dtype=np.float64)) ** 2
+    return {**spectrum, "band_energies": bands.tolist(), "energies": modes.tolist(), "energy": float(bands.sum())}
+
+
+def _response(filtering: Mapping[str, Any], spectrum: Mapping[str, Any]) -> Response:
+    """F for the lengths of this mesh."""
+    from ..errors import ParameterError
+    from ..filters.errors import FilterInputError
+    from ..filters.spectral.responses import RESPONSES
+    from ..filters.spectral.spectral_filter import BAND
+
+    detail_size, largest_size = (
+        filtering[name].resolve(diagonal=spectrum["diagonal"], mean_edge=lambda: float(spectrum["mean_edge"]))
+        for name in ("detail_size", "largest_size")
+    )
+    sizes = (detail_size,) if filtering["response"] == "low_pass" else (detail_size, largest_size or BAND * detail_size)
+    try:
+        return RESPONSES[filtering["response"]](*sizes)
+    except FilterInputError as error:
+        raise ParameterError(str(error)) from error
+
+
+def _told(response: Response, spectrum: Mapping[str, Any]) -> dict[str, Any]:
+    """The response at the middles of the bands, for the document."""
+    return {"name": response.name, "cutoff_frequencies": response.cutoffs, "bands": response.profile(_middles(spectrum))}
+
+
+def _middles(spectrum: Mapping[str, Any]) -> Any:
+    """The geometric mean frequency of each band."""
+    import numpy as np
+
+    edges = np.asarray(spectrum["band_edges"], dtype=np.float64)
+    return np.sqrt(edges[:-1] * edges[1:])
+
+
+def _print(spectra: Mapping[str, Mapping[str, Any]], response: Response | None) -> None:
+    """A row for each band, from the longest waves to the shortest, with the root mean square height of its waves."""
+    import math
+
+    from .tables import console, table
+
+    heights: dict[int, dict[str, float]] = {}
+    first = spectra["before"]
+    for name, found in spectra.items():
+        for omega, energy in zip(_middles(found), found["band_energies"], strict=True):
+            heights.setdefault(round(3 * math.log2(omega) - 0.5), {})[name] = math.sqrt(max(energy, 0.0))
+    headers = ["wavelength", "in mean edges", *(f"height {name}" if len(spectra) > 1 else "height" for name in spectra)]
+    rows = []
+    for band in sorted(heights):
+        omega = 2.0 ** ((band + 0.5) / 3)
+        row = [f"{2 * math.pi / omega:.4g}", f"{2 * math.pi / omega / first['mean_edge']:.3g}"]
+        row += [f"{heights[band][name]:.3g}" if name in heights[band] else "" for name in spectra]
+        if response is not None:
+            row.append(f"{float(response.profile(omega)):.3f}")
+        rows.append(row)
+    if response is not None:
+        headers.append(response.name)
+    console().print(table(headers, rows, numbers=range(len(headers))))
+    typer.echo(
+        "\nheight: the root mean square, in mesh units, of what the waves of a third of an octave add to the surface", err=True
+    )

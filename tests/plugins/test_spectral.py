@@ -1,0 +1,215 @@
+"""Spectral filters as MeshLab users meet them: on a mesh set, with names, lengths and help."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+import numpy as np
+import pymeshlab
+import pytest
+
+import pymeshfair
+from pymeshfair.declaration import Filter, FilterClass, MeshElement
+from pymeshfair.errors import ParameterError
+from pymeshfair.filters.spectral.spectral_filter import spectral_filter
+from pymeshfair.filters.spectral.spectrum import spectrum
+from pymeshfair.meshlab_facts import meshlab_filters
+from pymeshfair.plugins import spectral
+from pymeshfair.recipe import load_recipe
+from pymeshfair.registry import find_filter
+from tests.meshes import AWKWARD, Mesh, icosphere, noisy, tube, two_spheres
+
+NAMES = ("apply_coord_spectral_filter", "compute_scalar_by_manifold_harmonic_per_vertex", "get_surface_spectrum")
+DECLARED: list[Filter] = [getattr(spectral, name) for name in NAMES]
+
+
+def mesh_set(mesh: Mesh) -> pymeshfair.MeshSet:
+    """A mesh set with this mesh alone."""
+    meshes = pymeshfair.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(*mesh))
+    return meshes
+
+
+@pytest.mark.parametrize(
+    ("values", "expected"),
+    [
+        ({"detail_size": pymeshlab.PureValue(0.4)}, {"detail_size": 0.4}),
+        ({"modes": 20}, {"modes": 20}),
+        ({"modes": 20, "method": "polynomial"}, {"modes": 20, "method": "polynomial"}),
+        (
+            {"response": "enhance", "detail_size": "0.4", "largest_size": "0.9", "gain": 3.0},
+            {"response": "enhance", "detail_size": 0.4, "largest_size": 0.9, "gain": 3.0},
+        ),
+        ({"response": "band_pass", "detail_size": "0.4"}, {"response": "band_pass", "detail_size": 0.4}),
+    ],
+    ids=["wavelength", "modes", "modes without eigenvectors", "enhance", "band pass"],
+)
+def test_positions_are_those_of_the_function(values: dict[str, Any], expected: dict[str, Any]) -> None:
+    """Every parameter reaches the technique, and what ran is told: route, counts, wavelength, error."""
+    mesh = noisy(icosphere(3), 0.01)
+    meshes = mesh_set(mesh)
+    told = meshes.apply_filter("apply_coord_spectral_filter", **values)
+    found = spectral_filter(*mesh, **expected)
+    np.testing.assert_allclose(meshes.current_mesh().vertex_matrix(), found.vertices, rtol=0, atol=1e-12)
+    assert told["route"] == found.route
+    assert (told["modes"], told["degree"]) == (found.modes, found.degree)
+    assert told["detail_size"] == pytest.approx(found.detail_size)
+    assert told["error"] == pytest.approx(found.error)
+
+
+def test_the_default_is_six_mean_edges() -> None:
+    """Without parameters a low pass by six mean edges, without eigenvectors."""
+    vertices, faces = noisy(icosphere(3), 0.01)
+    meshes = mesh_set((vertices, faces))
+    told = meshes.apply_filter("apply_coord_spectral_filter")
+    edges = np.concatenate([vertices[faces[:, k]] - vertices[faces[:, k - 1]] for k in range(3)])
+    assert told["detail_size"] == pytest.approx(6 * np.linalg.norm(edges, axis=1).mean(), rel=1e-6)
+    assert told["route"] in ("polynomial", "rational")
+    assert told["degree"] > 0
+
+
+def test_only_selected_vertices_move() -> None:
+    """With `selected` the others keep every bit."""
+    vertices, faces = noisy(tube(), 0.02)
+    meshes = mesh_set((vertices, faces))
+    meshes.compute_selection_by_condition_per_vertex(condselect="z > 1.5")
+    chosen = meshes.current_mesh().vertex_selection_array()
+    meshes.apply_filter("apply_coord_spectral_filter", selected=True)
+    found = meshes.current_mesh().vertex_matrix()
+    assert 0 < chosen.sum() < len(chosen)
+    assert found[~chosen].tobytes() == vertices[~chosen].tobytes()
+    assert (found[chosen] != vertices[chosen]).any()
+
+
+def test_the_harmonic_is_the_scalar() -> None:
+    """Mode 1 of a sphere has the frequency sqrt(2), and its scalar is a linear function of mean square 1; positions stay."""
+    vertices, faces = icosphere(3)
+    meshes = mesh_set((vertices, faces))
+    told = meshes.apply_filter("compute_scalar_by_manifold_harmonic_per_vertex", mode=1)
+    scalars = meshes.current_mesh().vertex_scalar_array()
+    assert told["frequency"] == pytest.approx(math.sqrt(2), rel=0.01)
+    assert told["wavelength"] == pytest.approx(2 * math.pi / told["frequency"])
+    assert told["eigenvalue"] == pytest.approx(told["frequency"] ** 2)
+    assert (scalars**2).mean() == pytest.approx(1.0, rel=0.02)
+    direction, *_ = np.linalg.lstsq(vertices, scalars, rcond=None)
+    np.testing.assert_allclose(vertices @ direction, scalars, rtol=0, atol=0.01)
+    assert meshes.current_mesh().vertex_matrix().tobytes() == vertices.tobytes()
+
+
+def test_constant_modes_have_no_wavelength() -> None:
+    """Two components have two modes of frequency 0, each constant where it is not 0; the next one has waves."""
+    meshes = mesh_set(two_spheres())
+    for mode in (0, 1):
+        told = meshes.apply_filter("compute_scalar_by_manifold_harmonic_per_vertex", mode=mode)
+        assert (told["frequency"], told["wavelength"]) == (0.0, math.inf)
+        assert len(np.unique(np.round(meshes.current_mesh().vertex_scalar_array(), 6))) <= 2
+    assert meshes.apply_filter("compute_scalar_by_manifold_harmonic_per_vertex", mode=2)["frequency"] > 1.0
+
+
+def test_the_spectrum_is_that_of_the_function() -> None:
+    """Numbers come as lists, with the lengths by which they may be read."""
+    mesh = noisy(icosphere(2), 0.01)
+    told = mesh_set(mesh).apply_filter("get_surface_spectrum", modes=12)
+    found = spectrum(*mesh, modes=12)
+    for name in ("frequencies", "energies", "band_edges", "band_energies"):
+        np.testing.assert_allclose(told[name], getattr(found, name), rtol=1e-9)
+    assert told["energy"] == pytest.approx(found.energy)
+    assert told["diagonal"] > told["mean_edge"] > 0.0
+
+
+@pytest.mark.parametrize("name", [n for n in AWKWARD if n not in ("empty", "1e150", "1e30", "1e-30")])
+def test_awkward_meshes_go_through_every_filter(name: str) -> None:
+    """Coordinates and scalars stay finite, or an error of ours says what is wrong; nothing crashes."""
+    vertices, faces = AWKWARD[name]()
+    for declared, values in zip(DECLARED, ({"detail_size": "20%"}, {"mode": 1}, {"modes": 3}), strict=True):
+        meshes = mesh_set((vertices, faces))
+        said = ""
+        try:
+            meshes.apply_filter(declared.python_name, **values)
+        except pymeshlab.PyMeshLabException as error:
+            said = str(error)
+        assert not said or re.search("does not exist|has an area|nothing to do", said), said
+        assert np.isfinite(meshes.current_mesh().vertex_matrix()).all()
+        if meshes.current_mesh().has_vertex_scalar():
+            assert np.isfinite(meshes.current_mesh().vertex_scalar_array()).all()
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "message"),
+    [
+        ("apply_coord_spectral_filter", {"detail_size": "0"}, "detail_size is 0 and so is modes: nothing to do"),
+        ("apply_coord_spectral_filter", {"response": "enhance", "largest_size": "1edge"}, "is not above detail_size"),
+        (
+            "compute_scalar_by_manifold_harmonic_per_vertex",
+            {"mode": 400},
+            "mode 400 does not exist: this mesh has modes 0 to 161",
+        ),
+    ],
+)
+def test_what_makes_no_sense_is_refused(name: str, values: dict[str, Any], message: str) -> None:
+    """The message names the parameter and what there is."""
+    with pytest.raises(pymeshlab.PyMeshLabException, match=message):
+        mesh_set(icosphere(2)).apply_filter(name, **values)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("response", "high_pass"), ("modes", -1), ("gain", -1.0), ("order", 0), ("method", "fast"), ("operator", "x")],
+)
+def test_values_out_of_bounds_are_refused(name: str, value: Any) -> None:
+    """A value out of its bounds is refused with the parameter's name."""
+    with pytest.raises(ParameterError, match=f"'{name}' takes"):
+        DECLARED[0].with_defaults({name: value})
+
+
+@pytest.mark.parametrize("declared", DECLARED, ids=NAMES)
+def test_names_are_new_and_found(declared: Filter) -> None:
+    """The registry knows each filter by both names, which no other filter, MeshLab's or ours, has; each needs faces."""
+    assert find_filter(declared.name).python_name == find_filter(declared.python_name).python_name == declared.python_name
+    taken = {name for known in meshlab_filters() for name in (known.name, known.python_name)}
+    assert not {declared.name, declared.python_name} & taken
+    assert declared.requires == MeshElement.FACENUMBER
+
+
+def test_each_filter_is_in_its_menu() -> None:
+    """Smoothing, quality, measure."""
+    assert [d.classes for d in DECLARED] == [FilterClass.SMOOTHING, FilterClass.QUALITY, FilterClass.MEASURE]
+
+
+def run(recipe: str, mesh: Mesh) -> pymeshfair.MeshSet:
+    """A mesh set whose mesh has gone through the recipe."""
+    meshes = mesh_set(mesh)
+    meshes.load_filter_script(str(load_recipe(recipe).script.path))
+    meshes.apply_filter_script()
+    return meshes
+
+
+def test_the_low_pass_recipe_takes_noise_and_keeps_the_size() -> None:
+    """Of the noise of a sphere less than a third is left, and the radius stays to a thousandth."""
+    vertices = run("spectral_low_pass", noisy(icosphere(4), 0.005)).current_mesh().vertex_matrix()
+    radii = np.linalg.norm(vertices, axis=1)
+    assert radii.std() < 0.005 / 3
+    assert radii.mean() == pytest.approx(1.0, abs=1e-3)
+
+
+def test_the_enhancing_recipe_doubles_bumps() -> None:
+    """Bumps of a sphere, of 30 mean edges, come out nearly twice as high."""
+    vertices, faces = icosphere(5)  # 30 edges of 0.037 are a wavelength of 1.1: l = 5 or so
+    l5 = 63 * vertices[:, 2] ** 5 - 70 * vertices[:, 2] ** 3 + 15 * vertices[:, 2]
+    bumpy = vertices * (1 + 2e-4 * l5[:, None])
+    found = run("enhance_details", (bumpy, faces)).current_mesh().vertex_matrix()
+    before, after = np.linalg.norm(bumpy, axis=1) - 1, np.linalg.norm(found, axis=1) - 1
+    assert before @ after / (before @ before) == pytest.approx(1.9, abs=0.2)
+
+
+def test_the_harmonics_recipe_colours_a_mode() -> None:
+    """The lowest value is red, the highest blue."""
+    mesh = run("show_harmonics", icosphere(3)).current_mesh()
+    scalars, colors = mesh.vertex_scalar_array(), mesh.vertex_color_matrix()
+    extreme = np.abs(scalars).max()
+    assert np.ptp(scalars) > extreme
+    low, high = colors[scalars.argmin()], colors[scalars.argmax()]
+    assert low[0] > low[2]
+    assert high[2] > high[0]
