@@ -29,7 +29,7 @@ ROUTE_NAMES: tuple[RouteName, ...] = get_args(RouteName)
 
 # Seconds a row with three columns, measured on one thread: of a product, of making Cholesky's factors and of a solve with
 # them, and of a solve by multigrid, to which systems of more rows than the last go.
-_PRODUCT, _FACTORS, _FACTOR_SOLVE, _MULTIGRID_SOLVE, _LARGEST_FACTORS = 1.2e-8, 1e-5, 5e-7, 2.5e-6, 100_000
+_PRODUCT, _FACTORS, _FACTOR_SOLVE, _MULTIGRID_SOLVE, _LARGEST_FACTORS = 1.2e-8, 8e-6, 1.2e-6, 2.5e-6, 100_000
 #: Rounding in sums of this many terms, as a share of the result, per degree.
 _ROUNDING = 8.0 * float(np.finfo(float).eps)
 
