@@ -27,7 +27,9 @@ def test_pages_are_current(name: str) -> None:
     assert (DOCS / name).read_text(encoding="utf-8") == pages().PAGES[name]()
 
 
-@pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", "docs/filters.md", "docs/recipes.md", "docs/denoising.md"])
+@pytest.mark.parametrize(
+    "page", ["README.md", "CONTRIBUTING.md", "docs/filters.md", "docs/recipes.md", "docs/denoising.md", "docs/spectral.md"]
+)
 def test_links_lead_somewhere(page: str) -> None:
     """Every relative link of a page names a file of the project, and its anchor exists."""
     text = (PROJECT / page).read_text(encoding="utf-8")

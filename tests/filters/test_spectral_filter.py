@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pymeshfair.filters import topology
+from pymeshfair.filters import parallel, topology
 from pymeshfair.filters.errors import FilterInputError
 from pymeshfair.filters.spectral.spectral_filter import spectral_filter
 from tests.meshes import AWKWARD, Floats, Mesh, diagonal, grid, icosphere, noisy, renumbered, rotation, torus, two_spheres
@@ -189,9 +189,18 @@ def test_the_input_is_not_written_to_and_the_result_repeats() -> None:
     vertices, faces = noisy(icosphere(2), 0.02)
     vertices.flags.writeable = faces.flags.writeable = False
     for options in ({"detail_size": 0.7}, {"modes": 20}):
-        first, second = (spectral_filter(vertices, faces, **options) for _ in range(2))  # type: ignore[arg-type]
+        first, second = (spectral_filter(vertices, faces, **options) for _ in range(2))
         assert first.vertices.tobytes() == second.vertices.tobytes()
         assert first.vertices is not vertices
+
+
+@pytest.mark.parametrize("options", [{"detail_size": 0.4}, {"modes": 30}], ids=["without modes", "modes"])
+def test_the_number_of_threads_makes_no_difference(options: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """The result on one thread is, bit by bit, that on all of them."""
+    mesh = noisy(icosphere(4), 0.01)
+    alone = spectral_filter(*mesh, **options).vertices
+    monkeypatch.setattr(parallel, "SERIAL_BELOW", 0)
+    assert spectral_filter(*mesh, **options).vertices.tobytes() == alone.tobytes()
 
 
 def test_progress_is_told_and_may_stop() -> None:
@@ -206,7 +215,7 @@ def test_progress_is_told_and_may_stop() -> None:
 
     for options in ({"detail_size": 0.7}, {"modes": 20}):
         with pytest.raises(KeyboardInterrupt):
-            spectral_filter(*icosphere(2), progress=stop, **options)  # type: ignore[arg-type]
+            spectral_filter(*icosphere(2), progress=stop, **options)
 
 
 @pytest.mark.parametrize(

@@ -123,7 +123,8 @@ def test_the_spectrum_is_that_of_the_function() -> None:
 def test_awkward_meshes_go_through_every_filter(name: str) -> None:
     """Coordinates and scalars stay finite, or an error of ours says what is wrong; nothing crashes."""
     vertices, faces = AWKWARD[name]()
-    for declared, values in zip(DECLARED, ({"detail_size": "20%"}, {"mode": 1}, {"modes": 3}), strict=True):
+    given: list[dict[str, Any]] = [{"detail_size": "20%"}, {"mode": 1}, {"modes": 3}]
+    for declared, values in zip(DECLARED, given, strict=True):
         meshes = mesh_set((vertices, faces))
         said = ""
         try:

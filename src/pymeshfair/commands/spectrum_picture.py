@@ -40,7 +40,7 @@ def draw_spectra(path: Path, spectra: Mapping[str, Mapping[str, Any]], response:
 
 def draw_on(axes: Any, spectra: Mapping[str, Mapping[str, Any]], response: Response | None = None) -> None:
     """Draw bands as steps and single modes as dots, on logarithmic axes of matplotlib's; the upper one tells wavelengths."""
-    lowest, highest, least = math.inf, 0.0, math.inf
+    lowest, highest, least, most = math.inf, 0.0, math.inf, 0.0
     for name, found in spectra.items():
         edges, energies = np.asarray(found["band_edges"]), np.asarray(found["band_energies"])
         if len(energies) == 0:
@@ -53,12 +53,14 @@ def draw_on(axes: Any, spectra: Mapping[str, Mapping[str, Any]], response: Respo
         seen = energy > 0.0
         axes.plot(np.asarray(found["frequencies"])[seen], energy[seen], ".", color=color, markersize=3, alpha=0.5)
         lowest, highest = min(lowest, float(edges[0])), max(highest, float(edges[-1]))
+        most = max(most, float(energies.max()))
         least = least if name == "after" and math.isfinite(least) else float(energies[energies > 0.0].min())
     axes.set(xscale="log", yscale="log", xlabel="frequency (radians per mesh unit)", ylabel="energy (squared mesh units)")
     if not lowest < highest:
         return
     axes.set_xlim(lowest, highest)
-    axes.set_ylim(bottom=0.1 * least)  # a response takes all that there is
+    # A response takes all that there is, and the last bands of a mesh may hold next to nothing.
+    axes.set_ylim(bottom=max(0.1 * least, 1e-11 * most))
     upper = axes.secondary_xaxis("top", functions=(_inverted, _inverted))
     upper.set_xlabel("wavelength (mesh units)")
     if response is not None:
