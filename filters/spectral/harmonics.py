@@ -106,11 +106,11 @@ class ManifoldHarmonics:
             FilterInputError: not such a file.
         """
         try:
-            with np.load(path, allow_pickle=False) as data:
+            with Path(path).open("rb") as file, np.load(file, allow_pickle=False) as data:
                 if str(data["format"]) != _FORMAT:
                     raise FilterInputError(f"{path} holds {str(data['format'])!r}, not {_FORMAT!r}")
                 found = ManifoldHarmonics(data["modes"], data["eigenvalues"], data["mass"])
-        except (KeyError, ValueError, EOFError, zipfile.BadZipFile, AttributeError) as error:
+        except (KeyError, ValueError, TypeError, EOFError, zipfile.BadZipFile) as error:
             if isinstance(error, FilterInputError):
                 raise
             raise FilterInputError(f"{path} is no file of manifold harmonics: {error}") from error

@@ -2,6 +2,7 @@
 
 import numpy as np
 from scipy import linalg
+from scipy.linalg import blas
 
 from ..errors import ConvergenceError
 from ..mesh import Floats
@@ -43,7 +44,7 @@ def modes_near(
     basis = np.empty((n, min(limit, int(2.5 * wanted) + 2 * _SMALL) + BLOCK), order="F")
     projected = np.zeros((limit, limit))
     block = factors.solve(np.asfortranarray(np.random.default_rng(seed).normal(size=(n, BLOCK))))
-    block -= locked @ (locked.T @ block)
+    _remove(locked, block)
     basis[:, :BLOCK] = linalg.qr(block, mode="economic", check_finite=False)[0]
     size, look = 0, int(_FIRST_LOOK * wanted) + _SMALL
     while True:
@@ -51,14 +52,11 @@ def modes_near(
         block = factors.solve(now)
         progress(min(1.0, size / (2.0 * wanted + _SMALL)))
         # The two neighbours first, which hold nearly all of it: then one pass over the whole basis is exact.
-        near = basis[:, max(0, size - BLOCK) : size + BLOCK]
-        coarse = near.T @ block
-        block -= near @ coarse
+        coarse = _remove(basis[:, max(0, size - BLOCK) : size + BLOCK], block)
         size += BLOCK
-        share = basis[:, :size].T @ block
-        block -= basis[:, :size] @ share
+        share = _remove(basis[:, :size], block)
         if size // BLOCK % _RENEWAL == 0:
-            block -= locked @ (locked.T @ block)
+            _remove(locked, block)
         share[-len(coarse) :] += coarse
         projected[:size, size - BLOCK : size] = share
         following, coupling = linalg.qr(block, mode="economic", check_finite=False)
@@ -86,3 +84,10 @@ def modes_near(
             raise ConvergenceError(
                 f"{wanted} modes about the eigenvalue {factors.shift:.6g} have not converged in a basis of {size} vectors"
             )
+
+
+def _remove(directions: Floats, block: Floats) -> Floats:
+    """Makes the block, in place, orthogonal to orthonormal directions; returns its share of each. All are Fortran-ordered."""
+    share = blas.dgemm(1.0, directions, block, trans_a=True)
+    blas.dgemm(-1.0, directions, share, 1.0, block, overwrite_c=True)
+    return np.asarray(share)

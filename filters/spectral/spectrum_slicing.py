@@ -6,6 +6,7 @@ from scipy import linalg, sparse
 from ..errors import ConvergenceError
 from ..mesh import Floats
 from ..progress import Progress
+from .columnwise import product
 from .shifted_factors import ShiftedFactors
 from .shifted_lanczos import modes_near
 
@@ -65,7 +66,7 @@ def lowest_modes(
             continue
         # Modes near the edge of an earlier band mix with their neighbours there by their residual over the gap.
         vectors -= modes @ (modes.T @ vectors)
-        found, vectors = _polished(operator, factors, found, vectors, 0.3 * tolerance)
+        found, vectors = _polished(operator, factors, found, vectors, 0.7 * tolerance)
         spacing = max(float(found[-1] - kappa[-1]), 0.0) / len(found) or spacing
         kappa, modes = np.concatenate([kappa, found]), np.hstack([modes, vectors])
         order = np.argsort(kappa, kind="stable")
@@ -82,17 +83,15 @@ def _polished(
     but brings in the modes nearest to the shift, which the best vectors within the band's space are free of.
     """
     for _ in range(3):
-        applied = operator @ vectors
-        residual = np.linalg.norm(applied - vectors * kappa, axis=0)
+        residual = np.linalg.norm(product(operator, vectors) - vectors * kappa, axis=0)
         bad = np.flatnonzero(residual > tolerance * kappa)
         if len(bad) == 0:
             break
         given = np.asfortranarray(vectors[:, bad])
         better = factors.solve(given)
-        better += factors.solve(np.asfortranarray(given - (operator @ better - factors.shift * better)))
+        better += factors.solve(np.asfortranarray(given - (product(operator, better) - factors.shift * better)))
         vectors[:, bad] = better / np.linalg.norm(better, axis=0)
-        applied = operator @ vectors
-        energy = vectors.T @ applied
+        energy = vectors.T @ product(operator, vectors)
         kappa, weights = linalg.eigh(0.5 * (energy + energy.T), vectors.T @ vectors, check_finite=False)
         vectors = np.asfortranarray(vectors @ weights)
     # The higher give way to the lower, whose residuals must be smaller.

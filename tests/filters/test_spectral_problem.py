@@ -1,0 +1,103 @@
+"""The eigenproblem of a mesh: which operator, which vertices, which components."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.operators import laplace_beltrami
+from pymeshfair.filters.spectral.problem import spectral_problem
+from tests.meshes import AWKWARD, area, book, grid, icosphere, two_spheres, with_caps, with_needles
+
+
+def test_it_is_laplace_beltrami_with_the_sign_turned() -> None:
+    """S = -C and M the mixed Voronoi areas, whose sum is the area; rows of S add up to 0."""
+    vertices, faces = icosphere(3)
+    problem, laplacian = spectral_problem(vertices, faces), laplace_beltrami(vertices, faces)
+    assert (problem.stiffness != -laplacian.stiffness).nnz == 0
+    np.testing.assert_array_equal(problem.mass, laplacian.mass)
+    assert problem.mass.sum() == pytest.approx(area(vertices, faces), rel=1e-13)
+    assert np.abs(problem.stiffness.sum(axis=1)).max() < 1e-13
+    assert (problem.operator, problem.n_components, problem.n_vertices) == ("cotangent", 1, len(vertices))
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [("three pages", "robust"), ("thin caps", "robust"), ("needles", "robust"), ("two components", "cotangent")],
+)
+def test_auto_takes_the_robust_operator_where_it_must(name: str, expected: str) -> None:
+    """Non-manifold edges and triangles next to no area call for it, other meshes do not."""
+    assert spectral_problem(*AWKWARD[name]()).operator == expected
+
+
+def test_an_operator_that_is_named_is_taken() -> None:
+    """On good meshes "robust" is taken and on thin triangles "cotangent", if one says so."""
+    assert spectral_problem(*icosphere(2), operator="robust").operator == "robust"
+    assert spectral_problem(*with_caps(1e-4), operator="cotangent").operator == "cotangent"
+    assert spectral_problem(*book(), operator="cotangent").operator == "cotangent"
+
+
+def test_unreferenced_vertices_have_no_part() -> None:
+    """Rows stand for the vertices that triangles use, in their order."""
+    vertices, faces = AWKWARD["isolated vertices"]()
+    problem = spectral_problem(vertices, faces)
+    np.testing.assert_array_equal(problem.vertices, np.arange(1, len(vertices) - 1))
+    assert problem.n_vertices == len(vertices)
+    assert problem.stiffness.shape == (len(vertices) - 2, len(vertices) - 2)
+
+
+def test_components_are_those_of_the_surface() -> None:
+    """No entry of S joins two components, and they are counted from 0 in the order of their first vertex."""
+    vertices, faces = two_spheres()
+    problem = spectral_problem(vertices, faces)
+    np.testing.assert_array_equal(problem.components, np.repeat([0, 1], len(vertices) // 2))
+    entries = problem.stiffness.tocoo()
+    assert (problem.components[entries.row] == problem.components[entries.col]).all()
+
+
+def test_a_component_without_area_has_no_part() -> None:
+    """A component that is a point is left out by "cotangent", the others stay; all in one point leaves nothing."""
+    vertices, faces = icosphere(2)
+    both = np.concatenate([np.zeros((3, 3)), vertices]), np.concatenate([[[0, 1, 2]], faces + 3]).astype(np.int32)
+    problem = spectral_problem(*both, operator="cotangent")
+    np.testing.assert_array_equal(problem.vertices, np.arange(3, len(both[0])))
+    assert problem.n_components == 1
+    assert len(spectral_problem(*AWKWARD["all in one point"]()).mass) == 0
+
+
+def test_a_vertex_without_area_is_refused_by_name() -> None:
+    """A vertex all of whose triangles are degenerate has no mass: "cotangent" names it, "auto" can do with it."""
+    vertices, faces = grid(3, 3)
+    spike = np.concatenate([vertices, [[-1.0, 0.0, 0.0]]]), np.concatenate([faces, [[0, 1, len(vertices)]]]).astype(np.int32)
+    with pytest.raises(FilterInputError, match=f"vertex {len(vertices)} has no area.*'robust'"):
+        spectral_problem(*spike, operator="cotangent")
+    assert (spectral_problem(*spike).mass > 0.0).all()
+
+
+@pytest.mark.parametrize("name", AWKWARD)
+def test_awkward_meshes_give_a_semidefinite_problem(name: str) -> None:
+    """Whatever the mesh, S is symmetric and finite with nothing below 0 and the masses are above 0."""
+    problem = spectral_problem(*AWKWARD[name]())
+    assert np.isfinite(problem.stiffness.data).all()
+    assert (problem.mass > 0.0).all()
+    if len(problem.mass):
+        matrix = problem.stiffness.toarray()
+        size = np.abs(matrix).max()
+        assert np.abs(matrix - matrix.T).max() <= 1e-12 * size
+        assert np.linalg.eigvalsh(matrix).min() >= -1e-12 * size * len(matrix)
+
+
+def test_what_is_no_operator_or_mesh_is_refused() -> None:
+    """The message lists the operators."""
+    with pytest.raises(FilterInputError, match="'auto', 'cotangent', 'robust'"):
+        spectral_problem(*icosphere(1), operator="uniform")  # type: ignore[arg-type]
+    with pytest.raises(FilterInputError, match="not finite"):
+        spectral_problem(np.full((3, 3), np.nan), [[0, 1, 2]])
+
+
+def test_edges_without_length_are_for_the_robust_operator() -> None:
+    """Coincident vertices of a component with area get masses."""
+    problem = spectral_problem(*with_needles(0.0))
+    assert problem.operator == "robust"
+    assert (problem.mass > 0.0).all()
