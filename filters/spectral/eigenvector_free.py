@@ -21,15 +21,15 @@ from .polynomial import (
     symmetric_form,
 )
 from .problem import SpectralProblem
-from .rational import m_norm, rational_filter, rational_series
+from .rational import LARGEST_FACTORS, m_norm, rational_filter, rational_series
 from .responses import Response
 
 RouteName: TypeAlias = Literal["polynomial", "rational"]
 ROUTE_NAMES: tuple[RouteName, ...] = get_args(RouteName)
 
 # Seconds a row with three columns, measured on one thread: of a product, of making Cholesky's factors and of a solve with
-# them, and of a solve by multigrid, to which systems of more rows than the last go.
-_PRODUCT, _FACTORS, _FACTOR_SOLVE, _MULTIGRID_SOLVE, _LARGEST_FACTORS = 1.2e-8, 8e-6, 1.2e-6, 2.5e-6, 100_000
+# them, and of a solve by multigrid.
+_PRODUCT, _FACTORS, _FACTOR_SOLVE, _MULTIGRID_SOLVE = 1.2e-8, 9e-6, 2.5e-7, 2.5e-6
 #: Rounding in sums of this many terms, as a share of the result, per degree.
 _ROUNDING = 8.0 * float(np.finfo(float).eps)
 
@@ -81,7 +81,7 @@ def filter_without_eigenvectors(
     values: Floats,
     response: Response,
     *,
-    tolerance: float = 1e-6,
+    tolerance: float = 1e-5,
     route: Literal["auto"] | RouteName = "auto",
     progress: Progress = ignore_progress,
 ) -> Filtered:
@@ -93,8 +93,8 @@ def filter_without_eigenvectors(
         problem: S, M and the components, n rows.
         values: (n,) or (n, k), finite.
         response: F.
-        tolerance: of the error in the M-norm, as a share of |v|_M about the means. Smaller takes longer, by its logarithm; below
-            1e-12 it is rounding.
+        tolerance: of the error in the M-norm, as a share of |v|_M about the means; solves may add a third. Below
+            1e-12 it is rounding. Smaller takes longer, by its logarithm.
         route: "polynomial": products with S, as many as the waves to be cut off are long in edges, and more where triangles are
             thin. "rational": solves, about 30. "auto": what is predicted to be faster.
         progress: called after every product or some steps of a solve; may raise to stop.
@@ -186,7 +186,7 @@ class _Plan:
 
 
 def _solving_time(n: int, solves: int) -> float:
-    if n <= _LARGEST_FACTORS:
+    if n <= LARGEST_FACTORS:
         return n * (_FACTORS + solves * _FACTOR_SOLVE)
     return n * solves * _MULTIGRID_SOLVE
 

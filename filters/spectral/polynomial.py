@@ -64,8 +64,8 @@ def lanczos_bound(symmetric: sparse.csr_matrix) -> float:
     """An estimate from above of the largest eigenvalue: the largest Ritz value plus its residual, raised by 2 %.
 
     The Ritz value of 24 steps from a start with parts in all modes is low by about a percent where eigenvalues are crowded, and
-    not at all where one stands out. `polynomial_filter` notices if the estimate was too low. Infinite for small matrices and where
-    the method ends early, since it may have seen only some of the modes.
+    not at all where one stands out. `polynomial_filter` notices if the estimate was too low. Infinite for small
+    matrices and where the method ends early, since it may have seen only some of the modes.
     """
     n = symmetric.shape[0]
     if n < 4 * _LANCZOS_STEPS:
@@ -128,7 +128,7 @@ def polynomial_filter(
     n, columns = values.shape
     root = np.sqrt(mass)
     doubled = _doubled_shifted(symmetric, bound)
-    order = _nearby_order(doubled, columns * series.degree)
+    order = nearby_order(doubled, columns * series.degree)
     if order is not None:
         doubled = sparse.csr_matrix(doubled[order][:, order])
     groups: list[Floats] = []
@@ -143,7 +143,7 @@ def polynomial_filter(
         sums = _sum_series(doubled, start if order is None else start[order], series.coefficients, partial)
         if sums is None:
             return None
-        summed, last = sums if order is None else (_put_back(sums[0], order), _put_back(sums[1], order))
+        summed, last = sums if order is None else (put_back(sums[0], order), put_back(sums[1], order))
         groups.append(summed / root[:, None])
         largest += (last / mass[:, None]).sum(axis=1)
     # The terms left out look like the last that were computed, and their coefficients sum to the error of the series.
@@ -182,7 +182,7 @@ def _doubled_shifted(symmetric: sparse.csr_matrix, bound: float) -> sparse.csr_m
     return sparse.csr_matrix(scaled + 2.0 * sparse.eye_array(scaled.shape[0]))
 
 
-def _nearby_order(matrix: sparse.csr_matrix, products: int) -> Ints | None:
+def nearby_order(matrix: sparse.csr_matrix, products: int) -> Ints | None:
     """(n,) the rows in an order that puts neighbours near each other, by Cuthill and McKee; None if it would not pay."""
     n = matrix.shape[0]
     if n < SERIAL_BELOW or products < _PRODUCTS_AN_ORDER_COSTS:
@@ -193,7 +193,8 @@ def _nearby_order(matrix: sparse.csr_matrix, products: int) -> Ints | None:
     return np.asarray(reverse_cuthill_mckee(matrix, symmetric_mode=True), dtype=np.int32)
 
 
-def _put_back(rows: Floats, order: Ints) -> Floats:
+def put_back(rows: Floats, order: Ints) -> Floats:
+    """The rows where they were before the order was applied."""
     result = np.empty_like(rows)
     result[order] = rows
     return result

@@ -9,22 +9,27 @@ t = 2 mu - 1 is summed as that of `polynomial`, with a solve in place of a produ
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 
 import numpy as np
 from scipy import sparse
 
+from ..cholesky import Cholesky
+from ..errors import ConvergenceError
 from ..mesh import Floats
 from ..progress import Progress, ignore_progress
-from ..solvers import FINEST, Solution, SpdSolver
+from ..solvers import FINEST, SpdSolver
 from .chebyshev import ChebyshevSeries, chebyshev_series
-from .polynomial import Applied
+from .polynomial import Applied, nearby_order, put_back
 from .responses import Response
 
 #: Poles that are tried: from the lowest to the highest squared cutoff, widened by these factors.
 _LOWEST_POLE, _HIGHEST_POLE, _POLES = 0.2, 30.0, 40
 _LARGEST_DEGREE = 400
+#: Systems of at most this many rows are factorised, which takes a second then and cannot be interrupted.
+LARGEST_FACTORS = 120_000
 #: The share of the tolerance that is left to the solves.
-_SHARE_OF_SOLVES = 0.25
+_SHARE_OF_SOLVES = 0.3
 
 
 def rational_series(response: Response, *, tolerance: float) -> tuple[ChebyshevSeries, float]:
@@ -64,31 +69,72 @@ def rational_filter(
     Raises:
         ConvergenceError: a system cannot be solved.
     """
+    order = None if series.degree == 0 or len(mass) <= LARGEST_FACTORS else nearby_order(stiffness, values.shape[1] * 300)
+    if order is not None:
+        stiffness, mass, values = sparse.csr_matrix(stiffness[order][:, order]), mass[order], values[order]
     c, degree = series.coefficients, series.degree
-    system = _shifted(stiffness, mass, pole)
-    solver = SpdSolver(system, solves=degree)
+    system = _System(stiffness, mass, pole, degree, progress)
     amplification = _amplification(np.abs(c))
     size = m_norm(mass, values)
-    # |e|_M <= |e|_A / sqrt(sigma), since A >= sigma M.
-    reference = max(size * math.sqrt(pole), np.finfo(float).tiny)
     now, before, total = values.copy(), np.zeros_like(values), c[0] * values
+    image, image_before = np.zeros_like(values), np.zeros_like(values)
     error = 0.0
     for k in range(degree):
 
         def partial(share: float, done: int = k) -> None:
             progress((done + share) / degree)
 
-        right = (pole * mass)[:, None] * now
-        allowed = max(_SHARE_OF_SOLVES * tolerance / (degree * max(amplification[k], 1e-300)), FINEST)
-        start = values if k == 0 else now
-        solution = solver.solve(right, tolerance=min(allowed, 1e-3), reference=reference, start=start, progress=partial)
-        error += float(amplification[k]) * _solve_error(solution, system, right, mass, pole)
-        following = 2.0 * solution.values - now
+        allowed = _SHARE_OF_SOLVES * tolerance * size / (degree * max(float(amplification[k]), 1e-300))
+        # R T_k = 4 R R T_{k-1} - 2 R T_{k-1} - R T_{k-2}, and R changes little in what it was applied to before.
+        guess = now if k == 0 else 2.0 * image - image_before
+        image_before = image
+        image, missed = system.solve(now, guess, allowed, partial)
+        error += float(amplification[k]) * missed
+        following = 2.0 * image - now
         now, before = (following if k == 0 else 2.0 * following - before), now
         total += c[k + 1] * now
         progress((k + 1) / degree)
     squares = np.maximum(now * now, before * before) if degree > 0 else now * now
-    return Applied(total, series.error * math.sqrt(float(squares.sum(axis=1).max(initial=0.0)))), error
+    largest = series.error * math.sqrt(float(squares.sum(axis=1).max(initial=0.0)))
+    return Applied(total if order is None else put_back(total, order), largest), error
+
+
+class _System:
+    """A x = sigma M b for A = S + sigma M, by factors up to a size at which they take a second, else by multigrid."""
+
+    def __init__(self, stiffness: sparse.csr_matrix, mass: Floats, pole: float, solves: int, progress: Progress) -> None:
+        self._mass, self._pole = mass, pole
+        self._matrix = sparse.csr_matrix(stiffness + pole * sparse.diags_array(mass))
+        self._factors: Cholesky | None = None
+        if len(mass) <= LARGEST_FACTORS and solves > 0:
+            progress(0.0)
+            # Factors that rounding spoils are made up for by the iteration.
+            with suppress(ConvergenceError):
+                self._factors = Cholesky(self._matrix)
+        self._solver = SpdSolver(self._matrix)
+
+    def solve(self, values: Floats, guess: Floats, allowed: float, progress: Progress) -> tuple[Floats, float]:
+        """R b, and its error in the M-norm, which should be at most `allowed`."""
+        right = (self._pole * self._mass)[:, None] * values
+        if self._factors is not None:
+            x = self._factors.solve(right)
+            residual = right - self._matrix @ x
+            if self._bound(residual) > allowed:
+                x += self._factors.solve(residual)
+                residual = right - self._matrix @ x
+            return x, self._bound(residual)
+        # |e|_M <= |e|_A / sqrt(sigma), since A >= sigma M.
+        root = math.sqrt(self._pole)
+        reference = root * max(m_norm(self._mass, values), np.finfo(float).tiny)
+        share = min(max(allowed * root / reference, FINEST), 1e-3)
+        solution = self._solver.solve(right, tolerance=share, reference=reference, start=guess, progress=progress)
+        if solution.method == "cholesky":
+            return solution.values, self._bound(right - self._matrix @ solution.values)
+        return solution.values, solution.error / root
+
+    def _bound(self, residual: Floats) -> float:
+        """|A^-1 r|_M <= |r|_{M^-1} / sigma."""
+        return m_norm(1.0 / self._mass, residual) / self._pole
 
 
 def m_norm(mass: Floats, values: Floats) -> float:
@@ -110,15 +156,3 @@ def _amplification(sizes: Floats) -> Floats:
     """(degree,) 4 sum_{j > k} |c_j| (j - k): R enters T_{k+1} four times, and the rest grows as the polynomials U do."""
     beyond = np.cumsum(sizes[::-1])[::-1]
     return 4.0 * np.cumsum(beyond[::-1])[::-1][1:]
-
-
-def _shifted(stiffness: sparse.csr_matrix, mass: Floats, pole: float) -> sparse.csr_matrix:
-    return sparse.csr_matrix(stiffness + pole * sparse.diags_array(mass))
-
-
-def _solve_error(solution: Solution, system: sparse.csr_matrix, right: Floats, mass: Floats, pole: float) -> float:
-    """Of x in A x = b, in the M-norm: the solver's estimate, or where it makes none |b - A x|_{M^-1} / sigma, a bound."""
-    if solution.method != "cholesky":
-        return solution.error / math.sqrt(pole)
-    residual: Floats = right - system @ solution.values
-    return m_norm(1.0 / mass, residual) / pole
