@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import functools
 import math
+from pathlib import Path
 
 import numba
 import numpy as np
+import pymeshlab
 import pytest
 import scipy.linalg
 from numpy.polynomial.chebyshev import chebval
 
 from pymeshfair.filters.errors import FilterInputError
 from pymeshfair.filters.spectral.chebyshev import chebyshev_series
+from pymeshfair.filters.spectral.eigenpairs import lowest_eigenpairs
 from pymeshfair.filters.spectral.eigenvector_free import filter_without_eigenvectors
 from pymeshfair.filters.spectral.polynomial import (
     gershgorin_bound,
@@ -238,3 +241,24 @@ def test_wrong_input_is_named() -> None:
         filter_without_eigenvectors(problem, vertices, response, route="best")  # type: ignore[arg-type]
     with pytest.raises(FilterInputError, match="rational route"):
         filter_without_eigenvectors(problem, vertices, low_pass(1e12), route="polynomial")
+
+
+def test_eigenvectors_and_polynomial_agree_on_a_scan() -> None:
+    """Both give the same bunny to 1e-4 of its diagonal, for a response that has ended, but for 1e-6, at mode 100."""
+    path = Path(pymeshlab.__file__).parent / "tests" / "sample_meshes" / "bunny.obj"
+    meshes = pymeshlab.MeshSet()
+    meshes.load_new_mesh(str(path))
+    vertices, faces = meshes.current_mesh().vertex_matrix(), meshes.current_mesh().face_matrix()
+    problem = spectral_problem(vertices, faces)
+    kappa, modes = lowest_eigenpairs(problem, 100)
+    omega = np.sqrt(kappa)
+    omega[: problem.n_components] = 0.0
+    detail_size = 2.0 * math.pi * low_pass(2.0 * math.pi).last_frequency(1e-6) / float(omega[-1])
+    response = low_pass(detail_size)
+    points = vertices[problem.vertices]
+    by_modes = filtered_by_modes(problem, omega, modes, points, response)
+    values, bound, route = filter_without_eigenvectors(problem, points, response, route="polynomial")
+    diagonal = float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    assert np.linalg.norm(values - by_modes, axis=1).max() <= 1e-4 * diagonal
+    assert max(bound, route.largest_error) <= 1e-4 * diagonal
+    assert np.linalg.norm(values - points, axis=1).max() >= 1e-2 * diagonal
