@@ -1,17 +1,18 @@
 """Spectral filtering of a surface: by its modes or without them, whichever is cheaper."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..diffusion.frame import enter, leave, ordered_frame
 from ..errors import FilterInputError
-from ..mesh import Floats, check_mesh, check_movable
+from ..mesh import Floats, Ints, check_mesh, check_movable
 from ..progress import Progress, ignore_progress
-from .eigenpairs import lowest_eigenpairs
+from ..topology import referenced_vertices
+from .eigenvector_filter import basis_fits, brick_wall, filter_by_modes
 from .eigenvector_free import filter_without_eigenvectors
 from .problem import SpectralOperator, SpectralProblem, spectral_problem
 from .responses import DEFAULT_ORDER, RESPONSE_NAMES, RESPONSES, Response, ResponseName
@@ -21,10 +22,6 @@ SPECTRAL_METHODS: tuple[SpectralMethod, ...] = get_args(SpectralMethod)
 
 #: the longest wave of a band where none is given, in detail sizes: two octaves
 BAND = 4.0
-#: numbers that the modes may take up before "auto" does without them: 0.8 GB
-_LARGEST_BASIS = 100_000_000
-#: modes more than the wavelength asks for by Weyl's law, which holds up to a term that the border decides on
-_MARGIN = 1.15
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,119 +118,64 @@ def spectral_filter(
         raise FilterInputError("the mesh has no triangles: a spectral filter is one of surfaces; triangulate a point cloud first")
     if not moves.any() or len(points) == 0:
         return _untouched(points, "no vertex may move")
-    used, inverse = np.unique(triangles, return_inverse=True)
+    used = np.flatnonzero(referenced_vertices(triangles, len(points)))
+    if len(used) == 0:
+        return _untouched(points, "no triangle has an area")
     gathered = points[used]
     frame = ordered_frame(gathered, None)
     start = enter(gathered, frame)
-    problem = spectral_problem(start, inverse.reshape(-1, 3).astype(np.int32), operator=operator)
+    problem = spectral_problem(start, _renumbered(triangles, used, len(points)), operator=operator)
     if len(problem.mass) == 0:
         return _untouched(points, "no triangle has an area")
-    wanted = _Wanted(
-        response,
-        None if detail_size is None else detail_size * frame.scale,
-        None if largest_size is None else largest_size * frame.scale,
-        gain,
-        order,
-        tolerance,
-    )
-    by_modes = method == "eigenvectors" or (method == "auto" and modes is not None and _fits(problem, modes))
+
+    def wanted(size: float) -> Response:
+        return _response(response, size, None if largest_size is None else largest_size * frame.scale, gain, order)
+
+    size = None if detail_size is None else detail_size * frame.scale
     centred, centroids = _about_centroids(start[problem.vertices], problem)
-    if by_modes:
-        found = _by_modes(problem, centred, wanted, modes, progress)
+    if method == "eigenvectors" or (method == "auto" and modes is not None and basis_fits(problem, modes)):
+        if modes is not None:
+            by_modes = brick_wall(problem, centred, int(modes), None if response == "low_pass" else wanted, progress=progress)
+            size = 2.0 * math.pi / by_modes.last_frequency if by_modes.last_frequency > 0.0 else math.inf
+            how = f"a brick wall after {by_modes.modes} modes, the last of wavelength {size / frame.scale:.4g}, by eigenvectors"
+        else:
+            assert size is not None
+            by_modes = filter_by_modes(problem, centred, wanted(size), tolerance=tolerance, progress=progress)
+            how = f"a smooth response that cuts off at waves of {detail_size:.4g}, by the {by_modes.modes} modes that it reaches"
+        filtered, error, route, computed, degree = by_modes.values, by_modes.error, "eigenvectors", by_modes.modes, 0
     else:
-        found = _without_modes(problem, centred, wanted, modes, progress)
+        law = ""
+        if modes is not None:
+            size = math.sqrt(math.pi * float(problem.mass.sum()) / modes)
+            law = f"; {modes} modes reach this wavelength by Weyl's law"
+        assert size is not None
+        free = filter_without_eigenvectors(problem, centred, wanted(size), tolerance=tolerance, progress=progress)
+        how = f"a smooth response that cuts off at waves of {size / frame.scale:.4g}, without eigenvectors: {free.route}{law}"
+        filtered, error, route, computed, degree = free.values, free.error_bound, free.route.name, 0, free.route.degree
     after = start.copy()
-    after[problem.vertices] = found.vertices + centroids
+    after[problem.vertices] = filtered + centroids
     after[~moves[used]] = start[~moves[used]]
     result = points.copy()
     result[used] = leave(gathered, start, after, frame)
     progress(1.0)
-    length = found.detail_size / frame.scale
-    told = found.explanation.format(detail_size=length)
-    return replace(found, vertices=result, explanation=told, error=found.error / frame.scale, detail_size=length)
-
-
-@dataclass(frozen=True)
-class _Wanted:
-    """What is asked for, lengths in the unit of the frame."""
-
-    name: ResponseName
-    detail_size: float | None
-    largest_size: float | None
-    gain: float | None
-    order: int
-    tolerance: float
-
-    def response(self, detail_size: float) -> Response:
-        return _response(self.name, detail_size, self.largest_size, self.gain, self.order)
+    return SpectralResult(result, route, how, error / frame.scale, size / frame.scale, computed, degree)
 
 
 def _response(name: ResponseName, detail_size: float, largest_size: float | None, gain: float | None, order: int) -> Response:
-    options: dict[str, float] = {} if name == "low_pass" or gain is None else {"gain": gain}
     if name == "low_pass":
         return RESPONSES[name](detail_size, order=order)
+    options: dict[str, float] = {} if gain is None else {"gain": gain}
     return RESPONSES[name](detail_size, BAND * detail_size if largest_size is None else largest_size, order=order, **options)
 
 
-def _by_modes(problem: SpectralProblem, values: Floats, wanted: _Wanted, modes: int | None, progress: Progress) -> SpectralResult:
-    """V F V^T M p, with a brick wall after so many modes, or with as many modes as the smooth response takes."""
-    if modes is not None:
-        count = min(modes, len(problem.mass))
-        _check_fits(problem, count)
-        kappa, shapes = lowest_eigenpairs(problem, count, progress=progress)
-        omega = _frequencies(kappa, problem)
-        detail_size = 2.0 * math.pi / omega[-1] if omega[-1] > 0.0 else math.inf
-        response = wanted.response(detail_size if math.isfinite(detail_size) else 1.0)
-        longest = 0.0 if wanted.name == "low_pass" else 2.0 * math.pi / response.cutoffs[0]
-        # The gain of a band is the weight of the profile at its short end.
-        inside = response.infinity + response.weights[-1]
-        factors = np.where(omega * longest >= 2.0 * math.pi, inside, response.infinity) if longest else np.ones_like(omega)
-        after, _ = _combined(problem, values, shapes, factors, response.infinity)
-        said = f"a brick wall after {count} modes, the shortest of wavelength {{detail_size:.4g}}, by eigenvectors"
-        return SpectralResult(after, "eigenvectors", said, 0.0, detail_size, count)
-    assert wanted.detail_size is not None
-    response = wanted.response(wanted.detail_size)
-    last = response.last_frequency(wanted.tolerance)
-    area = float(problem.mass.sum())
-    count = min(math.ceil(_MARGIN * area * last**2 / (4.0 * math.pi)) + problem.n_components + 10, len(problem.mass))
-    while True:
-        _check_fits(problem, count)
-        kappa, shapes = lowest_eigenpairs(problem, count, progress=progress)
-        omega = _frequencies(kappa, problem)
-        if count == len(problem.mass) or omega[-1] >= last:
-            break
-        count = min(count + count // 3 + 10, len(problem.mass))
-    after, rest = _combined(problem, values, shapes, response(omega), response.infinity)
-    error = 0.0 if count == len(problem.mass) else wanted.tolerance * rest
-    said = f"a smooth response that halves waves of {{detail_size:.4g}}, by the {count} modes that it reaches"
-    return SpectralResult(after, "eigenvectors", said, error, wanted.detail_size, count)
-
-
-def _without_modes(
-    problem: SpectralProblem, values: Floats, wanted: _Wanted, modes: int | None, progress: Progress
-) -> SpectralResult:
-    """The smooth response as a function of the operator."""
-    area = float(problem.mass.sum())
-    detail_size = wanted.detail_size if modes is None else math.sqrt(math.pi * area / modes)
-    assert detail_size is not None
-    after, error, route = filter_without_eigenvectors(
-        problem, values, wanted.response(detail_size), tolerance=wanted.tolerance, progress=progress
-    )
-    said = f"a smooth response that cuts off at waves of {{detail_size:.4g}}, without eigenvectors: {route}"
-    if modes is not None:
-        said += f"; {modes} modes reach this wavelength by Weyl's law"
-    return SpectralResult(after, route.name, said, error, detail_size, degree=route.degree)
-
-
-def _combined(problem: SpectralProblem, values: Floats, shapes: Floats, factors: Floats, infinity: float) -> tuple[Floats, float]:
-    """The values with their modes multiplied, what is no mode times `infinity`, and the root mean square of that remainder."""
-    rest, after = values.copy(), np.zeros_like(values)
-    for k in range(shapes.shape[1]):  # one by one: a product of matrices may round differently with the number of threads
-        along = np.einsum("i,ij->j", problem.mass * shapes[:, k], values)
-        part = shapes[:, k, None] * along
-        rest -= part
-        after += factors[k] * part
-    return after + infinity * rest, math.sqrt(float(np.sum(problem.mass[:, None] * rest * rest) / problem.mass.sum()))
+def _renumbered(faces: Ints, used: NDArray[np.intp], n_vertices: int) -> Ints:
+    """The proper triangles in the numbers of the vertices that they use."""
+    if len(used) == n_vertices:
+        return faces
+    number = np.full(n_vertices, -1, dtype=np.int32)
+    number[used] = np.arange(len(used), dtype=np.int32)
+    renamed = number[faces]
+    return np.ascontiguousarray(renamed[(renamed >= 0).all(axis=1)])
 
 
 def _about_centroids(values: Floats, problem: SpectralProblem) -> tuple[Floats, Floats]:
@@ -242,25 +184,6 @@ def _about_centroids(values: Floats, problem: SpectralProblem) -> tuple[Floats, 
     weight = np.bincount(parts, mass)
     means = np.stack([np.bincount(parts, mass * values[:, c]) / weight for c in range(3)], axis=1)
     return values - means[parts], means[parts]
-
-
-def _frequencies(kappa: Floats, problem: SpectralProblem) -> Floats:
-    """The frequency of each mode, 0 for the first ones, which are constant on the components, whatever they were rounded to."""
-    omega = np.sqrt(np.maximum(kappa, 0.0))
-    omega[: problem.n_components] = 0.0
-    return np.asarray(omega)
-
-
-def _fits(problem: SpectralProblem, modes: int) -> bool:
-    return min(modes, len(problem.mass)) * len(problem.mass) <= _LARGEST_BASIS
-
-
-def _check_fits(problem: SpectralProblem, count: int) -> None:
-    if not _fits(problem, count):
-        raise FilterInputError(
-            f"{count} modes of {len(problem.mass)} vertices take {8e-9 * count * len(problem.mass):.1f} GB: take the method "
-            "'polynomial', which needs none, a larger detail_size or fewer modes"
-        )
 
 
 def _untouched(points: Floats, why: str) -> SpectralResult:

@@ -1,0 +1,128 @@
+"""Spectral filters by modes: as many as a smooth response reaches, or a brick wall after some."""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import FilterInputError
+from ..mesh import Floats
+from ..progress import Progress, ignore_progress
+from .eigenpairs import lowest_eigenpairs
+from .problem import SpectralProblem
+from .responses import Response
+
+#: numbers that a basis may take up: 0.8 GB
+LARGEST_BASIS = 100_000_000
+#: modes more than Weyl's law gives for a frequency, since it leaves out a term that grows with the border
+_MARGIN = 1.15
+
+
+class FilteredByModes(NamedTuple):
+    """What a filter by modes gives.
+
+    Attributes:
+        values: (n, 3).
+        error: bound of the root mean square error over the surface, in the unit of the values.
+        modes: how many were computed.
+        last_frequency: of the last one, 0 if that is constant on a component.
+    """
+
+    values: Floats
+    error: float
+    modes: int
+    last_frequency: float
+
+
+def basis_fits(problem: SpectralProblem, count: int) -> bool:
+    """Whether so many modes fit into 0.8 GB."""
+    return min(count, len(problem.mass)) * len(problem.mass) <= LARGEST_BASIS
+
+
+def filter_by_modes(
+    problem: SpectralProblem, values: Floats, response: Response, *, tolerance: float, progress: Progress = ignore_progress
+) -> FilteredByModes:
+    """F(infinity) v + V (F - F(infinity)) V^T M v, with the modes V up to the frequency where F has nearly reached its limit.
+
+    Args:
+        problem: of n rows.
+        values: v, (n, 3), of mean 0 on every component.
+        response: F.
+        tolerance: by how much F may differ from its limit at modes that are left out. Smaller takes more modes.
+        progress: told the share that is done; may raise to stop.
+
+    Raises:
+        FilterInputError: the modes do not fit into memory.
+        ConvergenceError: they cannot be computed.
+    """
+    last = response.last_frequency(tolerance)
+    # Weyl's law: a surface of area A has A omega^2 / 4 pi modes up to omega.
+    estimate = math.ceil(_MARGIN * float(problem.mass.sum()) * last**2 / (4.0 * math.pi)) + problem.n_components + 10
+    count = min(estimate, len(problem.mass))
+    while True:
+        omega, shapes = _modes(problem, count, progress)
+        if count == len(problem.mass) or omega[-1] >= last:
+            break
+        count = min(count + count // 3 + 10, len(problem.mass))
+    after, rest = _combined(problem, values, shapes, response(omega), response.infinity)
+    error = 0.0 if count == len(problem.mass) else tolerance * rest
+    return FilteredByModes(after, error, count, float(omega[-1]))
+
+
+def brick_wall(
+    problem: SpectralProblem,
+    values: Floats,
+    count: int,
+    response: Callable[[float], Response] | None,
+    *,
+    progress: Progress = ignore_progress,
+) -> FilteredByModes:
+    """The `count` lowest modes of the values, or a band that ends with the last of them.
+
+    Args:
+        problem: of n rows.
+        values: (n, 3), of mean 0 on every component.
+        count: how many modes, from 1; more than n give n.
+        response: None keeps these modes and drops the rest. A band pass or enhancement, by the wavelength of the last mode: then
+            modes up to the band's longest wave get the gain of its middle, and all else what the response has at infinity.
+        progress: told the share that is done; may raise to stop.
+
+    Raises:
+        FilterInputError: the modes do not fit into memory.
+        ConvergenceError: they cannot be computed.
+    """
+    count = min(count, len(problem.mass))
+    omega, shapes = _modes(problem, count, progress)
+    factors, rest = np.ones_like(omega), 0.0
+    if response is not None and omega[-1] > 0.0:
+        band = response(2.0 * math.pi / float(omega[-1]))
+        rest = band.infinity
+        # The weight of the profile at the short end is what the band adds to the limit.
+        factors = np.where(omega >= band.cutoffs[0], rest + band.weights[-1], rest)
+    after, _ = _combined(problem, values, shapes, factors, rest)
+    return FilteredByModes(after, 0.0, count, float(omega[-1]))
+
+
+def _modes(problem: SpectralProblem, count: int, progress: Progress) -> tuple[Floats, Floats]:
+    """Frequencies and modes; those that are constant on the components come first and have 0, whatever they were rounded to."""
+    if not basis_fits(problem, count):
+        raise FilterInputError(
+            f"{count} modes of {len(problem.mass)} vertices take {8e-9 * count * len(problem.mass):.1f} GB: take the method "
+            "'polynomial', which needs none, a larger detail_size or fewer modes"
+        )
+    kappa, shapes = lowest_eigenpairs(problem, count, progress=progress)
+    omega = np.sqrt(np.maximum(kappa, 0.0))
+    omega[: problem.n_components] = 0.0
+    return np.asarray(omega), shapes
+
+
+def _combined(problem: SpectralProblem, values: Floats, shapes: Floats, factors: Floats, infinity: float) -> tuple[Floats, float]:
+    """The values with their modes multiplied, what is no mode times `infinity`, and the root mean square of that remainder."""
+    rest, after = values.copy(), np.zeros_like(values)
+    for k in range(shapes.shape[1]):  # one by one: a product of matrices may round differently with the number of threads
+        along = np.einsum("i,ij->j", problem.mass * shapes[:, k], values)
+        part = shapes[:, k, None] * along
+        rest -= part
+        after += factors[k] * part
+    return after + infinity * rest, math.sqrt(float(np.sum(problem.mass[:, None] * rest * rest) / problem.mass.sum()))
