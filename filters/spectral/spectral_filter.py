@@ -4,17 +4,15 @@ import math
 from dataclasses import dataclass
 from typing import Literal, TypeAlias, get_args
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ..diffusion.frame import enter, leave, ordered_frame
 from ..errors import FilterInputError
-from ..mesh import Floats, Ints, check_mesh, check_movable
+from ..mesh import Floats, check_mesh, check_movable
 from ..progress import Progress, ignore_progress
-from ..topology import referenced_vertices
 from .eigenvector_filter import basis_fits, brick_wall, filter_by_modes
 from .eigenvector_free import filter_without_eigenvectors
-from .problem import SpectralOperator, SpectralProblem, spectral_problem
+from .framed_surface import about_centroids, framed_surface
+from .problem import SpectralOperator, spectral_problem
 from .responses import DEFAULT_ORDER, RESPONSE_NAMES, RESPONSES, Response, ResponseName
 
 SpectralMethod: TypeAlias = Literal["auto", "eigenvectors", "polynomial"]
@@ -118,26 +116,22 @@ def spectral_filter(
         raise FilterInputError("the mesh has no triangles: a spectral filter is one of surfaces; triangulate a point cloud first")
     if not moves.any() or len(points) == 0:
         return _untouched(points, "no vertex may move")
-    used = np.flatnonzero(referenced_vertices(triangles, len(points)))
-    if len(used) == 0:
+    surface = framed_surface(points, triangles)
+    problem = None if surface is None else spectral_problem(surface.points, surface.faces, operator=operator)
+    if surface is None or problem is None or len(problem.mass) == 0:
         return _untouched(points, "no triangle has an area")
-    gathered = points[used]
-    frame = ordered_frame(gathered, None)
-    start = enter(gathered, frame)
-    problem = spectral_problem(start, _renumbered(triangles, used, len(points)), operator=operator)
-    if len(problem.mass) == 0:
-        return _untouched(points, "no triangle has an area")
+    scale = surface.frame.scale
 
     def wanted(size: float) -> Response:
-        return _response(response, size, None if largest_size is None else largest_size * frame.scale, gain, order)
+        return _response(response, size, None if largest_size is None else largest_size * scale, gain, order)
 
-    size = None if detail_size is None else detail_size * frame.scale
-    centred, centroids = _about_centroids(start[problem.vertices], problem)
+    size = None if detail_size is None else detail_size * scale
+    centred, centroids = about_centroids(surface.points[problem.vertices], problem)
     if method == "eigenvectors" or (method == "auto" and modes is not None and basis_fits(problem, modes)):
         if modes is not None:
             by_modes = brick_wall(problem, centred, int(modes), None if response == "low_pass" else wanted, progress=progress)
             size = 2.0 * math.pi / by_modes.last_frequency if by_modes.last_frequency > 0.0 else math.inf
-            how = f"a brick wall after {by_modes.modes} modes, the last of wavelength {size / frame.scale:.4g}, by eigenvectors"
+            how = f"a brick wall after {by_modes.modes} modes, the last of wavelength {size / scale:.4g}, by eigenvectors"
         else:
             assert size is not None
             by_modes = filter_by_modes(problem, centred, wanted(size), tolerance=tolerance, progress=progress)
@@ -150,15 +144,16 @@ def spectral_filter(
             law = f"; {modes} modes reach this wavelength by Weyl's law"
         assert size is not None
         free = filter_without_eigenvectors(problem, centred, wanted(size), tolerance=tolerance, progress=progress)
-        how = f"a smooth response that cuts off at waves of {size / frame.scale:.4g}, without eigenvectors: {free.route}{law}"
+        how = f"a smooth response that cuts off at waves of {size / scale:.4g}, without eigenvectors: {free.route}{law}"
         filtered, error, route, computed, degree = free.values, free.error_bound, free.route.name, 0, free.route.degree
-    after = start.copy()
+    after = surface.points.copy()
     after[problem.vertices] = filtered + centroids
-    after[~moves[used]] = start[~moves[used]]
+    held = ~moves[surface.used]
+    after[held] = surface.points[held]
     result = points.copy()
-    result[used] = leave(gathered, start, after, frame)
+    result[surface.used] = surface.moved_to(after)
     progress(1.0)
-    return SpectralResult(result, route, how, error / frame.scale, size / frame.scale, computed, degree)
+    return SpectralResult(result, route, how, error / scale, size / scale, computed, degree)
 
 
 def _response(name: ResponseName, detail_size: float, largest_size: float | None, gain: float | None, order: int) -> Response:
@@ -166,24 +161,6 @@ def _response(name: ResponseName, detail_size: float, largest_size: float | None
         return RESPONSES[name](detail_size, order=order)
     options: dict[str, float] = {} if gain is None else {"gain": gain}
     return RESPONSES[name](detail_size, BAND * detail_size if largest_size is None else largest_size, order=order, **options)
-
-
-def _renumbered(faces: Ints, used: NDArray[np.intp], n_vertices: int) -> Ints:
-    """The proper triangles in the numbers of the vertices that they use."""
-    if len(used) == n_vertices:
-        return faces
-    number = np.full(n_vertices, -1, dtype=np.int32)
-    number[used] = np.arange(len(used), dtype=np.int32)
-    renamed = number[faces]
-    return np.ascontiguousarray(renamed[(renamed >= 0).all(axis=1)])
-
-
-def _about_centroids(values: Floats, problem: SpectralProblem) -> tuple[Floats, Floats]:
-    """The values about the centroid of each component, which no filter moves, and these centroids, a row a vertex."""
-    parts, mass = problem.components, problem.mass
-    weight = np.bincount(parts, mass)
-    means = np.stack([np.bincount(parts, mass * values[:, c]) / weight for c in range(3)], axis=1)
-    return values - means[parts], means[parts]
 
 
 def _untouched(points: Floats, why: str) -> SpectralResult:

@@ -1,18 +1,17 @@
 """The spectrum of a shape: how much of it lies at which frequency, from the largest waves to the mesh's finest."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.linalg import eigh_tridiagonal
-from scipy.sparse import csr_matrix
 
-from ..diffusion.frame import enter, ordered_frame
 from ..errors import FilterInputError
 from ..mesh import Floats, check_mesh
 from ..progress import Progress, ignore_progress
 from .eigenpairs import lowest_eigenpairs
+from .energy_quadrature import energy_quadrature, enough_steps, without_stiffest
+from .framed_surface import about_centroids, framed_surface
 from .problem import SpectralOperator, SpectralProblem, spectral_problem
 
 #: bands an octave
@@ -21,9 +20,6 @@ BANDS = 3
 SHORTEST = 0.5
 #: of the work, what the modes take
 _SHARE_OF_MODES = 0.6
-#: the mass that slivers may be given, as a share of the area
-_ADDED = 1e-4
-_FEWEST_STEPS, _MOST_STEPS = 100, 600
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,15 +92,13 @@ def spectrum(
         raise FilterInputError(f"steps is {steps}: it is a whole number of at least 1")
     if len(triangles) == 0:
         raise FilterInputError("the mesh has no triangles: a spectrum is that of a surface")
-    used, inverse = np.unique(triangles, return_inverse=True)
-    gathered = points[used]
-    frame = ordered_frame(gathered, None)
-    start = enter(gathered, frame)
-    problem = _without_stiffest(spectral_problem(start, inverse.reshape(-1, 3).astype(np.int32), operator=operator))
-    if len(problem.mass) == 0:
+    surface = framed_surface(points, triangles)
+    plain = None if surface is None else spectral_problem(surface.points, surface.faces, operator=operator)
+    if surface is None or plain is None or len(plain.mass) == 0:
         raise FilterInputError("no triangle of the mesh has an area: a spectrum is that of a surface")
-    unit = 1.0 / frame.scale
-    rest = _centred(start[problem.vertices], problem)
+    problem = without_stiffest(plain)
+    unit = 1.0 / surface.frame.scale
+    rest, _ = about_centroids(surface.points[problem.vertices], problem)
     area = float(problem.mass.sum())
     total = float(np.sum(problem.mass[:, None] * rest * rest)) / area
     count = min(int(modes), len(problem.mass))
@@ -118,8 +112,9 @@ def spectrum(
         along = np.einsum("i,ij->j", weighted, rest)
         energies[k] = float(along @ along) / area
         rest -= shapes[:, k, None] * along
-    taken = _enough_steps(problem, kappa) if steps is None else int(steps)
-    nodes, weights = _quadrature(problem, rest, taken, lambda done: progress(_SHARE_OF_MODES + (1 - _SHARE_OF_MODES) * done))
+    taken = enough_steps(problem, float(kappa[-1]) if len(kappa) else 0.0) if steps is None else int(steps)
+    share = _SHARE_OF_MODES if count else 0.0
+    nodes, weights = energy_quadrature(problem, rest, taken, progress=lambda done: progress(share + (1.0 - share) * done))
     edges, bands = _bands(
         np.sqrt(np.concatenate([kappa, nodes])) / unit,
         np.concatenate([energies, weights / area]) * unit**2,
@@ -127,70 +122,6 @@ def spectrum(
     )
     progress(1.0)
     return Spectrum(np.sqrt(kappa) / unit, energies * unit**2, edges, bands, total * unit**2, area * unit**2)
-
-
-def _centred(points: Floats, problem: SpectralProblem) -> Floats:
-    """The points about the centroid of their component."""
-    weight = np.bincount(problem.components, problem.mass)
-    means = [np.bincount(problem.components, problem.mass * points[:, c]) / weight for c in range(3)]
-    return points - np.stack(means, axis=1)[problem.components]
-
-
-def _without_stiffest(problem: SpectralProblem) -> SpectralProblem:
-    """The problem with more mass at the vertices of the highest S_ii / M_i, which bounds kappa up to a factor of 2 or so."""
-    stiffness, area = problem.stiffness.diagonal(), float(problem.mass.sum())
-    low, high = 1e-300, float(np.max(stiffness / problem.mass, initial=1e-300))
-    for _ in range(200):  # a bisection of the logarithm down to a percent
-        if high <= 1.01 * low:
-            break
-        middle = math.sqrt(low) * math.sqrt(high)
-        added = float(np.maximum(stiffness / middle - problem.mass, 0.0).sum())
-        low, high = (low, middle) if added <= _ADDED * area else (middle, high)
-    return replace(problem, mass=np.maximum(problem.mass, stiffness / high))
-
-
-def _enough_steps(problem: SpectralProblem, kappa: Floats) -> int:
-    """Nodes lie pi / (2 steps) of the highest frequency apart: half a band at the last mode's."""
-    highest = 2.0 * float(np.max(problem.stiffness.diagonal() / problem.mass))
-    lowest = float(kappa[-1]) if len(kappa) else 0.0
-    wanted = 12.0 * math.sqrt(highest / lowest) if lowest > 0.0 else math.inf
-    return int(min(max(wanted, _FEWEST_STEPS), _MOST_STEPS))
-
-
-def _quadrature(problem: SpectralProblem, values: Floats, steps: int, progress: Progress) -> tuple[Floats, Floats]:
-    """Nodes kappa and weights of the energy of (n, d) values against kappa, all columns together.
-
-    The Lanczos vectors are not made orthogonal again: rounding then repeats nodes and shares their weight out among them, which
-    leaves the energy of a band what it is.
-    """
-    root = np.sqrt(problem.mass)
-    half = csr_matrix(problem.stiffness.multiply(1.0 / root[:, None]).multiply(1.0 / root[None, :]))
-    start = root[:, None] * values
-    norms = np.sqrt(np.einsum("ij,ij->j", start, start))
-    present = norms > 0.0
-    if not present.any():
-        return np.empty(0), np.empty(0)
-    now = start[:, present] / norms[present]
-    steps = min(steps, len(now))
-    diagonal, beside = np.zeros((steps, now.shape[1])), np.zeros((steps, now.shape[1]))
-    before, length = np.zeros_like(now), np.zeros(now.shape[1])
-    for step in range(steps):
-        after = half @ now - length * before
-        diagonal[step] = np.einsum("ij,ij->j", after, now)
-        after -= diagonal[step] * now
-        length = np.sqrt(np.einsum("ij,ij->j", after, after))
-        beside[step] = length
-        before, now = now, after / np.where(length > 0.0, length, 1.0)
-        progress((step + 1) / steps)
-    nodes, weights = [], []
-    for column, norm in enumerate(norms[present]):
-        # A Krylov space that is exhausted ends with an entry that is rounding alone.
-        ends = np.flatnonzero(beside[:, column] <= 1e-14 * np.abs(diagonal[:, column]).max())
-        size = int(ends[0]) + 1 if len(ends) else steps
-        kappa, vectors = eigh_tridiagonal(diagonal[:size, column], beside[: size - 1, column])
-        nodes.append(np.maximum(kappa, 0.0))
-        weights.append((norm * vectors[0]) ** 2)
-    return np.concatenate(nodes), np.concatenate(weights)
 
 
 def _bands(frequencies: Floats, energies: Floats, *, highest: float) -> tuple[Floats, Floats]:
