@@ -44,7 +44,7 @@ def modes_near(
     basis = np.empty((n, min(limit, int(2.5 * wanted) + 2 * _SMALL) + BLOCK), order="F")
     projected = np.zeros((limit, limit))
     block = factors.solve(np.asfortranarray(np.random.default_rng(seed).normal(size=(n, BLOCK))))
-    _remove(locked, block)
+    remove(locked, block)
     basis[:, :BLOCK] = linalg.qr(block, mode="economic", check_finite=False)[0]
     size, look = 0, int(_FIRST_LOOK * wanted) + _SMALL
     while True:
@@ -52,11 +52,11 @@ def modes_near(
         block = factors.solve(now)
         progress(min(1.0, size / (2.0 * wanted + _SMALL)))
         # The two neighbours first, which hold nearly all of it: then one pass over the whole basis is exact.
-        coarse = _remove(basis[:, max(0, size - BLOCK) : size + BLOCK], block)
+        coarse = remove(basis[:, max(0, size - BLOCK) : size + BLOCK], block)
         size += BLOCK
-        share = _remove(basis[:, :size], block)
+        share = remove(basis[:, :size], block)
         if size // BLOCK % _RENEWAL == 0:
-            _remove(locked, block)
+            remove(locked, block)
         share[-len(coarse) :] += coarse
         projected[:size, size - BLOCK : size] = share
         following, coupling = linalg.qr(block, mode="economic", check_finite=False)
@@ -79,14 +79,14 @@ def modes_near(
             chosen = np.concatenate([np.arange(below)[::-1], upper[:converged]]).astype(np.int64)
             order = chosen[np.argsort(kappa[chosen], kind="stable")]
             weights = np.vstack([vectors[:, order], coupling @ vectors[-BLOCK:, order] / theta[order]])
-            return kappa[order], np.asfortranarray(basis[:, : size + BLOCK] @ weights)
+            return kappa[order], np.asarray(blas.dgemm(1.0, basis[:, : size + BLOCK], np.asfortranarray(weights)))
         if size + BLOCK > limit:
             raise ConvergenceError(
                 f"{wanted} modes about the eigenvalue {factors.shift:.6g} have not converged in a basis of {size} vectors"
             )
 
 
-def _remove(directions: Floats, block: Floats) -> Floats:
+def remove(directions: Floats, block: Floats) -> Floats:
     """Makes the block, in place, orthogonal to orthonormal directions; returns its share of each. All are Fortran-ordered."""
     share = blas.dgemm(1.0, directions, block, trans_a=True)
     blas.dgemm(-1.0, directions, share, 1.0, block, overwrite_c=True)

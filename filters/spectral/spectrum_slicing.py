@@ -2,13 +2,14 @@
 
 import numpy as np
 from scipy import linalg, sparse
+from scipy.linalg import blas
 
 from ..errors import ConvergenceError
 from ..mesh import Floats
 from ..progress import Progress
 from .columnwise import product
 from .shifted_factors import ShiftedFactors
-from .shifted_lanczos import modes_near
+from .shifted_lanczos import modes_near, remove
 
 #: Modes of a band: more make the basis dearer to keep orthogonal, fewer need more factorisations.
 _BAND, _BAND_OF_LARGE, _LARGE = 100, 160, 50_000
@@ -65,7 +66,7 @@ def lowest_modes(
         if len(found) == 0:
             continue
         # Modes near the edge of an earlier band mix with their neighbours there by their residual over the gap.
-        vectors -= modes @ (modes.T @ vectors)
+        remove(modes, vectors)
         found, vectors = _polished(operator, factors, found, vectors, 0.7 * tolerance)
         spacing = max(float(found[-1] - kappa[-1]), 0.0) / len(found) or spacing
         kappa, modes = np.concatenate([kappa, found]), np.hstack([modes, vectors])
@@ -93,10 +94,10 @@ def _polished(
         vectors[:, bad] = better / np.linalg.norm(better, axis=0)
         energy = vectors.T @ product(operator, vectors)
         kappa, weights = linalg.eigh(0.5 * (energy + energy.T), vectors.T @ vectors, check_finite=False)
-        vectors = np.asfortranarray(vectors @ weights)
+        vectors = np.asarray(blas.dgemm(1.0, vectors, weights))
     # The higher give way to the lower, whose residuals must be smaller.
     triangle = linalg.cholesky(vectors.T @ vectors, check_finite=False)
-    return kappa, np.asfortranarray(linalg.solve_triangular(triangle, vectors.T, trans="T", check_finite=False).T)
+    return kappa, np.asarray(blas.dtrsm(1.0, triangle, vectors, side=1, overwrite_b=True))
 
 
 def _placed(

@@ -12,6 +12,7 @@ import time
 import numpy as np
 import pytest
 from scipy import linalg
+from threadpoolctl import threadpool_limits
 
 from pymeshfair.filters.errors import FilterInputError
 from pymeshfair.filters.spectral import eigenpairs, shifted_lanczos, spectrum_slicing
@@ -36,7 +37,8 @@ def deviation(problem: SpectralProblem, modes: np.ndarray) -> float:
 def dense(problem: SpectralProblem) -> np.ndarray:
     """All eigenvalues, by LAPACK."""
     root = 1.0 / np.sqrt(problem.mass)
-    return np.asarray(linalg.eigvalsh(root[:, None] * problem.stiffness.toarray() * root))
+    with threadpool_limits(limits=1):
+        return np.asarray(linalg.eigvalsh(root[:, None] * problem.stiffness.toarray() * root))
 
 
 def test_sphere_eigenvalues_tend_to_the_closed_form_at_order_two() -> None:
