@@ -37,8 +37,7 @@ class ChebyshevSeries:
 
     def __call__(self, t: Floats) -> Floats:
         """p(t)."""
-        values: Floats = np.polynomial.chebyshev.chebval(t, self.coefficients)
-        return values
+        return np.asarray(np.polynomial.chebyshev.chebval(t, self.coefficients), dtype=np.float64)
 
 
 def chebyshev_series(

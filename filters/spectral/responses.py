@@ -68,7 +68,7 @@ class Response:
         largest = sum(map(abs, self.weights))
         if largest <= tolerance:
             return 0.0
-        return self.cutoffs[-1] * (math.log(largest / tolerance) / math.log(2.0)) ** (0.5 / self.order)
+        return self.cutoffs[-1] * math.pow(math.log2(largest / tolerance), 0.5 / self.order)
 
     def with_unit(self, length: float) -> Response:
         """The same response for a mesh whose coordinates were divided by `length`."""

@@ -10,7 +10,7 @@ import pytest
 from pymeshfair.filters.spectral.eigenvector_free import filter_without_eigenvectors
 from pymeshfair.filters.spectral.problem import spectral_problem
 from pymeshfair.filters.spectral.rational import rational_series
-from pymeshfair.filters.spectral.responses import enhance, low_pass
+from pymeshfair.filters.spectral.responses import Response, enhance, low_pass
 from tests.filters.test_polynomial_filter import MESHES, RESPONSES, all_modes, filtered_by_modes, posed, root_mean_square
 from tests.meshes import icosphere, with_caps
 
@@ -31,7 +31,7 @@ def test_the_error_is_within_its_estimate(mesh: str, response: str, tolerance: f
 
 
 @pytest.mark.parametrize("response", [low_pass(1.0), low_pass(1.0, order=1), low_pass(1.0, order=4), enhance(1.0, 20.0)])
-def test_the_series_holds_for_all_frequencies(response) -> None:  # noqa: ANN001
+def test_the_series_holds_for_all_frequencies(response: Response) -> None:
     """The scalar function is within the error of the response from 0 to far beyond any mesh."""
     series, pole = rational_series(response, tolerance=1e-6)
     omega = np.concatenate([np.linspace(0.0, 30.0, 4000), np.geomspace(30.0, 1e12, 1000)])

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 from pymeshfair.filters.errors import FilterInputError
-from pymeshfair.filters.spectral.responses import ORDERS, RESPONSE_NAMES, RESPONSES, band_pass, enhance, low_pass
+from pymeshfair.filters.spectral.responses import ORDERS, RESPONSE_NAMES, RESPONSES, Response, band_pass, enhance, low_pass
 
 OMEGA = np.linspace(0.0, 50.0, 5001)
 
@@ -80,7 +81,7 @@ def test_a_unit_of_length_changes_nothing(name: str) -> None:
         (lambda: enhance(1.0, 2.0, gain=math.inf), "gain inf"),
     ],
 )
-def test_wrong_parameters_are_named(call, said: str) -> None:  # noqa: ANN001
+def test_wrong_parameters_are_named(call: Callable[[], Response], said: str) -> None:
     """The message names the parameter and its value."""
     with pytest.raises(FilterInputError, match=said):
         call()
