@@ -10,6 +10,7 @@ import pytest
 
 from pymeshfair.filters import parallel, topology
 from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.spectral import eigenvector_filter
 from pymeshfair.filters.spectral.spectral_filter import spectral_filter
 from tests.meshes import AWKWARD, Floats, Mesh, diagonal, grid, icosphere, noisy, renumbered, rotation, torus, two_spheres
 
@@ -252,3 +253,11 @@ def test_modes_that_memory_does_not_hold_are_refused() -> None:
     """The message gives the amount and the way out; nothing is computed."""
     with pytest.raises(FilterInputError, match="GB: take the method 'polynomial'"):
         spectral_filter(*icosphere(5), detail_size=0.01, method="eigenvectors")
+
+
+def test_auto_does_without_modes_that_memory_does_not_hold(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same call takes the smooth response at Weyl's wavelength, and says so."""
+    monkeypatch.setattr(eigenvector_filter, "LARGEST_BASIS", 1000)
+    found = spectral_filter(*icosphere(3), modes=50)
+    assert found.route in ("polynomial", "rational")
+    assert "50 modes reach this wavelength by Weyl's law" in found.explanation
