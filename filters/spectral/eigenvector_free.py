@@ -194,7 +194,8 @@ def _solving_time(n: int, solves: int) -> float:
 def _columns(values: Floats, n: int) -> Floats:
     if values.ndim not in (1, 2) or len(values) != n or not np.isfinite(values).all():
         raise FilterInputError(f"values must be finite and have a row for each of {n} vertices, got shape {values.shape}")
-    return np.asarray(values, dtype=np.float64).reshape(n, -1)
+    columns = np.asarray(values, dtype=np.float64)
+    return columns if columns.ndim == 2 else columns[:, None]
 
 
 def _about_means(problem: SpectralProblem, columns: Floats) -> tuple[Floats, Floats]:

@@ -262,3 +262,12 @@ def test_eigenvectors_and_polynomial_agree_on_a_scan() -> None:
     assert np.linalg.norm(values - by_modes, axis=1).max() <= 1e-4 * diagonal
     assert max(bound, route.largest_error) <= 1e-4 * diagonal
     assert np.linalg.norm(values - points, axis=1).max() >= 1e-2 * diagonal
+
+
+def test_nothing_to_filter() -> None:
+    """No vertices, or none that differ, give back what came in without an error."""
+    nothing = spectral_problem(np.empty((0, 3)), np.empty((0, 3), dtype=np.int32))
+    values, bound, route = filter_without_eigenvectors(nothing, np.empty((0, 3)), low_pass(1.0))
+    assert values.shape == (0, 3)
+    assert bound == 0.0
+    assert route.degree == 0
