@@ -1,20 +1,55 @@
-"""A sparse symmetric operator times the columns of a Fortran-ordered matrix, each column by itself."""
+"""Products with tall Fortran-ordered matrices, a few columns at a time, so that long ones can be interrupted between them."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from numba import njit, prange
 from scipy import sparse
+from scipy.linalg import blas
 
 from ..mesh import Floats, Ints
+from ..progress import Progress
+
+_TOGETHER = 16
 
 
-def product(operator: sparse.csc_matrix, columns: Floats) -> Floats:
-    """A X, (n, k) Fortran-ordered, for a symmetric A; the same to the bit for any number of threads."""
+def groups(count: int, progress: Progress, done: float = 1.0) -> Iterator[slice]:
+    """The columns from 0 to `count` in groups, with `progress` told `done` before each."""
+    for first in range(0, count, _TOGETHER):
+        progress(done)
+        yield slice(first, min(first + _TOGETHER, count))
+
+
+def sparse_product(operator: sparse.csc_matrix, columns: Floats) -> Floats:
+    """A X, (n, k), for a symmetric A; the same to the bit for any number of threads."""
     made = np.empty(columns.shape, order="F")
     kernel: Any = _product
-    kernel(operator.indptr, operator.indices, operator.data, np.asfortranarray(columns), made)
+    kernel(operator.indptr, operator.indices, operator.data, columns, made)
     return made
+
+
+def combined(columns: Floats, weights: Floats, progress: Progress) -> Floats:
+    """X W, (n, k)."""
+    made = np.empty((len(columns), weights.shape[1]), order="F")
+    for group in groups(weights.shape[1], progress):
+        made[:, group] = blas.dgemm(1.0, columns, np.asfortranarray(weights[:, group]))
+    return made
+
+
+def inner_products(left: Floats, right: Floats, progress: Progress) -> Floats:
+    """X^T Y, (k, l)."""
+    made = np.empty((left.shape[1], right.shape[1]), order="F")
+    for group in groups(right.shape[1], progress):
+        made[:, group] = blas.dgemm(1.0, left, right[:, group], trans_a=True)
+    return made
+
+
+def remove(directions: Floats, block: Floats) -> Floats:
+    """Makes the block, in place, orthogonal to orthonormal directions; returns its share of each."""
+    share = blas.dgemm(1.0, directions, block, trans_a=True)
+    blas.dgemm(-1.0, directions, share, 1.0, block, overwrite_c=True)
+    return np.asarray(share)
 
 
 @njit(cache=True, parallel=True)

@@ -1,14 +1,15 @@
 """The lowest eigenvalues and eigenvectors of a spectral problem, all of them: none is left out."""
 
 import numpy as np
-from scipy import linalg, sparse
+from scipy import sparse
 from threadpoolctl import threadpool_limits
 
 from ..errors import ConvergenceError, FilterInputError
 from ..mesh import Floats
 from ..parallel import threads_for
 from ..progress import Progress, ignore_progress
-from .columnwise import product
+from .abandonable import abandonable
+from .columnwise import groups, sparse_product
 from .problem import SpectralProblem
 from .spectrum_slicing import lowest_modes
 
@@ -104,20 +105,21 @@ def _connected(
     operator = sparse.csc_matrix(scaling @ part @ scaling)
     n = len(rows)
     if n <= _DENSE or (n <= _DENSE_LIMIT and count * _DENSE_SHARE > n):
-        progress(0.0)
-        # Divide and conquer gives all, and is quicker once half of them are wanted.
-        chosen = {"driver": "evd"} if 2 * count > n else {"subset_by_index": [0, count - 1]}
-        vectors = linalg.eigh(operator.toarray(), check_finite=False, **chosen)[1][:, :count]
+        # Numpy's, since it lets other threads run.
+        vectors = abandonable(lambda: np.linalg.eigh(operator.toarray())[1], progress, 0.5)[:, :count]
     else:
         _, vectors = lowest_modes(operator, root / np.linalg.norm(root), count, tolerance=tolerance, progress=progress)
     vectors = np.asfortranarray(vectors)
     vectors[:, 0] = root / np.linalg.norm(root)
-    applied = product(operator, vectors)
-    kappa = np.einsum("ij,ij->j", vectors, applied) / np.einsum("ij,ij->j", vectors, vectors)
+    kappa, rest = np.empty(count), np.empty(count)
+    for group in groups(count, progress, 0.99):
+        part_of = vectors[:, group]
+        applied = sparse_product(operator, part_of)
+        kappa[group] = np.einsum("ij,ij->j", part_of, applied) / np.einsum("ij,ij->j", part_of, part_of)
+        rest[group] = np.linalg.norm(applied - part_of * kappa[group], axis=0)
     kappa[0] = 0.0
-    applied -= vectors * kappa
     if count > 1:
-        residual = np.linalg.norm(applied, axis=0) / np.maximum(kappa, max(kappa[1], np.finfo(float).tiny))
+        residual = rest / np.maximum(kappa, max(kappa[1], np.finfo(float).tiny))
         # Rounding of the product alone.
         floor = 4e-15 * float(np.abs(operator).sum(axis=0).max()) / kappa[1]
         if not residual.max() <= max(tolerance, floor):

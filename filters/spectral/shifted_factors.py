@@ -1,6 +1,6 @@
 """Factors of a shifted operator, A - shift I = L D L^T: they solve, and they count the eigenvalues below the shift."""
 
-import threading
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,10 +11,10 @@ from scipy.sparse.linalg import splu
 from ..errors import ConvergenceError
 from ..mesh import Floats, Ints
 from ..progress import Progress
+from .abandonable import abandonable
 
 # Columns that one pass over the factors solves for: what fits the registers.
 _TOGETHER = 8
-_POLL = 0.1
 _ATTEMPTS = 4
 # Backward errors of a solution by factors that are good, and by such as do if there are no better ones: the count is right while
 # no eigenvalue is closer to the shift than this share of the largest, and what the modes lose one step of refinement restores.
@@ -46,13 +46,13 @@ class ShiftedFactors:
         for attempt in range(_ATTEMPTS):
             tried = shift * (1.0 + 1e-4 * attempt)
             shifted = sparse.csc_matrix(matrix - tried * identity)
-            lu = _factorised(shifted, progress, done)
+            lu = abandonable(partial(_factorised, shifted), progress, done)
             if lu is None or not (lu.perm_r == lu.perm_c).all():
                 continue
             lower = lu.L
             factors = (lower.indptr.astype(np.int64), lower.indices, lower.data, lu.U.diagonal(), lu.perm_c.astype(np.int32))
             x = _solved(factors, probe)
-            error = np.linalg.norm(shifted @ x - probe) / (size * np.linalg.norm(x) + np.linalg.norm(probe))
+            error = float(np.linalg.norm(shifted @ x - probe) / (size * np.linalg.norm(x) + np.linalg.norm(probe)))
             if error < best:
                 best, self.shift, self._factors = error, tried, factors
             if best <= _GOOD:
@@ -73,27 +73,12 @@ def _solved(factors: Any, right_side: Floats) -> Floats:
     return x
 
 
-def _factorised(matrix: sparse.csc_matrix, progress: Progress, done: float) -> Any:
+def _factorised(matrix: sparse.csc_matrix) -> Any:
     """SuperLU's factors, None if it meets a pivot that is 0."""
-    results: list[Any] = []
-
-    def work() -> None:
-        try:
-            options = {"SymmetricMode": True}
-            results.append(splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options))
-        except RuntimeError:
-            results.append(None)
-        except BaseException as error:  # told to the one who waits
-            results.append(error)
-
-    worker = threading.Thread(target=work, daemon=True)
-    worker.start()
-    while worker.is_alive():
-        worker.join(_POLL)
-        progress(done)
-    if isinstance(results[0], BaseException):
-        raise results[0]
-    return results[0]
+    try:
+        return splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    except RuntimeError:
+        return None
 
 
 @njit(cache=True, parallel=True)

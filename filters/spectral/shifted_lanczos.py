@@ -2,11 +2,11 @@
 
 import numpy as np
 from scipy import linalg
-from scipy.linalg import blas
 
 from ..errors import ConvergenceError
 from ..mesh import Floats
 from ..progress import Progress
+from .columnwise import combined, remove
 from .shifted_factors import ShiftedFactors
 
 #: Columns that the factors solve for at once. Eigenvalues of a higher multiplicity take a second search.
@@ -79,15 +79,8 @@ def modes_near(
             chosen = np.concatenate([np.arange(below)[::-1], upper[:converged]]).astype(np.int64)
             order = chosen[np.argsort(kappa[chosen], kind="stable")]
             weights = np.vstack([vectors[:, order], coupling @ vectors[-BLOCK:, order] / theta[order]])
-            return kappa[order], np.asarray(blas.dgemm(1.0, basis[:, : size + BLOCK], np.asfortranarray(weights)))
+            return kappa[order], combined(basis[:, : size + BLOCK], weights, progress)
         if size + BLOCK > limit:
             raise ConvergenceError(
                 f"{wanted} modes about the eigenvalue {factors.shift:.6g} have not converged in a basis of {size} vectors"
             )
-
-
-def remove(directions: Floats, block: Floats) -> Floats:
-    """Makes the block, in place, orthogonal to orthonormal directions; returns its share of each. All are Fortran-ordered."""
-    share = blas.dgemm(1.0, directions, block, trans_a=True)
-    blas.dgemm(-1.0, directions, share, 1.0, block, overwrite_c=True)
-    return np.asarray(share)

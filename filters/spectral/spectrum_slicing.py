@@ -2,20 +2,20 @@
 
 import numpy as np
 from scipy import linalg, sparse
-from scipy.linalg import blas
 
 from ..errors import ConvergenceError
 from ..mesh import Floats
 from ..progress import Progress
-from .columnwise import product
+from .columnwise import combined, groups, inner_products, remove, sparse_product
 from .shifted_factors import ShiftedFactors
-from .shifted_lanczos import modes_near, remove
+from .shifted_lanczos import modes_near
 
 #: Modes of a band: more make the basis dearer to keep orthogonal, fewer need more factorisations.
 _BAND, _BAND_OF_LARGE, _LARGE = 100, 160, 50_000
 #: Modes found beyond the last one wanted, among which the last count finds a gap.
 _GUARD = 6
 _ROUNDS = 10_000
+_POLISHES = 3
 
 
 def lowest_modes(
@@ -66,8 +66,9 @@ def lowest_modes(
         if len(found) == 0:
             continue
         # Modes near the edge of an earlier band mix with their neighbours there by their residual over the gap.
-        remove(modes, vectors)
-        found, vectors = _polished(operator, factors, found, vectors, 0.7 * tolerance)
+        for group in groups(len(found), partial):
+            remove(modes, vectors[:, group])
+        found, vectors = _polished(operator, factors, found, vectors, 0.7 * tolerance, partial)
         spacing = max(float(found[-1] - kappa[-1]), 0.0) / len(found) or spacing
         kappa, modes = np.concatenate([kappa, found]), np.hstack([modes, vectors])
         order = np.argsort(kappa, kind="stable")
@@ -76,28 +77,36 @@ def lowest_modes(
 
 
 def _polished(
-    operator: sparse.csc_matrix, factors: ShiftedFactors, kappa: Floats, vectors: Floats, tolerance: float
+    operator: sparse.csc_matrix, factors: ShiftedFactors, kappa: Floats, vectors: Floats, tolerance: float, progress: Progress
 ) -> tuple[Floats, Floats]:
-    """The modes of a band, orthonormal, with residuals of at most a share of kappa.
+    """The modes of a band, orthonormal, with residuals of at most a share of kappa; the vectors given are overwritten.
 
     Far from the shift what remains is the noise of the solves, amplified by the nearest eigenvalue. A fresh solve is without it,
     but brings in the modes nearest to the shift, which the best vectors within the band's space are free of.
     """
-    for _ in range(3):
-        residual = np.linalg.norm(product(operator, vectors) - vectors * kappa, axis=0)
+    for _ in range(_POLISHES):
+        residual = np.empty(len(kappa))
+        for group in groups(len(kappa), progress):
+            rest = sparse_product(operator, vectors[:, group]) - vectors[:, group] * kappa[group]
+            residual[group] = np.linalg.norm(rest, axis=0)
         bad = np.flatnonzero(residual > tolerance * kappa)
         if len(bad) == 0:
             break
-        given = np.asfortranarray(vectors[:, bad])
-        better = factors.solve(given)
-        better += factors.solve(np.asfortranarray(given - (product(operator, better) - factors.shift * better)))
-        vectors[:, bad] = better / np.linalg.norm(better, axis=0)
-        energy = vectors.T @ product(operator, vectors)
-        kappa, weights = linalg.eigh(0.5 * (energy + energy.T), vectors.T @ vectors, check_finite=False)
-        vectors = np.asarray(blas.dgemm(1.0, vectors, weights))
+        for group in groups(len(bad), progress):
+            given = np.asfortranarray(vectors[:, bad[group]])
+            better = factors.solve(given)
+            better += factors.solve(given - (sparse_product(operator, better) - factors.shift * better))
+            vectors[:, bad[group]] = better / np.linalg.norm(better, axis=0)
+        energy = np.empty((len(kappa), len(kappa)))
+        for group in groups(len(kappa), progress):
+            energy[:, group] = inner_products(vectors, sparse_product(operator, vectors[:, group]), progress)
+        overlap = inner_products(vectors, vectors, progress)
+        kappa, weights = linalg.eigh(0.5 * (energy + energy.T), overlap, check_finite=False)
+        vectors = combined(vectors, weights, progress)
     # The higher give way to the lower, whose residuals must be smaller.
-    triangle = linalg.cholesky(vectors.T @ vectors, check_finite=False)
-    return kappa, np.asarray(blas.dtrsm(1.0, triangle, vectors, side=1, overwrite_b=True))
+    triangle = linalg.cholesky(inner_products(vectors, vectors, progress), check_finite=False)
+    inverse = linalg.solve_triangular(triangle, np.eye(len(kappa)), check_finite=False)
+    return kappa, combined(vectors, inverse, progress)
 
 
 def _placed(

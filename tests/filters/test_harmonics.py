@@ -65,7 +65,7 @@ def test_vertices_of_no_surface_are_left_alone() -> None:
     assert (harmonics.modes[[0, -1]] == 0.0).all()
     assert (harmonics.mass[[0, -1]] == 0.0).all()
     for rest in ("keep", "drop"):
-        made = harmonics.filter(vertices, np.zeros_like, rest=rest)  # type: ignore[arg-type]
+        made = harmonics.filter(vertices, np.zeros_like, rest=rest)
         np.testing.assert_array_equal(made[[0, -1]], vertices[[0, -1]])
 
 
