@@ -1,11 +1,11 @@
-"""The lowest modes of a mesh, by us and by scipy's one-shot shift-invert, and by other techniques that we do not ship.
+"""The lowest modes of a mesh, by us and by scipy's one-shot shift-invert.
 
-    python benchmarks/spectral.py [--rounds N] [--others]
+    python benchmarks/spectral.py [--rounds N]
 
 The mesh is that of benchmarks/diffusion.py. Timed in one process, in turn, from the matrices to the modes: 500 modes at 10,000
 vertices and 100 modes at 100,000 by `lowest_eigenpairs` and by `scipy.sparse.linalg.eigsh` with sigma just below 0 and everything
-else at its default; medians. With --others, once each, also LOBPCG preconditioned by our multigrid. Ends with 1 unless ours is 4
-times as fast at 10,000 vertices and at least as fast at 100,000, with the same eigenvalues and all residuals below 1e-8.
+else at its default; medians. Ends with 1 unless ours is 4 times as fast at 10,000 vertices and at least as fast at 100,000, with
+the same eigenvalues and all residuals below 1e-8.
 """
 
 from __future__ import annotations
@@ -20,9 +20,8 @@ import numpy as np
 from diffusion import make_mesh
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.sparse.linalg import LinearOperator, eigsh, lobpcg
+from scipy.sparse.linalg import eigsh
 
-from pymeshfair.filters.smoothed_aggregation import SmoothedAggregation
 from pymeshfair.filters.spectral.eigenpairs import lowest_eigenpairs
 from pymeshfair.filters.spectral.problem import SpectralProblem, spectral_problem
 
@@ -38,29 +37,6 @@ def by_scipy(problem: SpectralProblem, count: int) -> Pairs:
     """ARPACK with SuperLU's factors of S - sigma M, sigma just below 0."""
     mass = sparse.csc_matrix(sparse.diags_array(problem.mass))
     kappa, modes = eigsh(sparse.csc_matrix(problem.stiffness), count, mass, sigma=-1e-2 / problem.mass.sum())
-    return np.asarray(kappa), np.asarray(modes)
-
-
-def by_lobpcg(problem: SpectralProblem, count: int) -> Pairs:
-    """LOBPCG with a V-cycle of our multigrid for S + M / area, to a residual of 1e-6 of the highest eigenvalue or 60 steps."""
-    n = len(problem.mass)
-    mass = sparse.csr_matrix(sparse.diags_array(problem.mass))
-    cycle = SmoothedAggregation(sparse.csr_matrix(problem.stiffness + mass / problem.mass.sum()))
-
-    def precondition(columns: NDArray[np.float64]) -> NDArray[np.float64]:
-        made = np.empty(columns.shape)
-        for first in range(0, columns.shape[1], 3):
-            three = np.zeros((n, 3))
-            width = min(3, columns.shape[1] - first)
-            three[:, :width] = columns[:, first : first + width]
-            made[:, first : first + width] = cycle(three)[:, :width]
-        return made
-
-    start = np.random.default_rng(0).normal(size=(n, count))
-    operator = LinearOperator((n, n), matvec=precondition, matmat=precondition, dtype=np.float64)
-    highest = 4.0 * np.pi * count / problem.mass.sum()
-    bound = 1e-6 * highest * float(np.sqrt(problem.mass.mean()))
-    kappa, modes = lobpcg(problem.stiffness, start, mass, operator, tol=bound, maxiter=60, largest=False)
     return np.asarray(kappa), np.asarray(modes)
 
 
@@ -83,7 +59,6 @@ def main() -> int:
     """Times all and tells whether the floors hold."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--others", action="store_true")
     arguments = parser.parse_args()
     lowest_eigenpairs(spectral_problem(*make_mesh(2_500, "loop")), 20)  # compiles
     held = True
@@ -104,9 +79,6 @@ def main() -> int:
             flush=True,
         )
         held = held and ratio >= floor and worst <= RESIDUAL and apart <= AGREEMENT
-        if arguments.others:
-            seconds, pairs = timed(by_lobpcg, problem, count)
-            print(f"{'':>7} LOBPCG {seconds:.2f} s, residual {residual(problem, pairs):.1e}", flush=True)
     return 0 if held else 1
 
 
