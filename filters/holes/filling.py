@@ -1,0 +1,47 @@
+"""What closing holes gives: the vertices and faces to add, and what was left open and why."""
+
+from typing import Literal, NamedTuple, TypeAlias
+
+from ..mesh import Floats, Ints
+
+#: Why a rim was left open: it has more edges than asked for, or none of its vertices is selected; its faces do not agree on an
+#: orientation; an edge with more than two faces ends at it; it bounds a component by itself that lies in a hole; every
+#: triangulation of it would have a degenerate triangle or an edge with more than two faces.
+Reason: TypeAlias = Literal["size", "selection", "orientation", "non_manifold", "island", "no_triangulation"]
+
+
+class OpenRim(NamedTuple):
+    """A rim that was left open.
+
+    Attributes:
+        vertices: (k,) int32 its vertices, in order along the rim; ascending for the reasons "orientation" and "non_manifold",
+            where there is no such order.
+        reason: why, one word.
+        message: why, one sentence with the numbers.
+    """
+
+    vertices: Ints
+    reason: Reason
+    message: str
+
+
+class HoleFilling(NamedTuple):
+    """Vertices and faces that close the holes of a mesh of n vertices and m faces.
+
+    The closed mesh is ``np.concatenate([vertices, new_vertices])`` and ``np.concatenate([faces, new_faces])``.
+
+    Attributes:
+        new_vertices: (a, 3) float64.
+        new_faces: (b, 3) int32, indices from 0 to n + a - 1: from n on they mean `new_vertices`. Oriented as the faces around.
+        hole_of_face: (b,) int32, ascending, the index in `closed` of the hole that each new face closes.
+        hole_of_vertex: (a,) int32, ascending, the same of each new vertex.
+        closed: for every closed hole (k,) int32 the vertices of its rim in order along it, in the direction of the new faces.
+        left_open: the other rims, and why they were left.
+    """
+
+    new_vertices: Floats
+    new_faces: Ints
+    hole_of_face: Ints
+    hole_of_vertex: Ints
+    closed: tuple[Ints, ...]
+    left_open: tuple[OpenRim, ...]
