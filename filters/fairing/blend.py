@@ -1,0 +1,264 @@
+"""Joins two parts: a band of triangles between two facing rims, whose interior is then faired."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike
+from scipy.spatial import cKDTree
+
+from ..errors import FilterInputError
+from ..mesh import Bools, Floats, Ints, check_mesh, check_movable
+from ..progress import Progress, ignore_progress
+from ..topology import connected_components, edge_face_counts
+from .region import Energy, fair_region
+
+__all__ = ["Blend", "blend_parts", "bridge_rims", "facing_rims"]
+
+
+@dataclass(frozen=True, eq=False)
+class Blend:
+    """What joins two rims.
+
+    Attributes:
+        vertices: (k, 3) the new vertices.
+        faces: (b, 3) the new triangles, oriented as those on the rims. An index below n names a vertex of the mesh, n + i the new
+            vertex i.
+    """
+
+    vertices: Floats
+    faces: Ints
+
+
+def blend_parts(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    *,
+    energy: Energy = "thin_plate",
+    among: ArrayLike | None = None,
+    progress: Progress = ignore_progress,
+) -> Blend:
+    """A smooth neck between the two rims that face each other.
+
+    The band of `bridge_rims` with its new vertices placed by `fair_region`; those of the mesh stay.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles of both parts.
+        energy: "membrane" meets the parts with a crease, as a soap film would; "thin_plate" continues their tangent planes,
+            "minimum_variation" their curvatures too.
+        among: as in `facing_rims`.
+        progress: called with the share that is done; may raise to stop.
+
+    Raises:
+        FilterInputError: as `facing_rims` and `bridge_rims`.
+    """
+    points, triangles = check_mesh(vertices, faces)
+    first, second = facing_rims(points, triangles, among=among)
+    band = bridge_rims(points, triangles, first, second)
+    if len(band.vertices) == 0:
+        return band
+    joined = np.concatenate([points, band.vertices])
+    free = np.arange(len(joined)) >= len(points)
+    fair = fair_region(joined, np.concatenate([triangles, band.faces]), free, energy=energy, progress=progress)
+    return Blend(vertices=fair.vertices[len(points) :], faces=band.faces)
+
+
+def facing_rims(vertices: ArrayLike, faces: ArrayLike, *, among: ArrayLike | None = None) -> tuple[Ints, Ints]:
+    """The two border loops that lie nearest each other, each in the direction in which the faces along it run.
+
+    How near is the mean distance from the vertices of a loop to the nearest of the other, both ways.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        among: (n,) bool. None: the loops are of different components. Otherwise they are loops all of whose vertices are true,
+            and may belong to one component, which gets a handle.
+
+    Raises:
+        FilterInputError: there are no two such loops.
+    """
+    points, triangles = check_mesh(vertices, faces)
+    loops = _border_loops(triangles)
+    component = connected_components(triangles, len(points))[0]
+    if among is not None:
+        chosen = check_movable(among, len(points))
+        loops = [loop for loop in loops if chosen[loop].all()]
+    apart = [
+        (a, b)
+        for a in range(len(loops))
+        for b in range(a)
+        if among is not None or component[loops[a][0]] != component[loops[b][0]]
+    ]
+    if not apart:
+        where = "of different components" if among is None else "all of whose vertices are selected"
+        raise FilterInputError(
+            f"there are no two rims {where} to join: {len(loops)} found; put both parts into one layer (merge the visible layers), "
+            "open each where they are to meet, and leave no triangles that meet in a corner alone along a rim"
+        )
+    trees = [cKDTree(points[loop]) for loop in loops]
+    distances = [
+        (trees[a].query(points[loops[b]])[0].mean() + trees[b].query(points[loops[a]])[0].mean(), b, a) for a, b in apart
+    ]
+    _, first, second = min(distances)
+    return loops[first], loops[second]
+
+
+def bridge_rims(vertices: ArrayLike, faces: ArrayLike, first: ArrayLike, second: ArrayLike, *, rows: int | None = None) -> Blend:
+    """A band of triangles between two border loops, as dense as the loops.
+
+    The loops are joined by spans whose squared lengths have the least sum among all triangulations without new vertices that
+    contain the shortest span; the search is that of [fuchs1977]. Rows of new vertices divide the spans evenly, and neighbouring
+    rows are joined in the same way.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles; used to check that the loops are borders.
+        first, second: (a,), (b,) the vertices of each loop, in the direction in which the faces along it run, as `facing_rims`
+            gives them. They share no vertex.
+        rows: how many rows of triangles. None: as many as make them equilateral on average, that is the mean span over
+            sqrt(3) / 2 of the loops' mean edge, rounded, at least 1. More are finer across the band alone.
+
+    Returns:
+        The band; its vertices lie on straight lines between the loops.
+
+    Raises:
+        FilterInputError: a loop is not one of border edges, loops meet, or they run the same way round, so that one of the parts
+            is inside out.
+    """
+    points, triangles = check_mesh(vertices, faces)
+    a, b = (_checked_loop(loop, triangles, name) for loop, name in ((first, "first"), (second, "second")))
+    if len(np.intersect1d(a, b)):
+        raise FilterInputError(f"the rims share vertex {np.intersect1d(a, b)[0]}: a band joins rims that do not touch")
+    if rows is not None and (rows != int(rows) or rows < 1):
+        raise FilterInputError(f"rows is {rows}: it is a whole number of at least 1, or None")
+    b = b[::-1]
+    (lower, upper), cost = _spans(points[a], points[b])
+    if _spans(points[a], points[b[::-1]])[1] < cost:
+        raise FilterInputError(
+            "the rims run the same way round, so that one of the parts is inside out: turn its faces over (invert faces "
+            "orientation) before joining them"
+        )
+    span = np.linalg.norm(points[a[lower]] - points[b[upper]], axis=1).mean()
+    edge = np.concatenate([_steps(points[a]), _steps(points[b])]).mean()
+    count = rows or max(1, round(float(span / (np.sqrt(0.75) * edge))))
+    loops, added = [a], [np.empty((0, 3))]
+    total = len(points)
+    for row in range(1, count):
+        share = row / count
+        between = (1.0 - share) * points[a[lower]] + share * points[b[upper]]
+        size = round((1.0 - share) * len(a) + share * len(b))
+        # Each row is shifted by half an edge against the one before: triangles come out nearer to equilateral.
+        added.append(_resampled(between, size, 0.5 * (row % 2)))
+        loops.append(np.arange(total, total + size, dtype=np.int32))
+        total += size
+    loops.append(b)
+    everything = np.concatenate([points, *added])
+    strips = [_strip(everything, low, high) for low, high in zip(loops[:-1], loops[1:], strict=True)]
+    return Blend(vertices=np.concatenate(added), faces=np.concatenate(strips))
+
+
+def _strip(points: Floats, low: Ints, high: Ints) -> Ints:
+    """(a + b, 3) the triangles between two loops that run the same way round."""
+    (i, j), _ = _spans(points[low], points[high])
+    along_low = np.roll(i, -1) != i
+    here, there = low[i], high[j]
+    turned = np.where(along_low, np.roll(here, -1), here)
+    faces: Ints = np.column_stack([turned, np.where(along_low, here, there), np.where(along_low, there, np.roll(there, -1))])
+    return faces
+
+
+def _spans(first: Floats, second: Floats) -> tuple[tuple[Ints, Ints], float]:
+    """The ends of the spans, a + b of them, in the loops (a, 3) and (b, 3); and the sum of their squared lengths."""
+    nearest, index = cKDTree(second).query(first)
+    i, j = int(nearest.argmin()), int(index[nearest.argmin()])
+    path, cost = _shortest(np.roll(first, -i, axis=0), np.roll(second, -j, axis=0))
+    ends = (path[:, 0] + i) % len(first), (path[:, 1] + j) % len(second)
+    return ends, float(cost)
+
+
+@njit(cache=True)
+def _shortest(first: Floats, second: Floats) -> tuple[Ints, float]:
+    """The cheapest way through the grid of spans from (0, 0) once round to (a, b); its last span, which is its first, is left out."""
+    n, m = first.shape[0], second.shape[0]
+    from_first = np.zeros((n + 1, m + 1), dtype=np.bool_)
+    costs = np.empty(m + 1)
+    for i in range(n + 1):
+        for j in range(m + 1):
+            length = 0.0
+            for k in range(3):
+                length += (first[i % n, k] - second[j % m, k]) ** 2
+            if i == 0 and j == 0:
+                costs[j] = length
+            elif i > 0 and (j == 0 or costs[j] <= costs[j - 1]):
+                from_first[i, j] = True
+                costs[j] += length
+            else:
+                costs[j] = costs[j - 1] + length
+    path = np.empty((n + m, 2), dtype=np.int32)
+    i, j = n, m
+    for k in range(n + m - 1, -1, -1):
+        if from_first[i, j]:
+            i -= 1
+        else:
+            j -= 1
+        path[k, 0], path[k, 1] = i, j
+    return path, costs[m]
+
+
+def _resampled(loop: Floats, count: int, shift: float) -> Floats:
+    """(count, 3) points at equal distances along a closed polyline, the first one `shift` of them after its start."""
+    lengths = np.concatenate([[0.0], np.cumsum(_steps(loop))])
+    places = (np.arange(count) + shift) / count * lengths[-1]
+    closed = np.concatenate([loop, loop[:1]])
+    return np.column_stack([np.interp(places, lengths, closed[:, k]) for k in range(3)])
+
+
+def _steps(loop: Floats) -> Floats:
+    """The length of every edge of a closed polyline."""
+    return np.asarray(np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1))
+
+
+def _border_half_edges(faces: Ints) -> Ints:
+    """(h, 2) the border edges in the direction of their faces."""
+    halves = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    pairs, counts = edge_face_counts(faces)
+    border = pairs[counts == 1].astype(np.int64)
+    size = int(faces.max()) + 1 if faces.size else 1
+    keys = halves.min(axis=1).astype(np.int64) * size + halves.max(axis=1)
+    found: Ints = halves[np.isin(keys, border[:, 0] * size + border[:, 1])]
+    return found
+
+
+def _border_loops(faces: Ints) -> list[Ints]:
+    """The loops of border edges, by their lowest vertex, which comes first; those through a vertex where several meet left out."""
+    halves = _border_half_edges(faces)
+    size = int(faces.max()) + 1 if faces.size else 0
+    simple: Bools = (np.bincount(halves[:, 0], minlength=size) == 1) & (np.bincount(halves[:, 1], minlength=size) == 1)
+    after = np.full(size, -1, dtype=np.int32)
+    after[halves[:, 0]] = halves[:, 1]
+    seen = np.zeros(size, dtype=np.bool_)
+    loops = []
+    for start in np.unique(halves[:, 0]):
+        loop, at = [], int(start)
+        while at >= 0 and not seen[at]:
+            seen[at] = True
+            loop.append(at)
+            at = int(after[at])
+        if at == start and len(loop) >= 3 and simple[loop].all():
+            loops.append(np.array(loop, dtype=np.int32))
+    return loops
+
+
+def _checked_loop(loop: ArrayLike, faces: Ints, name: str) -> Ints:
+    given = np.asarray(loop)
+    if given.ndim != 1 or len(given) < 3 or not np.issubdtype(given.dtype, np.integer) or len(np.unique(given)) < len(given):
+        raise FilterInputError(f"the {name} rim must be at least 3 different vertices in order, got {given.tolist()!r:.80}")
+    borders = {(int(u), int(v)) for u, v in _border_half_edges(faces)}
+    for u, v in zip(given.tolist(), np.roll(given, -1).tolist(), strict=True):
+        if (u, v) not in borders:
+            raise FilterInputError(
+                f"the {name} rim goes from vertex {u} to {v}, but no face has this edge as its border in this direction: give the "
+                "vertices in the direction in which the faces along the rim run"
+            )
+    return given.astype(np.int32)

@@ -1,0 +1,159 @@
+"""Region fairing: the free vertices placed so that a surface between fixed rings is as smooth as possible."""
+
+from dataclasses import dataclass
+from typing import Literal, NamedTuple, TypeAlias, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import sparse
+
+from ..diffusion.frame import enter, ordered_frame
+from ..errors import ConvergenceError, FilterInputError
+from ..mesh import Bools, Floats, Ints, check_mesh
+from ..operators.cotangent import cotangent_stiffness
+from ..operators.mass import mixed_voronoi_areas
+from ..progress import Progress, ignore_progress
+from ..solvers import DirectMethod, refined_solution
+from .compensated import laplacian_power
+from .submesh import Submesh, submesh_around
+
+FairingEnergy: TypeAlias = Literal["membrane", "thin_plate", "minimum_variation"]
+FAIRING_ENERGIES: tuple[FairingEnergy, ...] = get_args(FairingEnergy)
+
+# Masses below this share of the mean count as that: the slivers of a bad triangulation would spoil the conditioning of all.
+_LEAST_MASS = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class FairedRegion:
+    """A mesh with a fair region, and how well the equations are solved.
+
+    Attributes:
+        vertices: (n, 3) all vertices; those that are not free keep every bit.
+        free: (n,) the vertices that were solved for: those asked for that have a triangle and lie on no border.
+        backward_error: |r| / (|A| |x| + |b|), the residual r computed in twice the precision; 0 if nothing was free.
+        last_correction: how far the last step of refinement moved a vertex, as a share of the diagonal of the region: an upper
+            bound of the error that solving has left.
+        refinements: how many steps of refinement that took.
+    """
+
+    vertices: Floats
+    free: Bools
+    backward_error: float
+    last_correction: float
+    refinements: int
+
+
+def fair_region(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    free: ArrayLike,
+    *,
+    energy: FairingEnergy = "thin_plate",
+    method: DirectMethod = "superlu",
+    progress: Progress = ignore_progress,
+) -> FairedRegion:
+    """Solves L^k p = 0 on the free vertices, k = 1, 2, 3, with k rings of fixed vertices around as boundary [botsch2004].
+
+    In symmetric form (S M^-1)^(k-1) S p = 0 with S the cotangent stiffness (positive semidefinite here) and M the mixed Voronoi
+    areas of the surface as it comes in: the minimiser of the integral of |grad p|^2, |L p|^2 or |grad L p|^2. What the region
+    looked like before matters through S and M alone. The result depends on the parametrisation that the input is; fairing once
+    more, with the operator of the faired surface, comes closer to the surface of least area or bending.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        free: (n,) bool, the vertices to place. Those on the border of the mesh stay, like vertices without a triangle: a border
+            that nothing holds would tend to shrink the region. At such a held border a thin plate has no slope given and L p = 0
+            there ("simply supported").
+        energy: "membrane": k = 1, the region meets its rim at any angle. "thin_plate": k = 2, tangents continue across the rim.
+            "minimum_variation": k = 3, curvatures do too, and the region bulges as its surroundings suggest.
+        method: what factorises: "superlu" or "cholesky"; results agree within `FairedRegion.last_correction`.
+        progress: called now and then with the share that is done; may raise to stop.
+
+    Raises:
+        FilterInputError: not a mesh, an unknown energy, or a connected part of the free vertices that no fixed vertex touches, as
+            when all of a closed component is selected: any surface shrunk to a point would do.
+        ConvergenceError: the equations are too ill-conditioned to be solved.
+    """
+    points, triangles = check_mesh(vertices, faces)
+    if energy not in FAIRING_ENERGIES:
+        raise FilterInputError(f"energy {energy!r} is not one of {', '.join(map(repr, FAIRING_ENERGIES))}")
+    order = FAIRING_ENERGIES.index(energy) + 1
+    chosen = _check_free(free, len(points))
+    if not chosen.any():
+        return FairedRegion(points.copy(), np.zeros(len(points), dtype=np.bool_), 0.0, 0.0, 0)
+    part = submesh_around(points, triangles, chosen, order)
+    if not part.free.any():
+        return FairedRegion(points.copy(), np.zeros(len(points), dtype=np.bool_), 0.0, 0.0, 0)
+    frame = ordered_frame(part.points, None)
+    system = _system(part._replace(points=enter(part.points, frame)), order)
+    _check_held(system.stiffness, part)
+    solution = refined_solution(system.matrix(), system.residual, system.points[part.free], method=method, progress=progress)
+    moved = points.copy()
+    moved[part.vertices[part.free]] = solution.values / frame.scale + frame.middle
+    everywhere = np.zeros(len(points), dtype=np.bool_)
+    everywhere[part.vertices[part.free]] = True
+    extent = float(np.linalg.norm(np.ptp(system.points, axis=0)))
+    return FairedRegion(moved, everywhere, solution.backward_error, solution.last_correction / extent, solution.refinements)
+
+
+class _System(NamedTuple):
+    """(S M^-1)^(k-1) S p = 0 on the free vertices of a submesh."""
+
+    stiffness: sparse.csr_matrix
+    inverse_mass: Floats
+    order: int
+    points: Floats
+    free: Bools
+
+    def matrix(self) -> sparse.csr_matrix:
+        """The columns and rows of the free vertices, (f, f)."""
+        columns = sparse.csr_matrix(self.stiffness[:, self.free])
+        if self.order == 1:
+            return sparse.csr_matrix(columns[self.free])
+        scaled = sparse.csr_matrix(sparse.diags_array(self.inverse_mass) @ columns)
+        product = columns.T @ scaled if self.order == 2 else scaled.T @ (self.stiffness @ scaled)
+        return sparse.csr_matrix(product)
+
+    def residual(self, values: Floats) -> Floats:
+        """-(S M^-1)^(k-1) S p at the free vertices, in twice the precision, for their places."""
+        everywhere = self.points.copy()
+        everywhere[self.free] = values
+        return -laplacian_power(self.stiffness, self.inverse_mass, self.order, everywhere)[self.free]
+
+
+def _system(part: Submesh, order: int) -> _System:
+    stiffness = sparse.csr_matrix(-cotangent_stiffness(part.points, part.faces))
+    mass = mixed_voronoi_areas(part.points, part.faces)
+    # In units of the mean, so that powers of it stay ordinary numbers; a common factor changes no solution.
+    mean = float(mass.mean())
+    mass = np.maximum(mass / mean, _LEAST_MASS) if mean > 0.0 else np.ones(len(mass))
+    # A border vertex has no whole star to take a Laplacian on.
+    return _System(stiffness, np.where(part.border, 0.0, 1.0 / mass), order, part.points, part.free)
+
+
+def _check_free(free: ArrayLike, n_vertices: int) -> Bools:
+    mask = np.asarray(free)
+    if mask.dtype != np.bool_ or mask.shape != (n_vertices,):
+        raise FilterInputError(
+            f"free must be a boolean array of {n_vertices} values, one a vertex, got shape {mask.shape} of {mask.dtype}"
+        )
+    return mask
+
+
+def _check_held(stiffness: sparse.csr_matrix, part: Submesh) -> None:
+    """Refuses free vertices that are connected with no fixed one."""
+    graph = stiffness[part.free][:, part.free]
+    count, labels = sparse.csgraph.connected_components(graph, directed=False)
+    held = np.zeros(count, dtype=np.bool_)
+    touching = (stiffness[part.free][:, ~part.free] != 0.0).sum(axis=1)
+    held[labels[np.asarray(touching).ravel() > 0]] = True
+    if held.all():
+        return
+    loose = int(np.flatnonzero(~held)[0])
+    members: Ints = part.vertices[part.free][labels == loose]
+    raise FilterInputError(
+        f"the {len(members)} free vertices connected with vertex {members[0]} touch no fixed vertex ({int((~held).sum())} such "
+        "parts), so nothing says where they belong: select less than a whole component"
+    )
