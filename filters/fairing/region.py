@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from scipy import sparse
 
 from ..diffusion.frame import enter, ordered_frame
-from ..errors import ConvergenceError, FilterInputError
+from ..errors import FilterInputError
 from ..mesh import Bools, Floats, Ints, check_mesh
 from ..operators.cotangent import cotangent_stiffness
 from ..operators.mass import mixed_voronoi_areas
@@ -17,8 +17,8 @@ from ..solvers import DirectMethod, refined_solution
 from .compensated import laplacian_power
 from .submesh import Submesh, submesh_around
 
-FairingEnergy: TypeAlias = Literal["membrane", "thin_plate", "minimum_variation"]
-FAIRING_ENERGIES: tuple[FairingEnergy, ...] = get_args(FairingEnergy)
+Energy: TypeAlias = Literal["membrane", "thin_plate", "minimum_variation"]
+ENERGIES: tuple[Energy, ...] = get_args(Energy)
 
 # Masses below this share of the mean count as that: the slivers of a bad triangulation would spoil the conditioning of all.
 _LEAST_MASS = 1e-6
@@ -49,7 +49,7 @@ def fair_region(
     faces: ArrayLike,
     free: ArrayLike,
     *,
-    energy: FairingEnergy = "thin_plate",
+    energy: Energy = "thin_plate",
     method: DirectMethod = "superlu",
     progress: Progress = ignore_progress,
 ) -> FairedRegion:
@@ -77,9 +77,9 @@ def fair_region(
         ConvergenceError: the equations are too ill-conditioned to be solved.
     """
     points, triangles = check_mesh(vertices, faces)
-    if energy not in FAIRING_ENERGIES:
-        raise FilterInputError(f"energy {energy!r} is not one of {', '.join(map(repr, FAIRING_ENERGIES))}")
-    order = FAIRING_ENERGIES.index(energy) + 1
+    if energy not in ENERGIES:
+        raise FilterInputError(f"energy {energy!r} is not one of {', '.join(map(repr, ENERGIES))}")
+    order = ENERGIES.index(energy) + 1
     chosen = _check_free(free, len(points))
     if not chosen.any():
         return FairedRegion(points.copy(), np.zeros(len(points), dtype=np.bool_), 0.0, 0.0, 0)
