@@ -39,6 +39,27 @@ def check_mesh(vertices: ArrayLike, faces: ArrayLike) -> tuple[Floats, Ints]:
     return points, np.ascontiguousarray(triangles, dtype=np.int32)
 
 
+def check_edges(edges: ArrayLike, n_vertices: int) -> Ints:
+    """The edges of polylines as (e, 2) int32, C-contiguous and not copied when they are so already.
+
+    Raises:
+        FilterInputError: a wrong shape or type, an index that names no vertex; the message gives the first and their number.
+    """
+    pairs = np.asarray(edges)
+    if pairs.size == 0:
+        return np.empty((0, 2), dtype=np.int32)
+    if pairs.ndim != 2 or pairs.shape[1] != 2 or not np.issubdtype(pairs.dtype, np.integer):
+        raise FilterInputError(f"edges must be an (e, 2) array of whole numbers, got shape {pairs.shape} of {pairs.dtype}")
+    if pairs.min() < 0 or pairs.max() >= n_vertices:
+        bad = ((pairs < 0) | (pairs >= n_vertices)).any(axis=1)
+        first = int(bad.argmax())
+        raise FilterInputError(
+            f"edge {first} is {pairs[first].tolist()}, but the vertices are 0 to {n_vertices - 1} ({int(bad.sum())} such edges "
+            f"of {len(pairs)}): remove these edges or add the vertices"
+        )
+    return np.ascontiguousarray(pairs, dtype=np.int32)
+
+
 def check_points(vertices: ArrayLike) -> Floats:
     """The points as (n, 3) float64, C-contiguous, not copied when they are so already.
 

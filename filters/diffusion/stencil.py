@@ -67,7 +67,7 @@ def explicit_stencil(
         curve = _curve_of_meshlab(roles)
     else:
         surface = _surface(points, faces, operator, star, roles)
-        curve = _curve(points, operator, roles)
+        curve = curve_stencil(points, operator, roles.curve, roles.curve_offsets, roles.curve_neighbours)
     if len(roles.curve) == 0:
         return surface
     return lambda now, out, step: max(surface(now, out, step), curve(now, out, step))
@@ -96,8 +96,16 @@ def _surface(points: Floats, faces: Ints, operator: OperatorName, star: Stars, r
     return _assembled(build_laplacian(points, faces, operator), which)
 
 
-def _curve(points: Floats, operator: OperatorName, roles: Roles) -> Advance:
-    which, offsets, neighbours = roles.curve, roles.curve_offsets, roles.curve_neighbours
+def curve_stencil(points: Floats, operator: OperatorName, which: Ints, offsets: Longs, neighbours: Ints) -> Advance:
+    """The step on polylines of what `operator` becomes there; see `CURVE_OPERATOR`.
+
+    Args:
+        points: (n, 3) coordinates of ordinary size.
+        operator: see `build_laplacian`; the weights are taken from the points of the moment, for "robust" from those given here.
+        which: the vertices that move.
+        offsets: the one-rings of all n vertices along the polylines, as in `OneRings`.
+        neighbours: with these.
+    """
     if CURVE_OPERATOR[operator] == "uniform":
         return _uniform(which, offsets, neighbours)
     if operator == "robust":

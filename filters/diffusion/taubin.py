@@ -62,24 +62,13 @@ def taubin_fairing(
     points, triangles = check_mesh(vertices, faces)
     if operator not in TAUBIN_OPERATORS:
         raise FilterInputError(f"operator {operator!r} is not one of {', '.join(map(repr, TAUBIN_OPERATORS))}")
-    if not (math.isfinite(step) and step > 0.0):
-        raise FilterInputError(f"step {step} is not finite and above 0")
-    if pass_band is not None:
-        mu = mu_of_pass_band(pass_band, step)
-    if not (math.isfinite(mu) and mu < -step):
-        raise FilterInputError(
-            f"mu {mu} is not below -step, {-step}: the step back must be the longer one, for example {-1.06 * step:g}"
-        )
-    largest = largest_stable_step(mu / step, 2.0)
-    if step > largest and operator == "uniform" and (edge_face_counts(triangles)[1] == 2).all():
-        # Where every edge has two triangles the operator is a mean over triangles, whose eigenvalues are 3/2.
-        largest = largest_stable_step(mu / step, 1.5)
-    if step > largest:
-        raise UnstableStepError(
-            f"step {step:g} with mu {mu:g} makes the finest detail grow: take a step of at most {largest:.6g} and mu in "
-            "proportion",
-            largest_stable=largest,
-        )
+    try:
+        mu = checked_mu(step, mu, pass_band, largest_eigenvalue=2.0)
+    except UnstableStepError:
+        if operator != "uniform" or not (edge_face_counts(triangles)[1] == 2).all():
+            raise
+        # Where every edge has two triangles the operator is a mean over triangles, whose eigenvalues are up to 3/2.
+        mu = checked_mu(step, mu, pass_band, largest_eigenvalue=1.5)
     return march(
         points,
         triangles,
@@ -91,6 +80,37 @@ def taubin_fairing(
         update="euler",
         progress=progress,
     )
+
+
+def checked_mu(step: float, mu: float, pass_band: float | None, *, largest_eigenvalue: float) -> float:
+    """The mu of a pair of steps that is stable: the given one, or that of the pass band.
+
+    Args:
+        step: lambda.
+        mu: the step back.
+        pass_band: k_PB; if given, `mu` is not used.
+        largest_eigenvalue: no eigenvalue of -L is larger.
+
+    Raises:
+        FilterInputError: a parameter out of range.
+        UnstableStepError: the finest detail would grow.
+    """
+    if not (math.isfinite(step) and step > 0.0):
+        raise FilterInputError(f"step {step} is not finite and above 0")
+    if pass_band is not None:
+        mu = mu_of_pass_band(pass_band, step)
+    if not (math.isfinite(mu) and mu < -step):
+        raise FilterInputError(
+            f"mu {mu} is not below -step, {-step}: the step back must be the longer one, for example {-1.06 * step:g}"
+        )
+    largest = largest_stable_step(mu / step, largest_eigenvalue)
+    if step > largest:
+        raise UnstableStepError(
+            f"step {step:g} with mu {mu:g} makes the finest detail grow: take a step of at most {largest:.6g} and mu in "
+            "proportion",
+            largest_stable=largest,
+        )
+    return mu
 
 
 def transfer_function(k: ArrayLike, *, step: float, mu: float, iterations: int) -> NDArray[np.float64]:
