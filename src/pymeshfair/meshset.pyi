@@ -345,6 +345,36 @@ class MeshSet(ScriptedMeshSet):
         In scripts: 'Normal Filtering'.
         """
 
+    def apply_coord_region_fairing(
+        self,
+        *,
+        energy: Literal["membrane", "thin_plate", "minimum_variation"] = "thin_plate",
+        iterations: int = 1,
+    ) -> dict[str, Any] | None:
+        """Replaces the selected part of a surface by the smoothest one that continues its surroundings.
+
+        What the part looked like is forgotten: for dents, scars, bad fillings and seams. The selected vertices move, or, when
+        no vertex is selected, those all of whose triangles are; the others, and open borders, stay. One, two or three rings of
+        vertices around the region decide, so select until the damage ends, and a ring more. Returns how many vertices moved,
+        the backward error of the solution, and a bound of the error that solving leaves as a share of the region's diagonal.
+
+        Args:
+            energy: 'membrane' spans it like a soap film, and meets its surroundings with a crease; 'thin_plate' bends least and
+                continues their tangent planes; 'minimum_variation' continues their curvatures too, so that what is round stays
+                round.
+            iterations: How often, each time with the areas and angles that the one before has left. More forget the shape that
+                was there more fully, and come nearer to the surface of least area or bending; one is mostly enough. Takes a
+                whole number from 1 to 100.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        References:
+            [botsch2004]
+
+        In scripts: 'Region Fairing'.
+        """
+
     def apply_coord_spectral_filter(
         self,
         *,

@@ -1,0 +1,65 @@
+"""The recipes that fair, each on the kind of shape that it is for."""
+
+from __future__ import annotations
+
+import numpy as np
+import pymeshlab
+import pytest
+
+from pymeshfair import MeshSet
+from pymeshfair.recipe import load_recipe
+from tests.meshes import Floats, Mesh, icosphere
+
+RECIPES = ("fair_selection",)
+
+
+def mesh_set(mesh: Mesh, **attributes: Floats) -> MeshSet:
+    """A mesh set with this mesh alone."""
+    meshes = MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(*mesh, **attributes))
+    return meshes
+
+
+def apply(name: str, meshes: MeshSet) -> Floats:
+    """The vertices of the current mesh after the recipe."""
+    meshes.load_filter_script(str(load_recipe(name).script.path))
+    meshes.apply_filter_script()
+    return np.asarray(meshes.current_mesh().vertex_matrix())
+
+
+@pytest.mark.parametrize("name", RECIPES)
+def test_every_parameter_is_written(name: str) -> None:
+    """MeshLab's own reader fills nothing in, so each step says all."""
+    for step in load_recipe(name).script.steps:
+        assert set(step.values) == {p.name for p in step.filter.parameters}, step.filter.name
+
+
+def dented_ball() -> tuple[Mesh, Floats]:
+    """A unit sphere with a dent of depth 0.3 and rim radius 0.5 at the top, and colours with the dent in red."""
+    vertices, faces = icosphere(4)
+    inside = np.linalg.norm(vertices[:, :2], axis=1) / 0.5
+    dent = np.where((inside < 1) & (vertices[:, 2] > 0), 0.3 * (1 - inside**2), 0.0)
+    colors = np.ones((len(vertices), 4))
+    colors[dent > 0, 1:3] = 0.0
+    return ((1 - dent)[:, None] * vertices, faces), colors
+
+
+@pytest.mark.parametrize("marked", ["painted", "selected"])
+def test_a_dent_that_is_marked_goes(marked: str) -> None:
+    """Of a dent 0.3 deep, painted red or selected, a twentieth is left; all other vertices keep every bit."""
+    mesh, colors = dented_ball()
+    meshes = mesh_set(mesh, v_color_matrix=colors) if marked == "painted" else mesh_set(mesh)
+    dent = colors[:, 1] == 0.0
+    if marked == "selected":
+        meshes.compute_selection_by_condition_per_vertex(condselect="x^2 + y^2 + z^2 < 0.99999")
+    found = apply("fair_selection", meshes)
+    assert np.abs(np.linalg.norm(found[dent], axis=1) - 1).max() < 0.3 / 20
+    left = (found == mesh[0]).all(axis=1)
+    assert left[~dent].all()
+    assert not left[dent].all()
+
+
+def test_nothing_marked_is_said() -> None:
+    """A mesh with no selected and no red vertex is refused with what to do."""
+    with pytest.raises(pymeshlab.PyMeshLabException, match=r"nothing is selected in .*: select vertices"):
+        apply("fair_selection", mesh_set(icosphere(2)))
