@@ -9,6 +9,7 @@ from ..layer import MeshLayer
 
 _CHECKS: dict[MeshElement, tuple[str, Callable[[MeshLayer], bool]]] = {
     MeshElement.FACENUMBER: ("faces", lambda layer: len(layer.faces) > 0),
+    MeshElement.EDGENUMBER: ("edges", lambda layer: len(layer.edges) > 0),
     MeshElement.VERTNUMBER: ("vertices", lambda layer: len(layer.vertices) > 0),
     MeshElement.VERTCOLOR: ("vertex colors", lambda layer: layer.has_vertex_colors),
     MeshElement.VERTQUALITY: ("vertex scalars", lambda layer: layer.has_vertex_scalars),

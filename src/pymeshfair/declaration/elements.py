@@ -49,6 +49,8 @@ class MeshElement(enum.IntFlag):
     WEDGTEXCOORD = 0x200000
     VERTFLAGSELECT = 0x1000000
     FACEFLAGSELECT = 0x2000000
+    #: the edges of polylines; MeshLab has no bit for them and does not use this one
+    EDGENUMBER = 0x4000000
 
 
 class Arity(enum.IntEnum):

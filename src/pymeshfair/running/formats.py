@@ -1,7 +1,7 @@
 """The mesh files that a run reads and writes, and what each kind can hold.
 
 What a format holds was found by writing a mesh that has everything with pymeshlab 2025.7 and reading it back; the tests do it
-again.
+again. The edges of a PLY file are written here, see `ply_edges`.
 """
 
 from __future__ import annotations
@@ -60,7 +60,6 @@ def _format(extension: str, rounding: tuple[float, float], *holds: str, **option
 
 # Without `save_polygonal=False` MeshLab merges triangles back into polygons, and then writes 7 decimals and texture coordinates
 # that are all 0.
-_ALL_BUT_EDGES = tuple(a for a in ATTRIBUTES if a != "edges")
 _OBJ = ("faces", "edges", "vertex normals", "vertex colours", "face colours", "wedge texture coordinates", "textures")
 _OFF = ("faces", "vertex normals", "vertex colours", "face colours", "vertex texture coordinates")
 # Not .x3d, in which MeshLab tears a textured mesh apart, and not .ctm, .e57, .3ds and .dae, which lose more than they say.
@@ -68,7 +67,7 @@ _EXACT, _FLOAT = (0.0, 0.0), 2.0**-24
 WRITABLE: Mapping[str, Format] = {
     f.extension: f
     for f in (
-        _format("ply", _EXACT, *_ALL_BUT_EDGES, binary=True),
+        _format("ply", _EXACT, *ATTRIBUTES, binary=True),
         _format("obj", _EXACT, *_OBJ, save_polygonal=False),
         _format("off", _EXACT, *_OFF, save_polygonal=False),
         _format("stl", (_FLOAT, 0.0), "faces", binary=True, save_face_color=False),

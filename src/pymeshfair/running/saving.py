@@ -14,6 +14,7 @@ from .formats import ATTRIBUTES, WRITABLE, Format, extension
 from .inputs import Announced
 from .outputs import StagedFile, flush, material_path
 from .ply import read_header
+from .ply_edges import append_edges
 from .textures import rename_in_materials, rename_in_ply, stage_textures
 from .verification import TornFileError, verify_file
 
@@ -80,10 +81,14 @@ def save_mesh(
         meshes.save_current_mesh(str(staged), save_textures=False, **options)
     except Exception as error:  # pymeshlab raises several unrelated types
         raise OutputError(output, f"MeshLab could not write it: {' '.join(str(error).split())}") from error
+    if kind.extension == "ply" and "edges" in present:
+        try:
+            append_edges(staged, mesh.edge_matrix(), mesh.vertex_number())
+        except (ValueError, OSError) as error:
+            raise OutputError(output, f"its edges could not be written: {error}") from error
     lost = [a for a in ATTRIBUTES if a in present - kind.holds]
     if lost:
-        better = "" if kind.extension == "ply" else "; .ply keeps " + ("more" if "edges" in lost else "them")
-        warnings.append(f"{output.name} does not hold the {_joined(lost)} of the mesh{better}")
+        warnings.append(f"{output.name} does not hold the {_joined(lost)} of the mesh; .ply keeps them")
     try:
         verify_file(staged, mesh.vertex_number(), mesh.face_number())
     except TornFileError as error:

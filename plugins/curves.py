@@ -1,0 +1,156 @@
+"""Smoothing of curves: polylines such as sections, contours and borders, open or closed."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pymeshfair.declaration import (
+    Edit,
+    Enum,
+    FilterClass,
+    Float,
+    Int,
+    Layer,
+    MeshElement,
+    Percentage,
+    mesh_filter,
+)
+from pymeshfair.filters.diffusion.curves import (
+    CURVE_BORDERS,
+    CURVE_METHODS,
+    CURVE_WEIGHTS,
+    CurveBorder,
+    CurveMethod,
+    CurveWeights,
+    curve_smoothing,
+)
+from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.progress import Progress, ignore_progress
+
+from .moving_vertices import MOVES_VERTICES, SELECTED, movable_vertices
+
+
+@mesh_filter(
+    name="Curve Smoothing",
+    classes=FilterClass.SMOOTHING,
+    requires=MeshElement.EDGENUMBER,
+    changes=MOVES_VERTICES,
+    references=("taubin1995", "desbrun1999"),
+)
+def apply_coord_curve_smoothing(
+    layer: Layer,
+    *,
+    method: Annotated[
+        CurveMethod,
+        Enum(
+            label="Method",
+            choices=CURVE_METHODS,
+            help="'explicit': every vertex goes a step towards its neighbours; closed curves shrink. 'implicit': waves below the "
+            "detail size vanish, in steps that are stable however long; closed curves shrink a little. 'taubin': a step and a "
+            "longer one back, so that curves keep their size.",
+        ),
+    ] = "implicit",
+    weights: Annotated[
+        CurveWeights,
+        Enum(
+            label="Weights",
+            choices=CURVE_WEIGHTS,
+            help="'inverse_length': near neighbours pull more, so that uneven sampling stays as it is and straight parts do not "
+            "move. 'uniform': all neighbours pull alike, which evens out the distances along the curve.",
+        ),
+    ] = "inverse_length",
+    detail_size: Annotated[
+        float,
+        Percentage(
+            label="Detail size",
+            default="12edge",
+            help="Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay. Larger is "
+            "smoother. For 'implicit' with 'inverse_length'; not used when a time step is given.",
+        ),
+    ],
+    time_step: Annotated[
+        float,
+        Float(
+            label="Time step",
+            minimum=0,
+            advanced=True,
+            help="For 'implicit': how strong one iteration is, a pure number; with uniform weights it must be given. Larger is "
+            "smoother; any value is stable. 0: not used, the detail size decides.",
+        ),
+    ] = 0.0,
+    step: Annotated[
+        float,
+        Float(
+            label="Step (lambda)",
+            minimum=0,
+            maximum=1,
+            help="For 'explicit' and 'taubin': the share of the way towards the neighbours' mean that a vertex goes, above 0. "
+            "Larger is smoother.",
+        ),
+    ] = 0.5,
+    mu: Annotated[
+        float,
+        Float(
+            label="Step back (mu)",
+            minimum=-1.5,
+            maximum=0,
+            help="For 'taubin': the step back, below minus the first one. Nearer to -lambda is smoother; not used when a pass "
+            "band is given.",
+        ),
+    ] = -0.53,
+    pass_band: Annotated[
+        float,
+        Float(
+            label="Pass band",
+            minimum=0,
+            maximum=2,
+            help="For 'taubin': frequencies below it are kept, above it damped; on a closed curve of n vertices a wave that runs "
+            "m times round it has 1 - cos(2 pi m / n). Smaller is smoother. 0: not used, mu decides.",
+        ),
+    ] = 0.0,
+    iterations: Annotated[
+        int,
+        Int(
+            label="Iterations",
+            minimum=1,
+            maximum=100_000,
+            help="How many steps. More are smoother; with a detail size they cut off more sharply instead.",
+        ),
+    ] = 10,
+    border: Annotated[
+        CurveBorder,
+        Enum(
+            label="Ends",
+            choices=CURVE_BORDERS,
+            help="What the ends of open curves do: 'fixed' stay; 'free' draw in towards their neighbours.",
+        ),
+    ] = "fixed",
+    selected: Annotated[bool, SELECTED] = False,
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """Smooths polylines: sections, contours, borders; open or closed, several in one layer, in the plane or in space.
+
+    Planar curves stay in their plane if it is one of constant x, y or z. Where a curve branches a vertex goes towards the mean of
+    all its neighbours. Faces of the same layer are not looked at.
+    """
+    by_size = method == "implicit" and time_step == 0.0
+    if by_size and weights == "uniform":
+        raise FilterInputError("uniform weights know no lengths: give a time_step, for example 10, or take 'inverse_length'")
+    if by_size and detail_size == 0.0:
+        raise FilterInputError("detail_size is 0 and so is time_step: nothing to do; give one of them")
+    vertices = curve_smoothing(
+        layer.vertices,
+        layer.edges,
+        method=method,
+        weights=weights,
+        step=step,
+        mu=mu,
+        pass_band=pass_band or None,
+        time_step=time_step if method == "implicit" and not by_size else None,
+        detail_size=detail_size if by_size else None,
+        iterations=iterations,
+        border=border,
+        movable=movable_vertices(layer, selected),
+        progress=progress,
+    )
+    return Edit(vertices=vertices)
