@@ -284,7 +284,8 @@ def refined_solution(
     residual: Callable[[Floats], Floats],
     start: Floats,
     *,
-    method: DirectMethod = "superlu",
+    extent: float,
+    method: DirectMethod | Callable[[Floats], Floats] = "superlu",
     progress: Progress = ignore_progress,
 ) -> RefinedSolution:
     """Solves A x = b by factors and iterative refinement, b - A x computed by the caller more precisely than A is stored.
@@ -296,7 +297,8 @@ def refined_solution(
         matrix: A, (n, n) symmetric positive definite to rounding.
         residual: b - A x of (n, k) values x, with more digits than the condition number of A takes.
         start: (n, k) a first guess.
-        method: what factorises.
+        extent: the length against which errors in x count.
+        method: what factorises; or what solves A x = r to a few digits for (n, k) residuals.
         progress: called meanwhile; may raise to stop.
 
     Raises:
@@ -304,28 +306,34 @@ def refined_solution(
         ConvergenceError: A is singular to rounding, or the corrections do not shrink.
     """
     system = SpdSystem.of(matrix)
-    scaled = sparse.csr_matrix(sparse.diags_array(system.scale) @ system.matrix @ sparse.diags_array(system.scale))
-    factors = SuperLU(scaled, progress=progress, done=0.1) if method == "superlu" else Cholesky(scaled)
     scale = system.scale[:, None]
+    solve = method if callable(method) else _scaled_factors(system, method, progress)
     x = np.array(start, dtype=np.float64)
-    extent = max(float(np.abs(x).max(initial=0.0)), np.finfo(float).tiny)
-    right_side = scale * residual(np.zeros_like(x))
+    right_side = residual(np.zeros_like(x))
     before, steps = np.inf, 0
     while True:
-        correction = scale * factors.solve(scale * residual(x))
+        correction = solve(residual(x))
         x += correction
         moved = float(np.abs(correction).max(initial=0.0))
         progress(0.9 + 0.1 * steps / (steps + 1))
-        if steps > 0 and moved * (moved / before) <= _REFINED * extent:
+        if moved == 0.0 or (steps > 0 and moved * (moved / before) <= _REFINED * extent):
             break
         if steps == _MOST_REFINEMENTS or (steps > 1 and not moved < 0.5 * before):
             break
         before, steps = moved, steps + 1
     if not moved <= _UNREFINED * extent:
-        raise ConvergenceError(f"refinement of {len(x)} equations stalls at corrections of {moved / extent:.3g} of the solution")
-    size = system.norm * np.linalg.norm(x / scale) + np.linalg.norm(right_side)
+        raise ConvergenceError(f"refinement of {len(x)} equations stalls at corrections of {moved / extent:.3g} of the extent")
+    size = system.norm * np.linalg.norm(x / scale) + np.linalg.norm(scale * right_side)
     backward = float(np.linalg.norm(scale * residual(x)) / size) if size > 0.0 else 0.0
     return RefinedSolution(x, backward, moved, steps)
+
+
+def _scaled_factors(system: SpdSystem, method: DirectMethod, progress: Progress) -> Callable[[Floats], Floats]:
+    """Solves A x = r by the factors of A scaled to unit diagonal."""
+    scale = sparse.diags_array(system.scale)
+    scaled = sparse.csr_matrix(scale @ system.matrix @ scale)
+    factors = SuperLU(scaled, progress=progress, done=0.1) if method == "superlu" else Cholesky(scaled)
+    return lambda right_side: np.asarray(scale @ factors.solve(scale @ right_side))
 
 
 def _padded(columns: Floats) -> Floats:

@@ -11,7 +11,9 @@ from ..parallel import threads_for
 _SPLITTER = 134217729.0
 
 
-def laplacian_power(stiffness: sparse.csr_matrix, inverse_mass: Floats, order: int, values: Floats) -> Floats:
+def laplacian_power(
+    stiffness: sparse.csr_matrix, inverse_mass: Floats, order: int, values: Floats, more: Floats | None = None
+) -> Floats:
     """(S M^-1)^(order - 1) S x, computed with about 32 digits and rounded once.
 
     S is taken to have rows that sum to 0 exactly: its diagonal is not read. In ordinary precision each application loses the
@@ -23,11 +25,12 @@ def laplacian_power(stiffness: sparse.csr_matrix, inverse_mass: Floats, order: i
         inverse_mass: (n,) the diagonal of M^-1.
         order: the power, at least 1.
         values: x, (n, 3).
+        more: (n, 3) what is to be added to x without rounding; nothing if None.
 
     Returns:
         (n, 3).
     """
-    high, low = np.ascontiguousarray(values), np.zeros(values.shape)
+    high, low = np.ascontiguousarray(values), np.zeros(values.shape) if more is None else np.ascontiguousarray(more)
     indptr, indices = stiffness.indptr.astype(np.int64), stiffness.indices.astype(np.int32)
     with threads_for(len(values)):
         for step in range(order):
@@ -70,12 +73,13 @@ def _apply(
                 if j == i:
                     continue
                 difference, error = _two_sum(high[j, c], -high[i, c])
-                error += low[j, c] - low[i, c]
-                difference, error = _two_sum(difference, error)
+                more, rest_of_more = _two_sum(low[j, c], -low[i, c])
+                difference, lost = _two_sum(difference, more)
+                difference, error = _two_sum(difference, error + lost + rest_of_more)
                 product, lost = _two_product(data[k], difference)
                 lost += data[k] * error
-                total, more = _two_sum(total, product)
-                rest += more + lost
+                total, carried = _two_sum(total, product)
+                rest += carried + lost
             total, rest = _two_sum(total, rest)
             product, lost = _two_product(factors[i], total)
             lost += factors[i] * rest

@@ -10,18 +10,14 @@ from scipy import sparse
 from ..diffusion.frame import enter, ordered_frame
 from ..errors import FilterInputError
 from ..mesh import Bools, Floats, Ints, check_mesh
-from ..operators.cotangent import cotangent_stiffness
-from ..operators.mass import mixed_voronoi_areas
 from ..progress import Progress, ignore_progress
 from ..solvers import DirectMethod, refined_solution
 from .compensated import laplacian_power
 from .submesh import Submesh, submesh_around
+from .surface_operator import surface_operator
 
 Energy: TypeAlias = Literal["membrane", "thin_plate", "minimum_variation"]
 ENERGIES: tuple[Energy, ...] = get_args(Energy)
-
-# Masses below this share of the mean count as that: the slivers of a bad triangulation would spoil the conditioning of all.
-_LEAST_MASS = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,12 +85,14 @@ def fair_region(
     frame = ordered_frame(part.points, None)
     system = _system(part._replace(points=enter(part.points, frame)), order)
     _check_held(system.stiffness, part)
-    solution = refined_solution(system.matrix(), system.residual, system.points[part.free], method=method, progress=progress)
+    extent = float(np.linalg.norm(np.ptp(system.points, axis=0)))
+    solution = refined_solution(
+        system.matrix(), system.residual, system.points[part.free], extent=extent, method=method, progress=progress
+    )
     moved = points.copy()
     moved[part.vertices[part.free]] = solution.values / frame.scale + frame.middle
     everywhere = np.zeros(len(points), dtype=np.bool_)
     everywhere[part.vertices[part.free]] = True
-    extent = float(np.linalg.norm(np.ptp(system.points, axis=0)))
     return FairedRegion(moved, everywhere, solution.backward_error, solution.last_correction / extent, solution.refinements)
 
 
@@ -124,13 +122,11 @@ class _System(NamedTuple):
 
 
 def _system(part: Submesh, order: int) -> _System:
-    stiffness = sparse.csr_matrix(-cotangent_stiffness(part.points, part.faces))
-    mass = mixed_voronoi_areas(part.points, part.faces)
-    # In units of the mean, so that powers of it stay ordinary numbers; a common factor changes no solution.
-    mean = float(mass.mean())
-    mass = np.maximum(mass / mean, _LEAST_MASS) if mean > 0.0 else np.ones(len(mass))
-    # A border vertex has no whole star to take a Laplacian on.
-    return _System(stiffness, np.where(part.border, 0.0, 1.0 / mass), order, part.points, part.free)
+    operator = surface_operator(part.points, part.faces)
+    # In units of the mean, so that powers of it stay ordinary numbers; a common factor changes no solution. A border vertex has no
+    # whole star to take a Laplacian on.
+    inverse = np.where(part.border, 0.0, float(operator.mass.mean()) / operator.mass)
+    return _System(operator.stiffness, inverse, order, part.points, part.free)
 
 
 def _check_free(free: ArrayLike, n_vertices: int) -> Bools:

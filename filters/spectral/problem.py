@@ -19,7 +19,7 @@ SPECTRAL_OPERATORS: tuple[SpectralOperator, ...] = get_args(SpectralOperator)
 
 #: Triangles whose doubled area is a smaller share of their squared edges make "auto" take the robust operator: their cotangents
 #: spread the spectrum so far that the lowest eigenvalues drown in the rounding of the highest.
-_THINNEST = 1e-5
+SLIVER = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +71,7 @@ def spectral_problem(vertices: ArrayLike, faces: ArrayLike, *, operator: Spectra
         raise FilterInputError(f"operator {operator!r} is not one of {', '.join(map(repr, SPECTRAL_OPERATORS))}")
     components, _ = connected_components(triangles, len(points))
     chosen: Literal["cotangent", "robust"] = "robust" if operator == "robust" else "cotangent"
-    if operator == "auto" and (len(non_manifold_edges(triangles)) or _thinnest(points, triangles) < _THINNEST):
+    if operator == "auto" and (len(non_manifold_edges(triangles)) or thinnest_triangle(points, triangles) < SLIVER):
         chosen = "robust"
     laplacian = robust_mesh_laplacian(points, triangles) if chosen == "robust" else laplace_beltrami(points, triangles)
     return _restricted(laplacian, components, _usable(laplacian, components, operator), chosen)
@@ -108,7 +108,7 @@ def _restricted(laplacian: Laplacian, components: Ints, used: Bools, operator: L
     return SpectralProblem(stiffness, laplacian.mass[rows], rows, inverse.astype(np.int32).ravel(), len(used), operator)
 
 
-def _thinnest(points: Floats, faces: Ints) -> float:
+def thinnest_triangle(points: Floats, faces: Ints) -> float:
     """The least doubled area of a triangle as a share of its summed squared edges, 0.29 if it is equilateral."""
     a, b, c = faces.T
     proper = (a != b) & (b != c) & (c != a)
