@@ -130,8 +130,8 @@ def apply_coord_curve_smoothing(
 ) -> Edit:
     """Smooths polylines: sections, contours, borders; open or closed, several in one layer, in the plane or in space.
 
-    Planar curves stay in their plane if it is one of constant x, y or z. Where a curve branches a vertex goes towards the mean of
-    all its neighbours. Faces of the same layer are not looked at.
+    Planar curves stay in their plane. Where a curve branches, a vertex goes towards the mean of all its neighbours. Faces of the
+    same layer are not looked at.
     """
     by_size = method == "implicit" and time_step == 0.0
     if by_size and weights == "uniform":

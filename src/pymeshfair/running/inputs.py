@@ -13,9 +13,11 @@ from pathlib import Path
 from . import obj, ply
 from .errors import InputError
 from .formats import READABLE, extension, listed
+from .obj_polylines import PolylineError, Polylines, scan_polylines
 from .ply_losses import not_kept
 
 _CHUNK_LIMIT = 64 << 20
+_NO_POLYLINES = Polylines(0, 0)
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,7 @@ class Announced:
         not_kept: what it has and MeshLab does not keep, in words.
         side_files: the existing files that MeshLab will read with it.
         textures: the texture files that it names, as written there, and the existing file that each means, or None.
+        polylines: those of an OBJ file.
     """
 
     vertices: int | None = None
@@ -39,6 +42,7 @@ class Announced:
     not_kept: tuple[str, ...] = ()
     side_files: tuple[Path, ...] = ()
     textures: tuple[tuple[str, Path | None], ...] = ()
+    polylines: Polylines = _NO_POLYLINES
 
 
 def check_input(path: Path) -> None:
@@ -125,6 +129,14 @@ def _inspect_obj(path: Path) -> Announced:
         if found.ignored:
             lost.append(f"{', '.join(found.ignored)} of the material file {file.name}")
     textures = _find_textures(path, dict.fromkeys(names))
+    polylines = _NO_POLYLINES
+    if contents.counts["polylines"]:
+        try:
+            polylines = scan_polylines(path, contents.counts["vertices"])
+        except PolylineError as error:
+            raise InputError(path, str(error)) from error
+    if polylines.misread and materials:
+        lost.append(f"the edges of {polylines.misread:,} polylines but for the first of each")
     return Announced(
         vertices=contents.counts["vertices"],
         faces=contents.counts["faces"],
@@ -133,6 +145,7 @@ def _inspect_obj(path: Path) -> Announced:
         not_kept=tuple(lost),
         side_files=(*materials, *(file for _, file in textures if file)),
         textures=textures,
+        polylines=polylines,
     )
 
 

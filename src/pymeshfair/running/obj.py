@@ -27,6 +27,7 @@ _KEYWORDS = {
     **dict.fromkeys((b"o ", b"o\t"), "objects"),
     **dict.fromkeys((b"s ", b"s\t"), "smoothing groups"),
     **dict.fromkeys((b"p ", b"p\t"), "point elements"),
+    **dict.fromkeys((b"l ", b"l\t"), "polylines"),
     b"us": "uses of materials",
     b"vp": "parameter space vertices",
     b"cu": "curves",
@@ -51,7 +52,7 @@ def scan_obj(path: Path) -> ObjContents:
     """Count the lines of an OBJ file by their keywords."""
     counts: Counter[str] = Counter()
     material_files: dict[str, None] = {}
-    for chunk in _chunks(path):
+    for chunk in whole_lines(path):
         data = np.frombuffer(chunk, dtype=np.uint8)
         starts = np.flatnonzero(data[:-2] == ord("\n")) + 1
         pairs, numbers = np.unique(data[starts].astype(np.uint16) << 8 | data[starts + 1], return_counts=True)
@@ -66,11 +67,11 @@ def scan_obj(path: Path) -> ObjContents:
 def count_triangles(path: Path) -> int:
     """How many triangles the polygons of a file make, a polygon of k corners k - 2."""
     return sum(
-        max(len(match[1].split()) - 2, 0) for chunk in _chunks(path) for match in re.finditer(rb"\nf[ \t]+([^\r\n]+)", chunk)
+        max(len(match[1].split()) - 2, 0) for chunk in whole_lines(path) for match in re.finditer(rb"\nf[ \t]+([^\r\n]+)", chunk)
     )
 
 
-def _chunks(path: Path) -> Iterator[bytes]:
+def whole_lines(path: Path) -> Iterator[bytes]:
     """The file in pieces of whole lines, each with a line feed before and after."""
     rest = b"\n"
     with path.open("rb") as file:

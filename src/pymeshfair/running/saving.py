@@ -69,6 +69,8 @@ def save_mesh(
     kind = WRITABLE[extension(output)]
     warnings = _check_precision(kind, mesh, resolution, output)
     present = attributes_of(meshes, announced)
+    if mesh.face_number() == 0 and "edges" in present - kind.holds:
+        raise OutputError(output, "the mesh is made of edges, of which the format holds none; .ply and .obj keep them")
     options = dict(kind.options)
     if "vertex normals" in kind.holds:
         options["save_vertex_normal"] = "vertex normals" in present

@@ -1,0 +1,158 @@
+"""Meshes of edges: what is read of them, and in which files they are whole."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pymeshlab
+import pytest
+from numpy.typing import NDArray
+
+from pymeshfair.running.errors import InputError, OutputError
+from pymeshfair.running.formats import WRITABLE
+from pymeshfair.running.obj_polylines import PolylineError, scan_polylines, write_single_edges
+from pymeshfair.running.ply import read_header
+from pymeshfair.running.ply_edges import append_edges
+
+from .runs import SAMPLES, session_report, staged_files
+
+#: a square, its diagonals' crossing, and a branch
+POINTS = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 0.25]]) + 1 / 3
+EDGES = np.array([[0, 1], [2, 1], [2, 3], [3, 0], [4, 1], [4, 0]], dtype=np.int32)
+SMOOTH = ("apply_coord_curve_smoothing", {"method": "explicit", "iterations": 2})
+
+
+def obj_text(*polylines: str) -> str:
+    """The points as an OBJ file with these polylines at its end."""
+    return "".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in POINTS.tolist()) + "".join(f"l {line}\n" for line in polylines)
+
+
+def read_edges(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int32], Any]:
+    """The vertices and edges that plain pymeshlab reads, and the mesh set that holds them."""
+    meshes = pymeshlab.MeshSet()
+    meshes.load_new_mesh(str(path))
+    mesh = meshes.current_mesh()
+    return mesh.vertex_matrix(), mesh.edge_matrix(), meshes
+
+
+@pytest.fixture
+def curves(tmp_path: Path) -> Path:
+    """The curves as an OBJ file with one edge a line, as MeshLab writes them."""
+    path = tmp_path / "curves.obj"
+    path.write_text(obj_text(*(f"{a + 1} {b + 1}" for a, b in EDGES)))
+    return path
+
+
+def test_meshlab_itself_writes_no_edges_into_a_ply_file(tmp_path: Path) -> None:
+    """What `append_edges` is for; should MeshLab begin to write them, they would be there twice."""
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(POINTS, edge_matrix=EDGES))
+    meshes.save_current_mesh(str(tmp_path / "plain.ply"), binary=True)
+    assert "edge" not in {element.name for element in read_header(tmp_path / "plain.ply").elements}
+
+
+@pytest.mark.parametrize("extension", WRITABLE)
+def test_edges_are_kept_or_the_mesh_is_not_written(tmp_path: Path, curves: Path, extension: str) -> None:
+    """PLY and OBJ give back every edge in its order and direction; a format without edges is refused, not emptied."""
+    output = tmp_path / f"copy.{extension}"
+    if "edges" not in WRITABLE[extension].holds:
+        with pytest.raises(OutputError, match=r"made of edges, of which the format holds none; \.ply and \.obj keep them"):
+            session_report(curves, output)
+        return
+    report = session_report(curves, output)
+    assert report["warnings"] == []
+    vertices, edges, _ = read_edges(staged_files(report)[output.name])
+    np.testing.assert_allclose(vertices, POINTS, rtol=0, atol=1e-15)
+    np.testing.assert_array_equal(edges, EDGES)
+
+
+def test_edges_beside_faces_and_a_texture_are_kept(tmp_path: Path) -> None:
+    """A textured mesh with edges keeps faces, texture coordinates and edges in PLY; in OFF the edges are named as lost."""
+    for name in ("bunny10k_textured.mtl", "TextureDouble_A.png"):
+        shutil.copy(SAMPLES / name, tmp_path)
+    source = tmp_path / "both.obj"
+    source.write_text((SAMPLES / "bunny10k_textured.obj").read_text().rstrip("\n") + "\nl 1 2\nl 2 3\n")
+    (tmp_path / "out").mkdir()
+    report = session_report(source, tmp_path / "out" / "out.ply")
+    _, edges, meshes = read_edges(staged_files(report)["out.ply"])
+    np.testing.assert_array_equal(edges, [[0, 1], [1, 2]])
+    mesh = meshes.current_mesh()
+    assert mesh.face_number() == report["before"]["faces"] > 9_000
+    assert mesh.has_wedge_tex_coord()
+    report = session_report(source, tmp_path / "out" / "out.off")
+    assert any("does not hold the edges" in warning for warning in report["warnings"])
+
+
+def test_a_run_smooths_a_ply_file_of_edges(tmp_path: Path, curves: Path) -> None:
+    """From PLY to PLY through the filter: vertices move, edges are those of the input."""
+    first = staged_files(session_report(curves, tmp_path / "first.ply"))["first.ply"]
+    report = session_report(first, tmp_path / "second.ply", SMOOTH)
+    vertices, edges, _ = read_edges(staged_files(report)["second.ply"])
+    np.testing.assert_array_equal(edges, EDGES)
+    assert np.abs(vertices - POINTS).max() > 0.1
+
+
+@pytest.mark.parametrize("lines", [["1 2 3 4 1", "5 2", "5 1"], ["-5 -4 -3 -2 -5", "-1 2", "5/1 1/2"]])
+@pytest.mark.parametrize("faces", ["", "f 1 2 3\n"])
+def test_long_and_relative_polylines_are_read_whole(tmp_path: Path, lines: list[str], faces: str) -> None:
+    """Of `l 1 2 3` MeshLab reads one edge, of `l -2 -1` none that exists; a run reads all of them, without a warning."""
+    source = tmp_path / "long.obj"
+    source.write_text(obj_text(*lines) + faces)
+    _, plain, meshes = read_edges(source)
+    assert not np.array_equal(np.sort(plain, axis=1), np.sort(EDGES, axis=1))
+    del meshes
+    report = session_report(source, tmp_path / "out.ply")
+    assert report["warnings"] == []
+    _, edges, _ = read_edges(staged_files(report)["out.ply"])
+    expected = [[0, 1], [1, 2], [2, 3], [3, 0], [4, 1], [4, 0]]
+    np.testing.assert_array_equal(edges, expected)
+
+
+def test_long_polylines_beside_materials_are_named(tmp_path: Path) -> None:
+    """Where a material file stands in the way of that, it is said which edges are lost."""
+    (tmp_path / "m.mtl").write_text("newmtl a\nKd 1 0 0\n")
+    source = tmp_path / "long.obj"
+    source.write_text("mtllib m.mtl\n" + obj_text("1 2 3 4", "5 2") + "usemtl a\nf 1 2 3\n")
+    warnings = session_report(source, tmp_path / "out.ply")["warnings"]
+    assert any("the edges of 1 polylines but for the first of each" in warning for warning in warnings)
+
+
+@pytest.mark.parametrize("line", ["1 6", "0 1", "-6 1", "1 x", "1 2 3 9/9"])
+def test_polylines_of_other_vertices_are_refused(tmp_path: Path, line: str) -> None:
+    """MeshLab would read past the end of the vertices; the line is named instead."""
+    source = tmp_path / "bad.obj"
+    source.write_text(obj_text("1 2", line))
+    with pytest.raises(InputError, match=f"its polyline 'l {line}' names a vertex that is not one of its 5"):
+        session_report(source, tmp_path / "out.ply")
+
+
+def test_relative_numbers_count_back_from_the_line(tmp_path: Path) -> None:
+    """-1 is the last vertex before the line, not of the file; comments and texture coordinates are no vertices."""
+    source, copy = tmp_path / "in.obj", tmp_path / "copy.obj"
+    source.write_bytes(
+        b"mtllib a b.mtl\r\nv 0 0 0\r\nvt 0 0\r\nv 1 0 0\r\nl -2/1 -1/1 # two\r\nv 2 0 0\r\nusemtl x\r\nl -1 -2 -3\r\n"
+    )
+    assert scan_polylines(source, 3) == (found := scan_polylines(source, 3))
+    assert (found.edges, found.misread) == (3, 2)
+    write_single_edges(source, copy, 3)
+    written = [line.split() for line in copy.read_text().splitlines() if line.startswith("l")]
+    assert written == [["l", "1", "2"], ["l", "3", "2"], ["l", "2", "1"]]
+    assert "mtl" not in copy.read_text()
+    with pytest.raises(PolylineError, match="one of its 2"):
+        scan_polylines(source, 2)
+
+
+def test_edges_that_end_nowhere_are_not_written(tmp_path: Path) -> None:
+    """The file is left as it is."""
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(POINTS))
+    path = tmp_path / "points.ply"
+    meshes.save_current_mesh(str(path), binary=True)
+    before = path.read_bytes()
+    for edge in ([0, 5], [-1, 0]):
+        with pytest.raises(ValueError, match="not one of the 5"):
+            append_edges(path, np.array([edge], dtype=np.int32), 5)
+    assert path.read_bytes() == before
