@@ -4,10 +4,11 @@ from typing import Literal, NamedTuple, TypeAlias
 
 from ..mesh import Floats, Ints
 
-#: Why a rim was left open: it has more edges than asked for, or none of its vertices is selected; its faces do not agree on an
-#: orientation; an edge with more than two faces ends at it; it bounds a component by itself that lies in a hole; every
-#: triangulation of it would have a degenerate triangle or an edge with more than two faces.
-Reason: TypeAlias = Literal["size", "selection", "orientation", "non_manifold", "island", "no_triangulation"]
+#: Why a rim was left open. "size": it has more edges than asked for. "selection": none of its vertices is selected. "outer": it is
+#: the outer border of an open sheet. "island": so it is, and lies in a hole that could not be joined to it.
+#: "orientation": faces at it are not coherently oriented. "non_manifold": an edge with more than two faces ends at it.
+#: "no_triangulation": any triangulation would have degenerate triangles or edges with more than two faces.
+Reason: TypeAlias = Literal["size", "selection", "outer", "island", "orientation", "non_manifold", "no_triangulation"]
 
 
 class OpenRim(NamedTuple):
@@ -36,6 +37,7 @@ class HoleFilling(NamedTuple):
         hole_of_face: (b,) int32, ascending, the index in `closed` of the hole that each new face closes.
         hole_of_vertex: (a,) int32, ascending, the same of each new vertex.
         closed: for every closed hole (k,) int32 the vertices of its rim in order along it, in the direction of the new faces.
+        islands: for every closed hole (k,) int32 the vertices of the rims of islands in it that the new faces join; mostly none.
         left_open: the other rims, and why they were left.
     """
 
@@ -44,4 +46,5 @@ class HoleFilling(NamedTuple):
     hole_of_face: Ints
     hole_of_vertex: Ints
     closed: tuple[Ints, ...]
+    islands: tuple[Ints, ...]
     left_open: tuple[OpenRim, ...]

@@ -1,0 +1,120 @@
+"""The patches that close the holes of a mesh, while they are made."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..mesh import Bools, Floats, Ints
+from ..progress import Progress
+from ..rings import OneRings
+from ..topology import one_rings
+from .polygon import Polygon, joined_corners, polygon, triangulate_polygon
+from .refinement import Patch, refined_patch
+from .rims import Rim
+
+
+class _Sewn(NamedTuple):
+    """A patch, the vertices of the mesh that it hangs on, and which of those must not be joined by it."""
+
+    own: Ints
+    patch: Patch
+    forbidden: Bools
+
+
+class Patches:
+    """The mesh and what closes its holes so far."""
+
+    def __init__(self, points: Floats, faces: Ints, rims: list[Rim]) -> None:
+        """A mesh of which these rims may be closed."""
+        self._points = points
+        self._faces = faces
+        self._rings: OneRings = one_rings(faces, len(points))
+        self._place = np.full(len(points), -1, dtype=np.int32)
+        met = np.zeros(len(points), dtype=np.int32)
+        for rim in rims:
+            met[np.unique(rim.vertices)] += 1
+        self._shared = met > 1
+        self._links: dict[int, set[int]] = {}
+        self._sewn: list[_Sewn] = []
+
+    def add(self, rim: Rim, islands: list[Rim], refine: bool, progress: Progress) -> bool:
+        """Triangulate and refine one more hole and the islands in it; False, and nothing is added, if that cannot be done."""
+        outline = polygon(rim, islands, self._points)
+        joined = joined_corners(outline.vertices, self._rings, self._place, self._links)
+        triangles = None if self._is_there(outline) else triangulate_polygon(outline, self._points, joined, progress)
+        if triangles is None and refine and len(rim.vertices) > 3:
+            # Edges that are there already are split by refinement, after which they are no longer doubled.
+            triangles = triangulate_polygon(outline, self._points, np.zeros_like(joined), progress)
+        if triangles is None:
+            return False
+        own, first = np.unique(outline.vertices, return_index=True)
+        self._place[own] = np.arange(len(own), dtype=np.int32)
+        patch = Patch(self._points[own], self._lengths(own), self._place[triangles], len(own))
+        self._place[own] = -1
+        forbidden = joined[np.ix_(first, first)]
+        for loop in (rim, *islands):
+            corners, visits = np.unique(loop.vertices, return_counts=True)
+            twice = np.searchsorted(own, corners[visits > 1])
+            forbidden[twice, twice] = True
+        if refine:
+            patch = refined_patch(patch, forbidden=forbidden)
+        self._sewn.append(_Sewn(own, patch, forbidden))
+        self._note_links(own, patch)
+        return True
+
+    def refine_again(self) -> None:
+        """Refine all patches where their points are now."""
+        self._sewn = [sewn._replace(patch=refined_patch(sewn.patch, forbidden=sewn.forbidden)) for sewn in self._sewn]
+
+    def move(self, new_vertices: Floats) -> None:
+        """Put the new vertices elsewhere."""
+        at = 0
+        for k, (own, patch, _) in enumerate(self._sewn):
+            more = len(patch.points) - len(own)
+            moved = np.concatenate([patch.points[: len(own)], new_vertices[at : at + more]])
+            self._sewn[k] = self._sewn[k]._replace(patch=patch._replace(points=moved))
+            at += more
+
+    def gathered(self) -> tuple[Floats, Ints, Ints, Ints]:
+        """The new vertices, the new faces, and the number of the patch of each vertex and of each face."""
+        vertices, faces = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int32)]
+        total = len(self._points)
+        for own, patch, _ in self._sewn:
+            more = len(patch.points) - len(own)
+            numbers = np.concatenate([own, np.arange(total, total + more, dtype=np.int32)]).astype(np.int32)
+            vertices.append(patch.points[len(own) :])
+            faces.append(numbers[patch.triangles])
+            total += more
+        holes = np.arange(len(self._sewn), dtype=np.int32)
+        return (
+            np.concatenate(vertices),
+            np.concatenate(faces),
+            np.repeat(holes, [len(part) for part in vertices[1:]]),
+            np.repeat(holes, [len(part) for part in faces[1:]]),
+        )
+
+    def _is_there(self, outline: Polygon) -> bool:
+        """Whether the polygon is a triangle that the mesh has already."""
+        corners = np.sort(outline.vertices)
+        if len(corners) != 3:
+            return False
+        near = self._faces[(self._faces == corners[0]).any(axis=1)]
+        return bool((np.sort(near, axis=1) == corners).all(axis=1).any())
+
+    def _lengths(self, own: Ints) -> Floats:
+        """The mean length of the edges of the mesh at each of the vertices."""
+        lengths = np.empty(len(own))
+        for i, v in enumerate(own.tolist()):
+            ends = self._rings.neighbours[self._rings.offsets[v] : self._rings.offsets[v + 1]]
+            lengths[i] = np.linalg.norm(self._points[ends] - self._points[v], axis=1).mean()
+        return lengths
+
+    def _note_links(self, own: Ints, patch: Patch) -> None:
+        """Remember the edges of the patch between vertices that other holes have too: those must not make them again."""
+        for k in range(3):
+            a, b = patch.triangles[:, k], patch.triangles[:, (k + 1) % 3]
+            both = (a < patch.n_rim) & (b < patch.n_rim)
+            for i, j in zip(own[a[both]].tolist(), own[b[both]].tolist(), strict=True):
+                if self._shared[i] and self._shared[j]:
+                    self._links.setdefault(i, set()).add(j)
+                    self._links.setdefault(j, set()).add(i)

@@ -1,0 +1,105 @@
+"""The polygon that a hole is triangulated as: its rim, and islands in it that are joined to it by cuts."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..mesh import Bools, Floats, Ints, Longs
+from ..progress import Progress
+from ..rings import OneRings
+from .rims import Rim
+from .triangulation import triangulate_rim
+
+_MOST_TRIES = 20
+
+
+class Polygon(NamedTuple):
+    """A closed walk along border edges, and to an island and back along a cut.
+
+    Attributes:
+        vertices: (k,) int32; a vertex occurs more than once where a cut begins or ends, and where the surface hangs together by
+            it alone.
+        opposite: (k,) int32 the third vertex of the face of the mesh at the edge from each to the next, -1 at cuts.
+    """
+
+    vertices: Ints
+    opposite: Ints
+
+
+def polygon(rim: Rim, islands: list[Rim], points: Floats) -> Polygon:
+    """The rim with each island joined by a cut from its vertex nearest to what is joined already, the nearest island first."""
+    vertices, opposite = rim.vertices, rim.opposite
+    rest = list(islands)
+    while rest:
+        best = (np.inf, 0, 0, 0)
+        for which, island in enumerate(rest):
+            apart = np.linalg.norm(points[vertices][:, None] - points[island.vertices], axis=2)
+            i, j = np.unravel_index(int(apart.argmin()), apart.shape)
+            best = min(best, (float(apart[i, j]), which, int(i), int(j)))
+        _, which, i, j = best
+        island = rest.pop(which)
+        around, beyond = np.roll(island.vertices, -j), np.roll(island.opposite, -j)
+        # To the island, once round it, back, and on along the rim.
+        cut = np.array([-1], dtype=np.int32)
+        vertices = np.concatenate([vertices[: i + 1], around, around[:1], vertices[i:]])
+        opposite = np.concatenate([opposite[:i], cut, beyond, cut, opposite[i:]])
+    return Polygon(vertices, opposite)
+
+
+def triangulate_polygon(outline: Polygon, points: Floats, joined: Bools, progress: Progress) -> Ints | None:
+    """(b, 3) the vertices of triangles that close the polygon, None if there are none that would leave a manifold.
+
+    Args:
+        outline: the polygon.
+        points: (n, 3) the vertices of the mesh.
+        joined: (k, k) which of its corners have an edge to each other already.
+        progress: as for `triangulate_rim`.
+    """
+    corners = outline.vertices
+    opposite = np.where(outline.opposite[:, None] < 0, np.nan, points[outline.opposite])
+    forbidden = joined | (corners[:, None] == corners)
+    for _ in range(_MOST_TRIES):
+        triangles = triangulate_rim(points[corners], opposite, forbidden, progress=progress)
+        if triangles is None:
+            return None
+        doubled = _doubled_diagonals(corners, triangles)
+        if len(doubled) == 0:
+            return np.asarray(corners[triangles])
+        # Both copies of a vertex got an edge to the same one: the second has to do without.
+        forbidden[doubled[:, 0], doubled[:, 1]] = forbidden[doubled[:, 1], doubled[:, 0]] = True
+    return None
+
+
+def _doubled_diagonals(corners: Ints, triangles: Ints) -> Longs:
+    """(d, 2) the corners of diagonals that join the same vertices as another diagonal, all but the first of each."""
+    ends = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
+    ends, uses = np.unique(ends, axis=0, return_counts=True)
+    diagonals = ends[uses == 2]
+    _, first = np.unique(np.sort(corners[diagonals], axis=1), axis=0, return_index=True)
+    return np.asarray(np.delete(diagonals, first, axis=0), dtype=np.int64)
+
+
+def joined_corners(corners: Ints, rings: OneRings, place: Ints, more: dict[int, set[int]]) -> Bools:
+    """(k, k) which corners of a polygon are ends of an edge that is no side of it.
+
+    Args:
+        corners: (k,) vertices.
+        rings: the neighbours of every vertex of the mesh.
+        place: (n,) of -1, used as working memory and left as it was.
+        more: further neighbours, those that triangles made before gave.
+    """
+    k = len(corners)
+    own, index = np.unique(corners, return_inverse=True)
+    place[own] = np.arange(len(own), dtype=np.int32)
+    linked = np.zeros((len(own), len(own)), dtype=np.bool_)
+    for i, v in enumerate(own.tolist()):
+        others = place[rings.neighbours[rings.offsets[v] : rings.offsets[v + 1]]]
+        linked[i, others[others >= 0]] = True
+        for w in more.get(v, ()):
+            if place[w] >= 0:
+                linked[i, place[w]] = True
+    place[own] = -1
+    joined = linked[np.ix_(index, index)]
+    side = np.arange(k)
+    joined[side, (side + 1) % k] = joined[(side + 1) % k, side] = False
+    return joined

@@ -1,0 +1,244 @@
+"""A triangulated hole made as dense as its rim, with edges flipped towards Delaunay."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from ..mesh import Bools, Floats, Ints
+
+#: A triangle is split when its centroid is farther from each corner, times this, than the edges there are long [liepa2003].
+DENSITY = np.sqrt(2.0)
+
+# The sum of the angles opposite an edge has to be above pi by this before it is flipped, and to fall by as much: a flip back and
+# forth between equals would not end, and rounding must not decide.
+_GAIN = 1e-7
+# Edges across the hole that are shorter than this share of those at its rim stay: between the sides of a crack there is no room.
+_SHORT = 0.5
+_MOST_ROUNDS = 60
+_MOST_SWEEPS = 200
+
+
+class Patch(NamedTuple):
+    """Triangles that close a hole.
+
+    Attributes:
+        points: (k + a, 3) the vertices of the rim, then the new ones.
+        sizes: (k + a,) how long the edges at each are to be.
+        triangles: (b, 3) indices of `points`.
+        n_rim: k.
+    """
+
+    points: Floats
+    sizes: Floats
+    triangles: Ints
+    n_rim: int
+
+
+def refined_patch(patch: Patch, *, forbidden: Bools | None = None, density: float = DENSITY) -> Patch:
+    """Splits triangles at their centroids until they are as small as the edges of the rim, and flips edges, in turn [liepa2003].
+
+    A triangle is split when, for each of its corners, `density` times the distance to the centroid exceeds both the size of the
+    corner and that of the centroid, which is the mean of the three. After each round edges are flipped until at none the two
+    opposite angles sum to more than pi; that is the local Delaunay criterion of the two triangles unfolded into a plane. A flip
+    that would fold the surface over, double an edge or not lessen the sum is not done. In the end the edges that still
+    join two vertices of the rim are split in their middles: without, a triangle between such an edge and the rim has no vertex
+    that fairing could move. Edges of the rim stay.
+
+    Args:
+        patch: points on the rim alone, or a refined patch whose points have moved.
+        forbidden: (k, k) which pairs of the rim must not be joined, those joined outside the patch. An edge of the patch between
+            such a pair is split. On the diagonal: which vertices get no further edges by flips, those that the rim meets twice.
+        density: larger gives smaller triangles, their size in proportion to 1 / density.
+    """
+    n_rim = patch.n_rim
+    forbidden = np.zeros((n_rim, n_rim), dtype=np.bool_) if forbidden is None else forbidden.copy()
+    points, sizes = patch.points, patch.sizes
+    corners = np.ascontiguousarray(patch.triangles, dtype=np.int32).copy()
+    across = _neighbours(corners)
+    _flip_all(points, corners, across, forbidden)
+    for _ in range(_MOST_ROUNDS):
+        split = _too_large(points, sizes, corners, density)
+        if not split.any():
+            break
+        points, sizes, corners, across = _split(points, sizes, corners, across, np.flatnonzero(split))
+        _flip_all(points, corners, across, forbidden)
+    points, sizes, corners = _split_diagonals(points, sizes, corners, n_rim, forbidden)
+    _flip_all(points, corners, _neighbours(corners), forbidden | ~np.eye(n_rim, dtype=np.bool_))
+    return Patch(points, sizes, corners, n_rim)
+
+
+def _split_diagonals(points: Floats, sizes: Floats, corners: Ints, n_rim: int, forbidden: Bools) -> tuple[Floats, Floats, Ints]:
+    """A vertex in the middle of every edge inside the patch that joins two vertices of the rim, short ones excepted."""
+    rows = corners.tolist()
+    holder = {(row[k], row[(k + 1) % 3]): t for t, row in enumerate(rows) for k in range(3)}
+    middles = []
+    for a, b in [(a, b) for a, b in holder if a < b < n_rim and (b, a) in holder]:
+        length = float(np.linalg.norm(points[a] - points[b]))
+        if length < _SHORT * (sizes[a] + sizes[b]) / 2.0 and not forbidden[a, b]:
+            continue
+        v = len(points) + len(middles)
+        middles.append((a, b))
+        for start, end in ((a, b), (b, a)):
+            t = holder.pop((start, end))
+            apex = rows[t][(rows[t].index(start) + 2) % 3]
+            holder[end, apex] = len(rows)
+            rows[t] = [start, v, apex]
+            rows.append([v, end, apex])
+    ends = np.array(middles, dtype=np.int32).reshape(-1, 2)
+    return (
+        np.concatenate([points, points[ends].mean(axis=1)]),
+        np.concatenate([sizes, sizes[ends].mean(axis=1)]),
+        np.array(rows, dtype=np.int32),
+    )
+
+
+def _neighbours(corners: Ints) -> Ints:
+    """(b, 3) the triangle across the edge from corner k to the next, -1 at the rim."""
+    n = int(corners.max()) + 1
+    starts, ends = corners.T.ravel().astype(np.int64), np.roll(corners, -1, axis=1).T.ravel().astype(np.int64)
+    keys, partners = starts * n + ends, ends * n + starts
+    order = np.argsort(keys, kind="stable")
+    place = np.minimum(np.searchsorted(keys[order], partners), len(keys) - 1)
+    found = keys[order][place] == partners
+    across = np.where(found, order[place] % len(corners), -1)
+    return np.ascontiguousarray(across.reshape(3, -1).T, dtype=np.int32)
+
+
+def _too_large(points: Floats, sizes: Floats, corners: Ints, density: float) -> Bools:
+    centroids, size = points[corners].mean(axis=1), sizes[corners].mean(axis=1)
+    reach = density * np.linalg.norm(points[corners] - centroids[:, None], axis=2)
+    large: Bools = ((reach > size[:, None]) & (reach > sizes[corners])).all(axis=1)
+    return large
+
+
+def _split(points: Floats, sizes: Floats, corners: Ints, across: Ints, chosen: Ints) -> tuple[Floats, Floats, Ints, Ints]:
+    """Each chosen triangle replaced by three round its centroid: the first in its place, the others at the end."""
+    new = len(points) + np.arange(len(chosen), dtype=np.int32)
+    second = (len(corners) + 2 * np.arange(len(chosen))).astype(np.int32)
+    more = np.full((2 * len(chosen), 3), -1, dtype=np.int32)
+    grown, beyond = np.concatenate([corners, more]), np.concatenate([across, more])
+    _write_split(grown, beyond, chosen.astype(np.int32), new, second)
+    return (
+        np.concatenate([points, points[corners[chosen]].mean(axis=1)]),
+        np.concatenate([sizes, sizes[corners[chosen]].mean(axis=1)]),
+        grown,
+        beyond,
+    )
+
+
+@njit(cache=True)
+def _write_split(corners: Ints, across: Ints, chosen: Ints, new: Ints, second: Ints) -> None:
+    for k in range(chosen.shape[0]):
+        t, s = chosen[k], second[k]
+        a, b, c, v = corners[t, 0], corners[t, 1], corners[t, 2], new[k]
+        beyond_bc, beyond_ca = across[t, 1], across[t, 2]
+        corners[t, 2] = v
+        across[t, 1], across[t, 2] = s, s + 1
+        corners[s, 0], corners[s, 1], corners[s, 2] = b, c, v
+        across[s, 0], across[s, 1], across[s, 2] = beyond_bc, s + 1, t
+        corners[s + 1, 0], corners[s + 1, 1], corners[s + 1, 2] = c, a, v
+        across[s + 1, 0], across[s + 1, 1], across[s + 1, 2] = beyond_ca, t, s
+        _relink(across, corners, beyond_bc, b, c, s)
+        _relink(across, corners, beyond_ca, c, a, s + 1)
+
+
+@njit(cache=True)
+def _relink(across: Ints, corners: Ints, t: int, a: int, b: int, now: int) -> None:
+    """Tell triangle t that beyond its edge from b to a there is `now`."""
+    if t < 0:
+        return
+    for k in range(3):
+        if corners[t, k] == b and corners[t, (k + 1) % 3] == a:
+            across[t, k] = now
+
+
+@njit(cache=True)
+def _flip_all(points: Floats, corners: Ints, across: Ints, forbidden: Bools) -> None:
+    for _ in range(_MOST_SWEEPS):
+        flips = 0
+        for t in range(corners.shape[0]):
+            for k in range(3):
+                if across[t, k] > t and _flip(points, corners, across, forbidden, t, k):
+                    flips += 1
+        if flips == 0:
+            break
+
+
+@njit(cache=True)
+def _angle(points: Floats, a: int, b: int, c: int) -> float:
+    """The angle at a between b and c."""
+    ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
+    vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    return np.arctan2(np.sqrt(nx * nx + ny * ny + nz * nz), ux * vx + uy * vy + uz * vz)
+
+
+@njit(cache=True)
+def _facing(points: Floats, a: int, b: int, c: int, d: int, e: int, f: int) -> float:
+    """The cosine of the angle between the normals of two triangles, times their doubled areas."""
+    ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
+    vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
+    sx, sy, sz = points[e, 0] - points[d, 0], points[e, 1] - points[d, 1], points[e, 2] - points[d, 2]
+    tx, ty, tz = points[f, 0] - points[d, 0], points[f, 1] - points[d, 1], points[f, 2] - points[d, 2]
+    return (
+        (uy * vz - uz * vy) * (sy * tz - sz * ty)
+        + (uz * vx - ux * vz) * (sz * tx - sx * tz)
+        + (ux * vy - uy * vx) * (sx * ty - sy * tx)
+    )
+
+
+@njit(cache=True)
+def _flip(points: Floats, corners: Ints, across: Ints, forbidden: Bools, t: int, k: int) -> bool:
+    """Turn the edge from a to b, k-th of triangle t = (a, b, c), into that from c to d, if it should and may be."""
+    s = across[t, k]
+    a, b, c = corners[t, k], corners[t, (k + 1) % 3], corners[t, (k + 2) % 3]
+    m = 0
+    while not (corners[s, m] == b and corners[s, (m + 1) % 3] == a):
+        m += 1
+    d = corners[s, (m + 2) % 3]
+    now = _angle(points, c, a, b) + _angle(points, d, b, a)
+    if not now > np.pi + _GAIN:
+        return False
+    if not now > _angle(points, a, d, c) + _angle(points, b, c, d) + _GAIN:
+        return False
+    # The new triangles must not be folded over each other, unless the old ones are so and more.
+    after = _facing(points, a, d, c, d, b, c)
+    if after <= 0.0 and after < _facing(points, a, b, c, b, a, d):
+        return False
+    n = forbidden.shape[0]
+    if (c < n and forbidden[c, c]) or (d < n and forbidden[d, d]) or (c < n and d < n and forbidden[c, d]):
+        return False
+    if c == d or _joined(corners, across, t, (k + 2) % 3, d):
+        return False
+    beyond_bc, beyond_ca = across[t, (k + 1) % 3], across[t, (k + 2) % 3]
+    beyond_ad, beyond_db = across[s, (m + 1) % 3], across[s, (m + 2) % 3]
+    corners[t, 0], corners[t, 1], corners[t, 2] = a, d, c
+    across[t, 0], across[t, 1], across[t, 2] = beyond_ad, s, beyond_ca
+    corners[s, 0], corners[s, 1], corners[s, 2] = d, b, c
+    across[s, 0], across[s, 1], across[s, 2] = beyond_db, beyond_bc, t
+    _relink(across, corners, beyond_ad, a, d, t)
+    _relink(across, corners, beyond_bc, b, c, s)
+    return True
+
+
+@njit(cache=True)
+def _joined(corners: Ints, across: Ints, t: int, k: int, d: int) -> bool:
+    """Whether the vertex at corner k of triangle t has an edge of the patch to vertex d."""
+    v = corners[t, k]
+    for way in range(2):
+        f, i = t, k
+        while True:
+            if corners[f, (i + 1) % 3] == d or corners[f, (i + 2) % 3] == d:
+                return True
+            # Round v by its edge that leaves it, or by the one that comes back.
+            g = across[f, i] if way == 0 else across[f, (i + 2) % 3]
+            if g == t:
+                return False
+            if g < 0:
+                break
+            f = g
+            i = 0
+            while corners[f, i] != v:
+                i += 1
+    return False
