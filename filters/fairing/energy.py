@@ -83,13 +83,14 @@ def bilaplacian_smoothing(
     features = _checked_features(feature_weights, len(points))
     if border not in BORDER_POLICIES:
         raise FilterInputError(f"border {border!r} is not one of {', '.join(map(repr, BORDER_POLICIES))}")
-    moves = check_movable(movable, len(points)) & referenced_vertices(triangles, len(points))
+    used = referenced_vertices(triangles, len(points))
+    moves = check_movable(movable, len(points)) & used
     if not moves.any():
         return points.copy()
-    frame = ordered_frame(points[referenced_vertices(triangles, len(points))], None)
+    frame = ordered_frame(points[used], None)
     start = enter(points, frame)
     w = min(w / frame.scale**4 if w < _LARGEST_WEIGHT else w, _LARGEST_WEIGHT)
-    low, high = bounding_box(start[moves])
+    low, high = bounding_box(start[used])  # not of those that move, which may be one
     diagonal = float(np.linalg.norm(high - low))
     edges = border_edges(triangles)
     at_border = np.zeros(len(points), dtype=np.bool_)
