@@ -1,6 +1,7 @@
 """Joins two parts: a band of triangles between two facing rims, whose interior is then faired."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numba import njit
@@ -8,9 +9,10 @@ from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
 from ..errors import FilterInputError
-from ..mesh import Bools, Floats, Ints, check_mesh, check_movable
+from ..holes.rims import find_rims
+from ..mesh import Floats, Ints, check_mesh, check_movable
 from ..progress import Progress, ignore_progress
-from ..topology import connected_components, edge_face_counts
+from ..topology import connected_components
 from .region import Energy, fair_region
 
 __all__ = ["Blend", "blend_parts", "bridge_rims", "facing_rims"]
@@ -24,10 +26,12 @@ class Blend:
         vertices: (k, 3) the new vertices.
         faces: (b, 3) the new triangles, oriented as those on the rims. An index below n names a vertex of the mesh, n + i the new
             vertex i.
+        rims: the vertices of the two rims, in the direction of these triangles.
     """
 
     vertices: Floats
     faces: Ints
+    rims: tuple[Ints, Ints]
 
 
 def blend_parts(
@@ -61,78 +65,77 @@ def blend_parts(
     joined = np.concatenate([points, band.vertices])
     free = np.arange(len(joined)) >= len(points)
     fair = fair_region(joined, np.concatenate([triangles, band.faces]), free, energy=energy, progress=progress)
-    return Blend(vertices=fair.vertices[len(points) :], faces=band.faces)
+    return replace(band, vertices=fair.vertices[len(points) :])
 
 
 def facing_rims(vertices: ArrayLike, faces: ArrayLike, *, among: ArrayLike | None = None) -> tuple[Ints, Ints]:
-    """The two border loops that lie nearest each other, each in the direction in which the faces along it run.
+    """The two rims that lie nearest each other, as `find_rims` gives them: in the direction of the faces that would close them.
 
-    How near is the mean distance from the vertices of a loop to the nearest of the other, both ways.
+    How near is the mean distance from the vertices of a rim to the nearest of the other, both ways. Rims that meet a vertex twice
+    do not count.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        among: (n,) bool. None: the loops are of different components. Otherwise they are loops all of whose vertices are true,
-            and may belong to one component, which gets a handle.
+        among: (n,) bool. None: the rims are of different components. Otherwise they are rims all of whose vertices are true, and
+            may belong to one component, which gets a handle.
 
     Raises:
-        FilterInputError: there are no two such loops.
+        FilterInputError: there are no two such rims.
     """
     points, triangles = check_mesh(vertices, faces)
-    loops = _border_loops(triangles)
+    rims = [rim.vertices for rim in find_rims(points, triangles)[0] if len(np.unique(rim.vertices)) == len(rim.vertices)]
     component = connected_components(triangles, len(points))[0]
     if among is not None:
         chosen = check_movable(among, len(points))
-        loops = [loop for loop in loops if chosen[loop].all()]
-    apart = [
-        (a, b)
-        for a in range(len(loops))
-        for b in range(a)
-        if among is not None or component[loops[a][0]] != component[loops[b][0]]
+        rims = [rim for rim in rims if chosen[rim].all()]
+    pairs = [
+        (a, b) for b in range(len(rims)) for a in range(b) if among is not None or component[rims[a][0]] != component[rims[b][0]]
     ]
-    if not apart:
+    if not pairs:
         where = "of different components" if among is None else "all of whose vertices are selected"
         raise FilterInputError(
-            f"there are no two rims {where} to join: {len(loops)} found; put both parts into one layer (merge the visible layers), "
-            "open each where they are to meet, and leave no triangles that meet in a corner alone along a rim"
+            f"there are no two rims {where} to join: {len(rims)} found; put both parts into one layer (merge the visible layers) "
+            "and open each where they are to meet"
         )
-    trees = [cKDTree(points[loop]) for loop in loops]
-    distances = [
-        (trees[a].query(points[loops[b]])[0].mean() + trees[b].query(points[loops[a]])[0].mean(), b, a) for a, b in apart
-    ]
-    _, first, second = min(distances)
-    return loops[first], loops[second]
+    trees = [cKDTree(points[rim]) for rim in rims]
+    _, first, second = min(
+        (trees[a].query(points[rims[b]])[0].mean() + trees[b].query(points[rims[a]])[0].mean(), a, b) for a, b in pairs
+    )
+    return rims[first], rims[second]
 
 
 def bridge_rims(vertices: ArrayLike, faces: ArrayLike, first: ArrayLike, second: ArrayLike, *, rows: int | None = None) -> Blend:
-    """A band of triangles between two border loops, as dense as the loops.
+    """A band of triangles between two rims, as dense as the rims.
 
-    The loops are joined by spans whose squared lengths have the least sum among all triangulations without new vertices that
+    The rims are joined by spans whose squared lengths have the least sum among all triangulations without new vertices that
     contain the shortest span; the search is that of [fuchs1977]. Rows of new vertices divide the spans evenly, and neighbouring
     rows are joined in the same way.
 
     Args:
         vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles; used to check that the loops are borders.
-        first, second: (a,), (b,) the vertices of each loop, in the direction in which the faces along it run, as `facing_rims`
-            gives them. They share no vertex.
+        faces: (m, 3) triangles.
+        first: (a,) the vertices of one rim, in the direction of the faces that would close it, as `facing_rims` gives them.
+        second: (b,) those of the other, which shares none with the first.
         rows: how many rows of triangles. None: as many as make them equilateral on average, that is the mean span over
-            sqrt(3) / 2 of the loops' mean edge, rounded, at least 1. More are finer across the band alone.
+            sqrt(3) / 2 of the rims' mean edge, rounded, at least 1. More are finer across the band alone.
 
     Returns:
-        The band; its vertices lie on straight lines between the loops.
+        The band; its vertices lie on straight lines between the rims.
 
     Raises:
-        FilterInputError: a loop is not one of border edges, loops meet, or they run the same way round, so that one of the parts
-            is inside out.
+        FilterInputError: a rim is not one of border edges, the rims meet, or they run the same way round, so that one of the
+            parts is inside out.
     """
     points, triangles = check_mesh(vertices, faces)
-    a, b = (_checked_loop(loop, triangles, name) for loop, name in ((first, "first"), (second, "second")))
+    border = {edge for rim in find_rims(points, triangles)[0] for edge in _edges(rim.vertices)}
+    a, b = (_checked_rim(rim, border, name) for rim, name in ((first, "first"), (second, "second")))
     if len(np.intersect1d(a, b)):
         raise FilterInputError(f"the rims share vertex {np.intersect1d(a, b)[0]}: a band joins rims that do not touch")
     if rows is not None and (rows != int(rows) or rows < 1):
         raise FilterInputError(f"rows is {rows}: it is a whole number of at least 1, or None")
-    b = b[::-1]
+    rims = a, b
+    a = a[::-1]  # now both run the same way round
     (lower, upper), cost = _spans(points[a], points[b])
     if _spans(points[a], points[b[::-1]])[1] < cost:
         raise FilterInputError(
@@ -154,8 +157,8 @@ def bridge_rims(vertices: ArrayLike, faces: ArrayLike, first: ArrayLike, second:
         total += size
     loops.append(b)
     everything = np.concatenate([points, *added])
-    strips = [_strip(everything, low, high) for low, high in zip(loops[:-1], loops[1:], strict=True)]
-    return Blend(vertices=np.concatenate(added), faces=np.concatenate(strips))
+    strips = [_strip(everything, low, high) for low, high in pairwise(loops)]
+    return Blend(vertices=np.concatenate(added), faces=np.concatenate(strips), rims=rims)
 
 
 def _strip(points: Floats, low: Ints, high: Ints) -> Ints:
@@ -179,7 +182,7 @@ def _spans(first: Floats, second: Floats) -> tuple[tuple[Ints, Ints], float]:
 
 @njit(cache=True)
 def _shortest(first: Floats, second: Floats) -> tuple[Ints, float]:
-    """The cheapest way through the grid of spans from (0, 0) once round to (a, b); its last span, which is its first, is left out."""
+    """The cheapest way through the grid of spans from (0, 0) once round to (a, b), without its last span, which is its first."""
     n, m = first.shape[0], second.shape[0]
     from_first = np.zeros((n + 1, m + 1), dtype=np.bool_)
     costs = np.empty(m + 1)
@@ -203,7 +206,7 @@ def _shortest(first: Floats, second: Floats) -> tuple[Ints, float]:
         else:
             j -= 1
         path[k, 0], path[k, 1] = i, j
-    return path, costs[m]
+    return path, float(costs[m])
 
 
 def _resampled(loop: Floats, count: int, shift: float) -> Floats:
@@ -219,46 +222,18 @@ def _steps(loop: Floats) -> Floats:
     return np.asarray(np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1))
 
 
-def _border_half_edges(faces: Ints) -> Ints:
-    """(h, 2) the border edges in the direction of their faces."""
-    halves = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    pairs, counts = edge_face_counts(faces)
-    border = pairs[counts == 1].astype(np.int64)
-    size = int(faces.max()) + 1 if faces.size else 1
-    keys = halves.min(axis=1).astype(np.int64) * size + halves.max(axis=1)
-    found: Ints = halves[np.isin(keys, border[:, 0] * size + border[:, 1])]
-    return found
+def _edges(rim: Ints) -> list[tuple[int, int]]:
+    return list(zip(rim.tolist(), np.roll(rim, -1).tolist(), strict=True))
 
 
-def _border_loops(faces: Ints) -> list[Ints]:
-    """The loops of border edges, by their lowest vertex, which comes first; those through a vertex where several meet left out."""
-    halves = _border_half_edges(faces)
-    size = int(faces.max()) + 1 if faces.size else 0
-    simple: Bools = (np.bincount(halves[:, 0], minlength=size) == 1) & (np.bincount(halves[:, 1], minlength=size) == 1)
-    after = np.full(size, -1, dtype=np.int32)
-    after[halves[:, 0]] = halves[:, 1]
-    seen = np.zeros(size, dtype=np.bool_)
-    loops = []
-    for start in np.unique(halves[:, 0]):
-        loop, at = [], int(start)
-        while at >= 0 and not seen[at]:
-            seen[at] = True
-            loop.append(at)
-            at = int(after[at])
-        if at == start and len(loop) >= 3 and simple[loop].all():
-            loops.append(np.array(loop, dtype=np.int32))
-    return loops
-
-
-def _checked_loop(loop: ArrayLike, faces: Ints, name: str) -> Ints:
-    given = np.asarray(loop)
+def _checked_rim(rim: ArrayLike, border: set[tuple[int, int]], name: str) -> Ints:
+    given = np.asarray(rim)
     if given.ndim != 1 or len(given) < 3 or not np.issubdtype(given.dtype, np.integer) or len(np.unique(given)) < len(given):
         raise FilterInputError(f"the {name} rim must be at least 3 different vertices in order, got {given.tolist()!r:.80}")
-    borders = {(int(u), int(v)) for u, v in _border_half_edges(faces)}
-    for u, v in zip(given.tolist(), np.roll(given, -1).tolist(), strict=True):
-        if (u, v) not in borders:
+    for u, v in _edges(given):
+        if (u, v) not in border:
             raise FilterInputError(
-                f"the {name} rim goes from vertex {u} to {v}, but no face has this edge as its border in this direction: give the "
-                "vertices in the direction in which the faces along the rim run"
+                f"the {name} rim goes from vertex {u} to {v}, where the mesh has no border edge that a face could close in this "
+                "direction: give the vertices against the direction of the faces along the rim"
             )
     return given.astype(np.int32)

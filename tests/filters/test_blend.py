@@ -1,0 +1,181 @@
+"""Bands between rims, and the necks that fairing makes of them."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.fairing.blend import blend_parts, bridge_rims, facing_rims
+from pymeshfair.filters.fairing.region import Energy
+from pymeshfair.filters.topology import edge_face_counts
+from tests.meshes import Floats, Ints, Mesh, cube, grid, noisy, renumbered, rotation, tube
+
+
+def two_tubes(first: int = 24, second: int = 24, *, gap: float = 1.5, tilt: float = 0.0, shift: float = 0.0) -> Mesh:
+    """Two open tubes of radius 1 and length 3 about the z axis, the upper one `gap` above the other, tilted and shifted."""
+    (low, faces_low), (high, faces_high) = tube(first, 9), tube(second, 9)
+    turn = np.array([[math.cos(tilt), 0, math.sin(tilt)], [0, 1, 0], [-math.sin(tilt), 0, math.cos(tilt)]])
+    high = high @ turn.T + [shift, 0.0, 3.0 + gap]
+    return np.concatenate([low, high]), np.concatenate([faces_low, faces_high + np.int32(len(low))])
+
+
+def joined(mesh: Mesh, vertices: Floats, faces: Ints) -> Mesh:
+    """The mesh with what joins its parts."""
+    return np.concatenate([mesh[0], vertices]), np.concatenate([mesh[1], faces])
+
+
+def shapes(vertices: Floats, faces: Ints) -> Floats:
+    """4 sqrt(3) area over the sum of squared edges of every triangle: 1 for an equilateral one."""
+    corners = vertices[faces]
+    twice = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    return np.asarray(2 * math.sqrt(3) * twice / ((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=(1, 2)))
+
+
+BENT: tuple[dict[str, float], ...] = ({}, {"second": 31}, {"first": 50, "second": 20}, {"tilt": 0.6, "shift": 1.0, "gap": 2.0})
+
+
+@pytest.mark.parametrize("shape", BENT, ids=["aligned", "24 and 31", "50 and 20", "bent"])
+def test_a_band_joins_both_rims_and_nothing_else(shape: dict[str, float]) -> None:
+    """Both rims are gone, the far ones are left, every edge has the faces of a surface, oriented as one."""
+    mesh = two_tubes(**shape)  # type: ignore[arg-type]
+    first, second = facing_rims(*mesh)
+    band = bridge_rims(*mesh, first, second)
+    vertices, faces = joined(mesh, band.vertices, band.faces)
+    pairs, counts = edge_face_counts(faces)
+    assert counts.max() == 2
+    assert len(pairs[counts == 1]) == len(first) + len(second)
+    assert not np.isin(pairs[counts == 1], np.concatenate([first, second])).any()
+    halves = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    assert len(np.unique(halves, axis=0)) == len(halves)
+    assert len(vertices) - len(pairs) + len(faces) == 0  # a tube again
+    assert shapes(vertices, band.faces).mean() > 0.9
+    assert shapes(vertices, band.faces).min() > 0.6
+
+
+def test_one_row_has_no_new_vertices_and_the_shortest_spans() -> None:
+    """Between two equal squares that face each other it is the side of a box: 8 triangles, 4 straight spans, 4 diagonals."""
+    vertices, faces = cube()
+    sides = faces[4:]
+    apart = np.concatenate([sides, sides + np.int32(8)])
+    mesh = np.concatenate([vertices, vertices + np.array([0.0, 0.0, 2.0])]), apart
+    band = bridge_rims(*mesh, *facing_rims(*mesh), rows=1)
+    assert band.vertices.shape == (0, 3)
+    corners = mesh[0][band.faces]
+    lengths = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    np.testing.assert_allclose(np.sort(lengths, axis=1), np.tile([1.0, 1.0, math.sqrt(2)], (8, 1)), atol=1e-15)
+
+
+def test_rows_divide_the_spans_evenly() -> None:
+    """Four rows between rims at heights 3 and 4.5 have vertices at thirds and fourths of the way, on the cylinder's chords."""
+    mesh = two_tubes()
+    band = bridge_rims(*mesh, *facing_rims(*mesh), rows=4)
+    heights, counts = np.unique(np.round(band.vertices[:, 2], 12), return_counts=True)
+    np.testing.assert_allclose(heights, 3 + 1.5 * np.array([0.25, 0.5, 0.75]))
+    assert counts.tolist() == [24, 24, 24]
+    assert np.linalg.norm(band.vertices[:, :2], axis=1).min() > math.cos(math.pi / 24) - 1e-12
+
+
+def neck(height: Floats, half: float, energy: str) -> Floats:
+    """The radius of the faired neck between two tubes of radius 1, `height` from its middle, half as long as 2 `half`.
+
+    The Laplace-Beltrami operator of the cylinder takes f(z) cos(phi) to (f'' - f) cos(phi); order 1 has f'' = f, order 2
+    f'''' - 2 f'' + f = 0, with f = 1 at the rims and, at order 2, f' = 0 there.
+    """
+    if energy == "membrane":
+        return np.asarray(np.cosh(height) / np.cosh(half))
+    # f = a cosh z + b z sinh z
+    a, b = np.linalg.solve(
+        [[math.cosh(half), half * math.sinh(half)], [math.sinh(half), math.sinh(half) + half * math.cosh(half)]], [1.0, 0.0]
+    )
+    return np.asarray(a * np.cosh(height) + b * height * np.sinh(height))
+
+
+@pytest.mark.parametrize(("energy", "tolerance"), [("membrane", 0.0005), ("thin_plate", 0.0025)])
+def test_the_neck_between_two_tubes_has_the_profile_of_its_equation(energy: Energy, tolerance: float) -> None:
+    """With 96 vertices around, radii are those of the equation on the cylinder, 0.23 or 0.012 below 1 in the middle."""
+    (low, faces_low), (high, faces_high) = tube(96, 46), tube(96, 46)
+    mesh = np.concatenate([low, high + np.array([0.0, 0.0, 4.5])]), np.concatenate([faces_low, faces_high + np.int32(len(low))])
+    blend = blend_parts(*mesh, energy=energy)
+    radii = np.linalg.norm(blend.vertices[:, :2], axis=1)
+    expected = neck(blend.vertices[:, 2] - 3.75, 0.75, energy)
+    assert 1 - expected.min() > 4 * tolerance
+    np.testing.assert_allclose(radii, expected, rtol=0, atol=tolerance)
+
+
+def test_a_thin_plate_continues_the_tangent_planes() -> None:
+    """Where a bent neck meets its tubes the angle between triangles is under a third of that of a membrane."""
+    mesh = two_tubes(48, 48, tilt=0.6, shift=1.0, gap=2.0)
+    angles = {}
+    energies: tuple[Energy, ...] = ("membrane", "thin_plate")
+    for energy in energies:
+        blend = blend_parts(*mesh, energy=energy)
+        vertices, faces = joined(mesh, blend.vertices, blend.faces)
+        normals = np.cross(vertices[faces[:, 1]] - vertices[faces[:, 0]], vertices[faces[:, 2]] - vertices[faces[:, 0]])
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        first, second = facing_rims(*mesh)
+        rim = np.zeros(len(vertices), dtype=bool)
+        rim[np.concatenate([first, second])] = True
+        face_of = {}
+        for f, (a, b, c) in enumerate(faces.tolist()):
+            for u, v in ((a, b), (b, c), (c, a)):
+                if rim[u] and rim[v]:
+                    face_of[u, v] = f
+        across = [normals[f] @ normals[face_of[v, u]] for (u, v), f in face_of.items() if (v, u) in face_of]
+        assert len(across) == 2 * 96
+        angles[energy] = np.arccos(np.clip(across, -1, 1)).mean()
+    assert angles["thin_plate"] < angles["membrane"] / 3
+
+
+def test_the_band_turns_and_grows_with_the_mesh() -> None:
+    """Rotated, scaled by 100 and shifted parts get the same band, turned along."""
+    mesh = noisy(two_tubes(24, 31, tilt=0.3), 0.01)  # no two spans of equal length
+    turn = rotation(3)
+    plain = blend_parts(*mesh)
+    moved = blend_parts(100 * mesh[0] @ turn.T + [5.0, 6.0, 7.0], mesh[1])
+    np.testing.assert_array_equal(moved.faces, plain.faces)
+    np.testing.assert_allclose(moved.vertices, 100 * plain.vertices @ turn.T + [5.0, 6.0, 7.0], rtol=0, atol=1e-8)
+
+
+def test_the_rims_are_those_nearest_each_other() -> None:
+    """Of the four rims of two tubes the facing two are found, whatever the order of vertices and faces."""
+    vertices, faces, _ = renumbered(two_tubes(), seed=4)
+    first, second = facing_rims(vertices, faces)
+    heights = sorted({float(vertices[first, 2].mean().round(9)), float(vertices[second, 2].mean().round(9))})
+    assert heights == [3.0, 4.5]
+    assert len(first) == len(second) == 24
+
+
+def test_selected_rims_may_belong_to_one_part() -> None:
+    """The two rims of a single tube are joined when they are the ones selected: a handle, without border."""
+    vertices, faces = tube(24, 9, length=1.0)
+    on_rims = np.isin(vertices[:, 2], [0.0, 1.0])
+    with pytest.raises(FilterInputError, match=re.escape("no two rims of different components to join: 2 found")):
+        facing_rims(vertices, faces)
+    band = bridge_rims(vertices, faces, *facing_rims(vertices, faces, among=on_rims), rows=1)
+    assert (edge_face_counts(np.concatenate([faces, band.faces]))[1] == 2).all()
+    with pytest.raises(FilterInputError, match="no two rims all of whose vertices are selected to join: 1 found"):
+        facing_rims(vertices, faces, among=vertices[:, 2] == 0.0)
+
+
+def test_what_cannot_be_joined_is_refused() -> None:
+    """An inside-out part, rims that touch, a rim that is none, rows below 1: each is said."""
+    vertices, faces = two_tubes()
+    half = len(faces) // 2
+    inside_out = np.concatenate([faces[:half], faces[half:, ::-1]])
+    with pytest.raises(FilterInputError, match="one of the parts is inside out"):
+        bridge_rims(vertices, inside_out, *facing_rims(vertices, inside_out))
+    first, second = facing_rims(vertices, faces)
+    with pytest.raises(FilterInputError, match="the rims share vertex"):
+        bridge_rims(vertices, faces, first, first)
+    with pytest.raises(FilterInputError, match="the second rim goes from vertex"):
+        bridge_rims(vertices, faces, first, second[::-1])
+    with pytest.raises(FilterInputError, match="the first rim must be at least 3 different vertices"):
+        bridge_rims(vertices, faces, [1, 1, 2], second)
+    with pytest.raises(FilterInputError, match="rows is 0"):
+        bridge_rims(vertices, faces, first, second, rows=0)
+    with pytest.raises(FilterInputError, match="no two rims of different components to join: 1 found"):
+        facing_rims(*grid())
