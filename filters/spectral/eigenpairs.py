@@ -10,6 +10,7 @@ from ..parallel import threads_for
 from ..progress import Progress, ignore_progress
 from .abandonable import abandonable
 from .columnwise import groups, sparse_product
+from .nested_dissection import nested_dissection
 from .problem import SpectralProblem
 from .spectrum_slicing import lowest_modes
 
@@ -108,7 +109,12 @@ def _connected(
         # Numpy's, since it lets other threads run.
         vectors = abandonable(lambda: np.linalg.eigh(operator.toarray())[1], progress, 0.5)[:, :count]
     else:
-        _, vectors = lowest_modes(operator, root / np.linalg.norm(root), count, tolerance=tolerance, progress=progress)
+        places = nested_dissection(operator)
+        dissected = sparse.csc_matrix(operator[places][:, places])
+        kernel = root[places] / np.linalg.norm(root)
+        _, found = lowest_modes(dissected, kernel, count, tolerance=tolerance, progress=progress)
+        vectors = np.empty_like(found)
+        vectors[places] = found
     vectors = np.asfortranarray(vectors)
     vectors[:, 0] = root / np.linalg.norm(root)
     kappa, rest = np.empty(count), np.empty(count)

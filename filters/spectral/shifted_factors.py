@@ -25,7 +25,8 @@ class ShiftedFactors:
     """L D L^T of A - shift I for a symmetric A, by SuperLU without row exchanges.
 
     Without exchanges D is diagonal and by Sylvester's law of inertia has as many negative entries as A has eigenvalues below the
-    shift. A pivot next to 0 would spoil that; then the shift is moved a little.
+    shift. A pivot next to 0 would spoil that; then the shift is moved a little. The rows are eliminated as they stand; that
+    should be in the order of `nested_dissection`.
 
     Attributes:
         shift: what was subtracted in the end.
@@ -76,7 +77,7 @@ def _solved(factors: Any, right_side: Floats) -> Floats:
 def _factorised(matrix: sparse.csc_matrix) -> Any:
     """SuperLU's factors, None if it meets a pivot that is 0."""
     try:
-        return splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        return splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError:
         return None
 

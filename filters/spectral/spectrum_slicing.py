@@ -28,7 +28,8 @@ def lowest_modes(
     last shift lies above the last mode and only counts; should one be missing it is searched for.
 
     Args:
-        operator: A, (n, n) symmetric, positive semidefinite, scaled such that there are about kappa eigenvalues below kappa.
+        operator: A, (n, n) symmetric, positive semidefinite, in an order that keeps its factors sparse, scaled such that
+            there are about kappa eigenvalues below kappa.
         kernel: (n,) the unit vector with A kernel = 0.
         count: how many, at least 1, well below n.
         tolerance: of the residual |A x - kappa x|, as a share of kappa.

@@ -1,0 +1,141 @@
+"""Nested dissection: an order of the vertices in which the factors of a matrix of a mesh stay sparse."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from scipy import sparse
+
+from ..mesh import Ints, Longs
+
+#: Parts of this many vertices are not cut further.
+_LEAF = 48
+# How much dearer a separator counts that leaves everything on one side.
+_UNEVEN = 0.5
+
+
+def nested_dissection(matrix: sparse.csc_matrix) -> Ints:
+    """(n,) int32 a permutation: row i of the matrix to factorise is row ``order[i]`` of this one.
+
+    A part of the graph is cut into halves by the vertices at half the way from one end, of which as few are taken as part the two
+    sides; these come last, after both halves, which are cut in the same way [george1973]. On a surface the factors have about
+    n log n entries. Orders by least degree have no fewer, and can take quadratic time on meshes that are regular: 104 s for a
+    subdivided icosahedron of 41,000 vertices, where this takes 0.1 s.
+
+    Args:
+        matrix: (n, n) with a symmetric pattern.
+    """
+    n = matrix.shape[0]
+    order = np.arange(n, dtype=np.int32)
+    dissect: Any = _dissect
+    dissect(matrix.indptr.astype(np.int64), matrix.indices.astype(np.int32), order, np.zeros(n, dtype=np.int64), _LEAF)
+    return order
+
+
+@njit(cache=True)
+def _levels(
+    starts: Longs, neighbours: Ints, part: Longs, name: int, first: int, level: Ints, queue: Ints, at: int
+) -> tuple[int, int]:
+    """The vertices of a part by their distance from the first, into `queue` from `at`; the end there and the number of levels.
+
+    `level` is -1 for all of the part before, and their distance after.
+    """
+    queue[at] = first
+    level[first] = 0
+    now, end = at, at + 1
+    while now < end:
+        i = queue[now]
+        now += 1
+        for p in range(starts[i], starts[i + 1]):
+            j = neighbours[p]
+            if part[j] == name and level[j] < 0:
+                level[j] = level[i] + 1
+                queue[end] = j
+                end += 1
+    return end, level[queue[end - 1]] + 1
+
+
+@njit(cache=True)
+def _dissect(starts: Longs, neighbours: Ints, order: Ints, part: Longs, leaf: int) -> None:
+    """Cuts ``order[low:high]`` for every part on the stack; a vertex is in part `part`, whose name is where it begins, plus 1."""
+    n = order.shape[0]
+    level = np.full(n, -1, dtype=np.int32)
+    queue = np.empty(n, dtype=np.int32)
+    stack = [(0, n)]
+    while len(stack) > 0:
+        low, high = stack.pop()
+        if high - low <= leaf:
+            continue
+        name = low + 1
+        for k in range(low, high):
+            part[order[k]] = name
+        # From any vertex to the farthest, and from there the levels: few and narrow ones.
+        end, _ = _levels(starts, neighbours, part, name, order[low], level, queue, low)
+        far = queue[end - 1]
+        for k in range(low, end):
+            level[queue[k]] = -1
+        end, depth = _levels(starts, neighbours, part, name, far, level, queue, low)
+        if end < high:
+            # Not connected: what was reached, and the others.
+            place = low
+            rest = end
+            for k in range(low, high):
+                i = order[k]
+                if level[i] < 0:
+                    queue[rest] = i
+                    rest += 1
+            order[low:high] = queue[low:high]
+            for k in range(low, end):
+                level[order[k]] = -1
+            place = end
+            for k in range(low, high):
+                part[order[k]] = 0
+            stack.append((low, place))
+            stack.append((place, high))
+            continue
+        if depth < 3:
+            for k in range(low, high):
+                level[order[k]] = -1
+                part[order[k]] = 0
+            continue
+        # Of the levels that end between a third and two thirds of the way, or of all if none does, the narrowest for its cut.
+        middle, least, begin = 0, np.inf, low
+        for k in range(low, high):
+            if level[queue[k]] == depth - 1:
+                break
+            if level[queue[k + 1]] > level[queue[k]]:
+                share = (k + 1 - low) / (high - low)
+                cost = (k + 1 - begin) * (1.0 + _UNEVEN * abs(share - 0.5))
+                if min(share, 1.0 - share) < 1.0 / 3.0:
+                    cost += high - low
+                if cost < least:
+                    middle, least = level[queue[k]], cost
+                begin = k + 1
+        # Nearer half from the front, then the farther one, then those of the middle level that touch it.
+        front, back, count = low, 0, 0
+        for k in range(low, high):
+            i = queue[k]
+            touches = False
+            if level[i] == middle:
+                for p in range(starts[i], starts[i + 1]):
+                    j = neighbours[p]
+                    if part[j] == name and level[j] == middle + 1:
+                        touches = True
+                        break
+            if touches:
+                order[high - 1 - count] = i
+                count += 1
+            elif level[i] <= middle:
+                order[front] = i
+                front += 1
+        back = front
+        for k in range(low, high):
+            i = queue[k]
+            if level[i] > middle:
+                order[back] = i
+                back += 1
+        for k in range(low, high):
+            level[queue[k]] = -1
+            part[queue[k]] = 0
+        stack.append((low, front))
+        stack.append((front, back))
