@@ -34,10 +34,10 @@ def write_backs(monkeypatch: pytest.MonkeyPatch) -> list[Edit]:
     """The edits that MeshLab is told of during the test."""
     told: list[Edit] = []
 
-    def recorder(original: Callable[..., None]) -> Callable[..., None]:
-        def write(bench: Any, edit: Edit) -> None:
+    def recorder(original: Callable[..., Any]) -> Callable[..., Any]:
+        def write(bench: Any, edit: Edit) -> Any:
             told.append(edit)
-            original(bench, edit)
+            return original(bench, edit)
 
         return write
 

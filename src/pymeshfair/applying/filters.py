@@ -14,7 +14,7 @@ from ..declaration import Arity, Edit, Filter, Percentage
 from ..declaration import Mesh as MeshParameter
 from ..errors import ParameterError, PymeshfairError, UnknownNameError
 from ..filters.errors import ConvergenceError, FilterInputError
-from ..layer import MeshLayer, adds_or_removes, after_failure, checked_edit, write_edit
+from ..layer import MeshLayer, adds, adds_or_removes, after_failure, checked_edit, write_edit
 from ..layer.attributes import without_helpers
 from ..scripts.script import Step
 from .errors import FilterFailedError, FilterParameterError, UnknownFilterError
@@ -152,22 +152,25 @@ class FilteringMeshSet(LayeredMeshSet):
             if "progress" in inspect.signature(known.function).parameters:
                 inputs["progress"] = progress
             edit = checked_edit(known.function(layer, **inputs), layer)
-            self._take(layer, edit)
+            notes = self._take(layer, edit)
         except Exception as error:
             if progress.stopped is error or isinstance(error, MemoryError):
                 raise
             raise FilterFailedError(f"{known.python_name}: {reason(error)}") from error
-        return edit
+        return replace(edit, notes=(*edit.notes, *notes))
 
-    def _take(self, layer: MeshLayer, edit: Edit) -> None:
-        """Make the mesh what the edit says, now or when somebody needs it."""
+    def _take(self, layer: MeshLayer, edit: Edit) -> tuple[str, ...]:
+        """Make the mesh what the edit says, now or when somebody needs it; what could not be kept, in sentences."""
+        if adds(edit):
+            self._settle()
+            return write_edit(self._bench, edit)
         after = layer.edited(edit)
         if self._deferring and not adds_or_removes(edit):
             self._layer = after
-            return
+            return ()
         self._layer = None
         more = {name: getattr(edit, name) for name in ("delete_vertices", "delete_faces", "new_layers")}
-        write_edit(self._bench, replace(after.pending, **more))
+        return write_edit(self._bench, replace(after.pending, **more))
 
     def _declared(self, known: Filter, given: Mapping[str, Any]) -> dict[str, Any]:
         try:

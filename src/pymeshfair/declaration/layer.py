@@ -81,20 +81,36 @@ class NewLayer:
 class Edit:
     """What a filter changed. None means untouched; everything that is not named stays as it is, bit by bit.
 
+    n and m count the vertices and faces of the layer; N = n + a and M = m + b count those that are added, too, which come last.
+
+    What the mesh has of an added element and the edit does not say comes from near by: a vertex takes colour, scalar and texture
+    coordinates of the nearest old vertex that added faces use; a face takes those of an old face at such a vertex, nearest to its
+    own centre, the same at its three corners, so that it shows one colour of the texture instead of a strip across it. Of several
+    textures, added faces have the one that most of these vertices have. Added elements are not selected, their custom attributes
+    are 0, normals follow from the coordinates.
+
+    A layer to which elements are added stays the same one, with its id. Two things MeshLab does not leave as they were: a mesh
+    with texture coordinates at the corners of its faces alone gets some at its vertices, each from one of its corners, and a mesh
+    of polygons that has no triangle becomes one of triangles.
+
     Attributes:
         vertices: (n, 3) new coordinates.
-        vertex_selection, face_selection: (n,), (m,) the new selection.
-        vertex_scalars, face_scalars: (n,), (m,) the new scalar ("quality").
-        vertex_colors, face_colors: (n, 4), (m, 4) red, green, blue, opacity from 0 to 1.
-        vertex_normals: (n, 3) of a point cloud; a mesh's normals follow from its coordinates.
-        face_normals: (m, 3) unit normals.
-        delete_vertices, delete_faces: (n,), (m,) true where the element goes; a vertex takes its faces along.
+        added_vertices: (a, 3) vertices to add, to a mesh that has faces.
+        added_faces: (b, 3) faces to add, three different indices of vertices; from n on they mean `added_vertices`.
+        vertex_selection, face_selection: (N,), (M,) the new selection.
+        vertex_scalars, face_scalars: (N,), (M,) the new scalar ("quality").
+        vertex_colors, face_colors: (N, 4), (M, 4) red, green, blue, opacity from 0 to 1.
+        vertex_normals: (N, 3) of a point cloud; a mesh's normals follow from its coordinates.
+        face_normals: (M, 3) unit normals.
+        delete_vertices, delete_faces: (N,), (M,) true where the element goes; a vertex takes its faces along.
         new_layers: layers to add; the first becomes the current one.
         values: what `apply_filter` returns: numbers, texts, arrays by name.
         notes: sentences that the user should read, such as what was left alone and why.
     """
 
     vertices: Floats | None = None
+    added_vertices: Floats | None = None
+    added_faces: Ints | None = None
     vertex_selection: Bools | None = None
     face_selection: Bools | None = None
     vertex_scalars: Floats | None = None

@@ -29,6 +29,7 @@ MOST = 12
 SPARE = 3
 
 _SAVED_AS: dict[Element, str] = {"vertex": "__ca_vs__", "face": "__ca_fs__"}
+_POINTS_SAVED_AS: dict[Element, str] = {"vertex": "__ca_vp__", "face": "__ca_fp__"}
 
 
 def bring_in(bench: Workbench, mesh: Any, element: Element, arrays: Sequence[Floats]) -> list[str]:
@@ -76,9 +77,31 @@ def helper_names(bench: Workbench, element: Element) -> list[str]:
 
 
 def attribute_names(bench: Workbench, element: Element) -> list[str]:
-    """All custom scalar attributes of the current layer; MeshLab tells them as parameters of saving a PLY file."""
+    """All custom scalar attributes of the current layer."""
+    return _saved(bench, _SAVED_AS[element])
+
+
+def _saved(bench: Workbench, prefix: str) -> list[str]:
+    """The custom attributes of one kind; MeshLab tells them as parameters of saving a PLY file."""
     offered = pymeshlab.MeshSet.filter_parameter_values(bench.meshset, "ply")
-    return [key.removeprefix(_SAVED_AS[element]) for key in offered if key.startswith(_SAVED_AS[element])]
+    return [key.removeprefix(prefix) for key in offered if key.startswith(prefix)]
+
+
+def clear_beyond(bench: Workbench, mesh: Any, element: Element, kept: int) -> None:
+    """Make the custom attributes of the current layer 0 from element `kept` on, where MeshLab may leave anything."""
+    index = {"vertex": "vi", "face": "fi"}[element]
+    for name in attribute_names(bench, element):
+        if name.startswith(PREFIX):
+            continue
+        if getattr(mesh, f"{element}_custom_scalar_attribute_array")(name)[kept:].any():
+            new = f"{index}<{kept}?{name}:0"
+            bench.apply(f"compute_new_custom_scalar_attribute_per_{element}", name=name, expr=new)
+    for name in _saved(bench, _POINTS_SAVED_AS[element]):
+        points = getattr(mesh, f"{element}_custom_point_attribute_matrix")(name)
+        if points[kept:].any():
+            points[kept:] = 0.0
+            x, y, z = bring_in(bench, mesh, element, list(points.T))
+            bench.apply(f"compute_new_custom_point_attribute_per_{element}", name=name, x_expr=x, y_expr=y, z_expr=z)
 
 
 def without_helpers(parameters: dict[str, Any]) -> dict[str, Any]:

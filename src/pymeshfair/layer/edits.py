@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..declaration import Edit, Layer
 from ..errors import MeshError
 
-_WIDTHS = {"vertices": 3, "vertex_normals": 3, "face_normals": 3, "vertex_colors": 4, "face_colors": 4}
+_WIDTHS = {"vertices": 3, "added_vertices": 3, "vertex_normals": 3, "face_normals": 3, "vertex_colors": 4, "face_colors": 4}
 _FLAGS = ("vertex_selection", "face_selection", "delete_vertices", "delete_faces")
 _NUMBERS = (*_WIDTHS, "vertex_scalars", "face_scalars")
 
@@ -25,14 +25,54 @@ def checked_edit(edit: Any, layer: Layer) -> Edit:
     """
     if not isinstance(edit, Edit):
         raise MeshError(f"gave back {type(edit).__name__} instead of an Edit")
-    changes: dict[str, Any] = {}
+    changes: dict[str, Any] = _added(edit, layer)
+    rows = {"vertex": len(layer.vertices), "face": len(layer.faces)}
+    if edit.vertices is not None:
+        changes["vertices"] = _checked("vertices", edit.vertices, rows["vertex"])
+    if adds(edit):
+        rows["vertex"] += len(changes.get("added_vertices", ()))
+        rows["face"] += len(changes.get("added_faces", ()))
     for name in (*_NUMBERS, *_FLAGS):
         value = getattr(edit, name)
-        if value is not None:
+        if value is not None and name not in changes:
             per_face = name in ("delete_faces",) or name.startswith("face_")
-            rows = len(layer.faces) if per_face else len(layer.vertices)
-            changes[name] = _checked(name, value, rows)
+            changes[name] = _checked(name, value, rows["face" if per_face else "vertex"])
     return replace(edit, **changes) if changes else edit
+
+
+def _added(edit: Edit, layer: Layer) -> dict[str, Any]:
+    """The added vertices and faces, checked; by name, those that are not None."""
+    added: dict[str, Any] = {}
+    if edit.added_vertices is not None:
+        added["added_vertices"] = _checked("added_vertices", edit.added_vertices, len(np.atleast_1d(edit.added_vertices)))
+    if edit.added_faces is not None:
+        count = len(layer.vertices) + len(added.get("added_vertices", ()))
+        added["added_faces"] = _checked_faces(np.asarray(edit.added_faces), count)
+    if adds(edit) and not len(layer.faces):
+        raise MeshError(
+            f"gave back elements to add to {layer.label!r}, which has no faces; MeshLab can add to meshes with faces alone, "
+            "others need a new layer"
+        )
+    return added
+
+
+def _checked_faces(faces: NDArray[Any], vertices: int) -> NDArray[np.int32]:
+    if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype.kind not in "iu":
+        raise MeshError(f"gave back added_faces of shape {faces.shape} and type {faces.dtype}; they must be (b, 3) whole numbers")
+    wrong = ((faces < 0) | (faces >= vertices)).any(axis=1)
+    if wrong.any():
+        first = int(wrong.argmax())
+        raise MeshError(
+            f"gave back {int(wrong.sum())} added_faces with indices outside 0 to {vertices - 1}, first in row {first}: "
+            f"{faces[first].tolist()}"
+        )
+    twice = (faces == np.roll(faces, 1, axis=1)).any(axis=1)
+    if twice.any():
+        first = int(twice.argmax())
+        raise MeshError(
+            f"gave back {int(twice.sum())} added_faces with the same vertex twice, first in row {first}: {faces[first].tolist()}"
+        )
+    return faces.astype(np.int32, copy=False)
 
 
 def _checked(name: str, value: Any, rows: int) -> NDArray[Any]:
@@ -52,7 +92,12 @@ def _checked(name: str, value: Any, rows: int) -> NDArray[Any]:
     return array
 
 
+def adds(edit: Edit) -> bool:
+    """Whether the edit adds vertices or faces to the layer."""
+    return any(value is not None and len(value) > 0 for value in (edit.added_vertices, edit.added_faces))
+
+
 def adds_or_removes(edit: Edit) -> bool:
     """Whether the edit changes how many elements or layers there are, so that nothing can be put off beyond it."""
     deletes = any(x is not None and x.any() for x in (edit.delete_vertices, edit.delete_faces))
-    return deletes or bool(edit.new_layers)
+    return deletes or adds(edit) or bool(edit.new_layers)

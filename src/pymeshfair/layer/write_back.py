@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 
 from ..declaration import Bools, Edit, Floats, NewLayer
 from ..errors import MeshError
+from .addition import add_elements
 from .arrays import read_array
 from .attributes import Element, bring_in, explain, has_room, spare_names
+from .edits import adds
 from .refill import move_points
 from .workbench import Workbench
 
@@ -31,25 +33,32 @@ _ELEMENTS: tuple[Element, Element] = ("vertex", "face")
 _MOST_MORPHS = 3
 
 
-def write_edit(bench: Workbench, edit: Edit) -> None:
+def write_edit(bench: Workbench, edit: Edit) -> tuple[str, ...]:
     """Make the current layer what the edit says; the edit has been checked (`checked_edit`).
 
     Coordinates keep every bit except the sign of a zero. The normals of a mesh with faces follow from new coordinates, as after
     any filter of MeshLab. New layers come last and the first becomes the current one.
 
+    Returns:
+        Sentences about what could not be kept, for the user to read.
+
     Raises:
         MeshError: MeshLab cannot hold or delete what the edit says.
     """
     mesh = pymeshlab.MeshSet.current_mesh(bench.meshset) if pymeshlab.MeshSet.mesh_number(bench.meshset) else None
+    notes: tuple[str, ...] = ()
     if mesh is not None:
         try:
             with bench.matrix_aside(mesh):
+                if adds(edit):
+                    edit, notes = add_elements(bench, mesh, edit)
                 _write_values(bench, mesh, edit)
                 _delete(bench, mesh, edit)
         except (pymeshlab.PyMeshLabException, RuntimeError) as error:  # pymeshlab's two ways to say that a filter failed
             raise explain(bench, error) from error
     for index, layer in enumerate(edit.new_layers):
         _add_layer(bench, layer, current=index == 0)
+    return notes
 
 
 def _write_values(bench: Workbench, mesh: Any, edit: Edit) -> None:

@@ -120,16 +120,18 @@ def attributes_of(meshes: Any, announced: Announced) -> set[str]:
     mesh = meshes.current_mesh()
     has_faces = mesh.face_number() > 0
     normals = announced.normals or (not has_faces and bool(mesh.vertex_normal_matrix().any()))
+    wedges = has_faces and mesh.has_wedge_tex_coord()
     present = {
         "faces": has_faces,
         "edges": mesh.edge_number() > 0,
         "vertex normals": normals,
         "vertex colours": mesh.has_vertex_color(),
         "vertex scalars": mesh.has_vertex_scalar(),
-        "vertex texture coordinates": mesh.has_vertex_tex_coord(),
+        # Where wedges have them, those of the vertices are MeshLab's: it makes both when it computes either.
+        "vertex texture coordinates": mesh.has_vertex_tex_coord() and not wedges,
         "face colours": has_faces and mesh.has_face_color(),
         "face scalars": has_faces and mesh.has_face_scalar(),
-        "wedge texture coordinates": has_faces and mesh.has_wedge_tex_coord(),
+        "wedge texture coordinates": wedges,
         "textures": mesh.texture_number() > 0,
         "custom attributes": bool(_custom_attributes(meshes)),
     }

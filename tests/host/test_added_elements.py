@@ -1,0 +1,315 @@
+"""Vertices and faces that a filter adds come last on the same layer, and everything that was there stays to the bit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pymeshlab
+import pytest
+
+from pymeshfair.declaration import Edit
+from pymeshfair.errors import MeshError
+from pymeshfair.layer import attributes
+from pymeshfair.meshset import MeshSet
+from tests.host.snapshots import PER_FACE, PER_VERTEX, add_attributes, differences, everything, give_back, same, sample, wild
+from tests.host.test_write_back import as_read, coloured_ply, textured_obj
+
+MESHES = [textured_obj, coloured_ply]
+#: what MeshLab derives of the coordinates
+DERIVED = {"vertex_normals", "face_normals"}
+#: what MeshLab gives a mesh that has texture coordinates at the corners of its faces alone
+MADE = {"vertex_uv"}
+
+
+def additions(meshes: MeshSet, a: int, b: int, seed: int = 3) -> dict[str, Any]:
+    """`a` vertices and `b` faces that use old and added vertices in any order."""
+    random = np.random.default_rng(seed)
+    n = meshes.current_mesh().vertex_number()
+    faces = np.stack([random.permutation(n + a)[:3] for _ in range(b)]) if b else np.empty((0, 3), dtype=np.int32)
+    if a and b:
+        faces[:, 2] = n + np.arange(b)[::-1] % a  # the last of the added vertices comes first
+        faces[:, :2] = np.where(faces[:, :2] == faces[:, 2:], [0, 1], faces[:, :2])
+        faces[faces[:, 0] == faces[:, 1], 1] = 2
+    return {"added_vertices": wild(random, a, 3), "added_faces": faces.astype(np.int32)}
+
+
+def old_part(state: dict[str, Any], n: int, m: int) -> dict[str, Any]:
+    """What `everything` holds of the first n vertices and m faces."""
+    cut = dict.fromkeys(PER_VERTEX, n) | dict.fromkeys(PER_FACE, m)
+    return {name: value[: cut[name]] if name in cut else value for name, value in state.items()}
+
+
+@pytest.mark.parametrize(("a", "b"), [(0, 1), (1, 0), (1, 1), (3, 8), (40, 7), (30, 300)])
+@pytest.mark.parametrize("make", MESHES, ids=lambda f: f.__name__)
+def test_everything_that_was_there_stays(make: Any, a: int, b: int) -> None:
+    """Old elements keep every property and their order, the layer its id, label, matrix, textures; the added ones come last."""
+    meshes = make()
+    handle, before = meshes.current_mesh(), everything(meshes)
+    others = [(m.id(), m.label(), m.vertex_matrix()) for m in meshes if m.id() != meshes.current_mesh_id()]
+    n, m = handle.vertex_number(), handle.face_number()
+    added = additions(meshes, a, b)
+    meshes.apply_step(give_back(Edit(**added)))
+    after = everything(meshes)
+    assert differences(before, old_part(after, n, m), but=DERIVED | (MADE - before.keys())) == []
+    assert same(after["vertices"], np.concatenate([before["vertices"], added["added_vertices"]]))
+    assert same(after["faces"], np.concatenate([before["faces"], added["added_faces"]]))
+    assert same(handle.vertex_matrix(), after["vertices"])
+    assert same([m.id() for m in meshes if m.id() != handle.id()], [number for number, *_ in others])
+    assert all(meshes.mesh(i).label() == label and same(meshes.mesh(i).vertex_matrix(), v) for i, label, v in others)
+    assert not after["vertex_selection"][n:].any()
+    assert not after["face_selection"][m:].any()
+    assert not any(after[name][n if name[0] == "v" else m :].any() for name in ("va_s", "va_p", "fa_s", "fa_p"))
+
+
+@pytest.mark.parametrize("make", MESHES, ids=lambda f: f.__name__)
+def test_what_the_edit_says_of_all_elements_is_written(make: Any) -> None:
+    """Coordinates, colours, scalars, selections and normals given beside the additions are there to the bit."""
+    meshes, random = make(), np.random.default_rng(4)
+    meshes.set_matrix_identity()
+    before = everything(meshes)
+    added = additions(meshes, 12, 20)
+    n, m = len(before["vertices"]) + 12, len(before["faces"]) + 20
+    said: dict[str, Any] = {
+        "vertex_scalars": wild(random, n),
+        "face_scalars": wild(random, m),
+        "vertex_colors": random.integers(0, 256, (n, 4)) / 255.0,
+        "face_colors": random.integers(0, 256, (m, 4)) / 255.0,
+        "vertex_selection": random.random(n) < 0.5,
+        "face_selection": np.arange(m) >= m - 20,
+        "face_normals": wild(random, m, 3),
+    }
+    moved = wild(random, n - 12, 3)
+    meshes.apply_step(give_back(Edit(vertices=moved, **added, **said)))
+    expected = before | {name: as_read(name, value) for name, value in said.items()}
+    expected["vertices"] = np.concatenate([moved, added["added_vertices"]])
+    after = everything(meshes)
+    kept = {name for name in PER_VERTEX + PER_FACE if name not in said and name != "vertices"} | MADE
+    assert differences(expected, after, but=kept | DERIVED - said.keys()) == []
+    assert differences(before, old_part(after, n - 12, m - 20), but=DERIVED | MADE | said.keys() | {"vertices"}) == []
+
+
+def test_normals_are_those_of_the_geometry() -> None:
+    """After an addition the normals and the bounding box are those that MeshLab gives a new mesh of the same arrays."""
+    meshes = textured_obj()
+    meshes.apply_step(give_back(Edit(**additions(meshes, 5, 9))))
+    mesh = meshes.current_mesh()
+    fresh = pymeshlab.MeshSet()
+    fresh.add_mesh(pymeshlab.Mesh(mesh.vertex_matrix(), mesh.face_matrix()))
+    fresh.apply_coord_taubin_smoothing(stepsmoothnum=0)
+    assert same(mesh.vertex_normal_matrix(), fresh.current_mesh().vertex_normal_matrix())
+    assert same(mesh.face_normal_matrix(), fresh.current_mesh().face_normal_matrix())
+    assert same(mesh.bounding_box().max(), fresh.current_mesh().bounding_box().max())
+
+
+def test_added_elements_take_after_their_neighbours() -> None:
+    """A face next to corner 1 of a square has colour, scalar and texture there, a vertex next to corner 2 those of the corner."""
+    square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
+    meshes = MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(square, np.array([[0, 1, 2], [0, 2, 3]])))
+    meshes.compute_texcoord_by_function_per_vertex(u="x/4", v="y/4")
+    meshes.compute_texcoord_transfer_vertex_to_wedge()
+    meshes.compute_scalar_by_function_per_vertex(q="vi")
+    meshes.compute_scalar_by_function_per_face(q="10+fi")
+    meshes.compute_color_by_function_per_vertex(x="vi", y="0", z="0", a="255")
+    meshes.compute_color_by_function_per_face(r="10+fi", g="0", b="0", a="255")
+    added = Edit(
+        added_vertices=np.array([[1.1, -0.5, 0.0], [1.2, 0.9, 0.0]]),
+        added_faces=np.array([[1, 4, 5], [5, 2, 1], [3, 2, 5]], dtype=np.int32),
+    )
+    meshes.apply_step(give_back(added))
+    mesh = meshes.current_mesh()
+    assert mesh.vertex_scalar_array()[4:].tolist() == [1, 2]
+    assert np.rint(mesh.vertex_color_matrix()[4:, 0] * 255).tolist() == [1, 2]
+    assert mesh.vertex_tex_coord_matrix()[4:].tolist() == [[0.25, 0], [0.25, 0.25]]
+    assert mesh.face_scalar_array()[2:].tolist() == [10, 10, 10]
+    assert np.rint(mesh.face_color_matrix()[2:, 0] * 255).tolist() == [10, 10, 10]
+    corners = mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2)[2:].tolist()
+    assert corners == [[[0.25, 0]] * 3, [[0.25, 0.25]] * 3, [[0.25, 0.25]] * 3]
+
+
+def test_an_island_of_new_vertices_takes_after_the_nearest_old_one() -> None:
+    """A face without any old vertex has the scalar of the old vertex nearest to its own."""
+    meshes = MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(np.eye(3), np.array([[0, 1, 2]])))
+    meshes.compute_scalar_by_function_per_vertex(q="vi")
+    edit = Edit(added_vertices=np.eye(3)[::-1] + 0.1, added_faces=np.array([[3, 4, 5]], dtype=np.int32))
+    meshes.apply_step(give_back(edit))
+    assert meshes.current_mesh().vertex_scalar_array().tolist() == [0, 1, 2, 2, 1, 0]
+
+
+@pytest.mark.parametrize("wide", [1, 2])
+def test_of_several_textures_new_faces_take_the_one_that_most_of_the_rim_has(wide: int, tmp_path: Path) -> None:
+    """Of two strips of unlike texture side by side, the one where more vertices of the new faces lie gives its own."""
+    lines = ["mtllib two.mtl"]
+    lines += [f"v {x} {y} 0" for y in range(3) for x in range(4)]
+    lines += ["vt 0.25 0.25", "vt 0.5 0.25", "vt 0.5 0.5"]
+    for strip in range(2):
+        lines.append(f"usemtl m{strip}")
+        for x in range(3):
+            corner = 4 * strip + x + 1
+            lines += [f"f {corner}/1 {corner + 1}/2 {corner + 5}/3", f"f {corner}/1 {corner + 5}/2 {corner + 4}/3"]
+    (tmp_path / "two.obj").write_text("\n".join(lines))
+    (tmp_path / "two.mtl").write_text("newmtl m0\nmap_Kd a.png\nnewmtl m1\nmap_Kd b.png\n")
+    image = MeshSet()
+    image.load_new_mesh(sample("bunny10k_textured.obj"))
+    for name in ("a.png", "b.png"):
+        next(iter(image.current_mesh().textures().values())).save(str(tmp_path / name))
+    meshes = MeshSet()
+    meshes.load_new_mesh(str(tmp_path / "two.obj"))
+    assert meshes.current_mesh().texture_number() == 2
+    top = [8, 9, 10, 11]
+    added_faces = np.array([[0, 1, 8], [2, 3, 1]] if wide == 1 else [[*top[:3]], [9, 11, 1]], dtype=np.int32)
+    meshes.apply_step(give_back(Edit(added_faces=added_faces)))
+    meshes.compute_scalar_by_function_per_face(q="ti")
+    assert meshes.current_mesh().face_scalar_array().tolist() == [0] * 6 + [1] * 6 + [wide - 1] * 2
+
+
+def test_polygons_stay_where_there_is_a_triangle(tmp_path: Path) -> None:
+    """Quadrilaterals stay what they are beside a triangle; alone they become triangles, which is said."""
+    lines = [f"v {x} {y} 0" for x, y in ((0, 0), (1, 0), (1, 1), (0, 1), (2, 0), (2, 1), (3, 0))]
+    for name, faces in (("mixed", ["f 1 2 3 4", "f 2 5 6 3", "f 5 7 6"]), ("quads", ["f 1 2 3 4", "f 2 5 6 3"])):
+        (tmp_path / "mesh.obj").write_text("\n".join(lines + faces))
+        notes: list[str] = []
+        meshes = MeshSet()
+        meshes.on_note = notes.append
+        meshes.load_new_mesh(str(tmp_path / "mesh.obj"))
+        old = meshes.current_mesh().face_matrix()
+        meshes.apply_step(give_back(Edit(added_faces=np.array([[0, 3, 5]], dtype=np.int32), notes=("own",))))
+        assert same(meshes.current_mesh().face_matrix(), np.vstack([old, [[0, 3, 5]]]).astype(np.int32))
+        polygons = sorted(map(len, meshes.current_mesh().polygonal_face_list()))
+        assert polygons == ([3, 3, 4, 4] if name == "mixed" else [3] * 5)
+        assert notes[1:] == [] if name == "mixed" else "polygons" in notes[1]
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces"),
+    [
+        (np.random.default_rng(1).random((8, 3)), [[0, 1, 2], [1, 0, 3], [0, 1, 4], [5, 6, 7], [0, 6, 7]]),  # not manifold
+        (np.random.default_rng(1).random((9, 3)), [[2, 4, 6]]),  # vertices without faces
+        (np.zeros((4, 3)), [[0, 1, 2], [1, 0, 3]]),  # all in one place
+        (np.random.default_rng(1).random((4, 3)), [[0, 1, 2], [0, 1, 2], [2, 1, 0]]),  # a face three times
+        (np.random.default_rng(1).random((4, 3)) * 1e-200 + 1e9, [[0, 1, 2], [1, 2, 3]]),  # too small for its place
+    ],
+)
+def test_any_mesh_can_be_added_to(vertices: np.ndarray[Any, Any], faces: list[list[int]]) -> None:
+    """What is wrong with a mesh stays wrong, and its elements stay in order."""
+    meshes = MeshSet()
+    old = np.array(faces, dtype=np.int32)
+    meshes.add_mesh(pymeshlab.Mesh(vertices, old))
+    add_attributes(meshes.current_mesh())
+    before = everything(meshes)
+    added = additions(meshes, 4, 6)
+    meshes.apply_step(give_back(Edit(**added)))
+    assert differences(before, old_part(everything(meshes), len(vertices), len(old)), but=DERIVED) == []
+    assert same(meshes.current_mesh().face_matrix(), np.vstack([old, added["added_faces"]]))
+
+
+def test_additions_and_deletions_together() -> None:
+    """Deletions count old and added elements, and the added faces of a deleted vertex go with it."""
+    meshes = MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(np.eye(4, 3), np.array([[0, 1, 2], [0, 2, 3]])))
+    edit = Edit(
+        added_vertices=np.ones((1, 3)),
+        added_faces=np.array([[0, 1, 4], [1, 2, 4]], dtype=np.int32),
+        delete_vertices=np.array([True, False, False, False, False]),
+    )
+    meshes.apply_step(give_back(edit))
+    assert meshes.current_mesh().face_matrix().tolist() == [[0, 1, 3]]
+    assert same(meshes.current_mesh().vertex_matrix(), np.vstack([np.eye(4, 3)[1:], np.ones((1, 3))]))
+
+
+def test_consecutive_filters_see_additions_and_lose_nothing_that_was_pending() -> None:
+    """Among filters whose results wait, one that adds tells MeshLab what was pending first; the next one sees the larger mesh."""
+    meshes = textured_obj()
+    before = everything(meshes)
+    added = additions(meshes, 6, 10)
+    n = len(before["vertices"])
+    with meshes.deferred():
+        meshes.apply_step(give_back(Edit(vertices=before["vertices"] + 1.0, vertex_scalars=np.arange(n, dtype=float))))
+        meshes.apply_step(give_back(Edit(**added)))
+        layer = meshes._current_layer()
+        assert len(layer.vertices) == n + 6
+        assert len(layer.faces) == len(before["faces"]) + 10
+        meshes.apply_step(give_back(Edit(vertices=layer.vertices * 2.0)))
+    mesh = meshes.current_mesh()
+    assert same(mesh.vertex_matrix()[:n], (before["vertices"] + 1.0) * 2.0)
+    assert same(mesh.vertex_matrix()[n:], added["added_vertices"] * 2.0)
+    assert same(mesh.vertex_scalar_array()[:n], np.arange(n, dtype=float))
+
+
+def test_ids_of_layers_in_scripts_are_those_without_additions() -> None:
+    """A layer made after an addition has in scripts the number that it would have without; adding four times leaves few traces."""
+    meshes = textured_obj()
+    for _ in range(4):
+        meshes.apply_step(give_back(Edit(**additions(meshes, 3, 2))))
+    assert meshes.current_mesh_id() == 1
+    assert len(meshes) == 3
+    meshes.load_new_mesh(sample("cube.obj"))
+    assert meshes._bench.without_helpers(meshes.current_mesh_id()) == 3
+    meshes.set_current_mesh(1)
+    offered = pymeshlab.MeshSet.filter_parameter_values(meshes, "ply")
+    assert all(sum(attributes.PREFIX in k and kind in k for k in offered) <= attributes.MOST for kind in ("_vs_", "_fs_"))
+
+
+@pytest.mark.parametrize(
+    ("edit", "message"),
+    [
+        ({"added_faces": np.array([[0, 1, 4]])}, r"1 added_faces with indices outside 0 to 3, first in row 0: \[0, 1, 4\]"),
+        ({"added_faces": np.array([[0, 1, 2], [0, -1, 2]])}, r"outside 0 to 3, first in row 1: \[0, -1, 2\]"),
+        ({"added_faces": np.array([[0, 1, 1]])}, r"1 added_faces with the same vertex twice, first in row 0: \[0, 1, 1\]"),
+        ({"added_faces": np.array([[0.0, 1.0, 2.0]])}, r"shape \(1, 3\) and type float64; they must be \(b, 3\) whole numbers"),
+        ({"added_faces": np.array([0, 1, 2])}, r"added_faces of shape \(3,\)"),
+        ({"added_vertices": np.zeros((2, 2))}, r"added_vertices of shape \(2, 2\); this mesh needs \(2, 3\)"),
+        ({"added_vertices": np.array([[0.0, np.nan, 0.0]])}, "added_vertices with NaN or infinity in 1 of 1 rows"),
+        ({"added_vertices": np.zeros((2, 3)), "vertices": np.zeros((6, 3))}, r"vertices of shape \(6, 3\); .* needs \(4, 3\)"),
+        ({"added_vertices": np.zeros((2, 3)), "vertex_scalars": np.zeros(4)}, r"vertex_scalars of shape \(4,\); .* needs \(6,\)"),
+        ({"added_faces": np.array([[0, 1, 3]]), "face_selection": np.ones(2, dtype=bool)}, r"needs \(3,\)"),
+    ],
+)
+def test_additions_that_do_not_fit_are_refused(edit: dict[str, Any], message: str) -> None:
+    """Indices out of range, faces that are none, and arrays of the old length are refused, and the mesh stays as it was."""
+    meshes = MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(np.eye(4, 3), np.array([[0, 1, 2], [0, 2, 3]])))
+    before = everything(meshes)
+    with pytest.raises(pymeshlab.PyMeshLabException, match=f"^give_back_edit: gave back .*{message}"):
+        meshes.apply_step(give_back(Edit(**edit)))
+    assert differences(before, everything(meshes)) == []
+
+
+@pytest.mark.parametrize(
+    ("mesh", "message"),
+    [
+        (pymeshlab.Mesh(np.eye(3)), "which has no faces; .* others need a new layer"),
+        (pymeshlab.Mesh(np.eye(4, 3), np.array([[0, 1, 2], [1, 1, 2]])), "1 faces of '' have the same vertex twice, .* face 1"),
+        (
+            pymeshlab.Mesh(vertex_matrix=np.eye(4, 3), face_matrix=np.array([[0, 1, 2]]), edge_matrix=np.array([[0, 3], [3, 0]])),
+            "edges of '' occur twice",
+        ),
+    ],
+)
+def test_meshes_that_cannot_be_added_to_stay_as_they_were(mesh: Any, message: str) -> None:
+    """A cloud, degenerate faces and doubled edges are named and left alone."""
+    meshes = MeshSet()
+    meshes.add_mesh(mesh)
+    before = everything(meshes)
+    with pytest.raises(MeshError, match=message):
+        meshes.apply_step(give_back(Edit(added_vertices=np.ones((1, 3)))))
+    assert differences(before, everything(meshes)) == []
+
+
+@pytest.mark.parametrize(("make", "extension"), [(textured_obj, "obj"), (coloured_ply, "ply")])
+def test_a_saved_file_has_the_additions_and_the_texture(make: Any, extension: str, tmp_path: Path) -> None:
+    """Saved and read again, the mesh has its added elements, its texture and no attribute of ours."""
+    meshes = make()
+    n, m = meshes.current_mesh().vertex_number(), meshes.current_mesh().face_number()
+    meshes.apply_step(give_back(Edit(**additions(meshes, 6, 10))))
+    file = tmp_path / f"mesh.{extension}"
+    meshes.save_current_mesh(str(file))
+    again = pymeshlab.MeshSet()
+    again.load_new_mesh(str(file))
+    assert (again.current_mesh().vertex_number(), again.current_mesh().face_number()) == (n + 6, m + 10)
+    assert set(again.current_mesh().textures()) == set(meshes.current_mesh().textures())
+    assert again.current_mesh().has_wedge_tex_coord() == (extension == "obj")
+    assert attributes.PREFIX.encode() not in file.read_bytes()
