@@ -52,8 +52,9 @@ def close_holes(
         faces: (m, 3) triangles.
         max_edges: the largest number of edges of a rim that is closed, from 3. Larger closes more.
         energy: how the new vertices are placed. "membrane": the least area, with a crease at the rim. "thin_plate": tangents
-            continue across the rim. "minimum_variation": curvatures do too, so that the filling bulges as the surroundings suggest;
-            closest to what was there on smooth surfaces, and the most sensitive to noise at the rim. "none": as refinement leaves them.
+            continue across the rim. "minimum_variation": curvatures do too, the filling bulges as the surroundings suggest; on
+            smooth surfaces it is closest to what was there, and it is the most sensitive to noise at the rim. "none": as
+            refinement leaves them.
         refine: whether to split the new faces until they are as dense as the rim. Without, there are no new vertices and so
             nothing to fair.
         rounds: how often to refine and fair, from 1. More let a filling bulge further where the rim suggests that.

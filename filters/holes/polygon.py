@@ -27,8 +27,13 @@ class Polygon(NamedTuple):
 
 
 def polygon(rim: Rim, islands: list[Rim], points: Floats) -> Polygon:
-    """The rim with each island joined by a cut from its vertex nearest to what is joined already, the nearest island first."""
-    vertices, opposite = rim.vertices, rim.opposite
+    """The rim with each island joined by a cut from its vertex nearest to what is joined already, the nearest island first.
+
+    It begins behind the longest edge of the rim: the triangulation depends a little on where it begins, and must not on numbers.
+    """
+    lengths = np.linalg.norm(points[rim.vertices] - points[np.roll(rim.vertices, -1)], axis=1)
+    first = int(lengths.argmax()) + 1
+    vertices, opposite = np.roll(rim.vertices, -first), np.roll(rim.opposite, -first)
     rest = list(islands)
     while rest:
         best = (np.inf, 0, 0, 0)

@@ -13,8 +13,9 @@ DENSITY = np.sqrt(2.0)
 # The sum of the angles opposite an edge has to be above pi by this before it is flipped, and to fall by as much: a flip back and
 # forth between equals would not end, and rounding must not decide.
 _GAIN = 1e-7
-# Edges across the hole that are shorter than this share of those at its rim stay: between the sides of a crack there is no room.
-_SHORT = 0.5
+# Triangles between vertices of the rim whose height is below this share of the size there get no vertex on an edge: between the
+# sides of a crack there is no room for one to move.
+_CRACK = 0.25
 _MOST_ROUNDS = 60
 _MOST_SWEEPS = 200
 
@@ -42,8 +43,8 @@ def refined_patch(patch: Patch, *, forbidden: Bools | None = None, density: floa
     corner and that of the centroid, which is the mean of the three. After each round edges are flipped until at none the two
     opposite angles sum to more than pi; that is the local Delaunay criterion of the two triangles unfolded into a plane. A flip
     that would fold the surface over, double an edge or not lessen the sum is not done. In the end the edges that still
-    join two vertices of the rim are split in their middles: without, a triangle between such an edge and the rim has no vertex
-    that fairing could move. Edges of the rim stay.
+    join two vertices of the rim are split in their middles, but in cracks: without, a triangle between such an edge and the rim
+    has no vertex that fairing could move. Edges of the rim stay.
 
     Args:
         patch: points on the rim alone, or a refined patch whose points have moved.
@@ -69,14 +70,19 @@ def refined_patch(patch: Patch, *, forbidden: Bools | None = None, density: floa
 
 
 def _split_diagonals(points: Floats, sizes: Floats, corners: Ints, n_rim: int, forbidden: Bools) -> tuple[Floats, Floats, Ints]:
-    """A vertex in the middle of every edge inside the patch that joins two vertices of the rim, short ones excepted."""
+    """A vertex in the middle of every edge inside the patch that joins two vertices of the rim, those in cracks excepted."""
     rows = corners.tolist()
     holder = {(row[k], row[(k + 1) % 3]): t for t, row in enumerate(rows) for k in range(3)}
     middles = []
-    for a, b in [(a, b) for a, b in holder if a < b < n_rim and (b, a) in holder]:
-        length = float(np.linalg.norm(points[a] - points[b]))
-        if length < _SHORT * (sizes[a] + sizes[b]) / 2.0 and not forbidden[a, b]:
+    inner = [(a, b) for a, b in holder if a < n_rim and b < n_rim and (b, a) in holder]
+    # Each from both sides, the second time it is split already.
+    for a, b in inner:
+        if (a, b) not in holder:
             continue
+        if not forbidden[a, b]:
+            heights = [_height(points[rows[holder[edge]]]) for edge in ((a, b), (b, a)) if max(rows[holder[edge]]) < len(points)]
+            if heights and min(heights) < _CRACK * (sizes[a] + sizes[b]) / 2.0:
+                continue
         v = len(points) + len(middles)
         middles.append((a, b))
         for start, end in ((a, b), (b, a)):
@@ -91,6 +97,13 @@ def _split_diagonals(points: Floats, sizes: Floats, corners: Ints, n_rim: int, f
         np.concatenate([sizes, sizes[ends].mean(axis=1)]),
         np.array(rows, dtype=np.int32),
     )
+
+
+def _height(triangle: Floats) -> float:
+    """The least height of a triangle, 0 if it has no sides."""
+    a, b, c = triangle
+    longest = float(np.sqrt(max(((b - a) ** 2).sum(), ((c - b) ** 2).sum(), ((a - c) ** 2).sum())))
+    return float(np.linalg.norm(np.cross(b - a, c - a))) / longest if longest > 0.0 else 0.0
 
 
 def _neighbours(corners: Ints) -> Ints:

@@ -1,0 +1,119 @@
+"""Refinement of a triangulated hole: size, shape and the edges that must be kept."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pymeshfair.filters.holes.refinement import Patch, refined_patch
+from pymeshfair.filters.holes.triangulation import triangulate_rim
+from pymeshfair.filters.topology import border_edges, edges, face_adjacency, mean_edge_length, non_manifold_edges
+from tests.meshes import area, rotation
+
+Floats = NDArray[np.float64]
+
+
+def disc(corners: int, wave: float = 0.0) -> Patch:
+    """A rim of sides about 1 long about the z axis, triangulated; with a wave that is not flat."""
+    angle = 2 * np.pi * np.arange(corners) / corners
+    radius = corners / (2 * np.pi) * (1.0 + 0.1 * np.cos(2 * angle) + 0.02 * np.sin(5 * angle))
+    points = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), wave * np.sin(2 * angle + 0.2)])
+    lengths = np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1)
+    triangles = triangulate_rim(points, points * 1.1, np.zeros((corners, corners), dtype=np.bool_))
+    assert triangles is not None
+    return Patch(points, (lengths + np.roll(lengths, -1)) / 2, triangles, corners)
+
+
+def opposite_angles(patch: Patch) -> Floats:
+    """The sum of the two angles opposite every edge inside the patch."""
+    pairs, shared = face_adjacency(patch.triangles)
+    total = np.zeros(len(pairs))
+    for side in range(2):
+        corners = patch.triangles[pairs[:, side]]
+        apex = corners.sum(axis=1) - shared.sum(axis=1)
+        u, v = (patch.points[shared[:, k]] - patch.points[apex] for k in range(2))
+        total += np.arctan2(np.linalg.norm(np.cross(u, v), axis=1), (u * v).sum(axis=1))
+    return total
+
+
+@pytest.mark.parametrize("corners", [4, 9, 40, 120])
+def test_a_flat_patch_stays_what_it_covers(corners: int) -> None:
+    """Splits and flips in the plane keep the area, every triangle's orientation, the rim, and make a manifold disc."""
+    before = disc(corners)
+    after = refined_patch(before)
+    assert np.array_equal(after.points[:corners], before.points)
+    # Sums of up to some thousand areas of the order of 1.
+    assert area(after.points, after.triangles) == pytest.approx(area(before.points, before.triangles), rel=1e-11)
+    a, b, c = (after.points[after.triangles[:, k]] for k in range(3))
+    assert (np.cross(b - a, c - a)[:, 2] > 0.0).all()
+    assert len(non_manifold_edges(after.triangles)) == 0
+    rim = np.sort(np.column_stack([np.arange(corners), (np.arange(corners) + 1) % corners]), axis=1)
+    assert set(map(tuple, border_edges(after.triangles).tolist())) == set(map(tuple, rim.tolist()))
+    assert len(after.points) - len(edges(after.triangles)) + len(after.triangles) == 1
+
+
+@pytest.mark.parametrize("corners", [9, 40, 120])
+def test_a_flat_patch_is_delaunay_where_rim_vertices_are_not_joined(corners: int) -> None:
+    """No edge in the plane has opposite angles of more than pi, unless its flip would join two vertices of the rim."""
+    patch = refined_patch(disc(corners))
+    pairs, shared = face_adjacency(patch.triangles)
+    apexes = patch.triangles[pairs].sum(axis=2) - shared.sum(axis=1)[:, None]
+    bad = opposite_angles(patch) > np.pi + 2e-7
+    assert (apexes[bad] < corners).all()
+
+
+@pytest.mark.parametrize("wave", [0.0, 3.0])
+def test_a_large_patch_is_as_dense_as_its_rim(wave: float) -> None:
+    """Inside, edges are as long as at the rim within the spread that centroid splits leave, at one level or curved."""
+    patch = refined_patch(disc(120, wave))
+    mean = mean_edge_length(patch.points, patch.triangles)
+    # A triangle is kept when one corner is nearer to the centroid than 1 / sqrt(2) of the size: equilateral ones with sides
+    # under 1.22, and halves of those.
+    assert 0.61 < mean / patch.sizes[:120].mean() < 1.22
+
+
+def test_density_is_that_of_lengths() -> None:
+    """With twice the density there are about four times as many triangles."""
+    counts = [len(refined_patch(disc(80), density=density).triangles) for density in (1.4, 2.8)]
+    assert 3.0 < counts[1] / counts[0] < 5.0
+
+
+def test_no_edge_joins_two_vertices_of_the_rim() -> None:
+    """In a narrow hole as in a wide one, every new face has a vertex that can be moved."""
+    for corners in (4, 6, 30):
+        patch = refined_patch(disc(corners))
+        assert (patch.triangles >= corners).any(axis=1).all()
+        inner = edges(patch.triangles)
+        assert ((inner < corners).all(axis=1)).sum() == corners
+
+
+def test_a_crack_gets_no_vertices() -> None:
+    """Between two sides that are near each other compared with their edges there is no room for any."""
+    x = np.arange(8.0)
+    points = np.concatenate([np.column_stack([x, 0 * x, 0 * x]), np.column_stack([x[::-1] + 0.02, 0 * x + 0.05, 0 * x])])
+    triangles = triangulate_rim(points, points + np.array([0.0, 0.0, -1.0]), np.zeros((16, 16), dtype=np.bool_))
+    assert triangles is not None
+    assert len(refined_patch(Patch(points, np.full(16, 1.0), triangles, 16)).points) == 16
+
+
+def test_forbidden_pairs_are_not_joined_even_if_they_were() -> None:
+    """A diagonal, even in a crack, between vertices that the mesh joins already is split."""
+    patch = disc(4)
+    i, j = (int(v) for v in edges(patch.triangles)[np.ptp(edges(patch.triangles), axis=1) == 2][0])
+    forbidden = np.zeros((4, 4), dtype=np.bool_)
+    forbidden[i, j] = forbidden[j, i] = True
+    narrow = patch._replace(sizes=np.full(4, 100.0))
+    assert (i, j) in set(map(tuple, edges(refined_patch(narrow).triangles).tolist()))
+    assert (i, j) not in set(map(tuple, edges(refined_patch(narrow, forbidden=forbidden).triangles).tolist()))
+
+
+def test_triangles_do_not_depend_on_place_and_size() -> None:
+    """Moved, turned and scaled, a patch gets the same triangles, and the same to the bit when it is done twice."""
+    patch = disc(60, 2.0)
+    expected = refined_patch(patch)
+    turned = patch._replace(points=patch.points @ rotation(2).T * 1e3 + 50.0, sizes=patch.sizes * 1e3)
+    assert np.array_equal(refined_patch(turned).triangles, expected.triangles)
+    again = refined_patch(patch)
+    assert np.array_equal(again.points, expected.points)
+    assert np.array_equal(again.triangles, expected.triangles)
