@@ -202,6 +202,7 @@ def _substitute(
     moved: Floats,
 ) -> None:
     """The currents forwards, then the potentials backwards; `moved` holds first the ones and then the others."""
+    lost = np.zeros(3)
     for c in range(closed.shape[0]):
         start, stop = starts[c], starts[c + 1]
         for k in range(start, stop):
@@ -209,25 +210,26 @@ def _substitute(
             for e in range(offsets[i], offsets[i + 1]):
                 for d in range(3):
                     moved[i, d] += weights[e] * (points[columns[e], d] - points[i, d])
+        # The first vertex of a ring and the last one of a chain with ends are the roots, which come last.
         root = start if closed[c] else stop - 1
-        begin = start + 1 if closed[c] else start
-        first = order[start]
+        begin, end = (start + 1, stop) if closed[c] else (start, stop - 1)
+        first, last = order[start], order[root]
+        lost[:] = 0.0
+        for k in range(begin, end):
+            i = order[k]
+            for d in range(3):
+                current = moved[i, d]
+                lost[d] += to_ground[k] * current
+                if k + 1 < stop:
+                    moved[order[k + 1], d] += to_next[k] * current
+                moved[first, d] += to_first[k] * current
         for d in range(3):
-            lost = 0.0
-            for k in range(begin, stop):
-                if k != root:
-                    i = order[k]
-                    lost += to_ground[k] * moved[i, d]
-                    if k + 1 < stop:
-                        moved[order[k + 1], d] += to_next[k] * moved[i, d]
-                    moved[first, d] += to_first[k] * moved[i, d]
-            at = order[root]
-            moved[at, d] = (-lost if floating[c] else moved[at, d]) * resistance[root]
-            for m in range(stop - begin):
-                k = stop - 1 - m
-                if k != root:
-                    i = order[k]
-                    value = moved[i, d] * resistance[k] + to_first[k] * moved[first, d]
-                    if k + 1 < stop:
-                        value += to_next[k] * moved[order[k + 1], d]
-                    moved[i, d] = value
+            moved[last, d] = (-lost[d] if floating[c] else moved[last, d]) * resistance[root]
+        for m in range(end - begin):
+            k = end - 1 - m
+            i = order[k]
+            for d in range(3):
+                potential = moved[i, d] * resistance[k] + to_first[k] * moved[first, d]
+                if k + 1 < stop:
+                    potential += to_next[k] * moved[order[k + 1], d]
+                moved[i, d] = potential

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csgraph
 
 from ..errors import FilterInputError
+from ..locality import worth_reordering
 from ..mesh import Bools, Floats, Ints, check_edges, check_movable, check_points
 from ..operators.build import OperatorName
 from ..operators.laplacian import Laplacian
@@ -100,8 +101,15 @@ def curve_smoothing(
         raise FilterInputError(f"iterations is {iterations}: it is a whole number of at least 0")
     rings = one_rings(pairs, len(points))
     moves = check_movable(movable, len(points)) & (np.diff(rings.offsets) > (1 if border == "fixed" else 0))
-    gathered = _without_strays(points, rings)
-    frame = ordered_frame(gathered, None)
+    gathered, order = _without_strays(points, rings), None
+    sweeps = math.inf if method == "implicit" else iterations * (2 if method == "taubin" else 1)
+    if worth_reordering(pairs, len(points), sweeps):
+        order = _along_the_curves(rings)
+        number = np.empty_like(order)
+        number[order] = np.arange(len(order), dtype=np.int32)
+        pairs, moves = number[pairs], moves[order]
+        rings = one_rings(pairs, len(points))
+    frame = ordered_frame(gathered, order)
     start = enter(gathered, frame)
     with threads_for(len(points)):
         if method == "implicit":
@@ -113,6 +121,12 @@ def curve_smoothing(
                 raise FilterInputError(f"time_step and detail_size are for the method 'implicit'; {method!r} takes a step")
             now = _explicit(start, rings, weights, _steps(method, step, mu, pass_band), int(iterations), moves, progress)
     return leave(points, start, now, frame)
+
+
+def _along_the_curves(rings: OneRings) -> Ints:
+    """A permutation that puts the vertices of each unbranched stretch next to each other."""
+    simple = np.diff(rings.offsets) <= 2
+    return np.concatenate([trace_chains(rings.offsets, rings.neighbours, simple).order, np.flatnonzero(~simple).astype(np.int32)])
 
 
 def _steps(method: CurveMethod, step: float, mu: float, pass_band: float | None) -> tuple[float, ...]:

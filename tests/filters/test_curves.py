@@ -292,6 +292,29 @@ def test_explicit_and_implicit_steps_agree_to_first_order(weights: Any) -> None:
         assert 0.5 * t**2 * twice < np.abs(explicit - implicit).max() <= 1.01 * t**2 * twice
 
 
+@pytest.mark.parametrize(
+    "parameters", [{"method": "implicit", "time_step": 1e9, "iterations": 1}, {"method": "taubin", "iterations": 25}]
+)
+def test_a_large_curve_in_no_order(parameters: dict[str, Any]) -> None:
+    """200,001 vertices in random order, some of which stay, have the response of each mode, as the Fourier transform has it."""
+    n = 200_001
+    angles = 2 * np.pi * np.arange(n) / n
+    points = np.column_stack([np.cos(angles), np.sin(angles), np.sin(5 * angles)]) + 1e-3 * noise(n)
+    k = 2 * np.sin(np.pi * np.arange(n // 2 + 1) / n) ** 2
+    response = 1 / (1 + 1e9 * k) if "time_step" in parameters else transfer_function(k, step=0.5, mu=-0.53, iterations=25)
+    expected = np.fft.irfft(np.fft.rfft(points, axis=0) * response[:, None], n=n, axis=0)
+    order = np.random.default_rng(9).permutation(n)
+    number = np.argsort(order).astype(np.int32)
+    # A star that does not move, and a vertex without edges.
+    star = np.array([[n, n + 1], [n, n + 2], [n, n + 3]], dtype=np.int32)
+    edges = np.concatenate([number[ring(n)], star])
+    movable = np.arange(n + 5) < n
+    extra = noise(5)
+    smooth = curve_smoothing(np.concatenate([points[order], extra]), edges, movable=movable, **parameters)
+    np.testing.assert_allclose(smooth[:n], expected[order], rtol=0, atol=1e-11)
+    np.testing.assert_array_equal(smooth[n:], extra)
+
+
 def test_free_ends_draw_in() -> None:
     """With a full step a free end takes its neighbour's place."""
     points = noise(6)
