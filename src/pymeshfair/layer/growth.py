@@ -74,6 +74,10 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
     target[faces[: len(old_faces)]] = old_faces
     # The vertices made by subdivision come before those made by cutting, so they are the ones that stay, in order.
     divided = np.setdiff1d(np.arange(len(meant), first_cut), faces[seed])
+    # One of a face at most: with two of them a face that is left over would not vanish.
+    owner: NDArray[np.intp] = np.zeros(mesh.vertex_number(), dtype=np.intp)
+    owner[faces] = np.arange(len(faces))[:, None]
+    divided = divided[np.sort(np.unique(owner[divided], return_index=True)[1])]
     target[divided[:vertices]] = np.arange(count, count + vertices)
     free = np.flatnonzero((faces >= first_cut).all(axis=1) & (np.arange(len(faces)) >= len(old_faces)))
     target[faces[free[: len(added_faces)]]] = added_faces
@@ -111,8 +115,9 @@ def _subdivisions(vertices: int, faces: int) -> int:
     while True:
         side = 2**times
         made = (side + 1) * (side + 2) // 2
-        # Three vertices are corners of the seed, three more may stay with it; of the others each stays with one face.
-        if made - 6 >= vertices and side * side - made > faces:
+        # Three vertices are corners of the seed, three more may stay with it; of the others each stays with one face, which may
+        # keep three.
+        if made - 6 >= 3 * vertices and side * side - made > faces:
             return times
         times += 1
 
