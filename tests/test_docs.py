@@ -28,7 +28,16 @@ def test_pages_are_current(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "page", ["README.md", "CONTRIBUTING.md", "docs/filters.md", "docs/recipes.md", "docs/denoising.md", "docs/spectral.md"]
+    "page",
+    [
+        "README.md",
+        "CONTRIBUTING.md",
+        "docs/filters.md",
+        "docs/recipes.md",
+        "docs/denoising.md",
+        "docs/spectral.md",
+        "docs/curves.md",
+    ],
 )
 def test_links_lead_somewhere(page: str) -> None:
     """Every relative link of a page names a file of the project, and its anchor exists."""
