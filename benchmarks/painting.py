@@ -18,11 +18,13 @@ from PIL import Image
 
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int32]
+Bools: TypeAlias = NDArray[np.bool_]
 #: left, right, bottom, top, in mesh units
 Window: TypeAlias = tuple[float, float, float, float]
 
 SUPERSAMPLING = 4  # triangles are smaller than a pixel; without it they leave a moire pattern
 LIGHT = np.array([0.35, 0.45, 0.82])
+TINT = np.array([1.0, 0.72, 0.45])
 #: seen from the right and from above, so that a box shows three sides
 FROM_A_CORNER = np.array([[0.84, -0.54, 0.0], [0.23, 0.35, 0.91], [-0.49, -0.76, 0.42]])
 
@@ -35,8 +37,11 @@ def read_mesh(path: Path) -> tuple[Floats, Ints]:
     return np.ascontiguousarray(mesh.vertex_matrix()), np.ascontiguousarray(mesh.face_matrix(), dtype=np.int32)
 
 
-def paint(axes: Any, vertices: Floats, faces: Ints, window: Window | None = None) -> None:
-    """Draw a mesh seen along -z, lit from the upper right, farthest triangles first; the window defaults to all of it."""
+def paint(axes: Any, vertices: Floats, faces: Ints, window: Window | None = None, marked: Bools | None = None) -> None:
+    """Draw a mesh seen along -z, lit from the upper right, farthest triangles first; the window defaults to all of it.
+
+    Triangles that are marked, (m,) bool, are tinted.
+    """
     corners = vertices[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
@@ -44,9 +49,10 @@ def paint(axes: Any, vertices: Floats, faces: Ints, window: Window | None = None
     centre = corners.mean(axis=1)
     seen = (normals[:, 2] > 0) & (centre[:, 0] > left) & (centre[:, 0] < right) & (centre[:, 1] > bottom) & (centre[:, 1] < top)
     order = np.flatnonzero(seen)[np.argsort(centre[seen, 2])]
-    axes.add_collection(
-        PolyCollection(list(corners[order][:, :, :2]), facecolors=shade(normals[order]), edgecolors="face", linewidths=0.2)
-    )
+    colors = shade(normals[order])
+    if marked is not None:
+        colors[marked[order]] *= TINT
+    axes.add_collection(PolyCollection(list(corners[order][:, :, :2]), facecolors=colors, edgecolors="face", linewidths=0.2))
     axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
     axes.axis("off")
 

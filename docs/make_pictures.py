@@ -1,4 +1,4 @@
-"""Draws the pictures of the README and of the page on spectral filters: ``python docs/make_pictures.py [pymeshfair_demo]``.
+"""Draws the pictures of the README and of the pages: ``python docs/make_pictures.py [pymeshfair_demo]``.
 
 Needs the `report` extra. That of the README is drawn only if the folder is given that ``pymeshfair demo`` writes.
 """
@@ -7,18 +7,20 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import pymeshlab
 
 from pymeshfair import MeshSet
 from pymeshfair.commands.spectrum_picture import draw_spectra
+from pymeshfair.filters.fairing.blend import blend_parts
+from pymeshfair.filters.fairing.region import ENERGIES, fair_region
 from pymeshfair.filters.spectral.harmonics import manifold_harmonics
 from pymeshfair.filters.spectral.responses import low_pass
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
-from painting import Floats, Ints, paint, picture, read_mesh, whole
+from painting import Bools, Floats, Ints, paint, picture, read_mesh, whole
 
 SAMPLES = Path(pymeshlab.__file__).parent / "tests/sample_meshes"
 PICTURES = Path(__file__).parent / "pictures"
@@ -85,10 +87,91 @@ def spectrum_before_and_after(mesh: Path, path: Path) -> None:
     draw_spectra(path, {"before": before, "after": meshes.apply_filter("get_surface_spectrum")}, low_pass(cutoff))
 
 
+#: a title, vertices, faces, and which faces are tinted
+Panel: TypeAlias = tuple[str, Floats, Ints, Bools | None]
+
+
+def panels(path: Path, shown: list[Panel], *, turn: Floats | None = None, height: float = 3.5) -> None:
+    """Meshes side by side in one window, turned first."""
+    turn = np.eye(3) if turn is None else turn
+    window = whole(np.concatenate([vertices @ turn.T for _, vertices, _, _ in shown]))
+
+    def draw(axes: Any) -> None:
+        for place, (title, vertices, faces, marked) in zip(axes[0], shown, strict=True):
+            paint(place, vertices @ turn.T, faces, window, marked)
+            place.set_title(title, fontsize=11)
+
+    picture(path, draw, rows=1, columns=len(shown), size=(12, height))
+
+
+def tilted(angle: float) -> Floats:
+    """The rotation that shows the z axis upwards, seen from `angle` above the horizon, in radians."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[1, 0, 0], [0, -s, c], [0, -c, -s]]) * np.array([[1], [1], [-1]])
+
+
+def cap(path: Path) -> None:
+    """A sphere whose top was cut off and filled flat, and what the three energies make of the filling."""
+    vertices, faces = sphere(5)
+    rim = 0.85
+    top = (vertices[:, 2] > 0) & (np.hypot(vertices[:, 0], vertices[:, 1]) < rim)
+    vertices[top, 2] = np.sqrt(1 - rim**2)
+    marked = top[faces].any(axis=1)
+    faired = [(energy, fair_region(vertices, faces, top, energy=energy).vertices, faces, marked) for energy in ENERGIES]
+    panels(path, [("filled flat", vertices, faces, marked), *faired], turn=tilted(0.35))
+
+
+def sphere(subdivisions: int) -> tuple[Floats, Ints]:
+    """The unit sphere."""
+    meshes = pymeshlab.MeshSet()
+    meshes.create_sphere(radius=1.0, subdiv=subdivisions)
+    mesh = meshes.current_mesh()
+    return np.ascontiguousarray(mesh.vertex_matrix()), np.ascontiguousarray(mesh.face_matrix(), dtype=np.int32)
+
+
+def regions(mesh: Path, path: Path) -> None:
+    """The haunch and the ears of a bunny, marked, and as the three energies continue what is around them."""
+    vertices, faces = read_mesh(mesh)
+    x, y, z = vertices.T
+    ears = ((y > 0.445) & (x < 0.4)) | ((y > 0.39) & (0.9 * (x - 0.2) + y - 0.4 > 0))
+    marked = ears | ((np.hypot(x - 0.375, y - 0.125) < 0.105) & (z > 0.36))
+    inside = marked[faces].all(axis=1)
+    faired = [(energy, fair_region(vertices, faces, marked, energy=energy).vertices, faces, inside) for energy in ENERGIES]
+    panels(path, [("marked", vertices, faces, inside), *faired])
+
+
+def necks(path: Path) -> None:
+    """Two open tubes and the three necks between them."""
+    c, s = np.cos(0.9), np.sin(0.9)
+    low, faces = tube(64, 20, radius=1.0, length=2.0)
+    high, more = tube(44, 14, radius=0.6, length=1.5)
+    vertices = np.concatenate([low, high @ np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]]) + [0.7, 0.0, 3.2]])
+    faces = np.concatenate([faces, more + np.int32(len(low))])
+    shown: list[Panel] = [("two parts", vertices, faces, None)]
+    for energy in ENERGIES:
+        blend = blend_parts(vertices, faces, energy=energy)
+        joined = np.concatenate([faces, blend.faces])
+        shown.append((energy, np.concatenate([vertices, blend.vertices]), joined, np.arange(len(joined)) >= len(faces)))
+    panels(path, shown, turn=tilted(0.35), height=4.4)
+
+
+def tube(around: int, along: int, *, radius: float, length: float) -> tuple[Floats, Ints]:
+    """An open cylinder from z = 0 to `length`."""
+    angle, z = np.meshgrid(2 * np.pi * np.arange(around) / around, np.linspace(0, length, along + 1))
+    vertices = np.column_stack([radius * np.cos(angle).ravel(), radius * np.sin(angle).ravel(), z.ravel()])
+    i, j = (index.ravel() for index in np.meshgrid(np.arange(around), np.arange(along)))
+    a, b = j * around + i, j * around + (i + 1) % around
+    faces = np.concatenate([np.column_stack([a, b, b + around]), np.column_stack([a, b + around, a + around])])
+    return vertices, faces.astype(np.int32)
+
+
 if __name__ == "__main__":
     bunny = SAMPLES / "bunny.obj"
     rebuilt_from_modes(bunny, (5, 20, 100, 500), PICTURES / "modes.png")
     equaliser(bunny, PICTURES / "equaliser.png")
     spectrum_before_and_after(bunny, PICTURES / "spectrum.png")
+    cap(PICTURES / "energies.png")
+    regions(bunny, PICTURES / "regions.png")
+    necks(PICTURES / "necks.png")
     if len(sys.argv) > 1:
         before_and_after(SAMPLES / "rangemaps/face000.ply", Path(sys.argv[1]) / "face_clean.ply", PICTURES / "demo.png")

@@ -4,12 +4,23 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pymeshfair.declaration import Edit, Enum, FilterClass, Int, Layer, MeshElement, mesh_filter
+import numpy as np
+
+from pymeshfair.declaration import Bool, Edit, Enum, FilterClass, Float, Floats, Int, Layer, MeshElement, Percentage, mesh_filter
+from pymeshfair.filters.diffusion.border import BorderPolicy
 from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.fairing.blend import blend_parts
+from pymeshfair.filters.fairing.energy import bilaplacian_smoothing, weight_of_detail_size
 from pymeshfair.filters.fairing.region import ENERGIES, Energy, fair_region
+from pymeshfair.filters.fairing.tangential import tangential_smoothing
+from pymeshfair.filters.inspection.surface_measures import surface_measures
 from pymeshfair.filters.progress import Progress, ignore_progress
 
-from .moving_vertices import MOVES_VERTICES
+from .moving_vertices import MOVES_VERTICES, SELECTED, movable_vertices
+from .smoothing import BORDER
+
+# what the fourth power of a length counts as at least, so that one over it stays finite
+_SMALLEST = 1e-300
 
 ENERGY = Enum(
     label="Energy",
@@ -18,6 +29,124 @@ ENERGY = Enum(
     "least and continues their tangent planes; 'minimum_variation' continues their curvatures too, so that what is round "
     "stays round.",
 )
+
+
+@mesh_filter(
+    name="Bi-Laplacian Smoothing",
+    classes=FilterClass.SMOOTHING,
+    requires=MeshElement.FACENUMBER,
+    changes=MOVES_VERTICES,
+    references=("nealen2006",),
+)
+def apply_coord_bilaplacian_smoothing(
+    layer: Layer,
+    *,
+    detail_size: Annotated[
+        float,
+        Percentage(
+            label="Detail size",
+            default="6edge",
+            help="Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay. Larger is "
+            "smoother. Not used when a weight is given.",
+        ),
+    ],
+    weight: Annotated[
+        float,
+        Float(
+            label="Weight",
+            minimum=0,
+            advanced=True,
+            help="How strongly vertices are held to their places, w, in one over the fourth power of mean edges. Larger stays "
+            "closer to the input: 0.02 smooths strongly, 0.2 mildly. 0: not used, the detail size decides.",
+        ),
+    ] = 0.0,
+    border: Annotated[BorderPolicy, BORDER] = "along",
+    selected: Annotated[bool, SELECTED] = False,
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """Smooths by trading the bending of the surface for the distance that its vertices move: (C M^-1 W C + w M) p' = w M p.
+
+    Against implicit fairing at the same detail size, shorter waves are damped more and longer ones kept better, so that shapes
+    shrink far less. Returns w in one over the fourth power of mesh units, how many vertices moved and how far
+    the furthest went.
+    """
+    if weight == 0.0 and detail_size == 0.0:
+        raise FilterInputError("detail_size is 0 and so is weight: nothing to do; give one of them")
+    w = weight / max(layer.mean_edge**4, _SMALLEST) if weight else weight_of_detail_size(detail_size)
+    vertices = bilaplacian_smoothing(
+        layer.vertices,
+        layer.faces,
+        weight=w,
+        border=border,
+        movable=movable_vertices(layer, selected),
+        progress=progress,
+    )
+    return Edit(vertices=vertices, values={"weight": w, **_displacement(layer.vertices, vertices)})
+
+
+@mesh_filter(
+    name="Tangential Smoothing",
+    classes=FilterClass.SMOOTHING | FilterClass.REMESHING,
+    requires=MeshElement.FACENUMBER,
+    changes=MOVES_VERTICES,
+    references=("nealen2006",),
+)
+def apply_coord_tangential_smoothing(
+    layer: Layer,
+    *,
+    weight: Annotated[
+        float,
+        Float(
+            label="Weight",
+            minimum=1e-9,
+            maximum=1e9,
+            help="How strongly vertices are held to their places. Larger moves them less in each iteration.",
+        ),
+    ] = 0.1,
+    iterations: Annotated[
+        int,
+        Int(
+            label="Iterations",
+            minimum=0,
+            maximum=1000,
+            help="How many steps are taken. More give better triangles, up to a point, and take longer.",
+        ),
+    ] = 5,
+    max_deviation: Annotated[
+        float,
+        Percentage(
+            label="Largest deviation",
+            default="0.05edge",
+            help="How far the middles of triangles and edges may get from the surface as it was; vertices stay on it. Larger "
+            "allows better triangles where the surface is curved or has edges.",
+        ),
+    ],
+    selected: Annotated[bool, SELECTED] = False,
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """Makes triangles better shaped on the same surface: vertices move along it towards the middle of their neighbours.
+
+    Open borders stay. No triangle folds over. Colours and texture coordinates move along with their vertices. Returns the mean
+    quality of the triangles before and after, as Surface Measures tells it (1 for equilateral ones, 0 for those without area),
+    how many vertices moved and how far the furthest went.
+    """
+    vertices = tangential_smoothing(
+        layer.vertices,
+        layer.faces,
+        weight=weight,
+        iterations=iterations,
+        max_deviation=max_deviation,
+        movable=movable_vertices(layer, selected),
+        progress=progress,
+    )
+    return Edit(
+        vertices=vertices,
+        values={
+            "triangle_quality_before": surface_measures(layer.vertices, layer.faces).triangle_quality,
+            "triangle_quality_after": surface_measures(vertices, layer.faces).triangle_quality,
+            **_displacement(layer.vertices, vertices),
+        },
+    )
 
 
 @mesh_filter(
@@ -81,3 +210,54 @@ def apply_coord_region_fairing(
         },
         notes=tuple(notes),
     )
+
+
+@mesh_filter(
+    name="Bridge Rims by Fairing",
+    classes=FilterClass.REMESHING,
+    requires=MeshElement.FACENUMBER,
+    changes=MeshElement.VERTNUMBER | MeshElement.FACENUMBER | MeshElement.VERTFLAGSELECT | MeshElement.FACEFLAGSELECT,
+    references=("fuchs1977", "botsch2004"),
+)
+def meshing_bridge_rims_by_fairing(
+    layer: Layer,
+    *,
+    energy: Annotated[Energy, ENERGY] = "thin_plate",
+    selected: Annotated[
+        bool,
+        Bool(
+            label="Selected rims only",
+            help="Join the two selected rims that lie nearest each other, which may belong to one part; a rim is selected when "
+            "all of its vertices are. Otherwise the two nearest rims of different parts are joined.",
+        ),
+    ] = False,
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """Joins two parts of a mesh by a smooth neck between the two rims that face each other.
+
+    A rim is a loop of border edges. The two rims nearest each other get a band of triangles between them, as dense as they are,
+    whose inside is then faired; the parts themselves stay as they are. The new vertices and triangles are selected. Parts in
+    several layers are merged into one first (Flatten Visible Layers). Returns how many vertices and triangles are new, and how
+    many edges each rim has.
+    """
+    among = layer.selected_vertices() if selected else None
+    blend = blend_parts(layer.vertices, layer.faces, energy=energy, among=among, progress=progress)
+    new_vertices, new_faces = len(blend.vertices), len(blend.faces)
+    return Edit(
+        added_vertices=blend.vertices,
+        added_faces=blend.faces,
+        vertex_selection=np.arange(len(layer.vertices) + new_vertices) >= len(layer.vertices),
+        face_selection=np.arange(len(layer.faces) + new_faces) >= len(layer.faces),
+        values={
+            "new_vertices": new_vertices,
+            "new_faces": new_faces,
+            "first_rim_edges": len(blend.rims[0]),
+            "second_rim_edges": len(blend.rims[1]),
+        },
+    )
+
+
+def _displacement(before: Floats, after: Floats) -> dict[str, float]:
+    """What a filter that moves vertices tells: how many moved, and how far the furthest went, in mesh units."""
+    way = np.linalg.norm(after - before, axis=1)
+    return {"moved": int((way > 0.0).sum()), "largest_displacement": float(way.max(initial=0.0))}

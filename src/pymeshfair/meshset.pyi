@@ -44,6 +44,41 @@ class MeshSet(ScriptedMeshSet):
         In scripts: 'Anisotropic Diffusion of Vertex Colors'.
         """
 
+    def apply_coord_bilaplacian_smoothing(
+        self,
+        *,
+        detail_size: LengthLike = "6edge",
+        weight: float = 0.0,
+        border: Literal["fixed", "along", "free"] = "along",
+        selected: bool = False,
+    ) -> dict[str, Any] | None:
+        """Smooths by trading the bending of the surface for the distance that its vertices move: (C M^-1 W C + w M) p' = w M p.
+
+        Against implicit fairing at the same detail size, shorter waves are damped more and longer ones kept better, so that
+        shapes shrink far less. Returns w in one over the fourth power of mesh units, how many vertices moved and how far the
+        furthest went.
+
+        Args:
+            detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay.
+                Larger is smoother. Not used when a weight is given. Takes a length such as '1%' (of the bounding box's
+                diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
+            weight: How strongly vertices are held to their places, w, in one over the fourth power of mean edges. Larger stays
+                closer to the input: 0.02 smooths strongly, 0.2 mildly. 0: not used, the detail size decides. Takes a number of
+                at least 0.
+            border: What the vertices of open borders do: 'fixed' stay; 'along' are smoothed as a curve, seeing their neighbours
+                on the border alone; 'free' move like any other vertex, so that borders recede.
+            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
+                selected, the vertices all of whose triangles are selected.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        References:
+            [nealen2006]
+
+        In scripts: 'Bi-Laplacian Smoothing'.
+        """
+
     def apply_coord_bilateral_fleishman(
         self,
         *,
@@ -184,6 +219,58 @@ class MeshSet(ScriptedMeshSet):
             [fleishman2003]
 
         In scripts: 'Bilateral Projection of Points'.
+        """
+
+    def apply_coord_curve_smoothing(
+        self,
+        *,
+        method: Literal["explicit", "implicit", "taubin"] = "implicit",
+        weights: Literal["uniform", "inverse_length"] = "inverse_length",
+        detail_size: LengthLike = "12edge",
+        time_step: float = 0.0,
+        step: float = 0.5,
+        mu: float = -0.53,
+        pass_band: float = 0.0,
+        iterations: int = 10,
+        border: Literal["fixed", "free"] = "fixed",
+        selected: bool = False,
+    ) -> dict[str, Any] | None:
+        """Smooths polylines: sections, contours, borders; open or closed, several in one layer, in the plane or in space.
+
+        Planar curves stay in their plane. Where a curve branches, a vertex goes towards the mean of all its neighbours. Faces
+        of the same layer are not looked at.
+
+        Args:
+            method: 'explicit': every vertex goes a step towards its neighbours; closed curves shrink. 'implicit': waves below
+                the detail size vanish, in steps that are stable however long; closed curves shrink a little. 'taubin': a step
+                and a longer one back, so that curves keep their size.
+            weights: 'inverse_length': near neighbours pull more, so that uneven sampling stays as it is and straight parts do
+                not move. 'uniform': all neighbours pull alike, which evens out the distances along the curve.
+            detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay.
+                Larger is smoother. For 'implicit' with 'inverse_length'; not used when a time step is given. Takes a length
+                such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
+            time_step: For 'implicit': how strong one iteration is, a pure number; with uniform weights it must be given. Larger
+                is smoother; any value is stable. 0: not used, the detail size decides. Takes a number of at least 0.
+            step: For 'explicit' and 'taubin': the share of the way towards the neighbours' mean that a vertex goes, above 0.
+                Larger is smoother. Takes a number from 0 to 1.
+            mu: For 'taubin': the step back, below minus the first one. Nearer to -lambda is smoother; not used when a pass band
+                is given. Takes a number from -1.5 to 0.
+            pass_band: For 'taubin': frequencies below it are kept, above it damped; on a closed curve of n vertices a wave that
+                runs m times round it has 1 - cos(2 pi m / n). Smaller is smoother. 0: not used, mu decides. Takes a number from
+                0 to 2.
+            iterations: How many steps. More are smoother; with a detail size they cut off more sharply instead. Takes a whole
+                number from 1 to 100000.
+            border: What the ends of open curves do: 'fixed' stay; 'free' draw in towards their neighbours.
+            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
+                selected, the vertices all of whose triangles are selected.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        References:
+            [taubin1995], [desbrun1999]
+
+        In scripts: 'Curve Smoothing'.
         """
 
     def apply_coord_explicit_smoothing(
@@ -431,6 +518,40 @@ class MeshSet(ScriptedMeshSet):
         In scripts: 'Spectral Filter'.
         """
 
+    def apply_coord_tangential_smoothing(
+        self,
+        *,
+        weight: float = 0.1,
+        iterations: int = 5,
+        max_deviation: LengthLike = "0.05edge",
+        selected: bool = False,
+    ) -> dict[str, Any] | None:
+        """Makes triangles better shaped on the same surface: vertices move along it towards the middle of their neighbours.
+
+        Open borders stay. No triangle folds over. Colours and texture coordinates move along with their vertices. Returns the
+        mean quality of the triangles before and after, as Surface Measures tells it (1 for equilateral ones, 0 for those
+        without area), how many vertices moved and how far the furthest went.
+
+        Args:
+            weight: How strongly vertices are held to their places. Larger moves them less in each iteration. Takes a number
+                from 1e-09 to 1000000000.0.
+            iterations: How many steps are taken. More give better triangles, up to a point, and take longer. Takes a whole
+                number from 0 to 1000.
+            max_deviation: How far the middles of triangles and edges may get from the surface as it was; vertices stay on it.
+                Larger allows better triangles where the surface is curved or has edges. Takes a length such as '1%' (of the
+                bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
+            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
+                selected, the vertices all of whose triangles are selected.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        References:
+            [nealen2006]
+
+        In scripts: 'Tangential Smoothing'.
+        """
+
     def apply_coord_taubin_fairing(
         self,
         *,
@@ -663,4 +784,76 @@ class MeshSet(ScriptedMeshSet):
             [vallet2008], [golub1969]
 
         In scripts: 'Surface Spectrum'.
+        """
+
+    def meshing_bridge_rims_by_fairing(
+        self,
+        *,
+        energy: Literal["membrane", "thin_plate", "minimum_variation"] = "thin_plate",
+        selected: bool = False,
+    ) -> dict[str, Any] | None:
+        """Joins two parts of a mesh by a smooth neck between the two rims that face each other.
+
+        A rim is a loop of border edges. The two rims nearest each other get a band of triangles between them, as dense as they
+        are, whose inside is then faired; the parts themselves stay as they are. The new vertices and triangles are selected.
+        Parts in several layers are merged into one first (Flatten Visible Layers). Returns how many vertices and triangles are
+        new, and how many edges each rim has.
+
+        Args:
+            energy: 'membrane' spans it like a soap film, and meets its surroundings with a crease; 'thin_plate' bends least and
+                continues their tangent planes; 'minimum_variation' continues their curvatures too, so that what is round stays
+                round.
+            selected: Join the two selected rims that lie nearest each other, which may belong to one part; a rim is selected
+                when all of its vertices are. Otherwise the two nearest rims of different parts are joined.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        References:
+            [fuchs1977], [botsch2004]
+
+        In scripts: 'Bridge Rims by Fairing'.
+        """
+
+    def meshing_close_holes_by_fairing(
+        self,
+        *,
+        max_edges: int = 300,
+        energy: Literal["none", "membrane", "thin_plate", "minimum_variation"] = "thin_plate",
+        refine: bool = True,
+        rounds: int = 3,
+        islands: Literal["join", "leave"] = "join",
+        selected: bool = False,
+        mark: Literal["none", "scalar", "color"] = "scalar",
+    ) -> dict[str, Any] | None:
+        """Closes holes with triangles as dense as those around, which continue the surface smoothly across the rim.
+
+        What is there stays as it is, textures too. New vertices and faces come last and are the ones that are selected
+        afterwards, so that a next step can delete, smooth or measure them. They take colours, scalars and texture from the rim.
+        Returns how many holes were closed and the edges of each rim, how many vertices and faces are new, and how many rims
+        were left open, why and with how many edges; the largest are told one by one.
+
+        Args:
+            max_edges: The most edges that the rim of a hole may have. Larger closes larger holes. Outer borders of open sheets
+                are told from holes by their shape and stay open. Takes a whole number from 3 to 100000.
+            energy: How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim;
+                'thin_plate' continues the tangent planes around; 'minimum_variation' continues the curvatures too, so that what
+                is round stays round, and follows noise at the rim; 'none' leaves them flat as they were made.
+            refine: Split the new faces until they are as dense as those around. Without, a hole is closed by faces between the
+                vertices of its rim alone, and nothing is faired.
+            rounds: How often the new faces are refined and faired. More let a filling bulge further where its rim suggests
+                that. Takes a whole number from 1 to 100.
+            islands: Pieces of surface that lie loose in a hole: 'join' makes them part of the filling, 'leave' fills the hole
+                without regard to them.
+            selected: Close only holes whose rim has a selected vertex, or a vertex of a selected face.
+            mark: How new faces are told from the others in a saved file: 'scalar' gives each the number of the hole that it
+                closes, from 1, and all others 0; 'color' paints them orange; 'none' leaves both as they are.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        References:
+            [liepa2003]
+
+        In scripts: 'Close Holes by Fairing'.
         """
