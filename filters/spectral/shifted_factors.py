@@ -4,7 +4,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
@@ -70,7 +70,9 @@ class ShiftedFactors:
 def _solved(factors: Any, right_side: Floats) -> Floats:
     x = np.empty(right_side.shape, order="F")
     solve: Any = _solve
-    solve(*factors, right_side, x)
+    for first in range(0, right_side.shape[1], _TOGETHER):
+        group = slice(first, first + _TOGETHER)
+        solve(*factors, right_side[:, group], x[:, group])
     return x
 
 
@@ -82,33 +84,30 @@ def _factorised(matrix: sparse.csc_matrix) -> Any:
         return None
 
 
-@njit(cache=True, parallel=True)
+# One pass streams the factors through memory, which a second thread would not speed up.
+@njit(cache=True)
 def _solve(starts: Any, rows: Ints, values: Floats, pivots: Floats, place: Ints, b: Floats, x: Floats) -> None:
-    n, width = b.shape
-    # Each group of columns is one iteration's alone.
-    for group in prange((width + _TOGETHER - 1) // _TOGETHER):
-        first = group * _TOGETHER
-        count = min(_TOGETHER, width - first)
-        y = np.zeros((n, _TOGETHER))
-        for c in range(count):
-            for i in range(n):
-                y[place[i], c] = b[i, first + c]
-        for j in range(n):
-            for p in range(starts[j], starts[j + 1]):
-                i = rows[p]
-                if i != j:
-                    value = values[p]
-                    for c in range(_TOGETHER):
-                        y[i, c] -= value * y[j, c]
-        for j in range(n - 1, -1, -1):
-            for c in range(_TOGETHER):
-                y[j, c] /= pivots[j]
-            for p in range(starts[j], starts[j + 1]):
-                i = rows[p]
-                if i != j:
-                    value = values[p]
-                    for c in range(_TOGETHER):
-                        y[j, c] -= value * y[i, c]
-        for c in range(count):
-            for i in range(n):
-                x[i, first + c] = y[place[i], c]
+    n, count = b.shape
+    y = np.zeros((n, _TOGETHER))
+    for c in range(count):
+        for i in range(n):
+            y[place[i], c] = b[i, c]
+    for j in range(n):
+        for p in range(starts[j], starts[j + 1]):
+            i = rows[p]
+            if i != j:
+                value = values[p]
+                for c in range(_TOGETHER):
+                    y[i, c] -= value * y[j, c]
+    for j in range(n - 1, -1, -1):
+        for c in range(_TOGETHER):
+            y[j, c] /= pivots[j]
+        for p in range(starts[j], starts[j + 1]):
+            i = rows[p]
+            if i != j:
+                value = values[p]
+                for c in range(_TOGETHER):
+                    y[j, c] -= value * y[i, c]
+    for c in range(count):
+        for i in range(n):
+            x[i, c] = y[place[i], c]
