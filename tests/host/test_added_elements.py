@@ -206,6 +206,18 @@ def test_any_mesh_can_be_added_to(vertices: np.ndarray[Any, Any], faces: list[li
     assert same(meshes.current_mesh().face_matrix(), np.vstack([old, added["added_faces"]]))
 
 
+def test_any_number_of_vertices_and_faces_can_be_added() -> None:
+    """From none to seventy vertices, with no face, few faces and many, all come out in order on a mesh of one triangle."""
+    for a in range(0, 71, 5):
+        for b in (0, 1, 9, 150):
+            meshes = MeshSet()
+            meshes.add_mesh(pymeshlab.Mesh(np.eye(3), np.array([[0, 1, 2]])))
+            added = additions(meshes, a, b, seed=a + b)
+            meshes.apply_step(give_back(Edit(**added)))
+            assert same(meshes.current_mesh().vertex_matrix(), np.vstack([np.eye(3), added["added_vertices"]]))
+            assert same(meshes.current_mesh().face_matrix(), np.vstack([[[0, 1, 2]], added["added_faces"]]).astype(np.int32))
+
+
 def test_additions_and_deletions_together() -> None:
     """Deletions count old and added elements, and the added faces of a deleted vertex go with it."""
     meshes = MeshSet()
@@ -240,7 +252,7 @@ def test_consecutive_filters_see_additions_and_lose_nothing_that_was_pending() -
 
 
 def test_ids_of_layers_in_scripts_are_those_without_additions() -> None:
-    """A layer made after an addition has in scripts the number that it would have without; adding four times leaves few traces."""
+    """A layer made after an addition has in scripts the number that it would have without; additions leave few traces."""
     meshes = textured_obj()
     for _ in range(4):
         meshes.apply_step(give_back(Edit(**additions(meshes, 3, 2))))

@@ -49,6 +49,10 @@ class Layer(Protocol):
     @property
     def has_vertex_colors(self) -> bool: ...
     @property
+    def has_face_scalars(self) -> bool: ...
+    @property
+    def has_face_colors(self) -> bool: ...
+    @property
     def diagonal(self) -> float: ...  # of the bounding box, in mesh units
     @property
     def mean_edge(self) -> float: ...  # mean edge length; of a cloud the mean distance to the nearest neighbour
