@@ -1,6 +1,8 @@
 """Smoothing by an energy: the surface that trades the square of its curvature against the distance from where it was."""
 
 import math
+from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -9,20 +11,22 @@ from scipy import sparse
 
 from ..diffusion.border import BORDER_POLICIES, BorderPolicy, curve_laplacian
 from ..diffusion.frame import enter, leave, ordered_frame
+from ..cholesky import Cholesky
 from ..conjugate_gradients import conjugate_gradients, preconditioned_norm
 from ..errors import ConvergenceError, FilterInputError
 from ..mesh import Bools, Floats, Longs, check_mesh, check_movable
 from ..operators.scale import bounding_box
 from ..parallel import threads_for
 from ..progress import Progress, ignore_progress
-from ..solvers import refined_solution
-from ..superlu import SuperLU
+from ..solvers import DirectMethod, refined_solution
 from ..topology import border_edges, referenced_vertices
 from .compensated import laplacian_power
 from .surface_operator import surface_operator
 
 # How far conjugate gradients go down between refinements, and in how many steps at most.
 _INNER, _MOST_ITERATIONS = 1e-7, 200
+# Feature weights that vary by more than this share are uneven, and up to so many unknowns all is factorised then.
+_EVEN, _FACTORISED = 0.05, 400_000
 # Weights beyond this leave every vertex where it is, to the last bit.
 _LARGEST_WEIGHT = 1e100
 
@@ -145,14 +149,18 @@ class _Energy(NamedTuple):
         held = np.bincount(labels[~free], minlength=count) > 0
         loose = np.where(held[labels[free]], -1, labels[free])
         floating = _Floating(loose, data, count)
-        quick = _ConjugateGradients(
-            matrix, _Halves(columns[free], self.mass[free], self.weight, unit, progress), floating, progress
-        )
-        zero = np.zeros((int(free.sum()), 3))
+        half = partial(_Halves, columns[free], self.mass[free], self.weight, unit)
+        quick = _ConjugateGradients(matrix, half, floating, progress)
+        # Where the weights vary much, the halves are a poor guide and the factors of the whole are faster.
+        uneven = float((self.bending * self.mass)[free].min()) < _EVEN * float((self.bending * self.mass)[free].max())
+        methods: list[DirectMethod | _ConjugateGradients] = [quick, "superlu"]
+        if uneven and len(data) <= _FACTORISED:
+            methods.reverse()
+        zero = np.zeros((len(data), 3))
         try:
-            solution = refined_solution(matrix, residual, zero, extent=diagonal, method=quick, progress=progress)
+            solution = refined_solution(matrix, residual, zero, extent=diagonal, method=methods[0], progress=progress)
         except ConvergenceError:
-            solution = refined_solution(matrix, residual, zero, extent=diagonal, progress=progress)
+            solution = refined_solution(matrix, residual, zero, extent=diagonal, method=methods[1], progress=progress)
         moved[free] = solution.values
         return moved
 
@@ -202,7 +210,8 @@ class _Halves:
         size = 1.0 / (1.0 + root)
         half = sparse.csr_matrix(stiffness * size)
         half.setdiag(half.diagonal() + mass * (root * size))
-        self._factors = SuperLU(half, progress=progress)
+        progress(0.0)
+        self._factors = Cholesky(half)
         self._mass = (mass * (size * size / unit))[:, None]
 
     def __call__(self, residual: Floats) -> Floats:
@@ -212,8 +221,11 @@ class _Halves:
 class _ConjugateGradients:
     """Solves to a few digits, for refinement."""
 
-    def __init__(self, matrix: sparse.csr_matrix, inverse: _Halves, floating: _Floating, progress: Progress) -> None:
-        self._matrix, self._inverse, self._floating, self._progress = matrix, inverse, floating, progress
+    def __init__(
+        self, matrix: sparse.csr_matrix, make: Callable[[Progress], _Halves], floating: _Floating, progress: Progress
+    ) -> None:
+        self._matrix, self._make, self._floating, self._progress = matrix, make, floating, progress
+        self._inverse: _Halves | None = None
 
     def __call__(self, right_side: Floats) -> Floats:
         b = self._floating.balanced(right_side)
@@ -229,6 +241,8 @@ class _ConjugateGradients:
         return self._floating.centred(descent.values)
 
     def _precondition(self, residual: Floats) -> Floats:
+        if self._inverse is None:
+            self._inverse = self._make(self._progress)
         return self._floating.centred(self._inverse(self._floating.balanced(residual)))
 
 

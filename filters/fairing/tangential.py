@@ -162,7 +162,7 @@ class _Surface:
         faces = self.faces[checked]
         a, b, c = (points[faces[:, k]] for k in range(3))
         normals = face_normals(points, np.ascontiguousarray(faces))
-        centre, under, far = self._walkable.closest((a + b + c) / 3.0, at[faces[:, 0]])
+        _, under, far = self._walkable.closest((a + b + c) / 3.0, at[faces[:, 0]])
         harmed = np.einsum("ij,ij->i", normals, before[checked]) < _LEAST_COSINE
         harmed |= np.einsum("ij,ij->i", normals, self._normals[under]) < _LEAST_COSINE
         harmed |= far > self._allowed
