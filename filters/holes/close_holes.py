@@ -41,7 +41,9 @@ def close_holes(
 
     Each rim is triangulated (`triangulate_rim`), the triangles are split and their edges flipped until they are as small as those
     at the rim (`refined_patch`), and the new vertices are placed by `fair_region`; refinement and fairing alternate for some
-    rounds, since a fair surface is that of a parametrisation, which the round before has made a better one.
+    rounds, since a fair surface is that of a parametrisation, which the round before has made a better one. Where the surface
+    then bends more than 1.2 times as much at the rim as around it, edges become up to half as long: a narrow hole between two
+    sides that do not match needs more of them to be smooth.
 
     The closed mesh is a manifold where the mesh was one, and oriented like it. Outer borders of open sheets are no holes: rims
     round which the surface turns by more than 1.5 pi (`outer_borders`) stay open, and if such a sheet lies in a hole without
@@ -82,9 +84,9 @@ def close_holes(
     inside: dict[int, list[Rim]] = {}
     if islands == "join" and outer and holes:
         components, _ = connected_components(triangles, len(points))
-        for rim, hole in zip(outer, holes_around(outer, holes, points, components), strict=True):
-            if hole >= 0:
-                inside.setdefault(hole, []).append(rim)
+        for rim, around in zip(outer, holes_around(outer, holes, points, components), strict=True):
+            if around >= 0:
+                inside.setdefault(around, []).append(rim)
     joined = {id(rim) for group in inside.values() for rim in group}
     left_open += [_left(rim, "outer") for rim in outer if id(rim) not in joined]
     patches = Patches(points, triangles, rims)
@@ -120,7 +122,7 @@ def _fair(patches: Patches, points: Floats, faces: Ints, energy: Energy, rounds:
             progress(_TRIANGULATION + (1.0 - _TRIANGULATION) * (done + share) / rounds)
 
         if done > 0:
-            patches.refine_again()
+            patches.refine_again(energy != "membrane")
         new_vertices, new_faces, _, _ = patches.gathered()
         if len(new_vertices) == 0:
             return

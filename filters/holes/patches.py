@@ -10,15 +10,36 @@ from ..rings import OneRings
 from ..topology import one_rings
 from .polygon import Polygon, joined_corners, polygon, triangulate_polygon
 from .refinement import Patch, refined_patch
+from .rim_angles import bend_at_rim, bends_around
 from .rims import Rim
+
+#: A hole at whose rim the surface bends by more than this many times as much as around it is refined further.
+SHARP = 1.2
+#: Its edges become as short as this share of what they would be.
+FINEST = 0.5
 
 
 class _Sewn(NamedTuple):
-    """A patch, the vertices of the mesh that it hangs on, and which of those must not be joined by it."""
+    """A patch, and how it hangs on the mesh.
+
+    Attributes:
+        own: (k,) the vertices of the mesh that it hangs on, ascending.
+        patch: its first points are those.
+        forbidden: (k, k) which of them it must not join.
+        sides: (s, 3) the edges of the rim in its own numbers, as `bend_at_rim` takes them, and of the third vertex its place in
+            `around`.
+        around: (s, 3) coordinates of the third vertices of the faces of the mesh at the rim.
+        bend: the mean angle at the edges of the mesh around.
+        share: how long its edges are to be as a share of those around.
+    """
 
     own: Ints
     patch: Patch
     forbidden: Bools
+    sides: Ints
+    around: Floats
+    bend: float
+    share: float
 
 
 class Patches:
@@ -34,6 +55,7 @@ class Patches:
         for rim in rims:
             met[np.unique(rim.vertices)] += 1
         self._shared = met > 1
+        self._bends = bends_around(points, faces, np.flatnonzero(met).astype(np.int32))
         self._links: dict[int, set[int]] = {}
         self._sewn: list[_Sewn] = []
 
@@ -58,28 +80,40 @@ class Patches:
             forbidden[twice, twice] = True
         if refine:
             patch = refined_patch(patch, forbidden=forbidden)
-        self._sewn.append(_Sewn(own, patch, forbidden))
+        at_mesh = outline.opposite >= 0
+        starts, ends = np.searchsorted(own, outline.vertices), np.searchsorted(own, np.roll(outline.vertices, -1))
+        sides = np.column_stack([starts, ends, np.cumsum(at_mesh) - 1])[at_mesh].astype(np.int32)
+        bend = float(self._bends[0][own].sum() / max(self._bends[1][own].sum(), 1.0))
+        self._sewn.append(_Sewn(own, patch, forbidden, sides, self._points[outline.opposite[at_mesh]], bend, 1.0))
         self._note_links(own, patch)
         return True
 
-    def refine_again(self) -> None:
-        """Refine all patches where their points are now."""
-        self._sewn = [sewn._replace(patch=refined_patch(sewn.patch, forbidden=sewn.forbidden)) for sewn in self._sewn]
+    def refine_again(self, smooth: bool) -> None:
+        """Refine all patches where their points are now; if they are to be smooth at their rims, more those that are not."""
+        for k, sewn in enumerate(self._sewn):
+            patch = sewn.patch
+            everything = np.concatenate([patch.points, sewn.around])
+            sides = sewn.sides + np.array([0, 0, len(patch.points)], dtype=np.int32)
+            bend = bend_at_rim(everything, patch.triangles, sides)
+            finer = np.clip(SHARP * sewn.bend / bend, FINEST / sewn.share, 1.0) if smooth and bend > 0.0 else 1.0
+            patch = refined_patch(patch._replace(sizes=patch.sizes * finer), forbidden=sewn.forbidden)
+            self._sewn[k] = sewn._replace(patch=patch, share=sewn.share * float(finer))
 
     def move(self, new_vertices: Floats) -> None:
         """Put the new vertices elsewhere."""
         at = 0
-        for k, (own, patch, _) in enumerate(self._sewn):
+        for k, sewn in enumerate(self._sewn):
+            own, patch = sewn.own, sewn.patch
             more = len(patch.points) - len(own)
             moved = np.concatenate([patch.points[: len(own)], new_vertices[at : at + more]])
-            self._sewn[k] = self._sewn[k]._replace(patch=patch._replace(points=moved))
+            self._sewn[k] = sewn._replace(patch=patch._replace(points=moved))
             at += more
 
     def gathered(self) -> tuple[Floats, Ints, Ints, Ints]:
         """The new vertices, the new faces, and the number of the patch of each vertex and of each face."""
         vertices, faces = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int32)]
         total = len(self._points)
-        for own, patch, _ in self._sewn:
+        for own, patch, *_ in self._sewn:
             more = len(patch.points) - len(own)
             numbers = np.concatenate([own, np.arange(total, total + more, dtype=np.int32)]).astype(np.int32)
             vertices.append(patch.points[len(own) :])

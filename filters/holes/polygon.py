@@ -39,10 +39,10 @@ def polygon(rim: Rim, islands: list[Rim], points: Floats) -> Polygon:
         best = (np.inf, 0, 0, 0)
         for which, island in enumerate(rest):
             apart = np.linalg.norm(points[vertices][:, None] - points[island.vertices], axis=2)
-            i, j = np.unravel_index(int(apart.argmin()), apart.shape)
-            best = min(best, (float(apart[i, j]), which, int(i), int(j)))
-        _, which, i, j = best
-        island = rest.pop(which)
+            nearest = int(apart.argmin())
+            best = min(best, (float(apart.flat[nearest]), which, *divmod(nearest, apart.shape[1])))
+        i, j = best[2:]
+        island = rest.pop(best[1])
         around, beyond = np.roll(island.vertices, -j), np.roll(island.opposite, -j)
         # To the island, once round it, back, and on along the rim.
         cut = np.array([-1], dtype=np.int32)

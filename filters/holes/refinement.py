@@ -62,7 +62,7 @@ def refined_patch(patch: Patch, *, forbidden: Bools | None = None, density: floa
         split = _too_large(points, sizes, corners, density)
         if not split.any():
             break
-        points, sizes, corners, across = _split(points, sizes, corners, across, np.flatnonzero(split))
+        points, sizes, corners, across = _split(points, sizes, corners, across, np.flatnonzero(split).astype(np.int32))
         _flip_all(points, corners, across, forbidden)
     points, sizes, corners = _split_diagonals(points, sizes, corners, n_rim, forbidden)
     _flip_all(points, corners, _neighbours(corners), forbidden | ~np.eye(n_rim, dtype=np.bool_))
@@ -73,7 +73,7 @@ def _split_diagonals(points: Floats, sizes: Floats, corners: Ints, n_rim: int, f
     """A vertex in the middle of every edge inside the patch that joins two vertices of the rim, those in cracks excepted."""
     rows = corners.tolist()
     holder = {(row[k], row[(k + 1) % 3]): t for t, row in enumerate(rows) for k in range(3)}
-    middles = []
+    middles: list[tuple[int, int]] = []
     inner = [(a, b) for a, b in holder if a < n_rim and b < n_rim and (b, a) in holder]
     # Each from both sides, the second time it is split already.
     for a, b in inner:
@@ -131,7 +131,7 @@ def _split(points: Floats, sizes: Floats, corners: Ints, across: Ints, chosen: I
     second = (len(corners) + 2 * np.arange(len(chosen))).astype(np.int32)
     more = np.full((2 * len(chosen), 3), -1, dtype=np.int32)
     grown, beyond = np.concatenate([corners, more]), np.concatenate([across, more])
-    _write_split(grown, beyond, chosen.astype(np.int32), new, second)
+    _write_split(grown, beyond, chosen, new, second)
     return (
         np.concatenate([points, points[corners[chosen]].mean(axis=1)]),
         np.concatenate([sizes, sizes[corners[chosen]].mean(axis=1)]),
@@ -184,7 +184,8 @@ def _angle(points: Floats, a: int, b: int, c: int) -> float:
     ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
     vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    return np.arctan2(np.sqrt(nx * nx + ny * ny + nz * nz), ux * vx + uy * vy + uz * vz)
+    angle: float = np.arctan2(np.sqrt(nx * nx + ny * ny + nz * nz), ux * vx + uy * vy + uz * vz)
+    return angle
 
 
 @njit(cache=True)
@@ -194,11 +195,12 @@ def _facing(points: Floats, a: int, b: int, c: int, d: int, e: int, f: int) -> f
     vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
     sx, sy, sz = points[e, 0] - points[d, 0], points[e, 1] - points[d, 1], points[e, 2] - points[d, 2]
     tx, ty, tz = points[f, 0] - points[d, 0], points[f, 1] - points[d, 1], points[f, 2] - points[d, 2]
-    return (
+    product: float = (
         (uy * vz - uz * vy) * (sy * tz - sz * ty)
         + (uz * vx - ux * vz) * (sz * tx - sx * tz)
         + (ux * vy - uy * vx) * (sx * ty - sy * tx)
     )
+    return product
 
 
 @njit(cache=True)
