@@ -29,6 +29,7 @@ class Announced:
         faces: how many polygons are declared, or None.
         count_triangles: how many triangles these polygons make, or None if that is not known; slow for large files.
         normals: whether it has vertex normals.
+        vertex_texture: whether its vertices, not only the corners of its faces, have texture coordinates.
         not_kept: what it has and MeshLab does not keep, in words.
         side_files: the existing files that MeshLab will read with it.
         textures: the texture files that it names, as written there, and the existing file that each means, or None.
@@ -39,6 +40,7 @@ class Announced:
     faces: int | None = None
     count_triangles: Callable[[], int | None] = lambda: None
     normals: bool = False
+    vertex_texture: bool = False
     not_kept: tuple[str, ...] = ()
     side_files: tuple[Path, ...] = ()
     textures: tuple[tuple[str, Path | None], ...] = ()
@@ -98,11 +100,13 @@ def _inspect_ply(path: Path) -> Announced:
         raise InputError(path, str(error)) from error
     grid = header.element("tristrips").count or header.element("range_grid").count
     textures = _find_textures(path, header.textures)
+    names = {p.name for p in header.element("vertex").properties}
     return Announced(
         vertices=header.element("vertex").count,
         faces=None if grid else header.element("face").count,
         count_triangles=lambda: ply.count_triangles(path, header),
-        normals={"nx", "ny", "nz"} <= {p.name for p in header.element("vertex").properties},
+        normals={"nx", "ny", "nz"} <= names,
+        vertex_texture={"texture_u", "texture_v"} <= names or {"s", "t"} <= names,
         not_kept=tuple(not_kept(header)),
         side_files=tuple(file for _, file in textures if file),
         textures=textures,

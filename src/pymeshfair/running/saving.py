@@ -127,8 +127,8 @@ def attributes_of(meshes: Any, announced: Announced) -> set[str]:
         "vertex normals": normals,
         "vertex colours": mesh.has_vertex_color(),
         "vertex scalars": mesh.has_vertex_scalar(),
-        # Where wedges have them, those of the vertices are MeshLab's: it makes both when it computes either.
-        "vertex texture coordinates": mesh.has_vertex_tex_coord() and not wedges,
+        # Where wedges have them, those of the vertices are MeshLab's, which makes both when it computes either, or the file's.
+        "vertex texture coordinates": mesh.has_vertex_tex_coord() and (announced.vertex_texture or not wedges),
         "face colours": has_faces and mesh.has_face_color(),
         "face scalars": has_faces and mesh.has_face_scalar(),
         "wedge texture coordinates": wedges,
