@@ -21,8 +21,8 @@ class MeshSet(ScriptedMeshSet):
     step of filter scripts. They change the current mesh in place and keep everything else of it; a `pymeshlab.Mesh` fetched
     before shows the new state.
 
-    A filter that moves the vertices of a mesh with faces uses up one of MeshLab's ids, so those of layers made later skip a
-    number. Scripts do not count it.
+    A filter that moves the vertices of a mesh with faces uses up one of MeshLab's ids, and one that adds elements two, so those
+    of layers made later skip numbers. Scripts do not count them.
     """
 
     filter_list = staticmethod(filter_list)

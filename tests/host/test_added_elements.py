@@ -299,16 +299,37 @@ def test_additions_that_do_not_fit_are_refused(edit: dict[str, Any], message: st
             pymeshlab.Mesh(vertex_matrix=np.eye(4, 3), face_matrix=np.array([[0, 1, 2]]), edge_matrix=np.array([[0, 3], [3, 0]])),
             "edges of '' occur twice",
         ),
+        (pymeshlab.Mesh(np.diag([1.0, 1.0, np.nan]), np.array([[0, 1, 2]])), "coordinates that are not finite"),
     ],
 )
 def test_meshes_that_cannot_be_added_to_stay_as_they_were(mesh: Any, message: str) -> None:
-    """A cloud, degenerate faces and doubled edges are named and left alone."""
+    """A cloud, degenerate faces, doubled edges and NaN are named and left alone."""
     meshes = MeshSet()
     meshes.add_mesh(mesh)
     before = everything(meshes)
     with pytest.raises(MeshError, match=message):
         meshes.apply_step(give_back(Edit(added_vertices=np.ones((1, 3)))))
     assert differences(before, everything(meshes)) == []
+
+
+def test_an_attribute_that_meshlab_cannot_name_stops_an_addition_before_it_begins() -> None:
+    """With a custom attribute whose name no expression can hold the mesh stays as it was, and the message names it."""
+    meshes = MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(np.eye(3), np.array([[0, 1, 2]])))
+    meshes.current_mesh().add_vertex_custom_scalar_attribute(np.zeros(3), "a b")
+    before = everything(meshes)
+    with pytest.raises(MeshError, match=r"because of its custom attributes \(a_b\)"):
+        meshes.apply_step(give_back(Edit(added_vertices=np.ones((1, 3)))))
+    assert differences(before, everything(meshes)) == []
+
+
+def test_edges_stay() -> None:
+    """Edges beside faces keep their order and their ends."""
+    meshes = MeshSet()
+    chain = np.array([[4, 5], [6, 5], [0, 7]])
+    meshes.add_mesh(pymeshlab.Mesh(vertex_matrix=np.eye(8, 3), face_matrix=np.array([[0, 1, 2], [1, 0, 3]]), edge_matrix=chain))
+    meshes.apply_step(give_back(Edit(**additions(meshes, 5, 9))))
+    assert same(meshes.current_mesh().edge_matrix(), chain.astype(np.int32))
 
 
 @pytest.mark.parametrize(("make", "extension"), [(textured_obj, "obj"), (coloured_ply, "ply")])

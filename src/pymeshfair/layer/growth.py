@@ -32,6 +32,8 @@ def check_growable(mesh: Any) -> None:
             f"{int(twice.sum())} faces of {mesh.label()!r} have the same vertex twice, the first is face {twice.argmax()}; "
             "nothing can be added before they are removed (meshing_remove_null_faces)"
         )
+    if not np.isfinite(read_array(mesh, "vertices")).all():
+        raise MeshError(f"vertices of {mesh.label()!r} have coordinates that are not finite: nothing can be added to such a mesh")
     if len(edges) and (len(np.unique(edges, axis=0)) < len(edges) or (edges[:, 0] == edges[:, 1]).any()):
         raise MeshError(f"edges of {mesh.label()!r} occur twice or have no length: nothing can be added to such a mesh")
 
