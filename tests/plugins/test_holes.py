@@ -192,6 +192,34 @@ def test_a_run_of_the_recipe_keeps_the_texture(extension: str, tmp_path: Path) -
     assert (tmp_path / "TextureDouble_A.png").read_bytes() == (Path(BUNNY).parent / "TextureDouble_A.png").read_bytes()
 
 
+def test_a_run_keeps_the_attributes_of_a_ply_file(tmp_path: Path) -> None:
+    """Colours and scalars of vertices and faces come back to the bit; those of new elements are from near by."""
+    meshes = MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(*cut_ball()))
+    meshes.compute_scalar_by_function_per_vertex(q="z/3")
+    meshes.compute_scalar_by_function_per_face(q="fi/7")
+    meshes.compute_color_by_function_per_vertex(x="128+100*z", y="vi", z="20", a="255")
+    meshes.compute_color_by_function_per_face(r="fi", g="0", b="9", a="255")
+    source, output = tmp_path / "ball.ply", tmp_path / "filled.ply"
+    meshes.save_current_mesh(str(source))
+    done = run_process("run", "fill_holes_smoothly", source, "-o", output)
+    assert done.returncode == 0, done.stderr
+    states = []
+    for file in (source, output):
+        read = MeshSet()
+        read.load_new_mesh(str(file))
+        states.append(everything(read))
+    before, after = states
+    n, m = len(before["vertices"]), len(before["faces"])
+    old = {k: v[: n if k in PER_VERTEX else m] if k in PER_VERTEX + PER_FACE else v for k, v in after.items()}
+    assert {"vertex_scalars", "vertex_colors", "face_scalars", "face_colors"} <= before.keys()
+    assert differences(before, old, but={"label", "vertex_normals", "face_normals"}) == []
+    # The scalars are a third of the height, and the upper rim lies above 0.8, the lower one below -0.9.
+    scalars = after["vertex_scalars"][n:]
+    assert ((scalars > 0.8 / 3) | (scalars < -0.9 / 3)).all()
+    assert set(after["face_scalars"][m:].tolist()) <= set(before["face_scalars"].tolist())
+
+
 def test_the_recipe_fills_a_ball_and_later_steps_see_the_filling() -> None:
     """After the recipe the filling is selected, so that a built-in step deletes it again and leaves the ball as it was."""
     ball = cut_ball()
