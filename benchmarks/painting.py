@@ -24,7 +24,7 @@ Window: TypeAlias = tuple[float, float, float, float]
 
 SUPERSAMPLING = 4  # triangles are smaller than a pixel; without it they leave a moire pattern
 LIGHT = np.array([0.35, 0.45, 0.82])
-TINT = np.array([1.0, 0.72, 0.45])
+ORANGE = np.array([1.0, 0.55, 0.1])
 #: seen from the right and from above, so that a box shows three sides
 FROM_A_CORNER = np.array([[0.84, -0.54, 0.0], [0.23, 0.35, 0.91], [-0.49, -0.76, 0.42]])
 
@@ -40,7 +40,7 @@ def read_mesh(path: Path) -> tuple[Floats, Ints]:
 def paint(axes: Any, vertices: Floats, faces: Ints, window: Window | None = None, marked: Bools | None = None) -> None:
     """Draw a mesh seen along -z, lit from the upper right, farthest triangles first; the window defaults to all of it.
 
-    Triangles that are marked, (m,) bool, are tinted.
+    Triangles that are marked, (m,) bool, are tinted orange.
     """
     corners = vertices[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -51,8 +51,11 @@ def paint(axes: Any, vertices: Floats, faces: Ints, window: Window | None = None
     order = np.flatnonzero(seen)[np.argsort(centre[seen, 2])]
     colors = shade(normals[order])
     if marked is not None:
-        colors[marked[order]] *= TINT
-    axes.add_collection(PolyCollection(list(corners[order][:, :, :2]), facecolors=colors, edgecolors="face", linewidths=0.2))
+        tinted = marked[order]
+        colors[tinted] = 0.4 * colors[tinted] + 0.6 * ORANGE * (0.3 + colors[tinted])
+    axes.add_collection(
+        PolyCollection(list(corners[order][:, :, :2]), facecolors=np.clip(colors, 0, 1), edgecolors="face", linewidths=0.2)
+    )
     axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
     axes.axis("off")
 

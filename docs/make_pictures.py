@@ -16,11 +16,13 @@ from pymeshfair import MeshSet
 from pymeshfair.commands.spectrum_picture import draw_spectra
 from pymeshfair.filters.fairing.blend import blend_parts
 from pymeshfair.filters.fairing.region import ENERGIES, fair_region
+from pymeshfair.filters.holes.close_holes import close_holes
 from pymeshfair.filters.spectral.harmonics import manifold_harmonics
 from pymeshfair.filters.spectral.responses import low_pass
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
-from painting import Bools, Floats, Ints, paint, picture, read_mesh, whole
+from denoising_findings import chest
+from painting import FROM_A_CORNER, Bools, Floats, Ints, paint, picture, read_mesh, whole
 
 SAMPLES = Path(pymeshlab.__file__).parent / "tests/sample_meshes"
 PICTURES = Path(__file__).parent / "pictures"
@@ -107,7 +109,7 @@ def panels(path: Path, shown: list[Panel], *, turn: Floats | None = None, height
 def tilted(angle: float) -> Floats:
     """The rotation that shows the z axis upwards, seen from `angle` above the horizon, in radians."""
     c, s = np.cos(angle), np.sin(angle)
-    return np.array([[1, 0, 0], [0, -s, c], [0, -c, -s]]) * np.array([[1], [1], [-1]])
+    return np.array([[1, 0, 0], [0, s, c], [0, -c, s]])
 
 
 def cap(path: Path) -> None:
@@ -152,7 +154,35 @@ def necks(path: Path) -> None:
         blend = blend_parts(vertices, faces, energy=energy)
         joined = np.concatenate([faces, blend.faces])
         shown.append((energy, np.concatenate([vertices, blend.vertices]), joined, np.arange(len(joined)) >= len(faces)))
-    panels(path, shown, turn=tilted(0.35), height=4.4)
+    panels(path, shown, turn=tilted(0.35), height=5.0)
+
+
+def holes(scan: Path, path: Path) -> None:
+    """A range map, and the same with the holes inside it closed."""
+    vertices, faces = read_mesh(scan)
+    filling = close_holes(vertices, faces, max_edges=300)
+    closed = np.concatenate([faces, filling.new_faces])
+    window = (-76.0, 56.0, -100.0, 90.0)
+
+    def draw(axes: Any) -> None:
+        paint(axes[0][0], vertices, faces, window)
+        paint(axes[0][1], np.concatenate([vertices, filling.new_vertices]), closed, window, np.arange(len(closed)) >= len(faces))
+        for place, title in zip(axes[0], ("scan", "holes of up to 300 edges closed"), strict=True):
+            place.set_title(title, fontsize=11)
+
+    picture(path, draw, rows=1, columns=2, size=(8, 6.2))
+
+
+def features(path: Path) -> None:
+    """A noisy chest with rounded and sharp edges, smoothed alike everywhere and with its ridges spared."""
+    shape = chest(24)
+    shown: list[Panel] = [("noise of 0.3 edges", shape.noisy, shape.faces, None)]
+    for title, spared in (("features none", "none"), ("features curvature", "curvature")):
+        meshes = MeshSet()
+        meshes.add_mesh(pymeshlab.Mesh(shape.noisy, shape.faces))
+        meshes.apply_coord_bilaplacian_smoothing(detail_size="8edge", features=spared)
+        shown.append((title, meshes.current_mesh().vertex_matrix(), shape.faces, None))
+    panels(path, [*shown, ("true", shape.truth, shape.faces, None)], turn=FROM_A_CORNER, height=4.0)
 
 
 def tube(around: int, along: int, *, radius: float, length: float) -> tuple[Floats, Ints]:
@@ -172,6 +202,8 @@ if __name__ == "__main__":
     spectrum_before_and_after(bunny, PICTURES / "spectrum.png")
     cap(PICTURES / "energies.png")
     regions(bunny, PICTURES / "regions.png")
+    holes(SAMPLES / "rangemaps/face000.ply", PICTURES / "holes.png")
+    features(PICTURES / "features.png")
     necks(PICTURES / "necks.png")
     if len(sys.argv) > 1:
         before_and_after(SAMPLES / "rangemaps/face000.ply", Path(sys.argv[1]) / "face_clean.ply", PICTURES / "demo.png")

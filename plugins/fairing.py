@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal, TypeAlias, get_args
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from pymeshfair.filters.diffusion.border import BorderPolicy
 from pymeshfair.filters.errors import FilterInputError
 from pymeshfair.filters.fairing.blend import blend_parts
 from pymeshfair.filters.fairing.energy import bilaplacian_smoothing, weight_of_detail_size
+from pymeshfair.filters.fairing.feature_weights import feature_weights, scalar_feature_weights
 from pymeshfair.filters.fairing.region import ENERGIES, Energy, fair_region
 from pymeshfair.filters.fairing.tangential import tangential_smoothing
 from pymeshfair.filters.inspection.surface_measures import surface_measures
@@ -18,6 +19,9 @@ from pymeshfair.filters.progress import Progress, ignore_progress
 
 from .moving_vertices import MOVES_VERTICES, SELECTED, movable_vertices
 from .smoothing import BORDER
+
+Features: TypeAlias = Literal["none", "curvature", "scalar"]
+FEATURES: tuple[Features, ...] = get_args(Features)
 
 # what the fourth power of a length counts as at least, so that one over it stays finite
 _SMALLEST = 1e-300
@@ -36,7 +40,7 @@ ENERGY = Enum(
     classes=FilterClass.SMOOTHING,
     requires=MeshElement.FACENUMBER,
     changes=MOVES_VERTICES,
-    references=("nealen2006",),
+    references=("nealen2006", "zheng2011"),
 )
 def apply_coord_bilaplacian_smoothing(
     layer: Layer,
@@ -60,23 +64,54 @@ def apply_coord_bilaplacian_smoothing(
             "closer to the input: 0.02 smooths strongly, 0.2 mildly. 0: not used, the detail size decides.",
         ),
     ] = 0.0,
+    features: Annotated[
+        Features,
+        Enum(
+            label="Features",
+            choices=FEATURES,
+            help="What is spared. 'none': every place is smoothed alike; 'curvature': ridges, found where the surface bends by "
+            "more than an angle, may stay sharp; 'scalar': places of a high vertex scalar are spared.",
+        ),
+    ] = "none",
+    feature_angle: Annotated[
+        float,
+        Float(
+            label="Feature angle",
+            minimum=1,
+            maximum=179,
+            help="For 'curvature', the angle between neighbouring triangles, in degrees, at which a ridge counts half; noise is "
+            "filtered out before. Larger spares sharper ridges alone.",
+        ),
+    ] = 20.0,
+    feature_scalar: Annotated[
+        float,
+        Float(
+            label="Feature scalar",
+            minimum=1e-30,
+            maximum=1e30,
+            help="For 'scalar', the size of the vertex scalar at which smoothing counts half, as 1 / (1 + (q / this)^2). Larger "
+            "spares higher values alone.",
+        ),
+    ] = 1.0,
     border: Annotated[BorderPolicy, BORDER] = "along",
     selected: Annotated[bool, SELECTED] = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
     """Smooths by trading the bending of the surface for the distance that its vertices move: (C M^-1 W C + w M) p' = w M p.
 
-    Against implicit fairing at the same detail size, shorter waves are damped more and longer ones kept better, so that shapes
-    shrink far less. Returns w in one over the fourth power of mesh units, how many vertices moved and how far
-    the furthest went.
+    W is 1, or nearly 0 at features, where the surface may bend. Against implicit fairing at the same detail size, shorter waves
+    are damped more and longer ones kept better, so that shapes shrink far less. Returns w in one over the fourth power of mesh
+    units, how many vertices moved and how far the furthest went.
     """
     if weight == 0.0 and detail_size == 0.0:
         raise FilterInputError("detail_size is 0 and so is weight: nothing to do; give one of them")
+    weights = _feature_weights(layer, features, feature_angle, feature_scalar)
     w = weight / max(layer.mean_edge**4, _SMALLEST) if weight else weight_of_detail_size(detail_size)
     vertices = bilaplacian_smoothing(
         layer.vertices,
         layer.faces,
         weight=w,
+        feature_weights=weights,
         border=border,
         movable=movable_vertices(layer, selected),
         progress=progress,
@@ -255,6 +290,19 @@ def meshing_bridge_rims_by_fairing(
             "second_rim_edges": len(blend.rims[1]),
         },
     )
+
+
+def _feature_weights(layer: Layer, features: Features, angle: float, scalar: float) -> Floats | None:
+    if features == "none":
+        return None
+    if features == "curvature":
+        return feature_weights(layer.vertices, layer.faces, feature_angle=angle)
+    if not (layer.has_vertex_scalars and layer.vertex_scalars.any()):
+        raise FilterInputError(
+            "features='scalar' needs a vertex scalar, and that of the mesh is 0 everywhere: first compute one, such as a "
+            "curvature"
+        )
+    return scalar_feature_weights(layer.vertex_scalars, half=scalar)
 
 
 def _displacement(before: Floats, after: Floats) -> dict[str, float]:

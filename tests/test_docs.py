@@ -37,6 +37,7 @@ def test_pages_are_current(name: str) -> None:
         "docs/denoising.md",
         "docs/spectral.md",
         "docs/curves.md",
+        "docs/fairing.md",
     ],
 )
 def test_links_lead_somewhere(page: str) -> None:

@@ -49,14 +49,17 @@ class MeshSet(ScriptedMeshSet):
         *,
         detail_size: LengthLike = "6edge",
         weight: float = 0.0,
+        features: Literal["none", "curvature", "scalar"] = "none",
+        feature_angle: float = 20.0,
+        feature_scalar: float = 1.0,
         border: Literal["fixed", "along", "free"] = "along",
         selected: bool = False,
     ) -> dict[str, Any] | None:
         """Smooths by trading the bending of the surface for the distance that its vertices move: (C M^-1 W C + w M) p' = w M p.
 
-        Against implicit fairing at the same detail size, shorter waves are damped more and longer ones kept better, so that
-        shapes shrink far less. Returns w in one over the fourth power of mesh units, how many vertices moved and how far the
-        furthest went.
+        W is 1, or nearly 0 at features, where the surface may bend. Against implicit fairing at the same detail size, shorter
+        waves are damped more and longer ones kept better, so that shapes shrink far less. Returns w in one over the fourth
+        power of mesh units, how many vertices moved and how far the furthest went.
 
         Args:
             detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay.
@@ -65,6 +68,12 @@ class MeshSet(ScriptedMeshSet):
             weight: How strongly vertices are held to their places, w, in one over the fourth power of mean edges. Larger stays
                 closer to the input: 0.02 smooths strongly, 0.2 mildly. 0: not used, the detail size decides. Takes a number of
                 at least 0.
+            features: What is spared. 'none': every place is smoothed alike; 'curvature': ridges, found where the surface bends
+                by more than an angle, may stay sharp; 'scalar': places of a high vertex scalar are spared.
+            feature_angle: For 'curvature', the angle between neighbouring triangles, in degrees, at which a ridge counts half;
+                noise is filtered out before. Larger spares sharper ridges alone. Takes a number from 1 to 179.
+            feature_scalar: For 'scalar', the size of the vertex scalar at which smoothing counts half, as 1 / (1 + (q /
+                this)^2). Larger spares higher values alone. Takes a number from 1e-30 to 1e+30.
             border: What the vertices of open borders do: 'fixed' stay; 'along' are smoothed as a curve, seeing their neighbours
                 on the border alone; 'free' move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
@@ -74,7 +83,7 @@ class MeshSet(ScriptedMeshSet):
             What the filter reports, by name; None if it reports nothing.
 
         References:
-            [nealen2006]
+            [nealen2006], [zheng2011]
 
         In scripts: 'Bi-Laplacian Smoothing'.
         """

@@ -14,6 +14,7 @@ import pymeshfair
 from pymeshfair.declaration import Filter, MeshElement
 from pymeshfair.filters.fairing.blend import blend_parts
 from pymeshfair.filters.fairing.energy import bilaplacian_smoothing
+from pymeshfair.filters.fairing.feature_weights import feature_weights, scalar_feature_weights
 from pymeshfair.filters.fairing.region import ENERGIES, Energy, fair_region
 from pymeshfair.filters.fairing.tangential import tangential_smoothing
 from pymeshfair.filters.inspection.surface_measures import surface_measures
@@ -23,7 +24,7 @@ from pymeshfair.plugins import fairing
 from pymeshfair.registry import find_filter
 from tests.filters.test_blend import two_tubes
 from tests.host.snapshots import NORMALS, add_attributes, differences, everything
-from tests.meshes import AWKWARD, Floats, Mesh, icosphere, irregular_grid, noisy, sample_path, tube, two_spheres
+from tests.meshes import AWKWARD, Floats, Mesh, cube, icosphere, irregular_grid, noisy, sample_path, subdivided, tube, two_spheres
 
 REGION = "apply_coord_region_fairing"
 ENERGY = "apply_coord_bilaplacian_smoothing"
@@ -156,6 +157,31 @@ def test_energy_smoothing_is_that_of_the_function() -> None:
             assert told["weight"] == pytest.approx(expected["weight"], rel=1e-5)
         assert told["moved"] == len(mesh[0])
         assert told["largest_displacement"] == pytest.approx(np.linalg.norm(wanted - mesh[0], axis=1).max(), rel=1e-5)
+
+
+def test_features_are_found_or_given() -> None:
+    """Weights come from the bending of the surface or from the vertex scalar; a mesh without one is told to get one."""
+    vertices, faces = noisy(fine_cube(), 0.01)
+    scalars = (np.abs(vertices - 0.5) > 0.45).sum(axis=1).astype(float)
+    for values, weights in (
+        ({"features": "curvature"}, feature_weights(vertices, faces)),
+        ({"features": "curvature", "feature_angle": 40.0}, feature_weights(vertices, faces, feature_angle=40.0)),
+        ({"features": "scalar", "feature_scalar": 0.5}, scalar_feature_weights(scalars, half=0.5)),
+    ):
+        meshes = mesh_set((vertices, faces), v_scalar_array=scalars)
+        meshes.apply_filter(ENERGY, detail_size=pymeshlab.PureValue(0.6), **values)
+        wanted = bilaplacian_smoothing(vertices, faces, detail_size=0.6, feature_weights=weights)
+        np.testing.assert_allclose(vertices_of(meshes), wanted, rtol=0, atol=1e-6)
+    with pytest.raises(pymeshlab.PyMeshLabException, match="features='scalar' needs a vertex scalar, and that of the mesh is 0"):
+        mesh_set((vertices, faces)).apply_filter(ENERGY, features="scalar")
+
+
+def fine_cube() -> Mesh:
+    """The unit cube with 3,072 faces."""
+    mesh = cube()
+    for _ in range(4):
+        mesh = subdivided(*mesh)
+    return mesh
 
 
 @pytest.mark.parametrize("name", [ENERGY, TANGENTIAL])
@@ -303,7 +329,11 @@ def test_awkward_meshes_go_through_every_filter(name: str) -> None:
     """Coordinates stay finite and unselected vertices where they are, or an error of ours says what is wrong."""
     vertices, faces = AWKWARD[name]()
     given: list[tuple[str, dict[str, Any]]] = [(REGION, {"energy": energy}) for energy in ENERGIES]
-    given += [(ENERGY, {"selected": True}), (ENERGY, {"weight": 0.02, "selected": True}), (TANGENTIAL, {"selected": True})]
+    given += [
+        (ENERGY, {"selected": True}),
+        (ENERGY, {"features": "curvature", "selected": True}),
+        (TANGENTIAL, {"selected": True}),
+    ]
     for python_name, values in given:
         meshes = mesh_set((vertices, faces))
         before = vertices_of(meshes)
