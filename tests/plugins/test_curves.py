@@ -159,3 +159,17 @@ def test_smooth_section_gives_one_smooth_curve_of_the_bunny() -> None:
     assert 0.9 * cut_length < length(meshes) < cut_length
     # The detail size, 20 mean edges, is 0.04.
     assert np.linalg.norm(mesh.vertex_matrix() - cut, axis=1).max() < 0.02
+
+
+@pytest.mark.parametrize(("extension", "notes"), [("obj", 0), ("ply", 1), ("off", 1)])
+def test_saving_without_the_edges_is_said(tmp_path: Path, extension: str, notes: int) -> None:
+    """MeshLab leaves edges out of all files but OBJ without a word; the mesh set gives a note, and what it says is so."""
+    vertices, edges = wavy_ring()
+    meshes, heard = mesh_set(vertices, edges), list[str]()
+    meshes.on_note = heard.append
+    meshes.save_current_mesh(str(tmp_path / f"ring.{extension}"))
+    assert len(heard) == notes
+    assert all("does not write the 60 edges" in note for note in heard)
+    reloaded = pymeshlab.MeshSet()
+    reloaded.load_new_mesh(str(tmp_path / f"ring.{extension}"))
+    assert reloaded.current_mesh().edge_number() == (0 if notes else 60)

@@ -45,6 +45,18 @@ class FilteringMeshSet(LayeredMeshSet):
         """
         return self._run(step.filter, self._from_script(step))[0]
 
+    def save_current_mesh(self, file_name: str, *args: Any, **kwargs: Any) -> None:
+        """Save the current mesh as pymeshlab does; a note says so if it has edges that are not in the file.
+
+        MeshLab writes edges into .obj files alone. A run writes them into .ply files, too.
+        """
+        super().save_current_mesh(file_name, *args, **kwargs)
+        edges = self.current_mesh().edge_number()
+        if edges and not str(file_name).lower().endswith(".obj"):
+            self._tell(
+                f"MeshLab does not write the {edges:,} edges of the mesh into {str(file_name)!r}; into an .obj file it does"
+            )
+
     def effective_parameters(self, step: Step) -> dict[str, Any]:
         """All values that the step would run with on the current mesh, by name, as a script says them.
 

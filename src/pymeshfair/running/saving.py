@@ -79,10 +79,13 @@ def save_mesh(
     if "custom attributes" in kind.holds:
         options |= dict.fromkeys(_custom_attributes(meshes), True)
     staged = stage / output.name
+    heard, meshes.on_note = meshes.on_note, lambda note: None  # what is lost is told below
     try:
         meshes.save_current_mesh(str(staged), save_textures=False, **options)
     except Exception as error:  # pymeshlab raises several unrelated types
         raise OutputError(output, f"MeshLab could not write it: {' '.join(str(error).split())}") from error
+    finally:
+        meshes.on_note = heard
     if kind.extension == "ply" and "edges" in present:
         try:
             append_edges(staged, mesh.edge_matrix(), mesh.vertex_number())
