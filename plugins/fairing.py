@@ -7,6 +7,7 @@ from typing import Annotated, Literal, TypeAlias, get_args
 import numpy as np
 
 from pymeshfair.declaration import Bool, Edit, Enum, FilterClass, Float, Floats, Int, Layer, MeshElement, Percentage, mesh_filter
+from pymeshfair.errors import MeshError
 from pymeshfair.filters.diffusion.border import BorderPolicy
 from pymeshfair.filters.errors import FilterInputError
 from pymeshfair.filters.fairing.blend import blend_parts
@@ -215,7 +216,13 @@ def apply_coord_region_fairing(
     around the region decide, so select until the damage ends, and a ring more. Returns how many vertices moved, the backward
     error of the solution, and a bound of the error that solving leaves as a share of the region's diagonal.
     """
-    chosen = layer.selected_vertices()
+    try:
+        chosen = layer.selected_vertices()
+    except MeshError:
+        raise FilterInputError(
+            f"nothing is selected in {layer.label!r}: select the vertices of the part that is to be faired, or triangles on all "
+            "sides of them"
+        ) from None
     if chosen.all():
         raise FilterInputError(
             "all vertices are selected, so that nothing around them says how the surface goes on: select the part that is to be "

@@ -71,7 +71,7 @@ def test_a_dent_that_is_marked_goes(marked: str) -> None:
 
 def test_nothing_marked_is_said() -> None:
     """A mesh with no selected and no red vertex is refused with what to do."""
-    with pytest.raises(pymeshlab.PyMeshLabException, match=r"nothing is selected in .*: select vertices"):
+    with pytest.raises(pymeshlab.PyMeshLabException, match=r"nothing is selected in .*: select the vertices of the part"):
         apply("fair_selection", mesh_set(icosphere(2)))
 
 

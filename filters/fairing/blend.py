@@ -98,11 +98,18 @@ def facing_rims(vertices: ArrayLike, faces: ArrayLike, *, among: ArrayLike | Non
             f"there are no two rims {where} to join: {len(rims)} found; put both parts into one layer (merge the visible layers) "
             "and open each where they are to meet"
         )
-    trees = [cKDTree(points[rim]) for rim in rims]
-    _, first, second = min(
-        (trees[a].query(points[rims[b]])[0].mean() + trees[b].query(points[rims[a]])[0].mean(), a, b) for a, b in pairs
-    )
-    return rims[first], rims[second]
+    low, high = (np.array([bound(points[rim], axis=0) for rim in rims]) for bound in (np.min, np.max))
+    first, second = np.array(pairs).T
+    gaps = np.linalg.norm(np.maximum(0.0, np.maximum(low[first] - high[second], low[second] - high[first])), axis=1)
+    nearest, found = np.inf, pairs[0]
+    for k in np.argsort(gaps, kind="stable"):
+        if gaps[k] >= nearest:  # nor is any later pair nearer than the boxes around its rims
+            break
+        a, b = (points[rims[end]] for end in pairs[k])
+        distance = (cKDTree(a).query(b)[0].mean() + cKDTree(b).query(a)[0].mean()) / 2
+        if distance < nearest:
+            nearest, found = distance, pairs[k]
+    return rims[found[0]], rims[found[1]]
 
 
 def bridge_rims(vertices: ArrayLike, faces: ArrayLike, first: ArrayLike, second: ArrayLike, *, rows: int | None = None) -> Blend:

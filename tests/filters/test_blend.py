@@ -179,3 +179,20 @@ def test_what_cannot_be_joined_is_refused() -> None:
         bridge_rims(vertices, faces, first, second, rows=0)
     with pytest.raises(FilterInputError, match="no two rims of different components to join: 1 found"):
         facing_rims(*grid())
+
+
+def test_the_rims_found_are_the_nearest_of_all_pairs() -> None:
+    """Of 12 sheets thrown about, the two found have the least mean distance of all 66 pairs, measured one by one."""
+    random = np.random.default_rng(5)
+    vertices, faces = grid(3, 4)
+    sheets = [vertices @ rotation(k).T + random.uniform(0, 12, 3) for k in range(12)]
+    everything = np.concatenate(sheets)
+    first, second = facing_rims(everything, np.concatenate([faces + np.int32(len(vertices) * k) for k in range(12)]))
+
+    def apart(a: Floats, b: Floats) -> float:
+        distances = np.linalg.norm(a[:, None] - b, axis=2)
+        return float(distances.min(axis=0).mean() + distances.min(axis=1).mean())
+
+    rims = [sheet[np.isin(vertices[:, 0], [0, 4]) | np.isin(vertices[:, 1], [0, 3])] for sheet in sheets]
+    least = min(apart(rims[a], rims[b]) for a in range(12) for b in range(a))
+    assert apart(everything[first], everything[second]) == pytest.approx(least)

@@ -119,7 +119,7 @@ def test_more_iterations_come_nearer_to_the_soap_film() -> None:
 @pytest.mark.parametrize(
     ("condition", "message"),
     [
-        ("x > 99", "nothing is selected in .*: select vertices"),
+        ("x > 99", "nothing is selected in .*: select the vertices of the part"),
         ("x < 99", "all vertices are selected.*select the part that is to be faired and leave its surroundings"),
         ("x > 2.5", "touch no fixed vertex.*select less than a whole component"),
     ],
