@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
 
-from ..diffusion.border import BORDER_POLICIES, BorderPolicy, curve_laplacian
-from ..diffusion.frame import enter, leave, ordered_frame
 from ..cholesky import Cholesky
 from ..conjugate_gradients import conjugate_gradients, preconditioned_norm
+from ..diffusion.border import BORDER_POLICIES, BorderPolicy, curve_laplacian
+from ..diffusion.frame import enter, leave, ordered_frame
 from ..errors import ConvergenceError, FilterInputError
 from ..mesh import Bools, Floats, Longs, check_mesh, check_movable
 from ..operators.scale import bounding_box
@@ -27,8 +27,8 @@ from .surface_operator import surface_operator
 _INNER, _MOST_ITERATIONS = 1e-7, 200
 # Feature weights that vary by more than this share are uneven, and up to so many unknowns all is factorised then.
 _EVEN, _FACTORISED = 0.05, 400_000
-# Weights beyond this leave every vertex where it is, to the last bit.
-_LARGEST_WEIGHT = 1e100
+# Between these fourth roots of weights, on a mesh of size 1, lies all that differs from a weight of infinity or of 0.
+_SMALLEST_ROOT, _LARGEST_ROOT = 1e-6, 1e25
 
 
 def weight_of_detail_size(detail_size: float) -> float:
@@ -40,8 +40,7 @@ def weight_of_detail_size(detail_size: float) -> float:
     Returns:
         w, in one over the fourth power of mesh units.
     """
-    if not (math.isfinite(detail_size) and detail_size > 0.0):
-        raise FilterInputError(f"detail_size {detail_size} is not finite and above 0")
+    _check_detail_size(detail_size)
     return float((2.0 * math.pi / detail_size) ** 4)
 
 
@@ -58,18 +57,19 @@ def bilaplacian_smoothing(
 ) -> Floats:
     """The minimiser p' of sum_i A_i (W_i |L p'_i|^2 + w |p'_i - p_i|^2): (S M^-1 W S + w M) p' = w M p [nealen2006].
 
-    A wave of frequency omega = 2 pi / l keeps w / (w + omega^4) of its amplitude: against an implicit step, longer waves keep more
-    and shorter ones less. One linear system and no time to march; the area shrinks much less than by diffusion. L is the
+    A wave of frequency omega = 2 pi / l keeps w / (w + omega^4) of its amplitude: against an implicit step, longer waves keep
+    more and shorter ones less. One linear system and no time to march; the area shrinks much less than by diffusion. L is the
     Laplace-Beltrami operator of the input, taken at the vertices inside the surface; S and M are its stiffness and mass.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        detail_size: l, in mesh units, the wavelength that comes out with half its amplitude: w = (2 pi / l)^4. Larger is smoother.
-        weight: w, above 0, in one over the fourth power of mesh units, instead of `detail_size`. Larger stays closer to the input,
-            which infinity returns.
-        feature_weights: (n,) W, from 0, usually at most 1. Smaller smooths less: where W is 0 the surface may bend at no cost, and
-            along a line of such vertices it keeps a ridge. See `feature_weights`. None is 1 everywhere.
+        detail_size: l, in mesh units, the wavelength that comes out with half its amplitude: w = (2 pi / l)^4. Larger is
+            smoother.
+        weight: w, above 0, in one over the fourth power of mesh units, instead of `detail_size`. Larger stays closer to the
+            input, which infinity returns.
+        feature_weights: (n,) W, from 0, usually at most 1. Smaller smooths less: where W is 0 the surface may bend at no cost,
+            and along a line of such vertices it keeps a ridge. See `feature_weights`. None is 1 everywhere.
         border: "fixed": border vertices stay. "along": the border is smoothed as a curve by the same energy first, then the
             interior between it. "free": border vertices follow the interior and their own old places.
         movable: (n,) bool, which vertices may move, None for all. The others stay and are seen by those that do.
@@ -83,7 +83,7 @@ def bilaplacian_smoothing(
         ConvergenceError: the equations cannot be solved.
     """
     points, triangles = check_mesh(vertices, faces)
-    w = _checked_weight(detail_size, weight)
+    _check_weight(detail_size, weight)
     features = _checked_features(feature_weights, len(points))
     if border not in BORDER_POLICIES:
         raise FilterInputError(f"border {border!r} is not one of {', '.join(map(repr, BORDER_POLICIES))}")
@@ -93,9 +93,11 @@ def bilaplacian_smoothing(
         return points.copy()
     frame = ordered_frame(points[used], None)
     start = enter(points, frame)
-    w = min(w / frame.scale**4 if w < _LARGEST_WEIGHT else w, _LARGEST_WEIGHT)
+    w = _scaled_weight(detail_size, weight, frame.scale)
     low, high = bounding_box(start[used])  # not of those that move, which may be one
     diagonal = float(np.linalg.norm(high - low))
+    if diagonal == 0.0:
+        return points.copy()
     edges = border_edges(triangles)
     at_border = np.zeros(len(points), dtype=np.bool_)
     at_border[edges] = True
@@ -171,12 +173,12 @@ class _Floating(NamedTuple):
     Attributes:
         labels: (f,) of each free vertex, -1 where the component is held.
         mass: (f,).
-        count: more than the highest label.
+        highest: no label is above.
     """
 
     labels: Longs
     mass: Floats
-    count: int
+    highest: int
 
     def centred(self, values: Floats) -> Floats:
         """The values less their means, weighted by the mass."""
@@ -188,9 +190,9 @@ class _Floating(NamedTuple):
 
     def _sums(self, values: Floats) -> Floats:
         if not (self.labels >= 0).any():
-            return np.zeros((self.count + 1, values.shape[1]))
-        sums = np.stack([np.bincount(self.labels + 1, column, self.count + 1) for column in values.T], axis=1)
-        masses = np.bincount(self.labels + 1, self.mass, self.count + 1)
+            return np.zeros((self.highest + 1, values.shape[1]))
+        sums = np.stack([np.bincount(self.labels + 1, column, self.highest + 1) for column in values.T], axis=1)
+        masses = np.bincount(self.labels + 1, self.mass, self.highest + 1)
         sums[0] = 0.0
         return np.asarray(sums / np.where(masses > 0.0, masses, 1.0)[:, None])
 
@@ -246,15 +248,27 @@ class _ConjugateGradients:
         return self._floating.centred(self._inverse(self._floating.balanced(residual)))
 
 
-def _checked_weight(detail_size: float | None, weight: float | None) -> float:
+def _check_weight(detail_size: float | None, weight: float | None) -> None:
     if (detail_size is None) == (weight is None):
         raise FilterInputError(f"give either detail_size or weight, got detail_size={detail_size} and weight={weight}")
     if detail_size is not None:
-        return weight_of_detail_size(detail_size)
-    assert weight is not None
-    if not weight > 0.0:
+        _check_detail_size(detail_size)
+    if weight is not None and not weight > 0.0:
         raise FilterInputError(f"weight {weight} is not above 0: without it nothing holds the surface")
-    return weight
+
+
+def _check_detail_size(detail_size: float) -> None:
+    if not (math.isfinite(detail_size) and detail_size > 0.0):
+        raise FilterInputError(f"detail_size {detail_size} is not finite and above 0")
+
+
+def _scaled_weight(detail_size: float | None, weight: float | None, scale: float) -> float:
+    """The weight on a mesh that is `scale` times as large, between two numbers that neither overflow nor vanish."""
+    if detail_size is not None:
+        root = min(max(2.0 * math.pi / (detail_size * scale), _SMALLEST_ROOT), _LARGEST_ROOT)
+        return root**4
+    assert weight is not None
+    return min(max(math.sqrt(math.sqrt(weight)) / scale, _SMALLEST_ROOT), _LARGEST_ROOT) ** 4
 
 
 def _checked_features(feature_weights: ArrayLike | None, n: int) -> Floats:

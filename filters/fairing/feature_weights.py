@@ -23,7 +23,8 @@ def feature_weights(
     least: float = 1e-4,
     progress: Progress = ignore_progress,
 ) -> Floats:
-    """W_i = max(least, 1 / (1 + (a_i / a)^8)), a_i the sharpest angle between the filtered normals of faces that meet at vertex i.
+    """W_i = max(least, 1 / (1 + (a_i / a)^8)), a_i the sharpest angle between the filtered normals of faces that meet at vertex
+    i.
 
     The weights for `bilaplacian_smoothing`: inverse to how far the surface bends within an edge. The curvature itself of a noisy
     surface is mostly noise; so the angles are taken between face normals filtered bilaterally [zheng2011], which noise of up to

@@ -80,7 +80,7 @@ def fair_region(
     if not chosen.any():
         return FairedRegion(points.copy(), np.zeros(len(points), dtype=np.bool_), 0.0, 0.0, 0)
     part = submesh_around(points, triangles, chosen, order)
-    if not part.free.any():
+    if not part.free.any() or not np.ptp(part.points, axis=0).any():
         return FairedRegion(points.copy(), np.zeros(len(points), dtype=np.bool_), 0.0, 0.0, 0)
     frame = ordered_frame(part.points, None)
     system = _system(part._replace(points=enter(part.points, frame)), order)
@@ -123,8 +123,8 @@ class _System(NamedTuple):
 
 def _system(part: Submesh, order: int) -> _System:
     operator = surface_operator(part.points, part.faces)
-    # In units of the mean, so that powers of it stay ordinary numbers; a common factor changes no solution. A border vertex has no
-    # whole star to take a Laplacian on.
+    # In units of the mean, so that powers of it stay ordinary numbers; a common factor changes no solution. A border vertex has
+    # no whole star to take a Laplacian on.
     inverse = np.where(part.border, 0.0, float(operator.mass.mean()) / operator.mass)
     return _System(operator.stiffness, inverse, order, part.points, part.free)
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from ..mesh import Bools, Floats, Ints
+from ..mesh import Bools, Floats, Ints, Longs
 from ..topology import edge_face_counts
 
 
@@ -61,7 +61,7 @@ def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Subm
 
 
 @njit(cache=True)
-def _touching(faces: Ints, marked: Bools) -> Ints:
+def _touching(faces: Ints, marked: Bools) -> Longs:
     """The triangles with a marked vertex, ascending."""
     count = 0
     for f in range(faces.shape[0]):

@@ -1,4 +1,4 @@
-"""The Laplace-Beltrami operator that energies are made of: never without a mass, and one for meshes that cotangents do not fit."""
+"""The Laplace-Beltrami operator of energies: with a mass at every vertex, and one for meshes that cotangents do not fit."""
 
 from typing import NamedTuple
 

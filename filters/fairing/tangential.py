@@ -9,7 +9,7 @@ from scipy import sparse
 from ..denoising.face_normals import face_normals
 from ..diffusion.frame import enter, leave, ordered_frame
 from ..errors import FilterInputError
-from ..mesh import Bools, Floats, Ints, check_mesh, check_movable
+from ..mesh import Bools, Floats, Ints, Longs, check_mesh, check_movable
 from ..operators.cotangent import cotangent_laplacian
 from ..operators.mass import mixed_voronoi_areas
 from ..operators.uniform import uniform_laplacian
@@ -40,19 +40,19 @@ def tangential_smoothing(
 ) -> Floats:
     """Moves vertices along the surface towards min sum_i A_i (|L_uniform p'_i - L_cotan p_i|^2 + w |p'_i - p_i|^2) [nealen2006].
 
-    L_cotan p has no tangential part, so what is left of L_uniform p' at the minimum has none either: every vertex sits in the middle
-    of its neighbours as seen along the normal, which is where triangles are good. The energy alone also moves vertices off the
-    surface. Here each iteration solves for it, takes the part of the step within the tangent plane, and puts the vertex on the
-    nearest point of the input surface, walked to from where it was. A step that would fold a triangle over, or bring the middle of
-    a triangle or of an edge further from the input than allowed, is halved, and not made after four times.
+    L_cotan p has no tangential part, so what is left of L_uniform p' at the minimum has none either: every vertex sits in the
+    middle of its neighbours as seen along the normal, which is where triangles are good. The energy alone also moves vertices
+    off the surface. Here each iteration solves for it, takes the part of the step within the tangent plane, and puts the vertex
+    on the nearest point of the input surface, walked to from where it was. A step that would fold a triangle over, or bring the
+    middle of a triangle or of an edge further from the input than allowed, is halved, and not made after four times.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
         weight: w, above 0, without unit. Larger moves less in each iteration.
         iterations: number of steps. More are better triangles, up to a point.
-        max_deviation: how far the middles of triangles and edges may get from the input, in mesh units: larger allows better triangles
-            on curved parts and across edges. None: 5 % of the mean edge. Vertices themselves stay on the input.
+        max_deviation: how far the middles of triangles and edges may get from the input, in mesh units: larger allows better
+            triangles on curved parts and across edges. None: 5 % of the mean edge. Vertices themselves stay on the input.
         movable: (n,) bool, which vertices may move, None for all. Border vertices stay, whatever is said.
         progress: called with the share that is done; may raise to stop.
 
@@ -157,7 +157,7 @@ class _Surface:
         self._at = at
         return tentative
 
-    def _harmed(self, points: Floats, at: Ints, before: Floats, checked: Ints) -> Bools:
+    def _harmed(self, points: Floats, at: Ints, before: Floats, checked: Longs) -> Bools:
         """Which of the checked faces look away from where they looked or from the surface, or are too far from it."""
         faces = self.faces[checked]
         a, b, c = (points[faces[:, k]] for k in range(3))
@@ -168,8 +168,7 @@ class _Surface:
         harmed |= far > self._allowed
         for first, second, corner in ((a, b, 0), (b, c, 1), (c, a, 2)):
             harmed |= self._walkable.closest((first + second) / 2.0, at[faces[:, corner]])[2] > self._allowed
-        # A face as it was does no harm that it did not do before.
-        return harmed
+        return np.asarray(harmed)
 
 
 def _vertex_normals(points: Floats, faces: Ints) -> Floats:

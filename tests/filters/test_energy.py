@@ -1,0 +1,148 @@
+"""Smoothing by the bi-Laplacian energy against its response, dense solutions and its own symmetries."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from pymeshfair.filters.diffusion.border import BORDER_POLICIES, BorderPolicy
+from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.fairing.energy import bilaplacian_smoothing, weight_of_detail_size
+from pymeshfair.filters.operators.cotangent import laplace_beltrami
+from pymeshfair.filters.topology import border_vertices
+from tests.meshes import AWKWARD, Floats, Ints, grid, icosphere, irregular_grid, noisy, two_spheres
+
+
+def normal_equations(vertices: Floats, faces: Ints, weight: float, features: Floats) -> tuple[Floats, Floats]:
+    """S M^-1 W S + w M as a dense matrix, and w M p."""
+    operator = laplace_beltrami(vertices, faces)
+    stiffness = -operator.stiffness.toarray()
+    matrix = stiffness @ np.diag(features / operator.mass) @ stiffness + weight * np.diag(operator.mass)
+    return matrix, weight * operator.mass[:, None] * vertices
+
+
+@pytest.mark.parametrize("border", BORDER_POLICIES)
+def test_detail_size_halves_a_plane_wave(border: BorderPolicy) -> None:
+    """A wave of length l comes out with half its amplitude: w / (w + omega^4) = 1/2; twice as long with 16/17."""
+    vertices, faces = grid(64, 64)
+    middle = int(np.flatnonzero((vertices[:, 0] == 32) & (vertices[:, 1] == 32))[0])
+    for length, kept in ((16.0, 1 / 2), (32.0, 16 / 17)):
+        wave = vertices.copy()
+        wave[:, 2] = 0.01 * np.cos(2 * np.pi * vertices[:, 0] / length)
+        result = bilaplacian_smoothing(wave, faces, detail_size=16.0, border=border)
+        # The discrete frequency is smaller than omega by (omega h)^2 / 24, 0.6 %, four times that in omega^4.
+        assert result[middle, 2] / wave[middle, 2] == pytest.approx(kept, abs=0.01)
+
+
+@pytest.mark.parametrize("edges", [0.5, 3.0, 20.0, 1000.0])
+def test_dense_solution(edges: float) -> None:
+    """The same as LAPACK's solution of the normal equations, with feature weights and without."""
+    vertices, faces = noisy(icosphere(3), 0.03)
+    weight = (0.15 * edges) ** -4.0
+    for features in (np.ones(len(vertices)), 0.3 + 0.7 * np.random.default_rng(0).random(len(vertices))):
+        matrix, right_side = normal_equations(vertices, faces, weight, features)
+        exact = vertices + np.linalg.solve(matrix, right_side - matrix @ vertices)
+        result = bilaplacian_smoothing(vertices, faces, weight=weight, feature_weights=features)
+        # LAPACK loses what the condition number says: 1e-16 (8 edges^2)^2.
+        assert np.abs(result - exact).max() < max(1e-10, 1e-14 * edges**4)
+
+
+@pytest.mark.parametrize("edges", [0.5, 3.0, 20.0])
+def test_the_normal_equations_hold_to_rounding(edges: float) -> None:
+    """|r| / (|A| |x| + |b|) <= 1e-13."""
+    vertices, faces = noisy(icosphere(3), 0.03)
+    weight = (0.15 * edges) ** -4.0
+    matrix, right_side = normal_equations(vertices, faces, weight, np.ones(len(vertices)))
+    result = bilaplacian_smoothing(vertices, faces, weight=weight)
+    residual = np.linalg.norm(right_side - matrix @ result)
+    assert residual <= 1e-13 * (np.linalg.norm(matrix, 2) * np.linalg.norm(result) + np.linalg.norm(right_side))
+
+
+@pytest.mark.parametrize("border", BORDER_POLICIES)
+def test_a_heavy_weight_returns_the_input(border: BorderPolicy) -> None:
+    """As w goes to infinity nothing moves; at infinity to the last bit."""
+    vertices, faces = noisy(irregular_grid(10, 12), 0.05)
+    moves = [np.abs(bilaplacian_smoothing(vertices, faces, weight=w, border=border) - vertices).max() for w in (1e4, 1e6, 1e8)]
+    assert moves[2] < 1.1e-2 * moves[1] < 1.3e-4 * moves[0]
+    assert np.array_equal(bilaplacian_smoothing(vertices, faces, weight=math.inf, border=border), vertices)
+
+
+def test_as_the_weight_vanishes_a_closed_component_keeps_its_centroid() -> None:
+    """The equations sum up to w sum M (p' - p) = 0, also where the energy alone leaves a component's place open."""
+    vertices, faces = noisy(two_spheres(), 0.02)
+    mass = laplace_beltrami(vertices, faces).mass
+    result = bilaplacian_smoothing(vertices, faces, detail_size=1e5)
+    half = len(vertices) // 2
+    for part in (slice(0, half), slice(half, None)):
+        centroid = np.average(vertices[part], axis=0, weights=mass[part])
+        assert np.abs(np.average(result[part], axis=0, weights=mass[part]) - centroid).max() < 1e-12
+        assert np.abs(result[part] - centroid).max() < 1e-6
+
+
+@pytest.mark.parametrize("border", ["fixed", "free"])
+def test_a_flat_sheet_stays(border: BorderPolicy) -> None:
+    """Linear functions bend nowhere inside, and the border of the sheet is no place to bend at."""
+    vertices, faces = irregular_grid(10, 12)
+    result = bilaplacian_smoothing(vertices, faces, detail_size=6.0, border=border)
+    assert np.abs(result - vertices).max() < 1e-11 * 12
+
+
+@pytest.mark.parametrize("border", BORDER_POLICIES)
+def test_held_vertices_keep_every_bit(border: BorderPolicy) -> None:
+    """Vertices that may not move do not, nor do border vertices under "fixed"; inner ones do."""
+    vertices, faces = noisy(grid(12, 12), 0.1)
+    movable = vertices[:, 0] > 4.0
+    result = bilaplacian_smoothing(vertices, faces, detail_size=5.0, border=border, movable=movable)
+    changed = (result != vertices).any(axis=1)
+    may = movable & ~border_vertices(faces, len(vertices)) if border == "fixed" else movable
+    assert not changed[~may].any()
+    assert changed[may & ~border_vertices(faces, len(vertices))].all()
+    assert changed[may].any()
+
+
+def test_the_result_turns_and_grows_with_the_mesh() -> None:
+    """Rotation commutes with it, and a scale s if detail_size grows by s."""
+    vertices, faces = noisy(icosphere(3), 0.03)
+    turn, _ = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))
+    plain = bilaplacian_smoothing(vertices, faces, detail_size=0.7)
+    assert np.abs(bilaplacian_smoothing(vertices @ turn.T, faces, detail_size=0.7) - plain @ turn.T).max() < 1e-11
+    large = bilaplacian_smoothing(1e12 * vertices, faces, detail_size=0.7e12)
+    assert np.abs(large - 1e12 * plain).max() < 1e-11 * 1e12
+
+
+@pytest.mark.parametrize("name", AWKWARD)
+def test_awkward_meshes_end_finite(name: str) -> None:
+    """Whatever the mesh, coordinates stay finite and vertices without a face keep every bit."""
+    vertices, faces = AWKWARD[name]()
+    extent = float(np.ptp(vertices, axis=0).max()) if len(vertices) else 1.0
+    result = bilaplacian_smoothing(vertices, faces, detail_size=0.3 * (extent or 1.0))
+    assert np.isfinite(result).all()
+    proper = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])]
+    loose = np.setdiff1d(np.arange(len(vertices)), proper)
+    assert np.array_equal(result[loose], vertices[loose])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({}, "give either detail_size or weight"),
+        ({"detail_size": 1.0, "weight": 1.0}, "give either detail_size or weight"),
+        ({"weight": 0.0}, "weight 0.0 is not above 0"),
+        ({"detail_size": -1.0}, "detail_size -1.0"),
+        ({"weight": 1.0, "border": "loose"}, "border 'loose'"),
+        ({"weight": 1.0, "feature_weights": np.full(25, -1.0)}, "feature_weights must be 25 finite values"),
+    ],
+)
+def test_wrong_arguments_are_named(arguments: dict[str, object], message: str) -> None:
+    """The message says which argument is wrong and what came."""
+    vertices, faces = grid(4, 4)
+    with pytest.raises(FilterInputError, match=message):
+        bilaplacian_smoothing(vertices, faces, **arguments)  # type: ignore[arg-type]
+
+
+def test_weight_of_detail_size() -> None:
+    """The weight is (2 pi / l)^4."""
+    assert weight_of_detail_size(2 * math.pi) == pytest.approx(1.0)
+    assert weight_of_detail_size(math.pi) == pytest.approx(16.0)
