@@ -106,7 +106,8 @@ def apply_coord_bilaplacian_smoothing(
     """
     if weight == 0.0 and detail_size == 0.0:
         raise FilterInputError("detail_size is 0 and so is weight: nothing to do; give one of them")
-    weights = _feature_weights(layer, features, feature_angle, feature_scalar)
+    before = 0.3 if features == "curvature" else 0.0
+    weights = _feature_weights(layer, features, feature_angle, feature_scalar, lambda done: progress(before * done))
     w = weight / max(layer.mean_edge**4, _SMALLEST) if weight else weight_of_detail_size(detail_size)
     vertices = bilaplacian_smoothing(
         layer.vertices,
@@ -115,7 +116,7 @@ def apply_coord_bilaplacian_smoothing(
         feature_weights=weights,
         border=border,
         movable=movable_vertices(layer, selected),
-        progress=progress,
+        progress=lambda done: progress(before + (1.0 - before) * done),
     )
     return Edit(vertices=vertices, values={"weight": w, **_displacement(layer.vertices, vertices)})
 
@@ -299,11 +300,11 @@ def meshing_bridge_rims_by_fairing(
     )
 
 
-def _feature_weights(layer: Layer, features: Features, angle: float, scalar: float) -> Floats | None:
+def _feature_weights(layer: Layer, features: Features, angle: float, scalar: float, progress: Progress) -> Floats | None:
     if features == "none":
         return None
     if features == "curvature":
-        return feature_weights(layer.vertices, layer.faces, feature_angle=angle)
+        return feature_weights(layer.vertices, layer.faces, feature_angle=angle, progress=progress)
     if not (layer.has_vertex_scalars and layer.vertex_scalars.any()):
         raise FilterInputError(
             "features='scalar' needs a vertex scalar, and that of the mesh is 0 everywhere: first compute one, such as a "

@@ -382,3 +382,30 @@ def test_numbers_tell_their_direction(declared: Filter) -> None:
     for parameter in declared.parameters:
         if parameter.rich_type in ("RichInt", "RichFloat", "RichDynamicFloat", "RichPercentage"):
             assert "Larger" in parameter.help or "More" in parameter.help, parameter.name
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [(REGION, {"iterations": 3}), (ENERGY, {"features": "curvature"}), (TANGENTIAL, {}), (BRIDGE, {})],
+    ids=[REGION, ENERGY, TANGENTIAL, BRIDGE],
+)
+def test_progress_is_told_and_may_stop_the_work(name: str, values: dict[str, Any]) -> None:
+    """The shares that are told lie between 0 and 1 and end near it; what the receiver raises comes out, and the mesh stays."""
+    mesh = noisy(two_tubes(24, 31), 0.01)
+    meshes = mesh_set(mesh)
+    select(meshes, "z > 1 && z < 2")
+    shares: list[float] = []
+    meshes.on_progress = shares.append
+    meshes.apply_filter(name, **values)
+    assert 0.0 <= min(shares) <= max(shares) <= 1.0
+    assert shares[-1] > 0.9
+
+    def stop(done: float) -> None:
+        raise KeyboardInterrupt
+
+    meshes = mesh_set(mesh)
+    select(meshes, "z > 1 && z < 2")
+    meshes.on_progress = stop
+    with pytest.raises(KeyboardInterrupt):
+        meshes.apply_filter(name, **values)
+    assert vertices_of(meshes).tobytes() == mesh[0].tobytes()
