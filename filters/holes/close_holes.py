@@ -154,7 +154,8 @@ _WHY: dict[Reason, str] = {
     "selection": ", none of whose vertices is selected",
     "outer": ": it is the outer border of an open sheet",
     "island": ": it is the border of an island that no triangulation joins to the hole around it",
-    "no_triangulation": ": every triangulation of it would have degenerate triangles or edges with more than two faces",
+    "no_triangulation": ": every triangulation of it would have triangles without area, as where its vertices coincide or lie "
+    "on a line, or edges with more than two faces",
 }
 
 

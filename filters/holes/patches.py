@@ -48,7 +48,6 @@ class Patches:
     def __init__(self, points: Floats, faces: Ints, rims: list[Rim]) -> None:
         """A mesh of which these rims may be closed."""
         self._points = points
-        self._faces = faces
         self._rings: OneRings = one_rings(faces, len(points))
         self._place = np.full(len(points), -1, dtype=np.int32)
         met = np.zeros(len(points), dtype=np.int32)
@@ -63,7 +62,7 @@ class Patches:
         """Triangulate and refine one more hole and the islands in it; False, and nothing is added, if that cannot be done."""
         outline = polygon(rim, islands, self._points)
         joined = joined_corners(outline.vertices, self._rings, self._place, self._links)
-        triangles = None if self._is_there(outline) else triangulate_polygon(outline, self._points, joined, progress)
+        triangles = None if _is_a_face(outline) else triangulate_polygon(outline, self._points, joined, progress)
         if triangles is None and refine and len(rim.vertices) > 3:
             # Edges that are there already are split by refinement, after which they are no longer doubled.
             triangles = triangulate_polygon(outline, self._points, np.zeros_like(joined), progress)
@@ -80,6 +79,8 @@ class Patches:
             forbidden[twice, twice] = True
         if refine:
             patch = refined_patch(patch, forbidden=forbidden)
+            # From now on no edge is to appear that another hole, which has its ends too, may have made meanwhile.
+            forbidden |= np.outer(self._shared[own], self._shared[own]) & ~np.eye(len(own), dtype=np.bool_)
         at_mesh = outline.opposite >= 0
         starts, ends = np.searchsorted(own, outline.vertices), np.searchsorted(own, np.roll(outline.vertices, -1))
         sides = np.column_stack([starts, ends, np.cumsum(at_mesh) - 1])[at_mesh].astype(np.int32)
@@ -127,14 +128,6 @@ class Patches:
             np.repeat(holes, [len(part) for part in faces[1:]]),
         )
 
-    def _is_there(self, outline: Polygon) -> bool:
-        """Whether the polygon is a triangle that the mesh has already."""
-        corners = np.sort(outline.vertices)
-        if len(corners) != 3:
-            return False
-        near = self._faces[(self._faces == corners[0]).any(axis=1)]
-        return bool((np.sort(near, axis=1) == corners).all(axis=1).any())
-
     def _lengths(self, own: Ints) -> Floats:
         """The mean length of the edges of the mesh at each of the vertices."""
         lengths = np.empty(len(own))
@@ -145,10 +138,15 @@ class Patches:
 
     def _note_links(self, own: Ints, patch: Patch) -> None:
         """Remember the edges of the patch between vertices that other holes have too: those must not make them again."""
+        shared = np.concatenate([self._shared[own], np.zeros(len(patch.points) - len(own), dtype=np.bool_)])
         for k in range(3):
             a, b = patch.triangles[:, k], patch.triangles[:, (k + 1) % 3]
-            both = (a < patch.n_rim) & (b < patch.n_rim)
+            both = shared[a] & shared[b]
             for i, j in zip(own[a[both]].tolist(), own[b[both]].tolist(), strict=True):
-                if self._shared[i] and self._shared[j]:
-                    self._links.setdefault(i, set()).add(j)
-                    self._links.setdefault(j, set()).add(i)
+                self._links.setdefault(i, set()).add(j)
+                self._links.setdefault(j, set()).add(i)
+
+
+def _is_a_face(outline: Polygon) -> bool:
+    """Whether the polygon is a triangle of the mesh, seen from behind."""
+    return len(outline.vertices) == 3 and bool(outline.opposite[0] == outline.vertices[2])

@@ -71,10 +71,14 @@ def refined_patch(patch: Patch, *, forbidden: Bools | None = None, density: floa
 
 def _split_diagonals(points: Floats, sizes: Floats, corners: Ints, n_rim: int, forbidden: Bools) -> tuple[Floats, Floats, Ints]:
     """A vertex in the middle of every edge inside the patch that joins two vertices of the rim, those in cracks excepted."""
-    rows = corners.tolist()
+    # The triangles with an edge between vertices of the rim, and no others, are taken apart.
+    concerned = (corners < n_rim).sum(axis=1) > 1
+    rows = corners[concerned].tolist()
     holder = {(row[k], row[(k + 1) % 3]): t for t, row in enumerate(rows) for k in range(3)}
     middles: list[tuple[int, int]] = []
     inner = [(a, b) for a, b in holder if a < n_rim and b < n_rim and (b, a) in holder]
+    if not inner:
+        return points, sizes, corners
     # Each from both sides, the second time it is split already.
     for a, b in inner:
         if (a, b) not in holder:
@@ -95,7 +99,7 @@ def _split_diagonals(points: Floats, sizes: Floats, corners: Ints, n_rim: int, f
     return (
         np.concatenate([points, points[ends].mean(axis=1)]),
         np.concatenate([sizes, sizes[ends].mean(axis=1)]),
-        np.array(rows, dtype=np.int32),
+        np.concatenate([corners[~concerned], np.array(rows, dtype=np.int32)]),
     )
 
 

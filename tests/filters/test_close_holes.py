@@ -234,7 +234,7 @@ def test_two_holes_that_share_a_vertex() -> None:
 
 
 def test_a_part_that_hangs_on_one_vertex_is_joined_all_round() -> None:
-    """A triangle in a hole that touches its rim in a corner is surrounded by new faces, and the corner has one closed ring again."""
+    """A triangle in a hole that touches its rim in a corner gets new faces all round; the corner has one closed ring again."""
     vertices, faces = icosphere(3)
     hub = 200
     kept = np.flatnonzero((faces == hub).any(axis=1))[0]
