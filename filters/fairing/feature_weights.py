@@ -11,8 +11,9 @@ from ..mesh import Floats, check_mesh
 from ..progress import Progress, ignore_progress
 from ..topology import face_adjacency
 
-# Filtered normals: wide enough for noise of a third of an edge, with edges of designed parts left sharp.
-_RANGE, _ITERATIONS = 0.45, 20
+# A kernel that leaves ridges of 45 degrees sharp and takes noise of a tenth of an edge for noise; one twice as wide would bear
+# noise of a fifth, and blur such ridges.
+_RANGE, _ITERATIONS = 0.25, 10
 
 
 def feature_weights(
@@ -27,9 +28,9 @@ def feature_weights(
     i.
 
     The weights for `bilaplacian_smoothing`: inverse to how far the surface bends within an edge. The curvature itself of a noisy
-    surface is mostly noise; so the angles are taken between face normals filtered bilaterally [zheng2011], which noise of up to
-    a third of an edge does not get through while ridges do. The smooth step of the eighth power leaves 1 where the surface bends
-    by half the angle, and next to nothing where it bends by twice.
+    surface is mostly noise; so the angles are taken between face normals filtered bilaterally [zheng2011], which noise of a tenth
+    of an edge does not get through while ridges do; of stronger noise some does, and is kept. The smooth step of the eighth power
+    leaves 1 where the surface bends by half the angle, and next to nothing where it bends by twice.
 
     Args:
         vertices: (n, 3) coordinates.
