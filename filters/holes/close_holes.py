@@ -13,7 +13,7 @@ from ..topology import connected_components
 from .filling import HoleFilling, OpenRim, Reason
 from .islands import holes_around, outer_borders
 from .patches import Patches
-from .rims import Rim, find_rims
+from .rims import Rim, find_rims, is_seam
 
 __all__ = ["HOLE_ENERGIES", "HoleEnergy", "HoleFilling", "OpenRim", "close_holes"]
 
@@ -72,14 +72,17 @@ def close_holes(
         FilterInputError: not a mesh, or a parameter out of range.
         ConvergenceError: the equations of fairing are too ill-conditioned to be solved.
     """
-    points, triangles = check_mesh(vertices, faces)
+    given, triangles = check_mesh(vertices, faces)
+    # By a power of two, which changes no digit: so that areas and their squares are ordinary numbers in any unit.
+    exponent = int(np.frexp(np.abs(given).max(initial=0.0))[1])
+    points = np.ldexp(given, -exponent)
     _check_choice("energy", energy, HOLE_ENERGIES)
     _check_choice("islands", islands, ("join", "leave"))
     _check_least("max_edges", max_edges, 3)
     _check_least("rounds", rounds, 1)
     wanted = _check_selected(selected, len(points))
     rims, left_open = find_rims(points, triangles)
-    holes, outer, unwanted = _sorted_out(rims, outer_borders(rims, points, triangles), max_edges, wanted)
+    holes, outer, unwanted = _sorted_out(rims, outer_borders(rims, points, triangles), points, max_edges, wanted)
     left_open += unwanted
     inside: dict[int, list[Rim]] = {}
     if islands == "join" and outer and holes:
@@ -111,7 +114,13 @@ def close_holes(
     left_open.sort(key=lambda rim: int(rim.vertices.min()))
     progress(1.0)
     return HoleFilling(
-        new_vertices, new_faces, hole_of_face, hole_of_vertex, tuple(closed), tuple(with_islands), tuple(left_open)
+        np.ldexp(new_vertices, exponent),
+        new_faces,
+        hole_of_face,
+        hole_of_vertex,
+        tuple(closed),
+        tuple(with_islands),
+        tuple(left_open),
     )
 
 
@@ -133,13 +142,15 @@ def _fair(patches: Patches, points: Floats, faces: Ints, energy: Energy, rounds:
 
 
 def _sorted_out(
-    rims: list[Rim], is_outer: list[bool], max_edges: int, selected: Bools
+    rims: list[Rim], is_outer: list[bool], points: Floats, max_edges: int, selected: Bools
 ) -> tuple[list[Rim], list[Rim], list[OpenRim]]:
     """The rims of holes to close, the outer borders, and the others with the reason."""
     holes, outer, unwanted = [], [], []
     for rim, outside in zip(rims, is_outer, strict=True):
         if len(rim.vertices) > max_edges:
             unwanted.append(_left(rim, "size", f", more than {max_edges}"))
+        elif is_seam(rim, points):
+            unwanted.append(_left(rim, "seam"))
         elif outside:
             outer.append(rim)
         elif not selected[rim.vertices].any():
@@ -154,6 +165,7 @@ _WHY: dict[Reason, str] = {
     "selection": ", none of whose vertices is selected",
     "outer": ": it is the outer border of an open sheet",
     "island": ": it is the border of an island that no triangulation joins to the hole around it",
+    "seam": ": its two sides are in the same places, so merge close vertices",
     "no_triangulation": ": every triangulation of it would have triangles without area, as where its vertices coincide or lie "
     "on a line, or edges with more than two faces",
 }

@@ -5,10 +5,10 @@ from typing import Literal, NamedTuple, TypeAlias
 from ..mesh import Floats, Ints
 
 #: Why a rim was left open. "size": it has more edges than asked for. "selection": none of its vertices is selected. "outer": it
-#: is the outer border of an open sheet. "island": so it is, and lies in a hole that could not be joined to it.
-#: "orientation": faces at it are not coherently oriented. "non_manifold": an edge with more than two faces ends at it.
-#: "no_triangulation": any triangulation would have degenerate triangles or edges with more than two faces.
-Reason: TypeAlias = Literal["size", "selection", "outer", "island", "orientation", "non_manifold", "no_triangulation"]
+#: is the outer border of an open sheet. "island": so it is, and lies in a hole that could not be joined to it. "seam": its two
+#: sides coincide. "orientation": faces at it are not coherently oriented. "non_manifold": an edge with more than two faces ends
+#: at it. "no_triangulation": any triangulation would have degenerate triangles or edges with more than two faces.
+Reason: TypeAlias = Literal["size", "selection", "outer", "island", "seam", "orientation", "non_manifold", "no_triangulation"]
 
 
 class OpenRim(NamedTuple):

@@ -16,6 +16,7 @@ _GAIN = 1e-7
 # Triangles between vertices of the rim whose height is below this share of the size there get no vertex on an edge: between the
 # sides of a crack there is no room for one to move.
 _CRACK = 0.25
+_THINNEST = 1e-7  # doubled area by summed squares of two sides; no flip makes such a triangle
 _MOST_ROUNDS = 60
 _MOST_SWEEPS = 200
 
@@ -193,6 +194,16 @@ def _angle(points: Floats, a: int, b: int, c: int) -> float:
 
 
 @njit(cache=True)
+def _is_thin(points: Floats, a: int, b: int, c: int) -> bool:
+    """Whether a triangle has next to no area for its sides."""
+    ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
+    vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    squares = ux * ux + uy * uy + uz * uz + vx * vx + vy * vy + vz * vz
+    return not nx * nx + ny * ny + nz * nz > (_THINNEST * squares) ** 2
+
+
+@njit(cache=True)
 def _facing(points: Floats, a: int, b: int, c: int, d: int, e: int, f: int) -> float:
     """The cosine of the angle between the normals of two triangles, times their doubled areas."""
     ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
@@ -224,6 +235,8 @@ def _flip(points: Floats, corners: Ints, across: Ints, forbidden: Bools, t: int,
     # The new triangles must not be folded over each other, unless the old ones are so and more.
     after = _facing(points, a, d, c, d, b, c)
     if after <= 0.0 and after < _facing(points, a, b, c, b, a, d):
+        return False
+    if _is_thin(points, a, d, c) or _is_thin(points, d, b, c):
         return False
     n = forbidden.shape[0]
     if (c < n and forbidden[c, c]) or (d < n and forbidden[d, d]) or (c < n and d < n and forbidden[c, d]):

@@ -57,6 +57,13 @@ def find_rims(vertices: Floats, faces: Ints) -> tuple[list[Rim], list[OpenRim]]:
     return rims, _refused(rest, starts, ends, bad, non_manifold)
 
 
+def is_seam(rim: Rim, vertices: Floats) -> bool:
+    """Whether half of the rim's vertices and more lie where another of them lies: two sides that were never merged."""
+    own = np.unique(rim.vertices)
+    _, counts = np.unique(vertices[own], axis=0, return_counts=True)
+    return 2 * int(counts[counts > 1].sum()) >= len(own)
+
+
 def _faces_at(border: Ints, faces: Ints, n_vertices: int) -> Ints:
     """The triangles with a vertex on the border."""
     on_border = np.zeros(n_vertices, dtype=np.bool_)

@@ -274,6 +274,20 @@ def test_a_non_manifold_border_is_left_and_the_others_are_closed() -> None:
     assert "more than two faces" in filling.left_open[0].message
 
 
+def test_a_seam_that_was_never_merged_is_left() -> None:
+    """A sphere in two halves that do not share the vertices between them but for two: triangles there would have no area."""
+    vertices, faces = icosphere(2)
+    upper = vertices[faces].mean(axis=1)[:, 1] > 0.0
+    between = np.setdiff1d(np.intersect1d(faces[upper], faces[~upper]), [0])[1:]
+    copies = np.arange(len(vertices), dtype=np.int32)
+    copies[between] = len(vertices) + np.arange(len(between))
+    split = np.where(upper[:, None], copies[faces], faces)
+    filling = close_holes(np.concatenate([vertices, vertices[between]]), split)
+    assert filling.closed == ()
+    assert {rim.reason for rim in filling.left_open} == {"seam"}
+    assert "merge" in filling.left_open[0].message
+
+
 def test_a_whole_sheet_stays_open() -> None:
     """The border of a sheet is above `max_edges`, or if it is not, it is an outer border."""
     assert [rim.reason for rim in close_holes(*grid(8, 9), max_edges=20).left_open] == ["size"]
@@ -328,6 +342,14 @@ def test_the_filling_moves_with_the_mesh() -> None:
     expected = (filling.new_vertices @ turn.T) * 1e3 + shift
     # The equations have a condition of some 1e6 in the squared operator.
     assert np.abs(moved.new_vertices - expected).max() < 1e-9 * diagonal(expected)
+
+
+@pytest.mark.parametrize("exponent", [-400, 400])
+def test_the_filling_does_not_depend_on_the_unit(exponent: int) -> None:
+    """Multiplied by a power of two, 1e120 or 1e-120, the mesh gets the same filling to the bit, times that."""
+    vertices, faces = rough()
+    scaled = close_holes(np.ldexp(vertices, exponent), faces)
+    assert np.array_equal(scaled.new_vertices, np.ldexp(close_holes(vertices, faces).new_vertices, exponent))
 
 
 def test_the_filling_does_not_depend_on_the_numbering() -> None:
