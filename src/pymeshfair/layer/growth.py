@@ -93,10 +93,11 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
 
 def _seed(bench: Workbench, mesh: Any, may_seed: Bools) -> tuple[int, bool]:
     """A face that is a polygon by itself, preferably, and whether the mesh has lost its polygons because there is none."""
-    polygons = mesh.polygonal_face_list()
-    if len(polygons) == mesh.face_number():
+    # Every edge has a length now, so edges within polygons make a difference. A list of polygons takes far more memory.
+    told = bench.apply("get_geometric_measures")
+    if told["total_edge_inc_faux_length"] == told["total_edge_length"]:
         return int(may_seed.argmax()), False
-    triangles = {tuple(sorted(polygon.tolist())) for polygon in polygons if len(polygon) == 3}
+    triangles = {tuple(sorted(polygon.tolist())) for polygon in mesh.polygonal_face_list() if len(polygon) == 3}
     faces = np.sort(read_array(mesh, "faces"), axis=1)
     for face in np.flatnonzero(may_seed):
         if tuple(faces[face].tolist()) in triangles:

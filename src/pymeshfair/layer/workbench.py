@@ -32,15 +32,16 @@ class Workbench:
         self.verbose = False
         self.tells_parameters = False
 
-    def apply(self, filter_name: str, /, **parameters: Any) -> None:
-        """Apply a filter of MeshLab to the current layer."""
+    def apply(self, filter_name: str, /, **parameters: Any) -> dict[str, Any]:
+        """Apply a filter of MeshLab to the current layer; what it reports."""
         with self._silence():
             try:
-                pymeshlab.MeshSet.apply_filter(self.meshset, filter_name, **parameters)
+                told: dict[str, Any] = pymeshlab.MeshSet.apply_filter(self.meshset, filter_name, **parameters)
             except Exception:
                 after_failure(self.meshset, verbose=False)
                 raise
         pymeshlab.MeshSet.clear_filter_script(self.meshset)
+        return told
 
     @contextmanager
     def helper_layer(self, mesh: Any) -> Iterator[int]:
