@@ -25,7 +25,7 @@ def run_process(
     return subprocess.run(
         [*COMMAND, *map(str, arguments)],
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         timeout=timeout,
         env={**os.environ, **(environment or {})},
     )
