@@ -3,10 +3,11 @@
     python benchmarks/fairing.py [FREE ...] [--rounds N] [--agree FREE] [--energy VERTICES] [--without-cgal]
 
 Everything is timed on arrays in memory. For every number of FREE vertices (10,000 by default), a patch of that many in the middle
-of a bent irregular sheet of ten times as many is faired at order 1, 2 and 3, by us (extraction included), by libigl's `harmonic` on the same patch, and at order 2 by CGAL's `fair` (the call alone, without building its polyhedron). Then how the time
-depends on the mesh around the patch; how far two solvers are apart on --agree free vertices (100,000), their backward errors and
-corrections; and an energy smoothing of --energy vertices (100,000). Ends with 1 if CGAL is less than twice as slow at order 2, if
-the solvers differ by more than 1e-8 (order 3: 1e-5) of the diagonal, or if a backward error is above 1e-13.
+of a bent irregular sheet of ten times as many is faired at order 1, 2 and 3, by us (extraction of the region included), by
+libigl's `harmonic` on the same patch, and at order 2 by CGAL's `fair` (the call alone, without building its polyhedron). Then how
+the time depends on the mesh around the patch; how far two solvers are apart on --agree free vertices (100,000), their backward
+errors and corrections; and an energy smoothing of --energy vertices (100,000). Ends with 1 if CGAL is less than twice as slow at
+order 2, if the solvers differ by more than 1e-8 (order 3: 1e-5) of the diagonal, or if a backward error is above 1e-13.
 """
 
 from __future__ import annotations
