@@ -83,7 +83,7 @@ def apply_coord_bilaplacian_smoothing(
             help="For 'curvature', the angle between neighbouring triangles, in degrees, at which a ridge counts half; noise is "
             "filtered out before. Larger spares sharper ridges alone.",
         ),
-    ] = 20.0,
+    ] = 30.0,
     feature_scalar: Annotated[
         float,
         Float(

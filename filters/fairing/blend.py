@@ -180,6 +180,9 @@ def _strip(points: Floats, low: Ints, high: Ints) -> Ints:
 
 def _spans(first: Floats, second: Floats) -> tuple[tuple[Ints, Ints], float]:
     """The ends of the spans, a + b of them, in the loops (a, 3) and (b, 3); and the sum of their squared lengths."""
+    low = np.minimum(first.min(axis=0), second.min(axis=0))
+    extent = max(float((first - low).max()), float((second - low).max())) or 1.0
+    first, second = (first - low) / extent, (second - low) / extent  # whose squares are ordinary numbers
     nearest, index = cKDTree(second).query(first)
     i, j = int(nearest.argmin()), int(index[nearest.argmin()])
     path, cost = _shortest(np.roll(first, -i, axis=0), np.roll(second, -j, axis=0))

@@ -50,7 +50,7 @@ class MeshSet(ScriptedMeshSet):
         detail_size: LengthLike = "6edge",
         weight: float = 0.0,
         features: Literal["none", "curvature", "scalar"] = "none",
-        feature_angle: float = 20.0,
+        feature_angle: float = 30.0,
         feature_scalar: float = 1.0,
         border: Literal["fixed", "along", "free"] = "along",
         selected: bool = False,

@@ -140,6 +140,15 @@ def test_the_band_turns_and_grows_with_the_mesh() -> None:
     np.testing.assert_allclose(moved.vertices, 100 * plain.vertices @ turn.T + [5.0, 6.0, 7.0], rtol=0, atol=1e-8)
 
 
+@pytest.mark.parametrize("unit", [1e-100, 1e-30, 1e30, 1e100])
+def test_any_unit_will_do(unit: float) -> None:
+    """Parts in other units get the same triangles, and vertices that differ by the unit."""
+    vertices, faces = noisy(two_tubes(24, 31), 0.01)
+    plain, other = blend_parts(vertices, faces), blend_parts(unit * vertices, faces)
+    np.testing.assert_array_equal(other.faces, plain.faces)
+    np.testing.assert_allclose(other.vertices / unit, plain.vertices, rtol=0, atol=1e-9)
+
+
 def test_the_rims_are_those_nearest_each_other() -> None:
     """Of the four rims of two tubes the facing two are found, whatever the order of vertices and faces."""
     vertices, faces, _ = renumbered(two_tubes(), seed=4)

@@ -164,8 +164,8 @@ def test_features_are_found_or_given() -> None:
     vertices, faces = noisy(fine_cube(), 0.01)
     scalars = (np.abs(vertices - 0.5) > 0.45).sum(axis=1).astype(float)
     for values, weights in (
-        ({"features": "curvature"}, feature_weights(vertices, faces)),
-        ({"features": "curvature", "feature_angle": 40.0}, feature_weights(vertices, faces, feature_angle=40.0)),
+        ({"features": "curvature"}, feature_weights(vertices, faces, feature_angle=30.0)),
+        ({"features": "curvature", "feature_angle": 20.0}, feature_weights(vertices, faces, feature_angle=20.0)),
         ({"features": "scalar", "feature_scalar": 0.5}, scalar_feature_weights(scalars, half=0.5)),
     ):
         meshes = mesh_set((vertices, faces), v_scalar_array=scalars)
