@@ -34,16 +34,17 @@ class WalkableSurface(NamedTuple):
         corners = vertex_corners(faces, len(points))
         return cls(points, faces, corners.offsets, np.ascontiguousarray(corners.corners[:, 0]))
 
-    def closest(self, queries: Floats, start: Ints) -> tuple[Floats, Ints, Floats]:
+    def closest(self, queries: Floats, start: Ints, enough: float = 0.0) -> tuple[Floats, Ints, Floats]:
         """The (q, 3) points nearest to the queries, their faces, and the distances.
 
         From the given face each walk goes on to the nearest of the faces that share a vertex with it until none is nearer: no
-        other sheet of the surface is jumped to. The distance is never less than that to the whole surface.
+        other sheet of the surface is jumped to. The distance is never less than that to the whole surface. A walk also ends where the
+        distance is at most `enough`.
         """
         found, faces = np.empty_like(queries), np.array(start, dtype=np.int32)
         distances = np.empty(len(queries))
         with threads_for(len(queries)):
-            _walk(self.points, self.faces, self.offsets, self.around, queries, found, faces, distances)
+            _walk(self.points, self.faces, self.offsets, self.around, queries, enough * enough, found, faces, distances)
         return found, faces, distances
 
 
@@ -78,7 +79,15 @@ def _closest_on_triangle(points: Floats, a: int, b: int, c: int, x: float, y: fl
 
 @njit(cache=True, parallel=True)
 def _walk(
-    points: Floats, faces: Ints, offsets: Longs, around: Ints, queries: Floats, found: Floats, at: Ints, distances: Floats
+    points: Floats,
+    faces: Ints,
+    offsets: Longs,
+    around: Ints,
+    queries: Floats,
+    enough: float,
+    found: Floats,
+    at: Ints,
+    distances: Floats,
 ) -> None:
     for q in prange(queries.shape[0]):
         x, y, z = queries[q, 0], queries[q, 1], queries[q, 2]
@@ -86,6 +95,8 @@ def _walk(
         nx, ny, nz = _closest_on_triangle(points, faces[face, 0], faces[face, 1], faces[face, 2], x, y, z)
         best = (nx - x) ** 2 + (ny - y) ** 2 + (nz - z) ** 2
         for _ in range(_LONGEST_WALK):
+            if best <= enough:
+                break
             here = face
             for k in range(3):
                 vertex = faces[here, k]

@@ -162,12 +162,12 @@ class _Surface:
         faces = self.faces[checked]
         a, b, c = (points[faces[:, k]] for k in range(3))
         normals = face_normals(points, np.ascontiguousarray(faces))
-        _, under, far = self._walkable.closest((a + b + c) / 3.0, at[faces[:, 0]])
+        _, under, far = self._walkable.closest((a + b + c) / 3.0, at[faces[:, 0]], self._allowed)
         harmed = np.einsum("ij,ij->i", normals, before[checked]) < _LEAST_COSINE
         harmed |= np.einsum("ij,ij->i", normals, self._normals[under]) < _LEAST_COSINE
         harmed |= far > self._allowed
         for first, second, corner in ((a, b, 0), (b, c, 1), (c, a, 2)):
-            harmed |= self._walkable.closest((first + second) / 2.0, at[faces[:, corner]])[2] > self._allowed
+            harmed |= self._walkable.closest((first + second) / 2.0, at[faces[:, corner]], self._allowed)[2] > self._allowed
         return np.asarray(harmed)
 
 

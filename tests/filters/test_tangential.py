@@ -41,7 +41,7 @@ def hausdorff(from_mesh: Mesh, to_mesh: Mesh) -> float:
         samplevert=True,
         sampleedge=True,
         sampleface=True,
-        samplenum=10 * len(from_mesh[0]),
+        samplenum=3 * len(from_mesh[0]),
         maxdist=pymeshlab.PercentageValue(50),
     )
     return float(found["max"])
