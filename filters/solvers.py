@@ -1,5 +1,6 @@
 """Sparse symmetric positive definite systems with a few right-hand sides: `solve_spd` for one, `SpdSolver` for several in a
-row with one matrix, `Factorisation` for many or for exactness.
+row with one matrix, `Factorisation` for many or for exactness, `refined_solution` for powers of Laplace operators, whose
+conditioning leaves few digits to any other.
 
 Three methods, and what (M - t C) x = b costs with each: seconds of one thread to set up + to solve for three right-hand sides
 to an error of 1e-11 of the diagonal, on a bunny of 100,000 vertices with noise of 0.15 edges, t = (c mean edges)^2.

@@ -38,8 +38,8 @@ class WalkableSurface(NamedTuple):
         """The (q, 3) points nearest to the queries, their faces, and the distances.
 
         From the given face each walk goes on to the nearest of the faces that share a vertex with it until none is nearer: no
-        other sheet of the surface is jumped to. The distance is never less than that to the whole surface. A walk also ends where the
-        distance is at most `enough`.
+        other sheet of the surface is jumped to. The distance is never less than that to the whole surface. A walk also ends
+        where the distance is at most `enough`.
         """
         found, faces = np.empty_like(queries), np.array(start, dtype=np.int32)
         distances = np.empty(len(queries))

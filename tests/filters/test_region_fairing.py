@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import igl
+import numba
 import numpy as np
 import pytest
 from scipy import sparse
@@ -219,3 +220,28 @@ def test_wrong_arguments_are_named(change: dict[str, object], message: str) -> N
     arguments: dict[str, object] = {"free": np.ones(len(vertices), dtype=bool), **change}
     with pytest.raises(FilterInputError, match=message):
         fair_region(vertices, faces, **arguments)  # type: ignore[arg-type]
+
+
+def test_a_raising_progress_stops_the_factorisation() -> None:
+    """What `progress` raises while the factors are made in another thread comes out, and soon."""
+    (vertices, faces), inside = rough_patch(109)
+
+    def stop(_: float) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fair_region(vertices, faces, inside, energy="minimum_variation", progress=stop)
+
+
+def test_the_same_bits_for_any_number_of_threads() -> None:
+    """Nothing is summed up in an order that depends on threads."""
+    (vertices, faces), inside = rough_patch(60)
+    allowed = numba.get_num_threads()
+    results = []
+    for threads in (1, allowed):
+        numba.set_num_threads(threads)
+        try:
+            results.append(fair_region(vertices, faces, inside).vertices)
+        finally:
+            numba.set_num_threads(allowed)
+    assert np.array_equal(*results)
