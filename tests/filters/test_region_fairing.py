@@ -244,4 +244,4 @@ def test_the_same_bits_for_any_number_of_threads() -> None:
             results.append(fair_region(vertices, faces, inside).vertices)
         finally:
             numba.set_num_threads(allowed)
-    assert np.array_equal(*results)
+    assert np.array_equal(results[0], results[1])
