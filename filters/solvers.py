@@ -311,7 +311,6 @@ def refined_solution(
     scale = system.scale[:, None]
     solve = method if callable(method) else _scaled_factors(system, method, progress)
     x = np.array(start, dtype=np.float64)
-    right_side = residual(np.zeros_like(x))
     before, steps = np.inf, 0
     while True:
         correction = solve(residual(x))
@@ -325,8 +324,9 @@ def refined_solution(
         before, steps = moved, steps + 1
     if not moved <= _UNREFINED * extent:
         raise ConvergenceError(f"refinement of {len(x)} equations stalls at corrections of {moved / extent:.3g} of the extent")
-    size = system.norm * _length(x / scale) + _length(scale * right_side)
-    backward = _length(scale * residual(x)) / size if size > 0.0 else 0.0
+    left_over = residual(x)
+    size = system.norm * _length(x / scale) + _length(scale * (left_over + system.matrix @ x))
+    backward = _length(scale * left_over) / size if size > 0.0 else 0.0
     return RefinedSolution(x, backward, moved, steps)
 
 
