@@ -188,13 +188,18 @@ def test_normals_are_derived_when_a_filter_asks_for_them(write_backs: list[Edit]
 def test_everything_asked_of_the_mesh_set_is_up_to_date(tmp_path: Path) -> None:
     """Whatever is asked of the mesh set during a deferral is answered as if nothing had been put off."""
     moved = icosphere(2)[0] + 1.0
+
+    def saved(meshes: MeshSet) -> Any:
+        meshes.save_current_mesh(str(tmp_path / "a.ply"))
+        return _loaded(tmp_path / "a.ply")
+
     asks: list[Callable[[MeshSet], Any]] = [
         lambda meshes: meshes.current_mesh().vertex_matrix(),
         lambda meshes: meshes.mesh(0).vertex_matrix(),
         lambda meshes: meshes[0].vertex_matrix(),
         lambda meshes: next(iter(meshes)).vertex_matrix(),
         lambda meshes: (meshes.add_mesh(pymeshlab.Mesh(*icosphere(0)), set_as_current=False), meshes[0].vertex_matrix())[1],
-        lambda meshes: (meshes.save_current_mesh(str(tmp_path / "a.ply")), _loaded(tmp_path / "a.ply"))[1],
+        saved,
     ]
     for ask in asks:
         meshes = ball()
