@@ -35,6 +35,9 @@ CURVE_WEIGHTS: tuple[CurveWeights, ...] = get_args(CurveWeights)
 CurveBorder: TypeAlias = Literal["fixed", "free"]
 CURVE_BORDERS: tuple[CurveBorder, ...] = get_args(CurveBorder)
 
+# Detail sizes in a box of size 1 outside these do what they do: nothing, and all there is to do. Squared they are numbers.
+_SMALLEST_SIZE, _LARGEST_SIZE = 1e-100, 1e50
+
 
 def curve_smoothing(
     vertices: ArrayLike,
@@ -113,9 +116,8 @@ def curve_smoothing(
     start = enter(gathered, frame)
     with threads_for(len(points)):
         if method == "implicit":
-            time, operator = _time_and_operator(weights, time_step, detail_size, int(iterations))
-            scaled = time * frame.scale * frame.scale if operator == "scale_dependent" else time
-            now = _implicit(start, pairs, rings, operator, scaled, int(iterations), moves, progress)
+            time, operator = _time_and_operator(weights, time_step, detail_size, frame.scale, int(iterations))
+            now = _implicit(start, pairs, rings, operator, time, int(iterations), moves, progress)
         else:
             if time_step is not None or detail_size is not None:
                 raise FilterInputError(f"time_step and detail_size are for the method 'implicit'; {method!r} takes a step")
@@ -140,14 +142,19 @@ def _steps(method: CurveMethod, step: float, mu: float, pass_band: float | None)
 
 
 def _time_and_operator(
-    weights: CurveWeights, time_step: float | None, detail_size: float | None, iterations: int
+    weights: CurveWeights, time_step: float | None, detail_size: float | None, scale: float, iterations: int
 ) -> tuple[float, OperatorName]:
+    """The time step in the frame of that scale, and the operator that it is for."""
     if (time_step is None) == (detail_size is None):
         raise FilterInputError("the method 'implicit' takes either a time_step or a detail_size")
     if detail_size is not None:
         if weights != "inverse_length":
             raise FilterInputError("uniform weights know no lengths: give a time_step, or weights='inverse_length' a detail_size")
-        return time_step_of_detail_size(detail_size, iterations=iterations), "scale_dependent"
+        if not (math.isfinite(detail_size) and detail_size > 0.0):
+            raise FilterInputError(f"detail_size {detail_size} is not finite and above 0")
+        # Scaled before it is squared, which neither overflows nor vanishes then.
+        size = min(max(detail_size * scale, _SMALLEST_SIZE), _LARGEST_SIZE)
+        return time_step_of_detail_size(size, iterations=iterations), "scale_dependent"
     assert time_step is not None
     if not (math.isfinite(time_step) and time_step >= 0.0):
         raise FilterInputError(f"time_step {time_step} is not finite and at least 0")

@@ -280,6 +280,28 @@ def test_a_detail_size_is_a_time_of_the_second_derivative_by_arc_length() -> Non
     np.testing.assert_allclose(by_size, by_time, rtol=0, atol=1e-13)
 
 
+@pytest.mark.parametrize("exponent", [-900, -665, 665, 900])
+def test_a_detail_size_is_a_length_however_small_or_large_the_curve(exponent: int) -> None:
+    """Times a power of two the curve and the detail size give the curve times that power, to the bit, where squares are none."""
+    vertices, edges = noise(20), np.concatenate([ring(20), [[0, 10]]]).astype(np.int32)
+    size = 2.0**exponent
+    for pairs in (edges, ring(20)):
+        expected = curve_smoothing(vertices, pairs, method="implicit", weights="inverse_length", detail_size=2.0)
+        found = curve_smoothing(vertices * size, pairs, method="implicit", weights="inverse_length", detail_size=2.0 * size)
+        np.testing.assert_array_equal(found, expected * size)
+
+
+def test_detail_sizes_beyond_all_measure() -> None:
+    """One of 1e-300 moves nothing; one of 1e300 leaves what the largest ordinary one leaves."""
+    vertices = noise(20)
+    nothing, all_there_is, most = (
+        curve_smoothing(vertices, ring(20), method="implicit", weights="inverse_length", detail_size=size)
+        for size in (1e-300, 1e300, 1e40)
+    )
+    np.testing.assert_allclose(nothing, vertices, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(all_there_is, most, rtol=0, atol=1e-13)
+
+
 @pytest.mark.parametrize("weights", CURVE_WEIGHTS)
 def test_explicit_and_implicit_steps_agree_to_first_order(weights: Any) -> None:
     """A short step differs between the two by t^2 |L^2 p| at most: by a quarter for half the step."""
