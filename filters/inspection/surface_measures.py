@@ -11,7 +11,10 @@ from typing import TypeAlias
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components as connected_parts
 
+from ..mesh import check_edges
 from ..outliers.neighbours import nearest_neighbours
 from ..topology import check_mesh, connected_components, edge_face_counts, edge_lengths, face_adjacency, referenced_vertices
 
@@ -25,23 +28,24 @@ class SurfaceMeasures:
     """The measures of one mesh; lengths in mesh units, areas and volumes in their square and cube, angles in degrees.
 
     A measure is None where it is not defined: the volume of a mesh with a border, the edges of a point cloud. A face that names
-    a vertex twice counts in `faces` and `degenerate_faces` and nowhere else.
+    a vertex twice counts in `faces` and `degenerate_faces` and nowhere else. Edges of polylines are measured in meshes without
+    faces; beside faces they are references alone.
 
     Attributes:
         vertices: all of them.
         faces: all of them.
-        edges: pairs of vertices that a face joins, each once.
-        unreferenced_vertices: vertices that no face uses.
+        edges: pairs of vertices that a face joins, or in a mesh without faces an edge of a polyline, each once.
+        unreferenced_vertices: vertices that no face and no edge uses.
         degenerate_faces: faces of no area: a vertex named twice, coincident vertices, three vertices on a line. They are left
             out of `roughness` and count as 0 in `triangle_quality`.
         border_edges: edges with exactly one face.
         non_manifold_edges: edges with more than two faces.
         non_manifold_vertices: vertices of a non-manifold edge, and those whose faces form more than one fan, such as the tip
             where two cones touch.
-        components: parts that no face connects; vertices without a face are none.
+        components: parts that no face connects, or in a mesh without faces no edge; vertices without a face or edge are none.
         closed: there are faces and every edge has two.
         oriented: at every edge with two faces they run along it in opposite directions, so that they agree on the outside.
-        euler_characteristic: referenced vertices - edges + faces.
+        euler_characteristic: vertices of those edges - edges + faces.
         genus: the number of handles, all components together: components - euler_characteristic / 2. Only for closed, oriented
             meshes without non-manifold vertices.
         diagonal: of the bounding box of all vertices.
@@ -53,7 +57,8 @@ class SurfaceMeasures:
             way the faces are oriented does not matter.
         triangle_quality: the mean of l / (sqrt(3) R) over the faces, l the shortest edge and R the circumradius: 1 if all are
             equilateral, towards 0 for slivers.
-        mean_spacing: the mean distance from a point to its nearest neighbour; only for point clouds of two points or more.
+        mean_spacing: the mean distance from a point to its nearest neighbour; only for two points or more and neither face nor
+            edge.
     """
 
     vertices: int
@@ -78,12 +83,14 @@ class SurfaceMeasures:
     mean_spacing: float | None
 
 
-def surface_measures(vertices: ArrayLike, faces: ArrayLike) -> SurfaceMeasures:
-    """Measure a triangle mesh, or a point cloud if there are no faces.
+def surface_measures(vertices: ArrayLike, faces: ArrayLike, *, edges: ArrayLike = ()) -> SurfaceMeasures:
+    """Measure a triangle mesh, or if there are no faces polylines, or a point cloud.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) indices of vertices.
+        edges: (e, 2) indices of vertices, the edges of polylines. One from a vertex to itself makes that vertex a used one and
+            counts for nothing else.
 
     Raises:
         FilterInputError: a coordinate that is not finite, or an index that names no vertex.
@@ -95,7 +102,7 @@ def surface_measures(vertices: ArrayLike, faces: ArrayLike) -> SurfaceMeasures:
     a, b, c = triangles.T
     proper = triangles[(a != b) & (b != c) & (c != a)]
     pairs, face_counts = edge_face_counts(proper)
-    unreferenced = n_vertices - int(referenced_vertices(proper, n_vertices).sum())
+    used = referenced_vertices(proper, n_vertices)
     components = connected_components(proper, n_vertices)[1]
     neighbours, shared = face_adjacency(proper)
 
@@ -103,7 +110,15 @@ def surface_measures(vertices: ArrayLike, faces: ArrayLike) -> SurfaceMeasures:
     pinched = _fans(proper, neighbours, shared, n_vertices) > 1
     pinched[pairs[face_counts > 2]] = True
     closed = len(proper) > 0 and border == 0 and crowded == 0
-    euler = n_vertices - unreferenced - len(pairs) + len(proper)
+
+    segments = check_edges(edges, n_vertices)
+    if n_faces == 0:
+        ordered = np.sort(segments[segments[:, 0] != segments[:, 1]], axis=1)
+        pairs = np.unique(ordered, axis=0)
+        used[pairs] = True
+        components = _components_of_curves(pairs, used)
+    euler = int(used.sum()) - len(pairs) + len(proper)
+    used[segments] = True
 
     normals, doubled, quality = _measure_faces(points, proper)
     angles, agree = _measure_edges(proper, normals, neighbours, shared)
@@ -113,7 +128,7 @@ def surface_measures(vertices: ArrayLike, faces: ArrayLike) -> SurfaceMeasures:
         vertices=n_vertices,
         faces=n_faces,
         edges=len(pairs),
-        unreferenced_vertices=unreferenced,
+        unreferenced_vertices=n_vertices - int(used.sum()),
         degenerate_faces=n_faces - int((doubled > 0).sum()),
         border_edges=border,
         non_manifold_edges=crowded,
@@ -129,8 +144,18 @@ def surface_measures(vertices: ArrayLike, faces: ArrayLike) -> SurfaceMeasures:
         mean_edge=float(lengths.mean()) * scale if len(lengths) else None,
         roughness=_roughness(angles),
         triangle_quality=float(quality.sum()) / n_faces if n_faces else None,
-        mean_spacing=float(nearest_neighbours(points, 1)[0].mean()) * scale if n_faces == 0 and n_vertices > 1 else None,
+        mean_spacing=float(nearest_neighbours(points, 1)[0].mean()) * scale
+        if n_faces == len(segments) == 0 and n_vertices > 1
+        else None,
     )
+
+
+def _components_of_curves(pairs: Ints, used: Bools) -> int:
+    """The number of parts that the edges connect; vertices that are not `used` are none."""
+    if not len(pairs):
+        return 0
+    graph = csr_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(used), len(used)))
+    return int(connected_parts(graph, directed=False)[0]) - int((~used).sum())
 
 
 def _centred(points: Floats) -> tuple[Floats, float]:

@@ -270,6 +270,27 @@ def test_against_meshlab(name: str) -> None:
     assert found.area == pytest.approx(told["surface_area"], rel=1e-7)
 
 
+def test_polylines() -> None:
+    """A square of side 2 and a segment of length 3 besides a stray vertex: 5 edges of mean length 11 / 5, in two parts."""
+    points = np.array([[0.0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [9, 9, 0], [9, 9, 3], [5, 5, 5], [6, 6, 6]])
+    # An edge that is there twice counts once; one from a vertex to itself is no edge, yet that vertex is used.
+    pairs = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [0, 3], [4, 5], [7, 7]], dtype=np.int32)
+    found = surface_measures(points, np.empty((0, 3), dtype=np.int32), edges=pairs)
+    assert (found.edges, found.components, found.unreferenced_vertices, found.euler_characteristic) == (5, 2, 1, 1)
+    assert found.mean_edge == pytest.approx(11 / 5, rel=1e-15)
+    assert found.mean_spacing is None
+    assert not found.closed
+
+
+def test_polylines_beside_faces_are_references_alone() -> None:
+    """A triangle with an edge to a fourth vertex measures what the triangle does, but for that vertex being used."""
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [5, 5, 5]])
+    faces = np.array([[0, 1, 2]], dtype=np.int32)
+    alone = surface_measures(points, faces)
+    assert alone.unreferenced_vertices == 1
+    assert surface_measures(points, faces, edges=[[2, 3]]) == replace(alone, unreferenced_vertices=0)
+
+
 def test_point_clouds() -> None:
     """A cloud has a mean spacing, 2 for a grid of spacing 2, and no edges; one point has none; no points measure nothing."""
     points = grid(5, 5, spacing=2.0)[0]
@@ -290,6 +311,12 @@ def test_what_cannot_be_measured(bad: float) -> None:
         surface_measures(np.where(np.arange(24).reshape(8, 3) == 5, bad, vertices), faces)
     with pytest.raises(FilterInputError, match="vertices are 0 to 6"):
         surface_measures(vertices[:7], faces)
+
+
+def test_edges_between_no_vertices_are_refused() -> None:
+    """As for faces, the index is named."""
+    with pytest.raises(FilterInputError, match="edge 0 is"):
+        surface_measures(np.zeros((2, 3)), np.empty((0, 3), dtype=np.int32), edges=[[0, 2]])
 
 
 def test_the_mesh_stays() -> None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pymeshfair.running.errors import InputError, OutputError
 from pymeshfair.running.formats import WRITABLE
-from pymeshfair.running.obj_polylines import PolylineError, scan_polylines, write_single_edges
+from pymeshfair.running.obj_polylines import PolylineError, Polylines, scan_polylines, write_single_edges
 from pymeshfair.running.ply import read_header
 from pymeshfair.running.ply_edges import append_edges
 
@@ -95,7 +95,52 @@ def test_a_run_smooths_a_ply_file_of_edges(tmp_path: Path, curves: Path) -> None
     assert np.abs(vertices - POINTS).max() > 0.1
 
 
-@pytest.mark.parametrize("lines", [["1 2 3 4 1", "5 2", "5 1"], ["-5 -4 -3 -2 -5", "-1 2", "5/1 1/2"]])
+def test_a_section_has_no_normals_though_its_mesh_had(tmp_path: Path) -> None:
+    """MeshLab gives a section sums of the normals of the faces that it cut; no file takes them for its normals."""
+    section = ("generate_polyline_from_planar_section", {"relativeto": "Bounding box center"})
+    meshes = pymeshlab.MeshSet()
+    meshes.load_new_mesh(str(SAMPLES / "bone.ply"))
+    meshes.generate_polyline_from_planar_section(relativeto="Bounding box center")
+    assert np.linalg.norm(meshes.current_mesh().vertex_normal_matrix(), axis=1).max() > 2
+    report = session_report(SAMPLES / "bone.ply", tmp_path / "section.ply", section, SMOOTH)
+    header = read_header(staged_files(report)["section.ply"])
+    assert [p.name for p in header.element("vertex").properties][:3] == ["x", "y", "z"]
+    assert not {"nx", "ny", "nz"} & {p.name for p in header.element("vertex").properties}
+    text = staged_files(session_report(SAMPLES / "bone.ply", tmp_path / "section.obj", section))["section.obj"].read_text()
+    assert "\nvn " not in text
+
+
+def test_normals_that_curves_came_with_are_kept(tmp_path: Path) -> None:
+    """A file of edges with normals gives them back, to the digit."""
+    normals = np.tile([0.6, 0.0, 0.8], (len(POINTS), 1))
+    source = tmp_path / "curves.ply"
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(POINTS, v_normals_matrix=normals))
+    meshes.save_current_mesh(str(source), binary=True, save_vertex_normal=True)
+    append_edges(source, EDGES, len(POINTS))
+    report = session_report(source, tmp_path / "out.ply", SMOOTH)
+    assert "vertex normals" not in " ".join(report["warnings"])
+    _, edges, meshes = read_edges(staged_files(report)["out.ply"])
+    np.testing.assert_array_equal(edges, EDGES)
+    np.testing.assert_array_equal(meshes.current_mesh().vertex_normal_matrix(), normals)
+
+
+def test_a_report_measures_the_edges_of_curves(tmp_path: Path, curves: Path) -> None:
+    """The mean edge is that of the curves, and no vertex of theirs counts as unreferenced."""
+    before = session_report(curves, tmp_path / "out.ply")["before"]
+    lengths = np.linalg.norm(POINTS[EDGES[:, 1]] - POINTS[EDGES[:, 0]], axis=1)
+    assert before["mean_edge"] == pytest.approx(lengths.mean(), rel=1e-14)
+    assert (before["unreferenced_vertices"], before["components"], before["edges"]) == (0, 1, 6)
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ["1 2 3 4 1", "5 2", "5 1"],
+        ["-5 -4 -3 -2 -5", "-1 2", "5/1 1/2"],
+        ["1 2 \\\n3 \\\r\n 4 1", "5 \\\n2", "\\\n5 1"],
+    ],
+)
 @pytest.mark.parametrize("faces", ["", "f 1 2 3\n"])
 def test_long_and_relative_polylines_are_read_whole(tmp_path: Path, lines: list[str], faces: str) -> None:
     """Of `l 1 2 3` MeshLab reads one edge, of `l -2 -1` none that exists; a run reads all of them, without a warning."""
@@ -143,6 +188,19 @@ def test_relative_numbers_count_back_from_the_line(tmp_path: Path) -> None:
     assert "mtl" not in copy.read_text()
     with pytest.raises(PolylineError, match="one of its 2"):
         scan_polylines(source, 2)
+
+
+def test_continued_lines_stay_whole_in_every_piece_of_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Wherever the pieces end in which a file is read, the polylines are the same, and the pieces make up the file."""
+    source = tmp_path / "in.obj"
+    source.write_bytes(b"v 0 0 0\nv 1 0 0\nv 2 0 0\nl 1 2 \\\r\n 3\nl \\\n3 \\\n1\nv 5 5 5\nl -1 \\\n1\n")
+    for size in range(1, 80):
+        monkeypatch.setattr("pymeshfair.running.obj._CHUNK", size)
+        assert scan_polylines(source, 4) == Polylines(edges=4, misread=2)
+        copy = tmp_path / f"{size}.obj"
+        write_single_edges(source, copy, 4)
+        written = [line.split()[1:] for line in copy.read_text().splitlines() if line.startswith("l")]
+        assert written == [["1", "2"], ["2", "3"], ["3", "1"], ["4", "1"]]
 
 
 def test_edges_that_end_nowhere_are_not_written(tmp_path: Path) -> None:

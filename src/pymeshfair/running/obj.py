@@ -72,11 +72,14 @@ def count_triangles(path: Path) -> int:
 
 
 def whole_lines(path: Path) -> Iterator[bytes]:
-    """The file in pieces of whole lines, each with a line feed before and after."""
+    """The file in pieces of whole lines, each with a line feed before and after; a continued line stays whole."""
     rest = b"\n"
     with path.open("rb") as file:
         while block := file.read(_CHUNK):
             whole, feed, tail = (rest + block).rpartition(b"\n")
+            while whole.endswith((b"\\", b"\\\r")):
+                whole, feed, before = whole.rpartition(b"\n")
+                tail = before + b"\n" + tail
             if not whole:
                 rest += block
                 continue

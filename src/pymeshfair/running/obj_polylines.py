@@ -9,7 +9,9 @@ from pathlib import Path
 
 from .obj import whole_lines
 
-_LINE = re.compile(rb"\nl[ \t]+([^\r\n]+)")
+# A backslash at its end continues a line.
+_LINE = re.compile(rb"\nl[ \t]+((?:\\\r?\n|[^\r\n])+)")
+_CONTINUED = re.compile(rb"\\\r?\n")
 _VERTEX = re.compile(rb"\nv[ \t]")
 
 
@@ -76,6 +78,7 @@ def _without_materials(lines: bytes) -> bytes:
 def _vertices(words: bytes, before: int, n_vertices: int) -> list[int]:
     """The vertices of a line, counted from 1; negative ones count back from the last vertex before it."""
     named = []
+    words = _CONTINUED.sub(b" ", words)
     for word in words.split(b"#")[0].split():
         try:
             number = int(word.split(b"/")[0])

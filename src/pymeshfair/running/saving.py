@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -47,6 +47,7 @@ def save_mesh(
     *,
     resolution: float,
     changed: bool,
+    began: Set[str],
     textures_changed: bool,
     record: Mapping[str, Any] | None,
 ) -> Saved:
@@ -59,6 +60,7 @@ def save_mesh(
         stage: the staging folder.
         resolution: the mean edge, or the mean distance of points, that coordinates must be able to tell apart.
         changed: whether any step was taken.
+        began: which of `ATTRIBUTES` the mesh had as it was read.
         textures_changed: whether a step may have painted on a texture.
         record: the provenance of the former output, if that is to be replaced.
 
@@ -68,7 +70,7 @@ def save_mesh(
     mesh = meshes.current_mesh()
     kind = WRITABLE[extension(output)]
     warnings = _check_precision(kind, mesh, resolution, output)
-    present = attributes_of(meshes, announced)
+    present = attributes_of(meshes, announced, began)
     if mesh.face_number() == 0 and "edges" in present - kind.holds:
         raise OutputError(output, "the mesh is made of edges, of which the format holds none; .ply and .obj keep them")
     options = dict(kind.options)
@@ -118,15 +120,19 @@ def save_mesh(
     return Saved(StagedFile(staged, output), tuple(side_files), reused, tuple(warnings))
 
 
-def attributes_of(meshes: Any, announced: Announced) -> set[str]:
-    """Which of `ATTRIBUTES` the current mesh has."""
+def attributes_of(meshes: Any, announced: Announced, began: Set[str] | None = None) -> set[str]:
+    """Which of `ATTRIBUTES` the current mesh has; `began` are those it had as it was read, None while it is read."""
     mesh = meshes.current_mesh()
-    has_faces = mesh.face_number() > 0
-    normals = announced.normals or (not has_faces and bool(mesh.vertex_normal_matrix().any()))
+    has_faces, has_edges = mesh.face_number() > 0, mesh.edge_number() > 0
+    if has_edges and not has_faces:
+        # Those of a curve mean something if the file gave them; MeshLab's sections have sums of the faces' that were cut.
+        normals = announced.normals and (began is None or ("edges" in began and "faces" not in began))
+    else:
+        normals = announced.normals or (not has_faces and bool(mesh.vertex_normal_matrix().any()))
     wedges = has_faces and mesh.has_wedge_tex_coord()
     present = {
         "faces": has_faces,
-        "edges": mesh.edge_number() > 0,
+        "edges": has_edges,
         "vertex normals": normals,
         "vertex colours": mesh.has_vertex_color(),
         "vertex scalars": mesh.has_vertex_scalar(),

@@ -129,7 +129,7 @@ class Session:
             self._warn("the layer's matrix was applied to its coordinates, as files do not hold it")
         if self._meshes.current_mesh().vertex_number() == 0:
             raise StepError("nothing is left of the mesh after the last step")
-        if gone := [a for a in ATTRIBUTES if a in present - attributes_of(self._meshes, announced)]:
+        if gone := [a for a in ATTRIBUTES if a in present - attributes_of(self._meshes, announced, present)]:
             self._warn(f"after the steps the mesh has no {' and no '.join(gone)} any more")
         after = self._measured(StepError("the result has coordinates that are not finite"))
         saved = save_mesh(
@@ -139,6 +139,7 @@ class Session:
             stage / "new",
             resolution=after.mean_edge or after.mean_spacing or 0.0,
             changed=bool(self._assignment.steps),
+            began=present,
             textures_changed=any(FilterClass.TEXTURE in step.filter.classes for step in self._assignment.steps),
             record=read_provenance(output),
         )
@@ -156,7 +157,7 @@ class Session:
     def _measured(self, refusal: Exception) -> SurfaceMeasures:
         mesh = self._meshes.current_mesh()
         try:
-            return surface_measures(mesh.vertex_matrix(), mesh.face_matrix())
+            return surface_measures(mesh.vertex_matrix(), mesh.face_matrix(), edges=mesh.edge_matrix())
         except FilterInputError as error:
             raise refusal from error
 
