@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import re
+import shlex
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -159,6 +164,39 @@ def test_smooth_section_gives_one_smooth_curve_of_the_bunny() -> None:
     assert 0.9 * cut_length < length(meshes) < cut_length
     # The detail size, 20 mean edges, is 0.04.
     assert np.linalg.norm(mesh.vertex_matrix() - cut, axis=1).max() < 0.02
+
+
+def test_smooth_section_cuts_scans_that_are_not_manifold() -> None:
+    """A range map with edges of three triangles, which MeshLab refuses to cut, gives a section with no branch in it."""
+    meshes = pymeshfair.MeshSet()
+    meshes.load_new_mesh(str(BUNNY.parent / "rangemaps" / "face000.ply"))
+    with pytest.raises(pymeshlab.PyMeshLabException, match="not two manifold"):
+        meshes.generate_polyline_from_planar_section(relativeto="Bounding box center")
+    meshes.load_filter_script(str(load_recipe("smooth_section").script.path))
+    meshes.apply_filter_script()
+    mesh = meshes.current_mesh()
+    assert (mesh.face_number(), mesh.edge_number()) == (0, 237)
+    assert np.bincount(mesh.edge_matrix().ravel()).max() == 2
+
+
+def test_the_examples_of_the_page_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every code block of docs/curves.md does what it says, in the order of the page, on the bunny of pymeshlab."""
+    page = (Path(__file__).parents[2] / "docs" / "curves.md").read_text(encoding="utf-8")
+    shell, python = (re.findall(rf"```{language}\n(.*?)```", page, re.DOTALL) for language in ("sh", "python"))
+    assert page.count("```") == 2 * (len(shell) + len(python))
+    monkeypatch.chdir(tmp_path)
+    for name in ("bunny.obj", "scan.obj"):
+        shutil.copy(BUNNY, tmp_path / name)
+    for line in "".join(shell).splitlines():
+        words = shlex.split(line, comments=True)
+        assert words[0] == "pymeshfair"
+        done = subprocess.run([sys.executable, "-m", "pymeshfair", *words[1:]], capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
+        assert (tmp_path / words[words.index("-o") + 1]).exists()
+    for block in python:
+        found: dict[str, Any] = {}
+        exec(block, found)
+        assert found["ms"].current_mesh().edge_number() == 837
 
 
 @pytest.mark.parametrize(("extension", "notes"), [("obj", 0), ("ply", 1), ("off", 1)])
