@@ -64,8 +64,10 @@ def apply_coord_curve_smoothing(
         Percentage(
             label="Detail size",
             default="12edge",
+            of_edges=True,
             help="Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay. Larger is "
-            "smoother. For 'implicit' with 'inverse_length'; not used when a time step is given.",
+            "smoother. Mean edges are those of the curves. For 'implicit' with 'inverse_length'; not used when a time step is "
+            "given.",
         ),
     ],
     time_step: Annotated[

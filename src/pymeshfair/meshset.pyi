@@ -256,8 +256,9 @@ class MeshSet(ScriptedMeshSet):
             weights: 'inverse_length': near neighbours pull more, so that uneven sampling stays as it is and straight parts do
                 not move. 'uniform': all neighbours pull alike, which evens out the distances along the curve.
             detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay.
-                Larger is smoother. For 'implicit' with 'inverse_length'; not used when a time step is given. Takes a length
-                such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
+                Larger is smoother. Mean edges are those of the curves. For 'implicit' with 'inverse_length'; not used when a
+                time step is given. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh
+                units) of at least 0.0.
             time_step: For 'implicit': how strong one iteration is, a pure number; with uniform weights it must be given. Larger
                 is smoother; any value is stable. 0: not used, the detail size decides. Takes a number of at least 0.
             step: For 'explicit' and 'taubin': the share of the way towards the neighbours' mean that a vertex goes, above 0.
@@ -755,11 +756,11 @@ class MeshSet(ScriptedMeshSet):
     def get_surface_measures(self) -> dict[str, Any] | None:
         """Counts, topology, size, roughness and triangle quality of the mesh.
 
-        Counts vertices, faces, edges, border edges, non-manifold edges and vertices, degenerate faces and components; tells whether
-        the surface is closed and oriented, its genus and Euler characteristic; measures area, volume (of closed surfaces), the mean
-        edge (of polylines, too), roughness (the mean angle in degrees between faces that share an edge) and the mean triangle quality
-        (1 for equilateral ones); of a point cloud the mean distance to the nearest point. Changes nothing. Exact far from the origin,
-        too.
+        Counts vertices, faces, edges, border edges, non-manifold edges and vertices, degenerate faces and components; tells
+        whether the surface is closed and oriented, its genus and Euler characteristic; measures area, volume (of closed
+        surfaces), the mean edge (of polylines, too), roughness (the mean angle in degrees between faces that share an edge) and
+        the mean triangle quality (1 for equilateral ones); of a point cloud the mean distance to the nearest point. Changes
+        nothing. Exact far from the origin, too.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.

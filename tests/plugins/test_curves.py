@@ -79,6 +79,20 @@ def test_the_default_detail_size_counts_in_the_edges_of_the_curve() -> None:
     np.testing.assert_allclose(meshes.current_mesh().vertex_matrix(), expected, rtol=0, atol=1e-13)
 
 
+def test_the_detail_size_counts_in_the_edges_of_the_curve_beside_faces() -> None:
+    """A triangle a hundred times as large as the curve's edges, in the same layer, changes nothing."""
+    vertices, edges = wavy_ring()
+    both = np.concatenate([vertices, [[0, 0, 0], [10, 0, 0], [0, 10, 0]]])
+    meshes = pymeshfair.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(both, face_matrix=[[60, 61, 62]], edge_matrix=edges))
+    asked = meshes.filter_parameter_values("apply_coord_curve_smoothing")
+    mean = np.linalg.norm(vertices[edges[:, 1]] - vertices[edges[:, 0]], axis=1).mean()
+    assert asked["detail_size"] == pytest.approx(12 * mean, rel=1e-14)
+    meshes.apply_coord_curve_smoothing()
+    expected = curve_smoothing(vertices, edges, method="implicit", weights="inverse_length", detail_size=12 * mean)
+    np.testing.assert_allclose(meshes.current_mesh().vertex_matrix()[:60], expected, rtol=0, atol=1e-13)
+
+
 def test_only_selected_vertices_move() -> None:
     """The others keep every bit."""
     vertices, edges = wavy_ring()

@@ -133,6 +133,9 @@ class Percentage(Parameter):
     """A length: the declaration and the caller use `Length`, the filter's function receives mesh units.
 
     A default may be written as text (``"1%"``, ``"6edge"``). Zero is allowed and means what the help says, usually "not used".
+
+    Attributes:
+        of_edges: whether mean edges are those of the layer's polylines even where it has faces, too.
     """
 
     kind = "a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units)"
@@ -140,6 +143,7 @@ class Percentage(Parameter):
     xml_type = "RichAbsPerc"
     python_type = float
     minimum: float | None = 0.0
+    of_edges: bool = False
 
     def check(self, value: Any) -> Length:
         if isinstance(value, str):
