@@ -14,8 +14,8 @@ import pytest
 from scipy import linalg
 from threadpoolctl import threadpool_limits
 
-from pymeshfair.filters.errors import FilterInputError
-from pymeshfair.filters.spectral import eigenpairs, shifted_lanczos, spectrum_slicing
+from pymeshfair.filters.errors import ConvergenceError, FilterInputError
+from pymeshfair.filters.spectral import component_modes, shifted_lanczos, spectrum_slicing
 from pymeshfair.filters.spectral.eigenpairs import lowest_eigenpairs
 from pymeshfair.filters.spectral.problem import SpectralProblem, spectral_problem
 from pymeshfair.filters.spectral.shifted_factors import ShiftedFactors
@@ -104,8 +104,8 @@ MESHES: dict[str, Mesh] = {
 def test_no_eigenvalue_is_left_out(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The eigenvalues are the lowest of LAPACK's, with the orthonormality and the residual promised, also in small bands."""
     monkeypatch.setattr(spectrum_slicing, "_BAND", 30)
-    monkeypatch.setattr(eigenpairs, "_DENSE", 0)
-    monkeypatch.setattr(eigenpairs, "_DENSE_LIMIT", 0)
+    monkeypatch.setattr(component_modes, "_DENSE", 0)
+    monkeypatch.setattr(component_modes, "_DENSE_LIMIT", 0)
     problem = spectral_problem(*MESHES[name])
     kappa, modes = lowest_eigenpairs(problem, 120)
     np.testing.assert_allclose(kappa, dense(problem)[:120], rtol=1e-8, atol=1e-9 * kappa[-1])
@@ -191,6 +191,54 @@ def test_non_manifold_meshes_have_modes() -> None:
     assert len(kappa) == 7
     assert kappa[1] > 1e-3
     assert deviation(problem, modes) < 1e-9
+
+
+def graded_disc(around: int, rings: int) -> Mesh:
+    """A flat disc of rings that shrink towards the centre, all triangles of the same shape."""
+    radius = np.exp(-2 * np.pi / around) ** np.arange(rings)
+    turned = 0.5 * (np.arange(rings) % 2)
+    angle = 2 * np.pi * (np.arange(around) + turned[:, None]) / around
+    points = np.stack([radius[:, None] * np.cos(angle), radius[:, None] * np.sin(angle), 0 * angle], axis=-1).reshape(-1, 3)
+    faces = []
+    for ring in range(rings - 1):
+        for k in range(around):
+            here, right = ring * around + k, ring * around + (k + 1) % around
+            inner, inner_right = here + around, right + around
+            faces += [[here, right, inner], [right, inner_right, inner]] if ring % 2 == 0 else []
+            faces += [[here, right, inner_right], [here, inner_right, inner]] if ring % 2 else []
+    last = (rings - 1) * around
+    faces += [[last + k, last + (k + 1) % around, len(points)] for k in range(around)]
+    return np.vstack([points, np.zeros(3)]), np.array(faces, dtype=np.int32)
+
+
+@pytest.mark.parametrize("rings", [20, 30, 45])
+def test_triangles_of_all_sizes_do_not_drown_the_lowest_modes(rings: int) -> None:
+    """Triangles that shrink to 6e-11 change the waves of a disc by no more than their share of its area."""
+    coarse, _ = lowest_eigenpairs(spectral_problem(*graded_disc(12, 12)), 8)
+    problem = spectral_problem(*graded_disc(12, rings))
+    kappa, modes = lowest_eigenpairs(problem, 8)
+    # Beyond ring 12 there are exp(-4 pi) of the area, 3.5e-6.
+    np.testing.assert_allclose(kappa, coarse, rtol=1e-4, atol=1e-12)
+    assert deviation(problem, modes) < 1e-9
+
+
+def test_modes_that_rounding_drowns_are_refused() -> None:
+    """All modes of a disc whose eigenvalues span 20 orders of magnitude: the message says why and what to do."""
+    problem = spectral_problem(*graded_disc(12, 45))
+    with pytest.raises(ConvergenceError, match="differ too much in size or shape; take fewer modes, filter without"):
+        lowest_eigenpairs(problem, 541)
+
+
+def test_constant_modes_may_be_left_out() -> None:
+    """Without them the modes are the same, as many as were asked for, down to the last of all components."""
+    problem = spectral_problem(*two_spheres())
+    n = len(problem.mass)
+    kappa, modes = lowest_eigenpairs(problem, 32)
+    some, waves = lowest_eigenpairs(problem, 30, constants=False)
+    np.testing.assert_allclose(some, kappa[2:], rtol=1e-9)
+    np.testing.assert_allclose(np.abs(problem.mass @ waves), 0.0, atol=1e-9)
+    assert deviation(problem, np.hstack([modes[:, :2], waves])) < 1e-9
+    assert lowest_eigenpairs(problem, n, constants=False)[1].shape == (n, n - 2)
 
 
 def test_counts_at_the_ends() -> None:
