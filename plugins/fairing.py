@@ -2,11 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, TypeAlias, get_args
+from typing import Annotated, Any, Literal, TypeAlias, get_args
 
 import numpy as np
 
-from pymeshfair.declaration import Bool, Edit, Enum, FilterClass, Float, Floats, Int, Layer, MeshElement, Percentage, mesh_filter
+from pymeshfair.declaration import (
+    Bool,
+    Bools,
+    Edit,
+    Enum,
+    FilterClass,
+    Float,
+    Floats,
+    Int,
+    Ints,
+    Layer,
+    MeshElement,
+    Percentage,
+    mesh_filter,
+)
 from pymeshfair.errors import MeshError
 from pymeshfair.filters.diffusion.border import BorderPolicy
 from pymeshfair.filters.errors import FilterInputError
@@ -14,7 +28,7 @@ from pymeshfair.filters.fairing.blend import blend_parts
 from pymeshfair.filters.fairing.energy import bilaplacian_smoothing, weight_of_detail_size
 from pymeshfair.filters.fairing.feature_weights import feature_weights, scalar_feature_weights
 from pymeshfair.filters.fairing.region import ENERGIES, Energy, fair_region
-from pymeshfair.filters.fairing.tangential import tangential_smoothing
+from pymeshfair.filters.fairing.tangential import improve_triangles, tangential_smoothing
 from pymeshfair.filters.inspection.surface_measures import surface_measures
 from pymeshfair.filters.progress import Progress, ignore_progress
 
@@ -125,8 +139,8 @@ def apply_coord_bilaplacian_smoothing(
     name="Tangential Smoothing",
     classes=FilterClass.SMOOTHING | FilterClass.REMESHING,
     requires=MeshElement.FACENUMBER,
-    changes=MOVES_VERTICES,
-    references=("nealen2006",),
+    changes=MOVES_VERTICES | MeshElement.FACENUMBER,
+    references=("nealen2006", "lawson1977", "botsch2004remeshing"),
 )
 def apply_coord_tangential_smoothing(
     layer: Layer,
@@ -158,31 +172,59 @@ def apply_coord_tangential_smoothing(
             "allows better triangles where the surface is curved or has edges.",
         ),
     ],
+    flip_edges: Annotated[
+        bool,
+        Bool(
+            label="Flip edges",
+            help="Before each step, take the other diagonal of two neighbouring triangles where that makes them better: for "
+            "range maps and other grids, where moving vertices alone does next to nothing. Not on textured meshes.",
+        ),
+    ] = False,
     selected: Annotated[bool, SELECTED] = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
     """Makes triangles better shaped on the same surface: vertices move along it towards the middle of their neighbours.
 
-    Open borders stay. No triangle folds over. Colours and texture coordinates move along with their vertices. Returns the mean
-    quality of the triangles before and after, as Surface Measures tells it (1 for equilateral ones, 0 for those without area),
-    how many vertices moved and how far the furthest went.
+    Open borders stay. No triangle folds over. Colours and texture coordinates move along with their vertices. Triangles whose
+    edges are flipped come last; they take colour and scalar from the old ones near them, and their custom attributes are 0.
+    Returns the mean quality of the triangles before and after, as Surface Measures tells it (1 for equilateral ones, 0 for those
+    without area), how many triangles flips have changed, how many vertices moved and how far the furthest went.
     """
-    vertices = tangential_smoothing(
-        layer.vertices,
-        layer.faces,
-        weight=weight,
-        iterations=iterations,
-        max_deviation=max_deviation,
-        movable=movable_vertices(layer, selected),
-        progress=progress,
-    )
+    textured = flip_edges and layer.has_wedge_tex_coords
+    movable, faces = movable_vertices(layer, selected), layer.faces
+    if flip_edges and not textured:
+        vertices, faces = improve_triangles(
+            layer.vertices,
+            layer.faces,
+            weight=weight,
+            iterations=iterations,
+            max_deviation=max_deviation,
+            movable=movable,
+            progress=progress,
+        )
+    else:
+        vertices = tangential_smoothing(
+            layer.vertices,
+            layer.faces,
+            weight=weight,
+            iterations=iterations,
+            max_deviation=max_deviation,
+            movable=movable,
+            progress=progress,
+        )
+    replaced = (np.sort(faces, axis=1) != np.sort(layer.faces, axis=1)).any(axis=1)
     return Edit(
         vertices=vertices,
+        **_replacement(layer, faces, replaced),
         values={
             "triangle_quality_before": surface_measures(layer.vertices, layer.faces).triangle_quality,
-            "triangle_quality_after": surface_measures(vertices, layer.faces).triangle_quality,
+            "triangle_quality_after": surface_measures(vertices, faces).triangle_quality,
+            "changed_triangles": int(replaced.sum()),
             **_displacement(layer.vertices, vertices),
         },
+        notes=("No edge was flipped: the triangles are textured, and flipped ones would lose their texture.",)
+        if textured
+        else (),
     )
 
 
@@ -298,6 +340,18 @@ def meshing_bridge_rims_by_fairing(
             "second_rim_edges": len(blend.rims[1]),
         },
     )
+
+
+def _replacement(layer: Layer, faces: Ints, replaced: Bools) -> dict[str, Any]:
+    """What an `Edit` says of triangles that give way to others, which are selected as those in their rows were."""
+    new = int(replaced.sum())
+    if new == 0:
+        return {}
+    return {
+        "added_faces": faces[replaced],
+        "delete_faces": np.concatenate([replaced, np.zeros(new, dtype=np.bool_)]),
+        "face_selection": np.concatenate([layer.face_selection, layer.face_selection[replaced]]),
+    }
 
 
 def _feature_weights(layer: Layer, features: Features, angle: float, scalar: float, progress: Progress) -> Floats | None:

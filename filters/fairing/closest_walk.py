@@ -48,6 +48,13 @@ class WalkableSurface(NamedTuple):
         return found, faces, distances
 
 
+def some_face(faces: Ints, n_vertices: int) -> Ints:
+    """(n,) for each vertex the first face that it belongs to, where a walk from it may start; 0 if there is none."""
+    first = np.zeros(n_vertices, dtype=np.int32)
+    first[faces[::-1].ravel()] = np.repeat(np.arange(len(faces), dtype=np.int32)[::-1], 3)
+    return first
+
+
 @njit(cache=True)
 def _closest_on_triangle(points: Floats, a: int, b: int, c: int, x: float, y: float, z: float) -> tuple[float, float, float]:
     """The point of the triangle nearest to (x, y, z): inside, on an edge or at a corner, told by barycentric signs."""
@@ -77,6 +84,34 @@ def _closest_on_triangle(points: Floats, a: int, b: int, c: int, x: float, y: fl
     return points[a, 0] + s * ux + t * vx, points[a, 1] + s * uy + t * vy, points[a, 2] + s * uz + t * vz
 
 
+@njit(cache=True)
+def nearest_by_walk(
+    points: Floats, faces: Ints, offsets: Longs, around: Ints, x: float, y: float, z: float, start: int, enough: float
+) -> tuple[float, float, float, int, float]:
+    """`WalkableSurface.closest` of one point, for kernels: the nearest point, its face and the square of the distance.
+
+    The walk ends where the square is at most `enough`.
+    """
+    face = start
+    nx, ny, nz = _closest_on_triangle(points, faces[face, 0], faces[face, 1], faces[face, 2], x, y, z)
+    best = (nx - x) ** 2 + (ny - y) ** 2 + (nz - z) ** 2
+    for _ in range(_LONGEST_WALK):
+        if best <= enough:
+            break
+        here = face
+        for k in range(3):
+            vertex = faces[here, k]
+            for m in range(offsets[vertex], offsets[vertex + 1]):
+                g = around[m]
+                cx, cy, cz = _closest_on_triangle(points, faces[g, 0], faces[g, 1], faces[g, 2], x, y, z)
+                square = (cx - x) ** 2 + (cy - y) ** 2 + (cz - z) ** 2
+                if square < best:
+                    best, face, nx, ny, nz = square, g, cx, cy, cz
+        if face == here:
+            break
+    return nx, ny, nz, face, best
+
+
 @njit(cache=True, parallel=True)
 def _walk(
     points: Floats,
@@ -90,24 +125,7 @@ def _walk(
     distances: Floats,
 ) -> None:
     for q in prange(queries.shape[0]):
-        x, y, z = queries[q, 0], queries[q, 1], queries[q, 2]
-        face = at[q]
-        nx, ny, nz = _closest_on_triangle(points, faces[face, 0], faces[face, 1], faces[face, 2], x, y, z)
-        best = (nx - x) ** 2 + (ny - y) ** 2 + (nz - z) ** 2
-        for _ in range(_LONGEST_WALK):
-            if best <= enough:
-                break
-            here = face
-            for k in range(3):
-                vertex = faces[here, k]
-                for m in range(offsets[vertex], offsets[vertex + 1]):
-                    g = around[m]
-                    cx, cy, cz = _closest_on_triangle(points, faces[g, 0], faces[g, 1], faces[g, 2], x, y, z)
-                    square = (cx - x) ** 2 + (cy - y) ** 2 + (cz - z) ** 2
-                    if square < best:
-                        best, face, nx, ny, nz = square, g, cx, cy, cz
-            if face == here:
-                break
-        found[q, 0], found[q, 1], found[q, 2] = nx, ny, nz
-        at[q] = face
-        distances[q] = np.sqrt(best)
+        found[q, 0], found[q, 1], found[q, 2], at[q], square = nearest_by_walk(
+            points, faces, offsets, around, queries[q, 0], queries[q, 1], queries[q, 2], at[q], enough
+        )
+        distances[q] = np.sqrt(square)

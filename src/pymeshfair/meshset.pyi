@@ -534,13 +534,15 @@ class MeshSet(ScriptedMeshSet):
         weight: float = 0.1,
         iterations: int = 5,
         max_deviation: LengthLike = "0.05edge",
+        flip_edges: bool = False,
         selected: bool = False,
     ) -> dict[str, Any] | None:
         """Makes triangles better shaped on the same surface: vertices move along it towards the middle of their neighbours.
 
-        Open borders stay. No triangle folds over. Colours and texture coordinates move along with their vertices. Returns the
-        mean quality of the triangles before and after, as Surface Measures tells it (1 for equilateral ones, 0 for those
-        without area), how many vertices moved and how far the furthest went.
+        Open borders stay. No triangle folds over. Colours and texture coordinates move along with their vertices. Triangles
+        whose edges are flipped come last; they take colour and scalar from the old ones near them, and their custom attributes
+        are 0. Returns the mean quality of the triangles before and after, as Surface Measures tells it (1 for equilateral ones,
+        0 for those without area), how many triangles flips have changed, how many vertices moved and how far the furthest went.
 
         Args:
             weight: How strongly vertices are held to their places. Larger moves them less in each iteration. Takes a number
@@ -550,6 +552,8 @@ class MeshSet(ScriptedMeshSet):
             max_deviation: How far the middles of triangles and edges may get from the surface as it was; vertices stay on it.
                 Larger allows better triangles where the surface is curved or has edges. Takes a length such as '1%' (of the
                 bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
+            flip_edges: Before each step, take the other diagonal of two neighbouring triangles where that makes them better:
+                for range maps and other grids, where moving vertices alone does next to nothing. Not on textured meshes.
             selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
                 selected, the vertices all of whose triangles are selected.
 
@@ -557,7 +561,7 @@ class MeshSet(ScriptedMeshSet):
             What the filter reports, by name; None if it reports nothing.
 
         References:
-            [nealen2006]
+            [nealen2006], [lawson1977], [botsch2004remeshing]
 
         In scripts: 'Tangential Smoothing'.
         """

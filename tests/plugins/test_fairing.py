@@ -16,7 +16,7 @@ from pymeshfair.filters.fairing.blend import blend_parts
 from pymeshfair.filters.fairing.energy import bilaplacian_smoothing
 from pymeshfair.filters.fairing.feature_weights import feature_weights, scalar_feature_weights
 from pymeshfair.filters.fairing.region import ENERGIES, Energy, fair_region
-from pymeshfair.filters.fairing.tangential import tangential_smoothing
+from pymeshfair.filters.fairing.tangential import improve_triangles, tangential_smoothing
 from pymeshfair.filters.inspection.surface_measures import surface_measures
 from pymeshfair.filters.topology import border_vertices, mean_edge_length
 from pymeshfair.meshlab_facts import meshlab_filters
@@ -247,6 +247,41 @@ def test_open_borders_stay_while_triangles_improve() -> None:
     assert not moved[border].any()
     assert moved[~border].any()
     assert (vertices_of(meshes)[:, 2] == 0.0).all()
+
+
+def test_flipped_triangles_come_last_and_the_others_stay() -> None:
+    """Edges are flipped as the function says; selected triangles stay so in number, kept ones keep order and every attribute."""
+    vertices, faces = irregular_grid(12, 12, amount=0.4)
+    moved, flipped = improve_triangles(vertices, faces)
+    gone = (np.sort(flipped, axis=1) != np.sort(faces, axis=1)).any(axis=1)
+    meshes = mesh_set((vertices, faces), f_scalar_array=np.arange(len(faces), dtype=float))
+    meshes.compute_selection_by_condition_per_face(condselect="fi < 100")
+    selected = meshes.current_mesh().face_selection_array()
+    number = meshes.current_mesh().id()
+    told = meshes.apply_filter(TANGENTIAL, flip_edges=True)
+    mesh = meshes.current_mesh()
+    assert mesh.id() == number
+    np.testing.assert_array_equal(mesh.face_matrix(), np.concatenate([flipped[~gone], flipped[gone]]))
+    np.testing.assert_allclose(vertices_of(meshes), moved, rtol=0, atol=1e-6)
+    np.testing.assert_array_equal(mesh.face_scalar_array()[: (~gone).sum()], np.flatnonzero(~gone))
+    np.testing.assert_array_equal(mesh.face_selection_array(), np.concatenate([selected[~gone], selected[gone]]))
+    assert told["changed_triangles"] == gone.sum() > 0
+    assert told["triangle_quality_after"] == pytest.approx(surface_measures(moved, flipped).triangle_quality)
+
+
+def test_no_edge_of_a_textured_mesh_is_flipped() -> None:
+    """Triangles and their texture coordinates stay, vertices move as without flips."""
+    vertices, faces = irregular_grid(12, 12, amount=0.4)
+    meshes = mesh_set((vertices, faces))
+    meshes.compute_texcoord_by_function_per_vertex(u="x/12", v="y/12")
+    meshes.compute_texcoord_transfer_vertex_to_wedge()
+    corners = meshes.current_mesh().wedge_tex_coord_matrix()
+    told = meshes.apply_filter(TANGENTIAL, flip_edges=True)
+    mesh = meshes.current_mesh()
+    np.testing.assert_array_equal(mesh.face_matrix(), faces)
+    np.testing.assert_array_equal(mesh.wedge_tex_coord_matrix(), corners)
+    np.testing.assert_allclose(vertices_of(meshes), tangential_smoothing(vertices, faces), rtol=0, atol=1e-6)
+    assert told["changed_triangles"] == 0
 
 
 def irregular_sphere() -> Mesh:

@@ -53,6 +53,8 @@ class Layer(Protocol):
     @property
     def has_face_colors(self) -> bool: ...
     @property
+    def has_wedge_tex_coords(self) -> bool: ...
+    @property
     def diagonal(self) -> float: ...  # of the bounding box, in mesh units
     @property
     def mean_edge(self) -> float: ...  # mean edge length; of a cloud the mean distance to the nearest neighbour
