@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.fairing import blend
 from pymeshfair.filters.fairing.blend import blend_parts, bridge_rims, facing_rims
 from pymeshfair.filters.fairing.region import Energy
-from pymeshfair.filters.topology import edge_face_counts
-from tests.meshes import Floats, Ints, Mesh, cube, grid, noisy, renumbered, rotation, tube
+from pymeshfair.filters.topology import Bools, edge_face_counts
+from tests.meshes import Floats, Ints, Mesh, cube, grid, icosphere, noisy, renumbered, rotation, tube
 
 
 def two_tubes(first: int = 24, second: int = 24, *, gap: float = 1.5, tilt: float = 0.0, shift: float = 0.0) -> Mesh:
@@ -99,9 +100,9 @@ def test_the_neck_between_two_tubes_has_the_profile_of_its_equation(energy: Ener
     """With 96 vertices around, radii are those of the equation on the cylinder, 0.23 or 0.012 below 1 in the middle."""
     (low, faces_low), (high, faces_high) = tube(96, 46), tube(96, 46)
     mesh = np.concatenate([low, high + np.array([0.0, 0.0, 4.5])]), np.concatenate([faces_low, faces_high + np.int32(len(low))])
-    blend = blend_parts(*mesh, energy=energy)
-    radii = np.linalg.norm(blend.vertices[:, :2], axis=1)
-    expected = neck(blend.vertices[:, 2] - 3.75, 0.75, energy)
+    found = blend_parts(*mesh, energy=energy)
+    radii = np.linalg.norm(found.vertices[:, :2], axis=1)
+    expected = neck(found.vertices[:, 2] - 3.75, 0.75, energy)
     assert 1 - expected.min() > 4 * tolerance
     np.testing.assert_allclose(radii, expected, rtol=0, atol=tolerance)
 
@@ -112,8 +113,8 @@ def test_a_thin_plate_continues_the_tangent_planes() -> None:
     angles = {}
     energies: tuple[Energy, ...] = ("membrane", "thin_plate")
     for energy in energies:
-        blend = blend_parts(*mesh, energy=energy)
-        vertices, faces = joined(mesh, blend.vertices, blend.faces)
+        neck_band = blend_parts(*mesh, energy=energy)
+        vertices, faces = joined(mesh, neck_band.vertices, neck_band.faces)
         normals = np.cross(vertices[faces[:, 1]] - vertices[faces[:, 0]], vertices[faces[:, 2]] - vertices[faces[:, 0]])
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
         first, second = facing_rims(*mesh)
@@ -188,6 +189,123 @@ def test_what_cannot_be_joined_is_refused() -> None:
         bridge_rims(vertices, faces, first, second, rows=0)
     with pytest.raises(FilterInputError, match="no two rims of different components to join: 1 found"):
         facing_rims(*grid())
+
+
+def opened(vertices: Floats, faces: Ints, *centres: tuple[float, float, float], radius: float = 0.4) -> Mesh:
+    """The mesh without the faces whose centroids lie within `radius` of one of the centres."""
+    middles = vertices[faces].mean(axis=1)
+    near = [np.linalg.norm(middles - centre, axis=1) < radius for centre in centres]
+    return vertices, faces[~np.any(near, axis=0)]
+
+
+def two_opened_spheres(degrees: float) -> Mesh:
+    """Unit spheres 3 apart along x, each with a round opening that many degrees up from the line between them."""
+    vertices, faces = icosphere(3)
+    x, z = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    both = (
+        np.concatenate([vertices, vertices + np.array([3.0, 0.0, 0.0])]),
+        np.concatenate([faces, faces + np.int32(len(vertices))]),
+    )
+    return opened(*both, (x, 0.0, z), (3.0 - x, 0.0, z))
+
+
+def elbow(degrees: float) -> Mesh:
+    """Two tubes whose axes meet at that angle."""
+    angle = math.radians(degrees)
+    (low, faces_low), (high, faces_high) = tube(24, 6, length=2.0), tube(24, 6, length=2.0)
+    turn = np.array([[math.cos(angle), 0, math.sin(angle)], [0, 1, 0], [-math.sin(angle), 0, math.cos(angle)]])
+    there = [1.5 * math.sin(angle / 2), 0.0, 2.0 + 1.5 * math.cos(angle / 2)]
+    return np.concatenate([low, high @ turn.T + there]), np.concatenate([faces_low, faces_high + np.int32(len(low))])
+
+
+def turned_over(mesh: Mesh, which: str) -> Mesh:
+    """The mesh with the faces of its "first", "second", "both" or "no" part turned over."""
+    vertices, faces = mesh
+    second = faces[:, 0] >= len(vertices) // 2
+    over = {"no": second & ~second, "first": ~second, "second": second, "both": second | ~second}[which]
+    return vertices, np.where(over[:, None], faces[:, ::-1], faces)
+
+
+RIGHT = {f"spheres {degrees}": (two_opened_spheres, degrees) for degrees in (0, 20, 30, 35, 45, 60)}
+RIGHT |= {f"elbow {degrees}": (elbow, degrees) for degrees in (0, 60, 90, 120)}
+
+
+@pytest.mark.parametrize("name", RIGHT)
+def test_one_part_inside_out_is_refused_and_two_right_ones_are_joined(name: str) -> None:
+    """However the openings are tilted, up to 60 degrees and in elbows up to 120: right is both alike, wrong one turned over."""
+    make, degrees = RIGHT[name]
+    for which in ("no", "both"):
+        vertices, faces = turned_over(make(degrees), which)
+        band = bridge_rims(vertices, faces, *facing_rims(vertices, faces))
+        assert not band.doubtful
+        halves = np.concatenate([np.roll(np.concatenate([faces, band.faces]), k, axis=1)[:, :2] for k in range(3)])
+        assert len(np.unique(halves, axis=0)) == len(halves)  # one orientation
+    for which in ("first", "second"):
+        vertices, faces = turned_over(make(degrees), which)
+        with pytest.raises(FilterInputError, match=r"one of the parts is inside out, that of vertex \d+ or"):
+            bridge_rims(vertices, faces, *facing_rims(vertices, faces))
+
+
+@pytest.mark.parametrize("which", ["no", "first"])
+def test_openings_side_by_side_are_joined_in_doubt(which: str) -> None:
+    """Of two spheres open upwards no rim tells which way out is right: joined either way, and said to be doubtful."""
+    vertices, faces = turned_over(two_opened_spheres(90), which)
+    assert bridge_rims(vertices, faces, *facing_rims(vertices, faces), rows=1).doubtful
+
+
+def test_rims_too_wide_for_their_distance_are_judged_by_their_planes() -> None:
+    """Two halves of a sphere 0.1 apart, the upper one shifted sideways by more than that: joined, or refused if one is turned."""
+    (vertices, faces), apart = icosphere(3), np.array([0.2, 0.0, 0.1])
+    low = faces[(vertices[faces][:, :, 2] < 0.05).all(axis=1)]
+    high = faces[(vertices[faces][:, :, 2] > -0.05).all(axis=1)]
+    halves = np.concatenate([vertices, vertices + apart]), np.concatenate([low, high + np.int32(len(vertices))])
+    assert not bridge_rims(*halves, *facing_rims(*halves)).doubtful
+    wrong = turned_over(halves, "second")
+    with pytest.raises(FilterInputError, match="one of the parts is inside out"):
+        bridge_rims(*wrong, *facing_rims(*wrong))
+
+
+@pytest.mark.parametrize("degrees", [40, 60, 90, 180])
+def test_two_holes_of_one_sphere_get_a_handle(degrees: float) -> None:
+    """Rims of one component are oriented alike by it, whatever the angle between them: the result is closed and has genus 1."""
+    angle = math.radians(degrees)
+    vertices, faces = opened(*icosphere(4), (1.0, 0.0, 0.0), (math.cos(angle), math.sin(angle), 0.0), radius=0.3)
+    assert_handle(vertices, faces, np.ones(len(vertices), dtype=bool))
+
+
+def test_two_holes_of_a_plate_get_a_handle() -> None:
+    """Rims in one plane, which face nowhere; the plate's own border stays."""
+    vertices, faces = grid(20, 40)
+    inside: Bools = np.asarray((np.abs(vertices[:, :2] - [20.0, 10.0]) < [19.5, 9.5]).all(axis=1))
+    assert_handle(*opened(vertices, faces, (10.0, 10.0, 0.0), (30.0, 10.0, 0.0), radius=3.0), inside, border=120)
+
+
+def assert_handle(vertices: Floats, faces: Ints, among: Bools, border: int = 0) -> None:
+    """What two rims of one part get is a handle: an oriented surface of Euler characteristic 0, or -1 with one border."""
+    band = blend_parts(vertices, faces, among=among)
+    assert not band.doubtful
+    everything = np.concatenate([faces, band.faces])
+    pairs, counts = edge_face_counts(everything)
+    assert counts.max() == 2
+    assert (counts == 1).sum() == border
+    halves = np.concatenate([np.roll(everything, k, axis=1)[:, :2] for k in range(3)])
+    assert len(np.unique(halves, axis=0)) == len(halves)
+    assert len(np.unique(everything)) - len(pairs) + len(everything) == (-1 if border else 0)
+
+
+def test_long_rims_tell_how_far_they_are_and_too_long_ones_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Shares rise from 0 to 1 in many steps, and stop the work when they raise; above the largest grid of spans it is said."""
+    mesh = two_tubes(400, 300, gap=0.3)
+    shares: list[float] = []
+    monkeypatch.setattr(blend, "_SPANS_AT_A_TIME", 10_000)
+    blend_parts(*mesh, progress=shares.append)
+    assert len(shares) > 50
+    assert shares == sorted(shares)
+    assert 0.0 <= shares[0] <= shares[-1] <= 1.0
+    assert shares[-1] > 0.9
+    monkeypatch.setattr(blend, "_MOST_SPANS", 400 * 300 - 1)
+    with pytest.raises(FilterInputError, match=r"the rims have [34]00 and [34]00 edges: a band is searched"):
+        blend_parts(*mesh)
 
 
 def test_the_rims_found_are_the_nearest_of_all_pairs() -> None:
