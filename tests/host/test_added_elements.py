@@ -11,7 +11,7 @@ import pytest
 
 from pymeshfair.declaration import Edit
 from pymeshfair.errors import MeshError
-from pymeshfair.layer import attributes
+from pymeshfair.layer import Workbench, attributes
 from pymeshfair.meshset import MeshSet
 from tests.host.snapshots import PER_FACE, PER_VERTEX, add_attributes, differences, everything, give_back, same, sample, wild
 from tests.host.test_write_back import as_read, coloured_ply, textured_obj
@@ -312,15 +312,128 @@ def test_meshes_that_cannot_be_added_to_stay_as_they_were(mesh: Any, message: st
     assert differences(before, everything(meshes)) == []
 
 
-def test_an_attribute_that_meshlab_cannot_name_stops_an_addition_before_it_begins() -> None:
-    """With a custom attribute whose name no expression can hold the mesh stays as it was, and the message names it."""
-    meshes = MeshSet()
-    meshes.add_mesh(pymeshlab.Mesh(np.eye(3), np.array([[0, 1, 2]])))
-    meshes.current_mesh().add_vertex_custom_scalar_attribute(np.zeros(3), "a b")
+@pytest.mark.parametrize("kind", ["scalar", "point"])
+@pytest.mark.parametrize("element", ["vertex", "face"])
+@pytest.mark.parametrize("name", ["a b", "A-b", "1a", "é"])
+def test_an_attribute_that_meshlab_cannot_compute_with_stops_an_addition_before_it_begins(
+    name: str, element: str, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With a custom attribute whose name no expression can hold no filter of MeshLab is applied, and the message names it."""
+    meshes = named(name, element, kind)
     before = everything(meshes)
-    with pytest.raises(MeshError, match=r"because of its custom attributes \(a_b\)"):
+    monkeypatch.setattr(Workbench, "apply", lambda *_, **__: pytest.fail("a filter was applied"))
+    with pytest.raises(MeshError, match=f"custom {element} attribute {name!r}; .* may have the letters a to z, digits and _"):
         meshes.apply_step(give_back(Edit(added_vertices=np.ones((1, 3)))))
     assert differences(before, everything(meshes)) == []
+
+
+@pytest.mark.parametrize(("element", "name"), [("vertex", "vi"), ("vertex", "x"), ("face", "fi"), ("face", "ti")])
+def test_an_attribute_that_hides_a_variable_of_meshlab_stops_an_addition_before_it_begins(element: str, name: str) -> None:
+    """A custom attribute called as what the expressions ask for is named, and the mesh stays as it was."""
+    meshes = named(name, element, "scalar")
+    before = everything(meshes)
+    with pytest.raises(MeshError, match=f"custom {element} attribute {name!r}; it hides"):
+        meshes.apply_step(give_back(Edit(added_vertices=np.ones((1, 3)))))
+    assert differences(before, everything(meshes)) == []
+
+
+@pytest.mark.parametrize("kind", ["scalar", "point"])
+@pytest.mark.parametrize("element", ["vertex", "face"])
+@pytest.mark.parametrize("name", ["Label", "distanceToCentre", "Some_Words_in_CAPITALS", "oDD", "X", "FI"])
+def test_attributes_with_capitals_stay(name: str, element: str, kind: str) -> None:
+    """A custom attribute with capitals keeps its values, and is 0 at added elements."""
+    meshes = named(name, element, kind)
+    read = getattr(meshes.current_mesh(), f"{element}_custom_{kind}_attribute_" + ("array" if kind == "scalar" else "matrix"))
+    before = read(name)
+    meshes.apply_step(give_back(Edit(**additions(meshes, 5, 9))))
+    after = read(name)
+    assert same(after[: len(before)], before)
+    assert len(after) > len(before)
+    assert not after[len(before) :].any()
+
+
+def test_an_attribute_whose_spelling_is_not_found_is_named() -> None:
+    """Of a long name with capitals in odd places MeshLab tells too little; the mesh stays as it was."""
+    meshes = named("vEry_lOng_nAme_with_odd_cApitals", "face", "scalar")
+    before = everything(meshes)
+    with pytest.raises(MeshError, match="attribute 'very_long_name_with_odd_capitals'; MeshLab lists it in lower case"):
+        meshes.apply_step(give_back(Edit(added_vertices=np.ones((1, 3)))))
+    assert differences(before, everything(meshes)) == []
+
+
+def named(attribute: str, element: str, kind: str) -> MeshSet:
+    """Two triangles with a custom attribute of that name."""
+    meshes = MeshSet()
+    mesh = pymeshlab.Mesh(np.eye(4, 3), np.array([[0, 1, 2], [0, 2, 3]]))
+    meshes.add_mesh(mesh)
+    mesh = meshes.current_mesh()
+    count = mesh.vertex_number() if element == "vertex" else mesh.face_number()
+    values = np.random.default_rng(5).normal(size=count if kind == "scalar" else (count, 3))
+    getattr(mesh, f"add_{element}_custom_{kind}_attribute")(values, attribute)
+    return meshes
+
+
+class Stopped(BaseException):
+    """What an impatient user does."""
+
+
+@pytest.mark.parametrize("late", [False, True])
+@pytest.mark.parametrize("make", MESHES, ids=lambda f: f.__name__)
+def test_an_interrupted_addition_leaves_no_trace(make: Any, late: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Stopped before or after any of MeshLab's filters, the mesh, its place among the layers and their number stay."""
+    apply = Workbench.apply
+    for stop_at in range(1000):
+        meshes = make()
+        before, layers = everything(meshes), [(m.id(), m.label()) for m in meshes]
+        edit = Edit(**additions(meshes, 3, 8), vertices=before["vertices"] + 1.0)
+        count = iter(range(2000))
+
+        def stopping(self: Any, *args: Any, count: Any = count, stop_at: int = stop_at, **kwargs: Any) -> Any:
+            here = next(count) == stop_at
+            if here and not late:
+                raise Stopped
+            told = apply(self, *args, **kwargs)
+            if here:
+                raise Stopped
+            return told
+
+        with monkeypatch.context() as patch:
+            patch.setattr(Workbench, "apply", stopping)
+            try:
+                meshes.apply_step(give_back(edit))
+            except Stopped:
+                pass
+            else:
+                break
+        assert differences(before, everything(meshes), but=MADE - before.keys()) == [], stop_at
+        assert [(m.id(), m.label()) for m in meshes] == layers, stop_at
+        assert meshes.current_mesh_id() == before["id"]
+    assert 20 < stop_at < 999
+
+
+@pytest.mark.parametrize("size", [1e-300, 1e156, 1e300])
+def test_meshes_of_any_size_can_be_added_to(size: float) -> None:
+    """Where squares of distances overflow or vanish, added elements still take after the nearest ones."""
+    meshes = MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(np.eye(3) * size, np.array([[0, 1, 2]])))
+    meshes.compute_scalar_by_function_per_vertex(q="vi")
+    edit = Edit(added_vertices=np.eye(3)[::-1] * size * 1.5, added_faces=np.array([[2, 1, 3]], dtype=np.int32))
+    meshes.apply_step(give_back(edit))
+    mesh = meshes.current_mesh()
+    assert same(mesh.vertex_matrix(), np.vstack([np.eye(3), np.eye(3)[::-1] * 1.5]) * size)
+    assert mesh.vertex_scalar_array().tolist()[3:5] == [2, 1]
+
+
+def test_scalars_of_faces_that_are_all_the_same_bring_no_colours() -> None:
+    """With one scalar at all faces a mesh without colours of faces has none after an addition; with unlike ones it has some."""
+    for scalars in ([5.0, 5.0], [5.0, 6.0]):
+        meshes = MeshSet()
+        triangles = np.array([[0, 1, 2], [0, 2, 3]])
+        meshes.add_mesh(pymeshlab.Mesh(vertex_matrix=np.eye(4, 3), face_matrix=triangles, f_scalar_array=np.array(scalars)))
+        meshes.apply_step(give_back(Edit(added_faces=np.array([[1, 3, 2], [2, 3, 1], [0, 3, 1]]))))
+        mesh = meshes.current_mesh()
+        assert set(mesh.face_scalar_array()) == set(scalars)
+        assert mesh.has_face_color() == (len(set(scalars)) > 1)
 
 
 def test_edges_stay() -> None:

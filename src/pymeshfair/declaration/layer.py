@@ -99,6 +99,12 @@ class Edit:
     with texture coordinates at the corners of its faces alone gets some at its vertices, each from one of its corners, and a mesh
     of polygons that has no triangle becomes one of triangles.
 
+    Writing scalars of faces makes MeshLab give a mesh without colours of faces white ones, which a saved file then has. So does
+    an addition to a mesh that has scalars of faces which are not all the same.
+
+    If an addition fails or is interrupted, the layer becomes what it was, but for what MeshLab cannot take away: texture
+    coordinates of vertices, scalars and colours of faces, and triangles in place of polygons, as far as it had come with them.
+
     Attributes:
         vertices: (n, 3) new coordinates.
         added_vertices: (a, 3) vertices to add, to a mesh that has faces.

@@ -12,11 +12,10 @@ from scipy.spatial import cKDTree
 from ..declaration import Bools, Edit, Floats, Ints
 from ..errors import MeshError
 from .arrays import read_array
-from .attributes import Element, bring_in, clear_beyond
+from .attributes import ELEMENTS, bring_in, check_names, clear_beyond
 from .growth import check_growable, grow
 from .workbench import Workbench
 
-_ELEMENTS: tuple[Element, Element] = ("vertex", "face")
 TRIANGULATED = "the mesh had polygons and no triangle; it has triangles alone now"
 
 
@@ -42,9 +41,10 @@ def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[s
         about what could not be kept.
 
     Raises:
-        MeshError: the mesh has elements that MeshLab would not keep.
+        MeshError: the mesh has elements that MeshLab would not keep, or attributes that it cannot compute with.
     """
     check_growable(mesh)
+    check_names(bench, mesh)
     vertices = read_array(mesh, "vertices") if edit.vertices is None else edit.vertices
     faces = read_array(mesh, "faces")
     added_vertices = np.empty((0, 3)) if edit.added_vertices is None else edit.added_vertices
@@ -52,12 +52,12 @@ def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[s
     points = np.concatenate([vertices, added_vertices])
     uv = mesh.vertex_tex_coord_matrix() if mesh.has_vertex_tex_coord() else None
     wedges = mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2) if mesh.has_wedge_tex_coord() else None
-    selection = {element: read_array(mesh, f"{element}_selection") for element in _ELEMENTS}
+    selection = {element: read_array(mesh, f"{element}_selection") for element in ELEMENTS}
     may_give = np.ones(len(faces), dtype=np.bool_) if wedges is None else _textured(bench, mesh, wedges, faces, added_faces)
     donors = find_donors(points, faces, added_faces, len(vertices), may_give)
 
     remaining: dict[str, Any] = {"vertices": points, "added_vertices": None, "added_faces": None}
-    for element, of in zip(_ELEMENTS, (donors.vertices, donors.faces), strict=True):
+    for element, of in zip(ELEMENTS, (donors.vertices, donors.faces), strict=True):
         chosen = np.append(selection[element], np.zeros(len(of), dtype=np.bool_))
         remaining[f"{element}_selection"] = chosen if (given := getattr(edit, f"{element}_selection")) is None else given
         for name in ("scalars", "colors"):
@@ -69,12 +69,12 @@ def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[s
     clear_beyond(bench, mesh, "vertex", len(vertices))
     clear_beyond(bench, mesh, "face", len(faces))
     if wedges is not None:
-        _write_wedge_uv(bench, mesh, wedges, wedges[donors.faces, donors.corners], seed)
+        write_wedge_uv(bench, mesh, wedges, wedges[donors.faces, donors.corners], seed)
         if uv is None:  # MeshLab has given it some on the way
             uv = np.zeros((len(vertices), 2))
             uv[faces.ravel()[::-1]] = wedges.reshape(-1, 2)[::-1]
     if uv is not None:
-        _write_vertex_uv(bench, mesh, np.concatenate([uv, uv[donors.vertices]]))
+        write_vertex_uv(bench, mesh, np.concatenate([uv, uv[donors.vertices]]))
     return replace(edit, **remaining), (TRIANGULATED,) if triangulated else ()
 
 
@@ -97,6 +97,8 @@ def find_donors(points: Floats, faces: Ints, added_faces: Ints, old: int, may_gi
     rim = np.isin(at, added_faces[added_faces < old])
     if rim.any():
         at, first = at[rim], first[rim]
+    # Squares of distances must neither overflow nor vanish; a power of two leaves every digit as it is.
+    points = np.ldexp(points, -np.frexp(np.abs(points).max())[1])
     tree = cKDTree(points[at])
     _, near_vertex = tree.query(points[old:])
     _, near_face = tree.query(points[added_faces].mean(axis=1))
@@ -120,7 +122,8 @@ def _textured(bench: Workbench, mesh: Any, wedges: Floats, faces: Ints, added_fa
     return best if best.any() else everywhere
 
 
-def _write_vertex_uv(bench: Workbench, mesh: Any, uv: Floats) -> None:
+def write_vertex_uv(bench: Workbench, mesh: Any, uv: Floats) -> None:
+    """Make the texture coordinates of the vertices these, (n, 2)."""
     if np.array_equal(mesh.vertex_tex_coord_matrix(), uv, equal_nan=True):
         return
     u, v = bring_in(bench, mesh, "vertex", list(uv.T))
@@ -129,7 +132,7 @@ def _write_vertex_uv(bench: Workbench, mesh: Any, uv: Floats) -> None:
         raise MeshError(f"MeshLab did not take the texture coordinates of {mesh.label()!r} exactly; please report this mesh")
 
 
-def _write_wedge_uv(bench: Workbench, mesh: Any, wedges: Floats, uv: Floats, seed: int) -> None:
+def write_wedge_uv(bench: Workbench, mesh: Any, wedges: Floats, uv: Floats, seed: int) -> None:
     """Give added faces one place of the texture each, and the seed its own again."""
     old = len(wedges)
     columns = np.concatenate([np.zeros((old, 2)), uv])

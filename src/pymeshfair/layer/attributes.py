@@ -7,7 +7,9 @@ which takes longer. Point attributes are never used: MeshLab reads freed memory 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Callable, Iterator, Sequence
+from itertools import chain, combinations, islice, product
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -20,6 +22,7 @@ from .refill import refill_faces, refill_vertices
 from .workbench import Workbench
 
 Element: TypeAlias = Literal["vertex", "face"]
+ELEMENTS: tuple[Element, Element] = ("vertex", "face")
 
 #: Every helper attribute's name begins with this.
 PREFIX = "pymeshfair_helper_"
@@ -30,6 +33,19 @@ SPARE = 3
 
 _SAVED_AS: dict[Element, str] = {"vertex": "__ca_vs__", "face": "__ca_fs__"}
 _POINTS_SAVED_AS: dict[Element, str] = {"vertex": "__ca_vp__", "face": "__ca_fp__"}
+
+
+#: What can be computed with, apart from the constants of muParser.
+_WORD = re.compile("[A-Za-z_][A-Za-z0-9_]*")
+_CONSTANTS = {"_pi", "_e"}
+_ALLOWED = "a name may have the letters a to z, digits and _, and no digit first"
+#: What the expressions of a write-back ask MeshLab for.
+_VARIABLES: dict[Element, set[str]] = {
+    "vertex": {"vi", "x", "y", "z", "nx", "ny", "nz"},
+    "face": {"fi", "ti", *(f"n{axis}{corner}" for axis in "xyz" for corner in range(3))},
+}
+#: As many are tried of each kind, ten microseconds each: all those of twelve letters.
+_MOST_SPELLINGS = 2**12
 
 
 def bring_in(bench: Workbench, mesh: Any, element: Element, arrays: Sequence[Floats]) -> list[str]:
@@ -87,21 +103,81 @@ def _saved(bench: Workbench, prefix: str) -> list[str]:
     return [key.removeprefix(prefix) for key in offered if key.startswith(prefix)]
 
 
-def clear_beyond(bench: Workbench, mesh: Any, element: Element, kept: int) -> None:
-    """Make the custom attributes of the current layer 0 from element `kept` on, where MeshLab may leave anything."""
-    index = {"vertex": "vi", "face": "fi"}[element]
-    for name in attribute_names(bench, element):
-        if name.startswith(PREFIX):
+def check_names(bench: Workbench, mesh: Any) -> None:
+    """Raise `MeshError` if MeshLab cannot compute on the current layer because of what its custom attributes are called."""
+    for element, told, points, name in _own(bench, mesh):
+        if name is None:
+            what = "MeshLab lists it in lower case, and it cannot be found by any other spelling that was tried"
+        elif not _WORD.fullmatch(name) or (not points and name in _CONSTANTS):
+            what = f"MeshLab cannot compute on a mesh with it: {_ALLOWED}"
+        elif not points and name in _VARIABLES[element]:
+            what = "it hides what MeshLab calls so in its own expressions"
+        else:
             continue
-        if getattr(mesh, f"{element}_custom_scalar_attribute_array")(name)[kept:].any():
+        raise MeshError(
+            f"nothing can be added to {mesh.label()!r} because of the name of its custom {element} attribute "
+            f"{name or told!r}; {what}; save the mesh without it, or give it another name"
+        )
+
+
+def clear_beyond(bench: Workbench, mesh: Any, element: Element, kept: int) -> None:
+    """Make the custom attributes of the current layer 0 from element `kept` on, where MeshLab may leave anything.
+
+    The layer has passed `check_names`.
+    """
+    index = {"vertex": "vi", "face": "fi"}[element]
+    for of, _, points, name in list(_own(bench, mesh)):
+        if of != element or name is None:
+            continue
+        values = _reader(mesh, element, points=points)(name)
+        if not values[kept:].any():
+            continue
+        if points:
+            values[kept:] = 0.0
+            x, y, z = bring_in(bench, mesh, element, list(values.T))
+            bench.apply(f"compute_new_custom_point_attribute_per_{element}", name=name, x_expr=x, y_expr=y, z_expr=z)
+        else:
             new = f"{index}<{kept}?{name}:0"
             bench.apply(f"compute_new_custom_scalar_attribute_per_{element}", name=name, expr=new)
-    for name in _saved(bench, _POINTS_SAVED_AS[element]):
-        points = getattr(mesh, f"{element}_custom_point_attribute_matrix")(name)
-        if points[kept:].any():
-            points[kept:] = 0.0
-            x, y, z = bring_in(bench, mesh, element, list(points.T))
-            bench.apply(f"compute_new_custom_point_attribute_per_{element}", name=name, x_expr=x, y_expr=y, z_expr=z)
+
+
+def _own(bench: Workbench, mesh: Any) -> Iterator[tuple[Element, str, bool, str | None]]:
+    """The custom attributes that are not helpers: of what, as MeshLab tells them, whether of points, and their names if found."""
+    for element in ELEMENTS:
+        for points, prefixes in ((False, _SAVED_AS), (True, _POINTS_SAVED_AS)):
+            for told in _saved(bench, prefixes[element]):
+                if points or not told.startswith(PREFIX):
+                    yield element, told, points, _spelled(_reader(mesh, element, points=points), told)
+
+
+def _reader(mesh: Any, element: Element, *, points: bool) -> Callable[[str], Floats]:
+    read: Callable[[str], Floats] = getattr(
+        mesh, f"{element}_custom_point_attribute_matrix" if points else f"{element}_custom_scalar_attribute_array"
+    )
+    return read
+
+
+def _spelled(read: Callable[[str], Floats], told: str) -> str | None:
+    """The name of which MeshLab tells this much: in lower case, and with _ for a blank or a hyphen; None if it is not found."""
+    for name in _spellings(told):
+        try:
+            read(name)
+        except pymeshlab.PyMeshLabException:
+            continue
+        return name
+    return None
+
+
+def _spellings(told: str) -> Iterator[str]:
+    """Names that MeshLab would tell so: words with capitals first, then few capitals anywhere, then other separators."""
+    words = [(word, word.capitalize(), word.upper()) for word in told.split("_")]
+    letters = [place for place, letter in enumerate(told) if letter != letter.upper()]
+    capitals = chain.from_iterable(combinations(letters, count) for count in range(1, len(letters) + 1))
+    yield from islice(map("_".join, product(*words)), _MOST_SPELLINGS)
+    for chosen in islice(capitals, _MOST_SPELLINGS):
+        yield "".join(letter.upper() if place in chosen else letter for place, letter in enumerate(told))
+    for other in " -":
+        yield from islice(map(other.join, product(*words)), _MOST_SPELLINGS)
 
 
 def without_helpers(parameters: dict[str, Any]) -> dict[str, Any]:
@@ -112,11 +188,11 @@ def without_helpers(parameters: dict[str, Any]) -> dict[str, Any]:
 
 def explain(bench: Workbench, error: Exception) -> MeshError:
     """What it means that one of MeshLab's "by function" filters failed during a write-back."""
-    every = [name for element in _SAVED_AS for name in attribute_names(bench, element)]
-    own = [name for name in every if not name.startswith(PREFIX)]
+    mesh = pymeshlab.MeshSet.current_mesh(bench.meshset)
+    own = [name or told for _, told, _, name in _own(bench, mesh)]
     if own and "unknown exception" in str(error):
         return MeshError(
-            f"MeshLab cannot compute on this mesh, most likely because of its custom attributes ({', '.join(own)}): a name may "
-            "have letters, digits and _, and no digit first; save the mesh without the one that has others"
+            f"MeshLab cannot compute on this mesh, most likely because of its custom attributes ({', '.join(map(repr, own))}): "
+            f"{_ALLOWED}; save the mesh without the one that has others"
         )
     return MeshError(f"MeshLab could not take the result: {error}")

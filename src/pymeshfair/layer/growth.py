@@ -91,6 +91,28 @@ def grow(bench: Workbench, mesh: Any, vertices: int, added_faces: Ints, may_seed
     return seed, triangulated
 
 
+def shrink(bench: Workbench, mesh: Any, vertices: int, faces: Ints) -> None:
+    """Undo `grow` on the current layer, however far it has come, but for what `grow` leaves to its caller.
+
+    Args:
+        bench: of the mesh set.
+        mesh: the current layer, which has no matrix.
+        vertices: how many it had.
+        faces: (m, 3) those that it had.
+    """
+    if mesh.face_number() > len(faces):
+        bench.apply("compute_selection_by_condition_per_face", condselect=f"fi>={len(faces)}")
+        bench.apply("meshing_remove_selected_faces")
+    if mesh.vertex_number() > vertices:
+        target: NDArray[np.intp] = np.zeros(mesh.vertex_number(), dtype=np.intp)
+        target[read_array(mesh, "faces")] = faces
+        target[:vertices] = np.arange(vertices)
+        _send(bench, mesh, target)
+        bench.apply("meshing_remove_duplicate_vertices")
+    if mesh.vertex_number() != vertices or not np.array_equal(read_array(mesh, "faces"), faces):
+        raise MeshError(f"the faces of {mesh.label()!r} could not be put back")
+
+
 def _seed(bench: Workbench, mesh: Any, may_seed: Bools) -> tuple[int, bool]:
     """A face that is a polygon by itself, preferably, and whether the mesh has lost its polygons because there is none."""
     # Every edge has a length now, so edges within polygons make a difference. A list of polygons takes far more memory.
