@@ -11,6 +11,7 @@ from pymeshfair.declaration import Bool, Bools, Edit, Enum, FilterClass, Int, La
 from pymeshfair.filters.holes.close_holes import HOLE_ENERGIES, HoleEnergy, close_holes
 from pymeshfair.filters.holes.filling import HoleFilling, OpenRim
 from pymeshfair.filters.progress import Progress, ignore_progress
+from pymeshfair.filters.topology import non_manifold_edges
 
 Mark: TypeAlias = Literal["none", "scalar", "color"]
 MARKS: tuple[Mark, ...] = ("none", "scalar", "color")
@@ -50,9 +51,10 @@ def meshing_close_holes_by_fairing(
         Int(
             label="Largest hole",
             minimum=3,
-            maximum=100_000,
-            help="The most edges that the rim of a hole may have. Larger closes larger holes. Outer borders of open sheets are "
-            "told from holes by their shape and stay open.",
+            maximum=10_000,
+            help="The most edges that the rim of a hole may have. Larger closes larger holes; one of 10,000 edges takes half a "
+            "gigabyte of memory and more. Outer borders of open sheets stay open, whatever their size: rims that turn like that "
+            "of a flat disc, and those that span more than a third of the area of their sheet, unless they are selected.",
         ),
     ] = 300,
     energy: Annotated[
@@ -62,7 +64,8 @@ def meshing_close_holes_by_fairing(
             choices=HOLE_ENERGIES,
             help="How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim; "
             "'thin_plate' continues the tangent planes around; 'minimum_variation' continues the curvatures too, so that what is "
-            "round stays round, and follows noise at the rim; 'none' leaves them flat as they were made.",
+            "round stays round, and follows noise at the rim; 'none' leaves them flat as they were made. A hole at whose rim "
+            "there are degenerate triangles may get a lower energy than the others, which is said.",
         ),
     ] = "thin_plate",
     refine: Annotated[
@@ -88,15 +91,16 @@ def meshing_close_holes_by_fairing(
         Enum(
             label="Islands",
             choices=ISLANDS,
-            help="Pieces of surface that lie loose in a hole: 'join' makes them part of the filling, 'leave' fills the hole "
-            "without regard to them.",
+            help="Pieces of surface that lie loose in a hole: 'join' makes them part of the filling, or leaves the hole open if "
+            "that cannot be done; 'leave' fills the hole without regard to them.",
         ),
     ] = "join",
     selected: Annotated[
         bool,
         Bool(
             label="Holes at the selection only",
-            help="Close only holes whose rim has a selected vertex, or a vertex of a selected face.",
+            help="Close only holes whose rim has a selected vertex, or a vertex of a selected face, those too that otherwise "
+            "count as outer borders by their area.",
         ),
     ] = False,
     mark: Annotated[
@@ -105,17 +109,19 @@ def meshing_close_holes_by_fairing(
             label="Mark new faces",
             choices=MARKS,
             help="How new faces are told from the others in a saved file: 'scalar' gives each the number of the hole that it "
-            "closes, from 1, and all others 0; 'color' paints them orange; 'none' leaves both as they are.",
+            "closes, from 1, and all others 0, in place of the scalars that faces had; 'color' paints them orange, and the "
+            "others white if faces had no colours; 'none' leaves both as they are.",
         ),
-    ] = "scalar",
+    ] = "none",
     progress: Progress = ignore_progress,
 ) -> Edit:
     """Closes holes with triangles as dense as those around, which continue the surface smoothly across the rim.
 
     What is there stays as it is, textures too. New vertices and faces come last and are the ones that are selected afterwards, so
-    that a next step can delete, smooth or measure them. They take colours, scalars and texture from the rim. Returns how many
-    holes were closed and the edges of each rim, how many vertices and faces are new, and how many rims were left open, why and
-    with how many edges; the largest are told one by one.
+    that a next step can delete, smooth or measure them. They take colours, scalars and texture from the rim. A mark is written if
+    a hole was closed: "scalar" overwrites the scalars of all faces, "color" the colours of the new ones. Returns how many holes
+    were closed and the edges of each rim, how many vertices and faces are new, how many holes were filled by a lower energy, and
+    how many rims were left open, why and with how many edges; the largest are told one by one.
     """
     filling = close_holes(
         layer.vertices,
@@ -136,8 +142,8 @@ def meshing_close_holes_by_fairing(
         vertex_selection=np.arange(n + len(filling.new_vertices)) >= n,
         face_selection=new_faces,
         **_marks(layer, filling, new_faces, mark),
-        values=_values(filling),
-        notes=_notes(filling),
+        values=_values(filling, energy),
+        notes=_lowered(filling, energy) + (_notes(filling) or _no_hole(layer, filling)),
     )
 
 
@@ -149,6 +155,8 @@ def _touched(layer: Layer) -> Bools:
 
 
 def _marks(layer: Layer, filling: HoleFilling, new_faces: Bools, mark: Mark) -> dict[str, Any]:
+    if not filling.closed:
+        return {}
     if mark == "scalar":
         numbers = np.zeros(len(new_faces))
         numbers[new_faces] = filling.hole_of_face + 1.0
@@ -162,28 +170,59 @@ def _marks(layer: Layer, filling: HoleFilling, new_faces: Bools, mark: Mark) -> 
     return {}
 
 
-def _values(filling: HoleFilling) -> dict[str, Any]:
+def _values(filling: HoleFilling, energy: HoleEnergy) -> dict[str, Any]:
     return {
         "closed_holes": len(filling.closed),
         "new_vertices": len(filling.new_vertices),
         "new_faces": len(filling.new_faces),
         "joined_islands": sum(len(island) > 0 for island in filling.islands),
         "closed_rim_edges": [len(rim) for rim in filling.closed],
+        "lower_energy_holes": len(_lower(filling, energy)),
         "left_open": dict(sorted(Counter(rim.reason for rim in filling.left_open).items())),
         "left_open_rim_edges": [len(rim.vertices) for rim in filling.left_open],
     }
 
 
+def _lower(filling: HoleFilling, energy: HoleEnergy) -> list[int]:
+    """The holes that have new vertices which another energy than this one placed."""
+    refined = set(filling.hole_of_vertex.tolist())
+    return [k for k, used in enumerate(filling.energies) if used != energy and k in refined]
+
+
+def _lowered(filling: HoleFilling, energy: HoleEnergy) -> tuple[str, ...]:
+    """One sentence a hole that was placed by a lower energy than asked for."""
+    holes = _lower(filling, energy)
+    notes = [
+        f"the filling of the rim of {len(filling.closed[k])} edges through vertex {filling.closed[k][0]} was placed with energy "
+        f"{filling.energies[k]!r}: the equations of {energy!r} are too ill-conditioned there, as at triangles without area"
+        for k in holes[:MOST_TOLD]
+    ]
+    if len(holes) > MOST_TOLD:
+        notes.append(f"{len(holes) - MOST_TOLD} more fillings were placed with a lower energy")
+    return tuple(notes)
+
+
+def _no_hole(layer: Layer, filling: HoleFilling) -> tuple[str, ...]:
+    """A sentence on a mesh without any border, which may be hidden by faces that are there twice."""
+    if filling.closed or filling.left_open:
+        return ()
+    crowded = len(non_manifold_edges(layer.faces))
+    if crowded == 0:
+        return ("there is no hole: every edge has two faces",)
+    return (
+        f"no hole was found: no edge has one face alone, but {crowded} have more than two; faces that are there twice hide "
+        "holes, so remove duplicate faces first",
+    )
+
+
 def _notes(filling: HoleFilling) -> tuple[str, ...]:
     """One sentence a rim for those that somebody may want closed, the largest first."""
-    if not filling.closed and not filling.left_open:
-        return ("there is no hole: every edge has two faces",)
     told: list[OpenRim] = [rim for rim in filling.left_open if rim.reason not in ("selection", "outer")]
     told.sort(key=lambda rim: -len(rim.vertices))
     notes = [rim.message for rim in told[:MOST_TOLD]]
     if len(told) > MOST_TOLD:
         notes.append(f"{len(told) - MOST_TOLD} more rims were left open, of at most {len(told[MOST_TOLD].vertices)} edges")
-    if not filling.closed and not told:
+    if not filling.closed and filling.left_open and not told:
         notes.append("no hole was closed: there are only outer borders" + _or_unselected(filling.left_open))
     return tuple(notes)
 

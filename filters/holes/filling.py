@@ -1,14 +1,21 @@
 """What closing holes gives: the vertices and faces to add, and what was left open and why."""
 
-from typing import Literal, NamedTuple, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias, get_args
 
 from ..mesh import Floats, Ints
 
-#: Why a rim was left open. "size": it has more edges than asked for. "selection": none of its vertices is selected. "outer": it
-#: is the outer border of an open sheet. "island": so it is, and lies in a hole that could not be joined to it. "seam": its two
-#: sides coincide. "orientation": faces at it are not coherently oriented. "non_manifold": an edge with more than two faces ends
-#: at it. "no_triangulation": any triangulation would have degenerate triangles or edges with more than two faces.
-Reason: TypeAlias = Literal["size", "selection", "outer", "island", "seam", "orientation", "non_manifold", "no_triangulation"]
+#: Why a rim was left open. "size": it is that of a hole, with more edges than asked for. "selection": none of its vertices is
+#: selected. "outer": it is the outer border of an open sheet. "probably_outer": so it seems, by its area. "island": it is the
+#: border of an island that could not be joined to the hole around it, or the rim of that hole. "seam": its two sides coincide.
+#: "orientation": faces at it are not coherently oriented. "non_manifold": an edge with more than two faces ends at it.
+#: "no_triangulation": any triangulation would have degenerate triangles or edges with more than two faces.
+Reason: TypeAlias = Literal[
+    "size", "selection", "outer", "probably_outer", "island", "seam", "orientation", "non_manifold", "no_triangulation"
+]
+
+#: How the new vertices are placed: by `fair_region` with that energy, or "none": where refinement put them. In ascending order.
+HoleEnergy: TypeAlias = Literal["none", "membrane", "thin_plate", "minimum_variation"]
+HOLE_ENERGIES: tuple[HoleEnergy, ...] = get_args(HoleEnergy)
 
 
 class OpenRim(NamedTuple):
@@ -39,6 +46,8 @@ class HoleFilling(NamedTuple):
         closed: for every closed hole (k,) int32 the vertices of its rim in order along it, in the direction of the new faces.
         islands: for every closed hole (k,) int32 the vertices of the rims of islands in it that the new faces join; mostly none.
         left_open: the other rims, and why they were left.
+        energies: for every closed hole the energy that placed its new vertices: the one asked for, or where its equations are too
+            ill-conditioned to be solved, the highest of the lower ones that can be, or "none".
     """
 
     new_vertices: Floats
@@ -48,3 +57,4 @@ class HoleFilling(NamedTuple):
     closed: tuple[Ints, ...]
     islands: tuple[Ints, ...]
     left_open: tuple[OpenRim, ...]
+    energies: tuple[HoleEnergy, ...]

@@ -58,6 +58,11 @@ class Patches:
         self._links: dict[int, set[int]] = {}
         self._sewn: list[_Sewn] = []
 
+    @property
+    def count(self) -> int:
+        """How many there are."""
+        return len(self._sewn)
+
     def add(self, rim: Rim, islands: list[Rim], refine: bool, progress: Progress) -> bool:
         """Triangulate and refine one more hole and the islands in it; False, and nothing is added, if that cannot be done."""
         outline = polygon(rim, islands, self._points)

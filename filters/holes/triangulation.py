@@ -63,7 +63,12 @@ def triangulate_rim(
                 continue
         for k in np.flatnonzero(np.isnan(across[:, 0])):
             across[k] = _apex(done, int(corners[k]), int(corners[(k + 1) % len(corners)]), p)
-        triangles = _triangulate(p[corners], across, forbidden[np.ix_(corners, corners)], progress)
+        before, own = sum(map(len, done)), len(corners) - 2
+
+        def partial(share: float, before: int = before, own: int = own) -> None:
+            progress((before + own * share) / (n - 2))
+
+        triangles = _triangulate(p[corners], across, forbidden[np.ix_(corners, corners)], partial)
         if triangles is None:
             return None
         done.append(corners[triangles])

@@ -19,7 +19,7 @@ from pymeshfair.plugins.holes import meshing_close_holes_by_fairing as declared
 from pymeshfair.recipe import load_recipe
 from tests.commands.command_line import document, run_process
 from tests.host.snapshots import PER_FACE, PER_VERTEX, add_attributes, differences, everything, sample
-from tests.meshes import Mesh, icosphere
+from tests.meshes import Mesh, icosphere, with_needles
 
 BUNNY = sample("bunny10k_textured.obj")
 #: the edges of the bunny's five rims
@@ -51,7 +51,7 @@ def test_new_faces_come_last_selected_and_numbered() -> None:
     ball = cut_ball()
     meshes, notes = mesh_set(ball)
     meshes.set_selection_all()
-    values = meshes.meshing_close_holes_by_fairing()
+    values = meshes.meshing_close_holes_by_fairing(mark="scalar")
     mesh = meshes.current_mesh()
     n, m = len(ball[0]), len(ball[1])
     assert values is not None
@@ -130,9 +130,57 @@ def test_a_closed_mesh_is_told_that_it_has_no_hole() -> None:
     """On a mesh without a border nothing changes but the selection, and that is said."""
     meshes, notes = mesh_set(icosphere(1))
     before = everything(meshes)
-    meshes.meshing_close_holes_by_fairing(mark="none")
+    meshes.meshing_close_holes_by_fairing()
     assert notes == ["there is no hole: every edge has two faces"]
     assert differences(before, everything(meshes)) == []
+
+
+@pytest.mark.parametrize("mark", ["scalar", "color"])
+def test_no_mark_is_written_if_nothing_was_closed(mark: Mark) -> None:
+    """The scalars and colours that faces had are still there."""
+    meshes, _ = mesh_set(cut_ball())
+    meshes.compute_scalar_by_function_per_face(q="fi/7")
+    before = everything(meshes)
+    meshes.meshing_close_holes_by_fairing(max_edges=3, mark=mark)
+    assert "face_scalars" in before
+    assert differences(before, everything(meshes)) == []
+
+
+def test_holes_behind_duplicate_faces_are_explained() -> None:
+    """Cut into both copies, a hole has a rim of edges with two faces; the sentence says what to do."""
+    vertices, faces = cut_ball()
+    meshes, notes = mesh_set((vertices, np.concatenate([faces, faces])))
+    meshes.meshing_close_holes_by_fairing()
+    (note,) = notes
+    assert note.startswith("no hole was found")
+    assert "remove duplicate faces first" in note
+
+
+def test_an_outer_border_that_may_be_a_hole_is_told() -> None:
+    """The border of a half of a ball stays open, which is said; with the border selected it is closed."""
+    vertices, faces = icosphere(3)
+    meshes, notes = mesh_set((vertices, faces[vertices[faces].mean(axis=1)[:, 2] > 0.0]))
+    values = meshes.meshing_close_holes_by_fairing()
+    assert values is not None
+    assert (values["closed_holes"], values["left_open"]) == (0, {"probably_outer": 1})
+    assert len(notes) == 1
+    assert "select a vertex of it" in notes[0]
+    meshes.set_selection_all()
+    values = meshes.meshing_close_holes_by_fairing(selected=True)
+    assert values is not None
+    assert values["closed_holes"] == 1
+
+
+def test_a_lower_energy_is_told() -> None:
+    """Beside edges without length one hole cannot be filled as asked for; its rim and the energy that it got are said."""
+    vertices, faces = with_needles(0.0)
+    rng = np.random.default_rng(280383805)
+    share = rng.uniform(0.02, 0.6)
+    meshes, notes = mesh_set((vertices, faces[rng.random(len(faces)) > share]))
+    values = meshes.meshing_close_holes_by_fairing(energy="minimum_variation")
+    assert values is not None
+    assert values["lower_energy_holes"] == 1
+    assert any("was placed with energy 'thin_plate'" in note for note in notes)
 
 
 def test_without_refinement_there_are_faces_alone() -> None:
