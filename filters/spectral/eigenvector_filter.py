@@ -25,8 +25,8 @@ class FilteredByModes(NamedTuple):
     Attributes:
         values: (n, 3).
         error: bound of the root mean square error over the surface, in the unit of the values.
-        modes: how many were computed.
-        last_frequency: of the last one, 0 if that is constant on a component.
+        modes: how many were computed, those that are constant on a component not counted.
+        last_frequency: of the last one, 0 if there is none.
     """
 
     values: Floats
@@ -37,7 +37,12 @@ class FilteredByModes(NamedTuple):
 
 def basis_fits(problem: SpectralProblem, count: int) -> bool:
     """Whether so many modes fit into 0.8 GB."""
-    return min(count, len(problem.mass)) * len(problem.mass) <= LARGEST_BASIS
+    return min(count, most_modes(problem)) * len(problem.mass) <= LARGEST_BASIS
+
+
+def most_modes(problem: SpectralProblem) -> int:
+    """How many modes there are, but for those that are constant on a component."""
+    return len(problem.mass) - problem.n_components
 
 
 def filter_by_modes(
@@ -58,16 +63,17 @@ def filter_by_modes(
     """
     last = response.last_frequency(tolerance)
     # Weyl's law: a surface of area A has A omega^2 / 4 pi modes up to omega.
-    estimate = math.ceil(_MARGIN * float(problem.mass.sum()) * last**2 / (4.0 * math.pi)) + problem.n_components + 10
-    count = min(estimate, len(problem.mass))
+    estimate = math.ceil(_MARGIN * float(problem.mass.sum()) * last**2 / (4.0 * math.pi)) + 10
+    most = most_modes(problem)
+    count = min(estimate, most)
     while True:
         omega, shapes = _modes(problem, count, progress)
-        if count == len(problem.mass) or omega[-1] >= last:
+        if count == most or omega[-1] >= last:
             break
-        count = min(count + count // 3 + 10, len(problem.mass))
+        count = min(count + count // 3 + 10, most)
     after, rest = _combined(problem, values, shapes, response(omega), response.infinity)
-    error = 0.0 if count == len(problem.mass) else tolerance * rest
-    return FilteredByModes(after, error, count, float(omega[-1]))
+    error = 0.0 if count == most else tolerance * rest
+    return FilteredByModes(after, error, count, float(omega[-1]) if count else 0.0)
 
 
 def brick_wall(
@@ -83,7 +89,7 @@ def brick_wall(
     Args:
         problem: of n rows.
         values: (n, 3), of mean 0 on every component.
-        count: how many modes, from 1; more than n give n.
+        count: how many modes, from 1, those that are constant on a component not counted; more than there are give all.
         response: None keeps these modes and drops the rest. A band pass or enhancement, by the wavelength of the last mode: then
             modes up to the band's longest wave get the gain of its middle, and all else what the response has at infinity.
         progress: told the share that is done; may raise to stop.
@@ -92,29 +98,27 @@ def brick_wall(
         FilterInputError: the modes do not fit into memory.
         ConvergenceError: they cannot be computed.
     """
-    count = min(count, len(problem.mass))
+    count = min(count, most_modes(problem))
     omega, shapes = _modes(problem, count, progress)
     factors, rest = np.ones_like(omega), 0.0
-    if response is not None and omega[-1] > 0.0:
+    if response is not None and count and omega[-1] > 0.0:
         band = response(2.0 * math.pi / float(omega[-1]))
         rest = band.infinity
         # The weight of the profile at the short end is what the band adds to the limit.
         factors = np.where(omega >= band.cutoffs[0], rest + band.weights[-1], rest)
     after, _ = _combined(problem, values, shapes, factors, rest)
-    return FilteredByModes(after, 0.0, count, float(omega[-1]))
+    return FilteredByModes(after, 0.0, count, float(omega[-1]) if count else 0.0)
 
 
 def _modes(problem: SpectralProblem, count: int, progress: Progress) -> tuple[Floats, Floats]:
-    """Frequencies and modes; those that are constant on the components come first and have 0, whatever they were rounded to."""
+    """Frequencies and modes without those that are constant on a component, of which the values have no part."""
     if not basis_fits(problem, count):
         raise FilterInputError(
             f"{count} modes of {len(problem.mass)} vertices take {8e-9 * count * len(problem.mass):.1f} GB: take the method "
             "'polynomial', which needs none, a larger detail_size or fewer modes"
         )
-    kappa, shapes = lowest_eigenpairs(problem, count, progress=progress)
-    omega = np.sqrt(np.maximum(kappa, 0.0))
-    omega[: problem.n_components] = 0.0
-    return np.asarray(omega), shapes
+    kappa, shapes = lowest_eigenpairs(problem, count, constants=False, progress=progress)
+    return np.sqrt(np.maximum(kappa, 0.0)), shapes
 
 
 def _combined(problem: SpectralProblem, values: Floats, shapes: Floats, factors: Floats, infinity: float) -> tuple[Floats, float]:

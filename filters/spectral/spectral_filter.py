@@ -33,7 +33,7 @@ class SpectralResult:
         error: a bound of the root mean square distance, over the surface, to what the response would give if it were computed
             exactly, in mesh units. That of the modes themselves, about 1e-9 of the size, is not counted.
         detail_size: the wavelength at which the response cuts off, in mesh units; infinity where no mode has one.
-        modes: how many modes were computed, 0 for none.
+        modes: how many modes were computed, 0 for none; those that are constant on a component are not counted.
         degree: of the polynomial or rational function, 0 for modes.
     """
 
@@ -76,9 +76,10 @@ def spectral_filter(
         detail_size: the wavelength, in mesh units, at which a low pass halves the amplitude, or the shortest of a band. Larger is
             smoother, and enhances larger details.
         largest_size: the longest wave of a band, in mesh units; None for four times the shortest. Not used by "low_pass".
-        modes: in place of `detail_size`, a number of modes over all components, the constant ones included: a brick wall after
-            the last of them. Fewer are smoother. Without eigenvectors, the smooth response for the wavelength that Weyl's law,
-            kappa = 4 pi modes / area, gives this mode.
+        modes: in place of `detail_size`, a number of modes over all components: a brick wall after the last of them. Those that
+            are constant on a component, which hold its centroid, are kept and not counted. Fewer are smoother; small components
+            have no mode among the lowest and shrink to their centroid. Without eigenvectors, the smooth response for the
+            wavelength that Weyl's law, kappa = 4 pi (modes + 1) / area, gives this mode.
         gain: of the band, None for 2 with "enhance" and 1 with "band_pass". Larger exaggerates, below 1 attenuates.
         order: of the smooth responses, see `low_pass`. Larger cuts off more sharply.
         method: "eigenvectors" computes modes, "polynomial" does without them, and takes a rational function where that is
@@ -140,7 +141,7 @@ def spectral_filter(
     else:
         law = ""
         if modes is not None:
-            size = math.sqrt(math.pi * float(problem.mass.sum()) / modes)
+            size = math.sqrt(math.pi * float(problem.mass.sum()) / (modes + 1))
             law = f"; {modes} modes reach this wavelength by Weyl's law"
         assert size is not None
         free = filter_without_eigenvectors(problem, centred, wanted(size), tolerance=tolerance, progress=progress)

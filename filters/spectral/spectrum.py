@@ -72,7 +72,7 @@ def spectrum(
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles, at least one.
-        modes: how many modes are computed, constant ones included [vallet2008]; at most as many as there are vertices. More tell
+        modes: how many modes are computed [vallet2008], those that are constant on a component not counted. More tell
             single modes up to a higher frequency, and take longer.
         steps: of the Lanczos process; None for as many as tell the bands above the last mode apart, at most 600. More tell
             neighbouring bands apart more sharply, above all at low frequencies, and take longer.
@@ -101,11 +101,10 @@ def spectrum(
     rest, _ = about_centroids(surface.points[problem.vertices], problem)
     area = float(problem.mass.sum())
     total = float(np.sum(problem.mass[:, None] * rest * rest)) / area
-    count = min(int(modes), len(problem.mass))
+    count = min(int(modes), len(problem.mass) - problem.n_components)
     kappa, shapes = np.empty(0), np.empty((len(rest), 0))
     if count:
-        kappa, shapes = lowest_eigenpairs(problem, count, progress=lambda done: progress(_SHARE_OF_MODES * done))
-    kappa, shapes = kappa[problem.n_components :], shapes[:, problem.n_components :]  # the first ones are constant
+        kappa, shapes = lowest_eigenpairs(problem, count, constants=False, progress=lambda done: progress(_SHARE_OF_MODES * done))
     energies = np.empty(len(kappa))
     for k in range(len(kappa)):  # one by one: a product of matrices may round differently with the number of threads
         weighted = problem.mass * shapes[:, k]

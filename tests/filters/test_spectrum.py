@@ -42,7 +42,7 @@ def test_single_modes_are_exact() -> None:
     """Frequencies and energies of the lowest modes are those of the dense eigensolver."""
     mesh = noisy(torus(24, 12), 0.05)
     omega, energy = all_modes(mesh)
-    found = spectrum(*mesh, modes=21)
+    found = spectrum(*mesh, modes=20)
     np.testing.assert_allclose(found.frequencies, omega[:20], rtol=1e-3)  # slivers have a little more mass
     assert found.energies.sum() == pytest.approx(energy[:20].sum(), rel=1e-3)
     np.testing.assert_allclose(found.wavelengths, 2 * math.pi / found.frequencies)
@@ -58,7 +58,7 @@ def test_energies_add_up_to_the_mean_squared_distance(modes: int) -> None:
 
 def test_a_sphere_lies_at_its_first_frequency() -> None:
     """Its coordinates are the three modes of l = 1, of frequency sqrt(2) / r and energy r^2 / 3 each."""
-    found = spectrum(*icosphere(3, 2.0), modes=4)
+    found = spectrum(*icosphere(3, 2.0), modes=3)
     np.testing.assert_allclose(found.frequencies, math.sqrt(2) / 2.0, rtol=0.01)
     np.testing.assert_allclose(found.energies, 4.0 / 3.0, rtol=0.01)
     assert found.area == pytest.approx(16 * math.pi, rel=0.02)
