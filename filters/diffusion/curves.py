@@ -1,27 +1,22 @@
 """Smoothing of curves: polylines, open or closed, in the plane or in space, by explicit, Taubin's or implicit steps."""
 
 import math
-from collections.abc import Sequence
 from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csgraph
 
 from ..errors import FilterInputError
 from ..locality import worth_reordering
-from ..mesh import Bools, Floats, Ints, check_edges, check_movable, check_points
+from ..mesh import Floats, Ints, check_edges, check_movable, check_points
 from ..operators.build import OperatorName
-from ..operators.laplacian import Laplacian
 from ..parallel import threads_for
 from ..progress import Progress, ignore_progress
 from ..rings import OneRings, one_rings
-from .backward_euler import BackwardEulerStep
-from .border import curve_laplacian
-from .chains import ChainStep, trace_chains
+from .chains import trace_chains
+from .curve_steps import explicit_curve_steps, implicit_curve_steps
 from .frame import enter, leave, ordered_frame
 from .implicit import time_step_of_detail_size
-from .stencil import curve_stencil
 from .taubin import checked_mu
 
 CurveMethod: TypeAlias = Literal["explicit", "implicit", "taubin"]
@@ -117,11 +112,13 @@ def curve_smoothing(
     with threads_for(len(points)):
         if method == "implicit":
             time, operator = _time_and_operator(weights, time_step, detail_size, frame.scale, int(iterations))
-            now = _implicit(start, pairs, rings, operator, time, int(iterations), moves, progress)
+            now = implicit_curve_steps(start, pairs, rings, operator, time, int(iterations), moves, progress)
         else:
             if time_step is not None or detail_size is not None:
                 raise FilterInputError(f"time_step and detail_size are for the method 'implicit'; {method!r} takes a step")
-            now = _explicit(start, rings, weights, _steps(method, step, mu, pass_band), int(iterations), moves, progress)
+            now = explicit_curve_steps(
+                start, rings, weights, _steps(method, step, mu, pass_band), int(iterations), moves, progress
+            )
     return leave(points, start, now, frame)
 
 
@@ -159,67 +156,6 @@ def _time_and_operator(
     if not (math.isfinite(time_step) and time_step >= 0.0):
         raise FilterInputError(f"time_step {time_step} is not finite and at least 0")
     return time_step, weights
-
-
-def _explicit(
-    start: Floats, rings: OneRings, weights: CurveWeights, steps: Sequence[float], count: int, moves: Bools, progress: Progress
-) -> Floats:
-    which = np.flatnonzero(moves).astype(np.int32)
-    advance = curve_stencil(start, weights, which, rings.offsets, rings.neighbours)
-    now, following = start.copy(), start.copy()
-    for done in range(count):
-        for step in steps:
-            advance(now, following, step)
-            now, following = following, now
-        progress((done + 1) / count)
-    return now
-
-
-def _implicit(
-    start: Floats,
-    pairs: Ints,
-    rings: OneRings,
-    operator: OperatorName,
-    time: float,
-    count: int,
-    moves: Bools,
-    progress: Progress,
-) -> Floats:
-    laplacian = curve_laplacian(start, pairs, operator)
-    labels: Ints = csgraph.connected_components(laplacian.stiffness, directed=False)[1]
-    branched = _in_branched_component(rings, moves, labels)
-    chains = ChainStep(laplacian, trace_chains(rings.offsets, rings.neighbours, moves & ~branched), time)
-    network = _network(laplacian, time, moves & branched, labels, count)
-    diagonal = float(np.linalg.norm(np.ptp(start, axis=0))) if len(start) else 0.0
-    now = start
-    for done in range(count):
-        moved = chains.displacement(now)
-        if network is not None:
-
-            def partial(share: float, before: int = done) -> None:
-                progress((before + share) / count)
-
-            moved = moved + network.displacement(now, np.zeros_like(now), diagonal=diagonal, progress=partial)
-        now = now + moved
-        progress((done + 1) / count)
-    return now
-
-
-def _network(laplacian: Laplacian, time: float, free: Bools, labels: Ints, count: int) -> BackwardEulerStep | None:
-    if not free.any():
-        return None
-    return BackwardEulerStep(laplacian, time, held=~free, components=labels, steps=count)
-
-
-def _in_branched_component(rings: OneRings, moves: Bools, labels: Ints) -> Bools:
-    """(n,) whether a vertex is connected with one that moves and has more than two neighbours that move."""
-    running = np.concatenate([[0], np.cumsum(moves[rings.neighbours])])
-    branching = moves & (running[rings.offsets[1:]] - running[rings.offsets[:-1]] > 2)
-    if not branching.any():
-        return np.zeros(len(moves), dtype=np.bool_)
-    affected = np.zeros(int(labels.max()) + 1, dtype=np.bool_)
-    affected[labels[branching]] = True
-    return np.asarray(affected[labels])
 
 
 def _without_strays(points: Floats, rings: OneRings) -> Floats:
