@@ -328,6 +328,10 @@ def meshing_bridge_rims_by_fairing(
     among = layer.selected_vertices() if selected else None
     blend = blend_parts(layer.vertices, layer.faces, energy=energy, among=among, progress=progress)
     new_vertices, new_faces = len(blend.vertices), len(blend.faces)
+    doubt = (
+        "The two rims do not face each other clearly enough to tell whether both parts are the right way out; if the neck is "
+        "twisted, turn the faces of one part over (invert faces orientation) and join them again."
+    )
     return Edit(
         added_vertices=blend.vertices,
         added_faces=blend.faces,
@@ -339,6 +343,7 @@ def meshing_bridge_rims_by_fairing(
             "first_rim_edges": len(blend.rims[0]),
             "second_rim_edges": len(blend.rims[1]),
         },
+        notes=(doubt,) if blend.doubtful else (),
     )
 
 
