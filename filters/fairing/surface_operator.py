@@ -11,8 +11,10 @@ from ..operators.robust import robust_mesh_laplacian
 from ..spectral.problem import SLIVER, thinnest_triangle
 from ..topology import non_manifold_edges
 
-# Masses below this share of the mean count as that: the slivers of a bad triangulation would spoil the conditioning of all.
-_LEAST_MASS = 1e-6
+# Masses below this share of the largest among their neighbours count as that: the slivers of a bad triangulation would spoil the
+# conditioning of all. Parts may be as much smaller than others as they like, down to the second share, of the mean: triangles of
+# a length of 1e-10 of the others' are rounding.
+_LEAST_MASS, _NO_MASS = 1e-6, 1e-20
 
 
 class SurfaceOperator(NamedTuple):
@@ -37,6 +39,18 @@ def surface_operator(points: Floats, faces: Ints) -> SurfaceOperator:
     """
     robust = len(non_manifold_edges(faces)) > 0 or thinnest_triangle(points, faces) < SLIVER
     laplacian = robust_mesh_laplacian(points, faces) if robust else laplace_beltrami(points, faces)
-    mean = float(laplacian.mass.mean()) if len(points) else 0.0
-    mass = np.maximum(laplacian.mass, _LEAST_MASS * mean) if mean > 0.0 else np.ones(len(points))
-    return SurfaceOperator(sparse.csr_matrix(-laplacian.stiffness), mass)
+    return SurfaceOperator(sparse.csr_matrix(-laplacian.stiffness), _floored(laplacian.mass, faces))
+
+
+def _floored(mass: Floats, faces: Ints) -> Floats:
+    """The masses, above 0, and none next to nothing against those of its neighbours."""
+    mean = float(mass.mean()) if len(mass) else 0.0
+    if not mean > 0.0:
+        return np.ones(len(mass))
+    around = mass.copy()
+    for a, b in ((0, 1), (1, 2), (2, 0)):
+        np.maximum.at(around, faces[:, a], mass[faces[:, b]])
+        np.maximum.at(around, faces[:, b], mass[faces[:, a]])
+    # Where there is no mass at all around, as at triangles without area, any will do.
+    around[around <= _NO_MASS * mean] = mean
+    return np.asarray(np.maximum(mass, _LEAST_MASS * around))

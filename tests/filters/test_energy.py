@@ -89,6 +89,64 @@ def test_a_flat_sheet_stays(border: BorderPolicy) -> None:
     assert np.abs(result - vertices).max() < 1e-11 * 12
 
 
+@pytest.mark.parametrize("border", ["fixed", "free"])
+def test_a_noisy_sheet_becomes_flat(border: BorderPolicy) -> None:
+    """Of white noise out of the plane, inside the sheet, less than a quarter is left."""
+    vertices, faces = irregular_grid(24, 24)
+    inside = ~border_vertices(faces, len(vertices))
+    noise = np.where(inside, 0.1 * np.random.default_rng(2).normal(size=len(vertices)), 0.0)
+    rough = vertices + noise[:, None] * [0.0, 0.0, 1.0]
+    result = bilaplacian_smoothing(rough, faces, detail_size=16.0, border=border)
+    # Of the frequencies of a unit grid, up to pi in each direction, those below 2 pi / 16 are a share of 0.012.
+    left = np.sqrt(np.mean((result - vertices)[inside, 2] ** 2) / np.mean(noise[inside] ** 2))
+    assert left < 0.25
+
+
+def test_a_noisy_sphere_comes_nearer_to_the_clean_one() -> None:
+    """Radii that all are 1 without noise spread less than half as much as with it."""
+    clean, faces = icosphere(4)
+    rough, _ = noisy((clean, faces), 0.02)
+    result = bilaplacian_smoothing(rough, faces, detail_size=0.6)
+    radial = [float(np.std(np.linalg.norm(vertices, axis=1))) for vertices in (rough, result)]
+    assert radial[1] < 0.5 * radial[0]
+
+
+@pytest.mark.parametrize("scale", [1e-2, 1e-4, 1e-6])
+def test_a_small_component_is_treated_as_alone(scale: float) -> None:
+    """Beside a component that is larger by any factor it comes out as it does alone, to the rounding of where it lies."""
+    vertices, faces = noisy(icosphere(3), 0.01)
+    small = scale * vertices + [3.0, 0.0, 0.0]
+    both = np.concatenate([vertices, small]), np.concatenate([faces, faces + np.int32(len(vertices))])
+    together = bilaplacian_smoothing(*both, detail_size=0.6 * scale)[len(vertices) :]
+    alone = bilaplacian_smoothing(small, faces, detail_size=0.6 * scale)
+    assert np.abs(alone - small).max() > 0.01 * scale
+    assert np.abs(together - alone).max() < 1e-9 * scale + 4e-15
+
+
+def test_a_finely_sampled_part_is_smoothed() -> None:
+    """Rings that shrink by 0.67 each towards the middle of a disc, down to 1e-6: the bump in its middle goes, as on a coarse one."""
+    around = 16
+    ring = np.exp(-2 * np.pi / around) ** np.arange(35)
+    angle = 2 * np.pi * (np.arange(around) + 0.5 * (np.arange(35)[:, None] % 2)) / around
+    vertices = np.column_stack([(ring[:, None] * turn(angle)).ravel() for turn in (np.cos, np.sin)] + [np.zeros(35 * around)])
+    vertices = np.concatenate([vertices, np.zeros((1, 3))])
+    faces = []
+    for i in range(34):
+        for j in range(around):
+            low, after = i * around + j, i * around + (j + 1) % around
+            first = (i + 1) * around + (j if i % 2 == 0 else (j + 1) % around)
+            before = (i + 1) * around + ((j - 1) % around if i % 2 == 0 else j)
+            faces += [[low, after, first], [low, first, before]]
+    faces += [[34 * around + j, 34 * around + (j + 1) % around, 35 * around] for j in range(around)]
+    rough = vertices.copy()
+    inside = np.linalg.norm(vertices, axis=1) < 0.9
+    rough[inside, 2] = 0.1 * np.random.default_rng(1).normal(size=int(inside.sum())) * np.linalg.norm(vertices, axis=1)[inside]
+    fine = np.linalg.norm(vertices, axis=1) < 1e-4
+    result = bilaplacian_smoothing(rough, np.array(faces, dtype=np.int32), detail_size=0.1, border="fixed")
+    spread = [float(np.ptp((mesh - mesh[fine].mean(axis=0))[fine, 2])) for mesh in (rough, result)]
+    assert spread[1] < 0.25 * spread[0]
+
+
 @pytest.mark.parametrize("border", BORDER_POLICIES)
 def test_held_vertices_keep_every_bit(border: BorderPolicy) -> None:
     """Vertices that may not move do not, nor do border vertices under "fixed"; inner ones do."""
