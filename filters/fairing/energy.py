@@ -27,6 +27,8 @@ from .surface_operator import surface_operator
 _INNER, _MOST_ITERATIONS = 1e-7, 200
 # Feature weights that vary by more than this share are uneven, and up to so many unknowns all is factorised then.
 _EVEN, _FACTORISED = 0.05, 400_000
+# Beyond this size the factors outgrow their 32-bit indices and the memory of most machines.
+_MOST_ROWS = 3_000_000
 # Between these fourth roots of weights, on a mesh of size 1, lies all that differs from a weight of infinity or of 0.
 _SMALLEST_ROOT, _LARGEST_ROOT = 1e-6, 1e25
 
@@ -38,10 +40,11 @@ def weight_of_detail_size(detail_size: float) -> float:
         detail_size: l, in mesh units. Larger is smoother.
 
     Returns:
-        w, in one over the fourth power of mesh units.
+        w, in one over the fourth power of mesh units; 0 or infinity where no number is so small or large.
     """
     _check_detail_size(detail_size)
-    return float((2.0 * math.pi / detail_size) ** 4)
+    with np.errstate(over="ignore", under="ignore"):
+        return float((np.float64(2.0 * math.pi) / detail_size) ** 4)
 
 
 def bilaplacian_smoothing(
@@ -73,7 +76,8 @@ def bilaplacian_smoothing(
         border: "fixed": border vertices stay. "along": the border is smoothed as a curve by the same energy first, then the
             interior between it. "free": border vertices follow the interior and their own old places.
         movable: (n,) bool, which vertices may move, None for all. The others stay and are seen by those that do.
-        progress: called every few solver steps with the share that is done; may raise to stop.
+        progress: called every few solver steps with the share that is done, which does not fall; may raise to stop. Up to 3 s
+            pass between two calls at 100,000 vertices, while factors are made.
 
     Returns:
         (n, 3) float64. Vertices that do not move keep every bit. The others are solved for to about 1e-10 of the diagonal.
@@ -108,14 +112,27 @@ def bilaplacian_smoothing(
             inverse = curve.inverse_mass
             mass = np.where(curve.mass > 0.0, curve.mass, 1.0)
             quadratic = _Energy(sparse.csr_matrix(-curve.stiffness), mass, inverse * features, w)
-            displacement = quadratic.minimiser(start, displacement, moves & at_border, diagonal, ignore_progress)
+            # A curve is done before much has happened on the surface.
+            displacement = quadratic.minimiser(start, displacement, moves & at_border, diagonal, _Rising(progress, 0.0, 0.1))
         inside = moves if border == "free" else moves & ~at_border
         operator = surface_operator(start, triangles)
         # A border vertex has no whole star to take a Laplacian on.
         bending = np.where(at_border, 0.0, features / operator.mass)
         quadratic = _Energy(operator.stiffness, operator.mass, bending, w)
-        displacement = quadratic.minimiser(start, displacement, inside, diagonal, progress)
+        displacement = quadratic.minimiser(start, displacement, inside, diagonal, _Rising(progress, 0.1, 1.0))
     return leave(points, start, start + displacement, frame)
+
+
+class _Rising:
+    """The progress of a part of the work, from `start` to `end`, that does not go back when a solver begins once more."""
+
+    def __init__(self, progress: Progress, start: float, end: float) -> None:
+        self._progress, self._start, self._end = progress, start, end
+        self._furthest = 0.0
+
+    def __call__(self, done: float) -> None:
+        self._furthest = max(self._furthest, done)
+        self._progress(self._start + (self._end - self._start) * self._furthest)
 
 
 class _Energy(NamedTuple):
@@ -204,7 +221,8 @@ class _Halves:
     """The inverse of H M^-1 H = S M^-1 S + 2 sqrt(w) S + w M, H = S + sqrt(w) M, all times a unit.
 
     It lies between one and two times the energy's matrix where W is 1, whatever w: a dozen steps of conjugate gradients do. Its
-    factors, those of a matrix of second order, take a third of the time and memory that those of fourth order take.
+    factors, those of a matrix of second order, take a third of the time and memory that those of fourth order take. Making them
+    is silent and cannot be interrupted, for 0.9 s at 41,000 vertices; SuperLU, which can be, takes six times as long.
     """
 
     def __init__(self, stiffness: sparse.csr_matrix, mass: Floats, weight: float, unit: float, progress: Progress) -> None:
@@ -213,6 +231,11 @@ class _Halves:
         half = sparse.csr_matrix(stiffness * size)
         half.setdiag(half.diagonal() + mass * (root * size))
         progress(0.0)
+        if half.shape[0] > _MOST_ROWS:
+            raise FilterInputError(
+                f"{half.shape[0]:,} vertices are more than the {_MOST_ROWS:,} that can be solved for at once; select fewer, or "
+                "take Implicit Fairing Smoothing"
+            )
         self._factors = Cholesky(half)
         self._mass = (mass * (size * size / unit))[:, None]
 
@@ -265,7 +288,8 @@ def _check_detail_size(detail_size: float) -> None:
 def _scaled_weight(detail_size: float | None, weight: float | None, scale: float) -> float:
     """The weight on a mesh that is `scale` times as large, between two numbers that neither overflow nor vanish."""
     if detail_size is not None:
-        root = min(max(2.0 * math.pi / (detail_size * scale), _SMALLEST_ROOT), _LARGEST_ROOT)
+        scaled = max(float(detail_size) * float(scale), 1.0 / _LARGEST_ROOT)
+        root = min(max(2.0 * math.pi / scaled, _SMALLEST_ROOT), _LARGEST_ROOT)
         return root**4
     assert weight is not None
     return min(max(math.sqrt(math.sqrt(weight)) / scale, _SMALLEST_ROOT), _LARGEST_ROOT) ** 4
