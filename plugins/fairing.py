@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal, TypeAlias, get_args
 
 import numpy as np
@@ -38,8 +39,8 @@ from .smoothing import BORDER
 Features: TypeAlias = Literal["none", "curvature", "scalar"]
 FEATURES: tuple[Features, ...] = get_args(Features)
 
-# what the fourth power of a length counts as at least, so that one over it stays finite
-_SMALLEST = 1e-300
+# a region whose area falls below this share is told about
+_SHRUNK = 1 / 3
 
 ENERGY = Enum(
     label="Energy",
@@ -116,23 +117,28 @@ def apply_coord_bilaplacian_smoothing(
 
     W is 1, or nearly 0 at features, where the surface may bend. Against implicit fairing at the same detail size, shorter waves
     are damped more and longer ones kept better, so that shapes shrink far less. Returns w in one over the fourth power of mesh
-    units, how many vertices moved and how far the furthest went.
+    units (0 or infinite where no number is so small or large), how many vertices moved and how far the furthest went.
     """
     if weight == 0.0 and detail_size == 0.0:
         raise FilterInputError("detail_size is 0 and so is weight: nothing to do; give one of them")
     before = 0.3 if features == "curvature" else 0.0
     weights = _feature_weights(layer, features, feature_angle, feature_scalar, lambda done: progress(before * done))
-    w = weight / max(layer.mean_edge**4, _SMALLEST) if weight else weight_of_detail_size(detail_size)
+    if weight:  # as a length, whose fourth power may leave the range of numbers
+        detail_size = 2.0 * math.pi * layer.mean_edge / weight**0.25
+    if detail_size == 0.0:
+        raise FilterInputError("the mean edge has no length, so that a weight in mean edges says nothing; give a detail size")
     vertices = bilaplacian_smoothing(
         layer.vertices,
         layer.faces,
-        weight=w,
+        detail_size=detail_size,
         feature_weights=weights,
         border=border,
         movable=movable_vertices(layer, selected),
         progress=lambda done: progress(before + (1.0 - before) * done),
     )
-    return Edit(vertices=vertices, values={"weight": w, **_displacement(layer.vertices, vertices)})
+    return Edit(
+        vertices=vertices, values={"weight": weight_of_detail_size(detail_size), **_displacement(layer.vertices, vertices)}
+    )
 
 
 @mesh_filter(
@@ -272,6 +278,7 @@ def apply_coord_region_fairing(
             "faired and leave its surroundings (to smooth a whole mesh take Bi-Laplacian Smoothing)"
         )
     vertices = layer.vertices
+    area_share = 1.0
     for i in range(iterations):
 
         def part(done: float, before: int = i) -> None:
@@ -279,11 +286,17 @@ def apply_coord_region_fairing(
 
         found = fair_region(vertices, layer.faces, chosen, energy=energy, progress=part)
         vertices = found.vertices
+        area_share *= found.area_share
     moved = int(found.free.sum())
     notes = []
     if stayed := int(chosen.sum()) - moved:
         notes.append(
             f"{stayed:,} of the {int(chosen.sum()):,} selected vertices lie on an open border or have no triangle, and stay."
+        )
+    if area_share < _SHRUNK:
+        notes.append(
+            f"The region's area shrank to {area_share:.2g} of what it was: the vertices that stay around it span less than it "
+            "covered. Select less if it was to keep its size."
         )
     return Edit(
         vertices=found.vertices,
@@ -374,5 +387,7 @@ def _feature_weights(layer: Layer, features: Features, angle: float, scalar: flo
 
 def _displacement(before: Floats, after: Floats) -> dict[str, float]:
     """What a filter that moves vertices tells: how many moved, and how far the furthest went, in mesh units."""
-    way = np.linalg.norm(after - before, axis=1)
-    return {"moved": int((way > 0.0).sum()), "largest_displacement": float(way.max(initial=0.0))}
+    way = after - before
+    unit = float(np.abs(way).max(initial=0.0)) or 1.0  # in which squares are ordinary numbers
+    furthest = unit * float(np.linalg.norm(way / unit, axis=1).max(initial=0.0))
+    return {"moved": int((way != 0.0).any(axis=1).sum()), "largest_displacement": furthest}

@@ -1,6 +1,7 @@
 """Region fairing: the free vertices placed so that a surface between fixed rings is as smooth as possible."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
@@ -31,6 +32,8 @@ class FairedRegion:
         last_correction: how far the last step of refinement moved a vertex, as a share of the diagonal of the region: an upper
             bound of the error that solving has left.
         refinements: how many steps of refinement that took.
+        area_share: the area of the triangles with a free vertex over what it was; 1 if there was none. Near 0 the fixed vertices
+            lie too close together to span the region.
     """
 
     vertices: Floats
@@ -38,6 +41,7 @@ class FairedRegion:
     backward_error: float
     last_correction: float
     refinements: int
+    area_share: float = 1.0
 
 
 def fair_region(
@@ -69,7 +73,8 @@ def fair_region(
 
     Raises:
         FilterInputError: not a mesh, an unknown energy, or a connected part of the free vertices that no fixed vertex touches, as
-            when all of a closed component is selected: any surface shrunk to a point would do.
+            when all of a closed component is selected: any surface shrunk to a point would do. Also one of which fewer than
+            three fixed vertices lie within k rings: it would shrink to them or to the line between them.
         ConvergenceError: the equations are too ill-conditioned to be solved.
     """
     points, triangles = check_mesh(vertices, faces)
@@ -84,7 +89,7 @@ def fair_region(
         return FairedRegion(points.copy(), np.zeros(len(points), dtype=np.bool_), 0.0, 0.0, 0)
     frame = ordered_frame(part.points, None)
     system = _system(part._replace(points=enter(part.points, frame)), order)
-    _check_held(system.stiffness, part)
+    _check_held(system.stiffness, part._replace(points=system.points), order)
     extent = float(np.linalg.norm(np.ptp(system.points, axis=0)))
     solution = refined_solution(
         system.matrix(), system.residual, system.points[part.free], extent=extent, method=method, progress=progress
@@ -93,7 +98,14 @@ def fair_region(
     moved[part.vertices[part.free]] = solution.values / frame.scale + frame.middle
     everywhere = np.zeros(len(points), dtype=np.bool_)
     everywhere[part.vertices[part.free]] = True
-    return FairedRegion(moved, everywhere, solution.backward_error, solution.last_correction / extent, solution.refinements)
+    faired = system.points.copy()
+    faired[part.free] = solution.values
+    touching = part.faces[part.free[part.faces].any(axis=1)]
+    before, after = _area(system.points, touching), _area(faired, touching)
+    share = after / before if before > 0.0 else 1.0
+    return FairedRegion(
+        moved, everywhere, solution.backward_error, solution.last_correction / extent, solution.refinements, share
+    )
 
 
 class _System(NamedTuple):
@@ -138,14 +150,20 @@ def _check_free(free: ArrayLike, n_vertices: int) -> Bools:
     return mask
 
 
-def _check_held(stiffness: sparse.csr_matrix, part: Submesh) -> None:
-    """Refuses free vertices that are connected with no fixed one."""
+def _area(points: Floats, faces: Ints) -> float:
+    a, b, c = (points[faces[:, k]] for k in range(3))
+    return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+
+
+def _check_held(stiffness: sparse.csr_matrix, part: Submesh, rings: int) -> None:
+    """Refuses free vertices that are connected with no fixed one, or with less than a triangle of them."""
     graph = stiffness[part.free][:, part.free]
     count, labels = sparse.csgraph.connected_components(graph, directed=False)
     held = np.zeros(count, dtype=np.bool_)
     touching = (stiffness[part.free][:, ~part.free] != 0.0).sum(axis=1)
     held[labels[np.asarray(touching).ravel() > 0]] = True
     if held.all():
+        _check_spanned(stiffness, part, rings, labels, count)
         return
     loose = int(np.flatnonzero(~held)[0])
     members: Ints = part.vertices[part.free][labels == loose]
@@ -153,3 +171,39 @@ def _check_held(stiffness: sparse.csr_matrix, part: Submesh) -> None:
         f"the {len(members)} free vertices connected with vertex {members[0]} touch no fixed vertex ({int((~held).sum())} such "
         "parts), so nothing says where they belong: select less than a whole component"
     )
+
+
+def _check_spanned(stiffness: sparse.csr_matrix, part: Submesh, rings: int, labels: Ints, count: int) -> None:
+    """Refuses parts within whose rings lie no three fixed vertices that span a triangle, unless all is in one line with them."""
+    pattern = sparse.csr_matrix((np.ones(stiffness.nnz), stiffness.indices, stiffness.indptr), shape=stiffness.shape)
+    places = np.flatnonzero(part.free)
+    reached = sparse.csr_matrix((np.ones(len(places)), (labels, places)), shape=(count, len(part.points)))
+    fixed = sparse.diags_array((~part.free).astype(np.float64))
+    around = sparse.csr_matrix(reached @ pattern @ fixed)
+    for _ in range(rings - 1):
+        around = sparse.csr_matrix(around + around @ pattern @ fixed)
+        around.data[:] = 1.0
+    for label, (start, end) in enumerate(pairwise(around.indptr)):
+        holding = part.points[around.indices[start:end]]
+        if end - start >= 3 and not _in_line(holding):
+            continue
+        own = places[labels == label]
+        if end - start >= 3 and _in_line(np.concatenate([holding, part.points[own]])):
+            continue  # which loses nothing, as in a slit
+        members: Ints = part.vertices[own]
+        how = ("fixed vertex alone", "fixed vertices alone", "fixed vertices in one line")[min(end - start, 3) - 1]
+        raise FilterInputError(
+            f"the {len(members)} free vertices connected with vertex {members[0]} are held by {end - start} {how}, such as "
+            f"{part.vertices[around.indices[start]]}, and would shrink to that: at least three around each part, not in a line, "
+            "must stay; select less"
+        )
+
+
+def _in_line(points: Floats) -> bool:
+    """Whether no point is further from the line between the first and the one furthest from it than rounding."""
+    ways = points - points[0]
+    lengths = np.linalg.norm(ways, axis=1)
+    far = int(lengths.argmax())
+    if lengths[far] == 0.0:
+        return True
+    return bool((np.linalg.norm(np.cross(ways, ways[far] / lengths[far]), axis=1) <= 1e-12 * lengths[far]).all())

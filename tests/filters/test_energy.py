@@ -124,7 +124,7 @@ def test_a_small_component_is_treated_as_alone(scale: float) -> None:
 
 
 def test_a_finely_sampled_part_is_smoothed() -> None:
-    """Rings that shrink by 0.67 each towards the middle of a disc, down to 1e-6: the bump in its middle goes, as on a coarse one."""
+    """Rings that shrink by 0.67 each towards the middle of a disc, down to 1e-6: its noise goes there too."""
     around = 16
     ring = np.exp(-2 * np.pi / around) ** np.arange(35)
     angle = 2 * np.pi * (np.arange(around) + 0.5 * (np.arange(35)[:, None] % 2)) / around

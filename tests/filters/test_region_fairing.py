@@ -180,6 +180,30 @@ def test_a_part_without_fixed_vertex_is_refused_by_name() -> None:
         fair_region(vertices, faces, free)
 
 
+@pytest.mark.parametrize("energy", ENERGIES)
+@pytest.mark.parametrize("held", [1, 2])
+def test_a_part_held_by_fewer_than_three_vertices_is_refused(energy: Energy, held: int) -> None:
+    """All of a sphere but one vertex or two would shrink to these; all but the three of a triangle has something to span."""
+    vertices, faces = icosphere(3)
+    free = np.ones(len(vertices), dtype=bool)
+    free[faces[0, :held]] = False
+    with pytest.raises(FilterInputError, match=f"connected with vertex [0-9]+ are held by {held} fixed [a-z]+ alone"):
+        fair_region(vertices, faces, free, energy=energy)
+    free[faces[0]] = False
+    assert fair_region(vertices, faces, free, energy="membrane").area_share < 0.1
+
+
+def test_a_part_held_in_one_line_is_refused() -> None:
+    """Three fixed vertices that lie in one line span nothing."""
+    vertices, faces = icosphere(3)
+    line = np.zeros(len(vertices), dtype=bool)
+    line[faces[0]] = True
+    flat = vertices.copy()
+    flat[faces[0]] = [[0.0, 0.0, 1.0], [0.1, 0.0, 1.0], [0.2, 0.0, 1.0]]
+    with pytest.raises(FilterInputError, match="are held by 3 fixed vertices in one line"):
+        fair_region(flat, faces, ~line)
+
+
 def test_several_regions_are_faired_on_their_own() -> None:
     """Two regions together come out as each of them alone."""
     vertices, faces = icosphere(4)
