@@ -37,6 +37,8 @@ def two_tubes() -> MeshSet:
 
 
 if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        raise SystemExit("usage: python join_two_tubes.py OUTPUT, a mesh file to write such as joined.ply")
     meshes = two_tubes()
     meshes.load_filter_script(str(load_recipe("blend_parts").script.path))
     meshes.apply_filter_script()

@@ -124,3 +124,6 @@ def test_the_example_writes_what_it_says(tmp_path: Path) -> None:
     )
     assert done.stdout == "1 part, 2 open rims, genus 0\n"
     assert (tmp_path / "joined.ply").stat().st_size > 0
+    bare = subprocess.run([sys.executable, str(EXAMPLES / "join_two_tubes.py")], capture_output=True, text=True, check=False)
+    assert bare.returncode == 1
+    assert bare.stderr.startswith("usage: python join_two_tubes.py OUTPUT")
