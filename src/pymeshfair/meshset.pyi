@@ -59,7 +59,8 @@ class MeshSet(ScriptedMeshSet):
 
         W is 1, or nearly 0 at features, where the surface may bend. Against implicit fairing at the same detail size, shorter
         waves are damped more and longer ones kept better, so that shapes shrink far less. Returns w in one over the fourth
-        power of mesh units, how many vertices moved and how far the furthest went.
+        power of mesh units (0 or infinite where no number is so small or large), how many vertices moved and how far the
+        furthest went.
 
         Args:
             detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay.
