@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from pymeshfair import MeshSet
 from pymeshfair.declaration import Float, Int, MeshElement
+from pymeshfair.filters.errors import ConvergenceError
+from pymeshfair.filters.fairing.region import fair_region
 from pymeshfair.filters.inspection.surface_measures import surface_measures
 from pymeshfair.meshlab_facts import meshlab_filters
 from pymeshfair.plugins.holes import ORANGE, Mark
@@ -19,7 +21,7 @@ from pymeshfair.plugins.holes import meshing_close_holes_by_fairing as declared
 from pymeshfair.recipe import load_recipe
 from tests.commands.command_line import document, run_process
 from tests.host.snapshots import PER_FACE, PER_VERTEX, add_attributes, differences, everything, sample
-from tests.meshes import Mesh, icosphere, with_needles
+from tests.meshes import Mesh, icosphere
 
 BUNNY = sample("bunny10k_textured.obj")
 #: the edges of the bunny's five rims
@@ -171,16 +173,20 @@ def test_an_outer_border_that_may_be_a_hole_is_told() -> None:
     assert values["closed_holes"] == 1
 
 
-def test_a_lower_energy_is_told() -> None:
-    """Beside edges without length one hole cannot be filled as asked for; its rim and the energy that it got are said."""
-    vertices, faces = with_needles(0.0)
-    rng = np.random.default_rng(280383805)
-    share = rng.uniform(0.02, 0.6)
-    meshes, notes = mesh_set((vertices, faces[rng.random(len(faces)) > share]))
+def test_a_lower_energy_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Holes whose equations cannot be solved get a lower energy than asked for; their rims and that energy are said."""
+
+    def fair(*mesh: Any, **options: Any) -> Any:
+        if options["energy"] == "minimum_variation":
+            raise ConvergenceError("too ill-conditioned")
+        return fair_region(*mesh, **options)
+
+    monkeypatch.setattr("pymeshfair.filters.holes.patch_fairing.fair_region", fair)
+    meshes, notes = mesh_set(cut_ball())
     values = meshes.meshing_close_holes_by_fairing(energy="minimum_variation")
     assert values is not None
-    assert values["lower_energy_holes"] == 1
-    assert any("was placed with energy 'thin_plate'" in note for note in notes)
+    assert (values["closed_holes"], values["lower_energy_holes"], len(notes)) == (2, 2, 2)
+    assert all("was placed with energy 'thin_plate'" in note for note in notes)
 
 
 def test_without_refinement_there_are_faces_alone() -> None:
