@@ -204,3 +204,14 @@ def test_weight_of_detail_size() -> None:
     """The weight is (2 pi / l)^4."""
     assert weight_of_detail_size(2 * math.pi) == pytest.approx(1.0)
     assert weight_of_detail_size(math.pi) == pytest.approx(16.0)
+
+
+@pytest.mark.parametrize("features", [False, True])
+def test_progress_never_falls(features: bool) -> None:
+    """Over the border, the factors and every refinement, with even weights and with uneven ones."""
+    vertices, faces = noisy(grid(30, 30), 0.05)
+    weights = 10.0 ** np.random.default_rng(0).uniform(-6, 0, len(vertices)) if features else None
+    shares: list[float] = []
+    bilaplacian_smoothing(vertices, faces, detail_size=8.0, feature_weights=weights, progress=shares.append)
+    assert shares == sorted(shares)
+    assert 0.0 <= shares[0] < 0.1 < 0.9 < shares[-1] <= 1.0
