@@ -11,7 +11,7 @@ import numpy as np
 from pymeshfair.declaration import Edit, Enum, FilterClass, Float, Int, Layer, MeshElement, Percentage, mesh_filter
 from pymeshfair.filters.errors import FilterInputError
 from pymeshfair.filters.progress import Progress, ignore_progress
-from pymeshfair.filters.spectral.harmonics import manifold_harmonics
+from pymeshfair.filters.spectral.one_harmonic import one_harmonic
 from pymeshfair.filters.spectral.problem import SPECTRAL_OPERATORS, SpectralOperator
 from pymeshfair.filters.spectral.responses import DEFAULT_ORDER, ORDERS, RESPONSE_NAMES, ResponseName
 from pymeshfair.filters.spectral.spectral_filter import SPECTRAL_METHODS, SpectralMethod, spectral_filter
@@ -72,8 +72,8 @@ def apply_coord_spectral_filter(
             label="Modes",
             minimum=0,
             maximum=1_000_000,
-            help="In place of the detail size, how many modes (manifold harmonics) are kept, over all components. Fewer are "
-            "smoother: 5 leave a blob, 500 most features. 0: not used, the detail size decides.",
+            help="In place of the detail size, how many modes (manifold harmonics) are kept, over all components; centroids stay "
+            "and do not count. Fewer are smoother: 5 leave a blob, 500 most features. 0: not used, the detail size decides.",
         ),
     ] = 0,
     gain: Annotated[
@@ -153,8 +153,8 @@ def compute_scalar_by_manifold_harmonic_per_vertex(
             label="Mode",
             minimum=0,
             maximum=1_000_000,
-            help="Which one, by rising frequency over all components. 0 is constant, as is one for each further component; "
-            "larger has shorter waves and takes longer.",
+            help="Which one, by rising frequency over all components. 0 is constant, 1 the longest wave, whatever the number of "
+            "components; larger has shorter waves and takes longer.",
         ),
     ] = 10,
     operator: Annotated[SpectralOperator, OPERATOR] = "auto",
@@ -166,18 +166,22 @@ def compute_scalar_by_manifold_harmonic_per_vertex(
     surface is 1, its sign is arbitrary but always the same; it is 0 at vertices without a triangle and on other components.
     Returns its frequency (radians per mesh unit), its wavelength (2 pi / frequency) and its eigenvalue (the frequency squared).
     """
-    found = manifold_harmonics(layer.vertices, layer.faces, count=mode + 1, operator=operator, progress=progress)
-    if len(found.eigenvalues) <= mode:
-        raise FilterInputError(f"mode {mode} does not exist: this mesh has modes 0 to {len(found.eigenvalues) - 1}")
-    frequency = float(found.frequencies[mode])
-    scalars = found.modes[:, mode] * math.sqrt(float(np.sum(found.mass)))
+    found = one_harmonic(layer.vertices, layer.faces, mode, operator=operator, progress=progress)
+    frequency = math.sqrt(max(found.eigenvalue, 0.0))
+    notes: tuple[str, ...] = ()
+    if found.share_of_area < 0.5:
+        notes = (
+            f"this mode lives on one of {found.n_components} components, with {100.0 * found.share_of_area:.2g} % of the area: "
+            "take another mode, or remove small components first",
+        )
     return Edit(
-        vertex_scalars=scalars,
+        vertex_scalars=found.values,
         values={
             "frequency": frequency,
             "wavelength": 2.0 * math.pi / frequency if frequency > 0.0 else math.inf,
-            "eigenvalue": float(found.eigenvalues[mode]),
+            "eigenvalue": found.eigenvalue,
         },
+        notes=notes,
     )
 
 

@@ -89,11 +89,12 @@ def _united(problem: SpectralProblem, count: int, skipped: int, tolerance: float
         order = np.argsort(kappa, kind="stable")[:count]
         last = kappa[order[-1]] if len(order) else np.inf
         # A component whose highest mode is still among the chosen may have more that belong there.
-        short = np.array([len(pair[0]) < size and pair[0][-1] <= last for pair, size in zip(done, sizes, strict=True)])
+        most = np.minimum(sizes, count + skipped)
+        short = np.array([len(pair[0]) < enough and pair[0][-1] <= last for pair, enough in zip(done, most, strict=True)])
         if len(order) == count and (parts == 1 or not short.any()):
             break
-        asked = np.where(short, np.minimum(sizes, np.minimum(count + skipped, 2 * asked + 4)), asked)
-        if parts > 1 and (asked == [len(pair[0]) for pair in done]).all():
+        asked = np.where(short, np.minimum(most, 2 * asked + 4), asked)
+        if not short.any():
             break
     modes = np.zeros((n, len(order)), order="F")
     first = np.concatenate([[0], np.cumsum([len(pair[0]) - skipped for pair in done])])

@@ -505,9 +505,9 @@ class MeshSet(ScriptedMeshSet):
             largest_size: The longest wave of the band of 'enhance' and 'band_pass'. Larger takes in larger parts. 0: four
                 detail sizes. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of
                 at least 0.0.
-            modes: In place of the detail size, how many modes (manifold harmonics) are kept, over all components. Fewer are
-                smoother: 5 leave a blob, 500 most features. 0: not used, the detail size decides. Takes a whole number from 0
-                to 1000000.
+            modes: In place of the detail size, how many modes (manifold harmonics) are kept, over all components; centroids
+                stay and do not count. Fewer are smoother: 5 leave a blob, 500 most features. 0: not used, the detail size
+                decides. Takes a whole number from 0 to 1000000.
             gain: By what 'enhance' multiplies the waves of the band: above 1 makes these details stronger, below 1 weaker.
                 Takes a number from 0 to 10.
             order: How sharply the response falls at the detail size. 1 is diffusion; larger is sharper, slower, and leaves
@@ -710,8 +710,8 @@ class MeshSet(ScriptedMeshSet):
         frequency squared).
 
         Args:
-            mode: Which one, by rising frequency over all components. 0 is constant, as is one for each further component;
-                larger has shorter waves and takes longer. Takes a whole number from 0 to 1000000.
+            mode: Which one, by rising frequency over all components. 0 is constant, 1 the longest wave, whatever the number of
+                components; larger has shorter waves and takes longer. Takes a whole number from 0 to 1000000.
             operator: 'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same for slivers and
                 non-manifold meshes; 'auto' takes the robust one where it is needed.
 
