@@ -151,7 +151,17 @@ class _Plan:
         faster: RouteName = "polynomial" if fits and (products <= solves or not exact) else "rational"
         self.route: RouteName = faster if route == "auto" else route
         other: RouteName = "rational" if self.route == "polynomial" else "polynomial"
-        self.reason = f"a {other} one would be of degree {self.degree_of(other)}" if route == "auto" else "it was asked for"
+        possible = exact if other == "rational" else fits
+        seconds = {"polynomial": products, "rational": solves}
+        if route != "auto":
+            self.reason = "it was asked for"
+        elif possible:
+            self.reason = (
+                f"its predicted time is {seconds[self.route]:.2g} s, that of a {other} one of degree {self.degree_of(other)} "
+                f"{seconds[other]:.2g} s"
+            )
+        else:
+            self.reason = f"no {other} function of a degree that is tried holds the tolerance"
 
     @property
     def degree(self) -> int:

@@ -146,6 +146,8 @@ def spectral_filter(
         assert size is not None
         free = filter_without_eigenvectors(problem, centred, wanted(size), tolerance=tolerance, progress=progress)
         how = f"a smooth response that cuts off at waves of {size / scale:.4g}, without eigenvectors: {free.route}{law}"
+        if free.route.share > 2.0 * tolerance:
+            how += f"; the error may exceed the tolerance, {tolerance:.1g} of the root mean square"
         filtered, error, route, computed, degree = free.values, free.error_bound, free.route.name, 0, free.route.degree
     after = surface.points.copy()
     after[problem.vertices] = filtered + centroids

@@ -58,7 +58,7 @@ def test_good_triangles_take_the_polynomial() -> None:
     _, _, route = filter_without_eigenvectors(problem, vertices, low_pass(0.5))
     assert route.name == "polynomial"
     assert "polynomial of degree" in str(route)
-    assert "rational one would be" in str(route)
+    assert "that of a rational one of degree" in str(route)
 
 
 def test_both_routes_agree() -> None:
