@@ -120,6 +120,7 @@ def test_without_matplotlib_the_message_says_what_to_install(scan: Path, tmp_pat
         (["--response", "enhance", "--detail-size", "six edges"], "is no length", 2),
         (["--response", "enhance", "--detail-size", "1", "--largest-size", "0.5"], "is not above detail_size", 2),
         (["--response", "low_pass", "--detail-size", "0"], "detail_size 0", 2),
+        (["--detail-size", "bar"], "give --response too", 2),
         (["--modes", "-1"], "--modes", 2),
     ],
 )

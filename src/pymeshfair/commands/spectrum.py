@@ -37,10 +37,12 @@ def spectrum(
             help="Draw this response of the spectral filter too and, without MESH2, compare with what it leaves of MESH.",
         ),
     ] = "",
-    detail_size: Annotated[str, typer.Option(metavar="LENGTH", help="Of the response, such as 6edge, 1% or 0.5.")] = "6edge",
+    detail_size: Annotated[
+        str, typer.Option(metavar="LENGTH", help="Of the response, such as 6edge, 1% or 0.5; 6edge if not given.")
+    ] = "",
     largest_size: Annotated[
-        str, typer.Option(metavar="LENGTH", help="The longest wave of a band; 0 means four detail sizes.")
-    ] = "0",
+        str, typer.Option(metavar="LENGTH", help="The longest wave of a band; four detail sizes if not given.")
+    ] = "",
     modes: Annotated[int, typer.Option(help="How many modes are told one by one, from the lowest.", min=0)] = 50,
     timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop after that time.", min=0.001)] = None,
     json: Json = False,
@@ -50,15 +52,20 @@ def spectrum(
 
     Where the fall of the curve turns flat, noise begins: that wavelength is a detail size for smoothing.
     """
+    from ..errors import ParameterError
     from ..registry import find_filter
 
     if output is not None:
         _check_picture(output)
     filtering = {}
     if response:
-        given = {"response": response, "detail_size": detail_size, "largest_size": largest_size}
+        given = {"response": response, "detail_size": detail_size or "6edge", "largest_size": largest_size or "0"}
         checked = find_filter(FILTERS).with_defaults(given)
         filtering = {name: checked[name] for name in given}
+        if filtering["detail_size"].resolve(diagonal=1.0, mean_edge=lambda: 1.0) == 0.0:
+            raise ParameterError(f"detail_size {detail_size} is not above 0: it is a wavelength")
+    elif detail_size or largest_size:
+        raise ParameterError("--detail-size and --largest-size are those of a response: give --response too")
     before = _measured(mesh, modes, timeout)
     drawn = _response(filtering, before) if filtering else None
     shown = {"before": before}
