@@ -38,7 +38,7 @@ def test_components_take_up_no_numbers() -> None:
 def test_a_mode_of_a_small_component_is_told() -> None:
     """The share of the area is that of the component on which the mode is not 0."""
     vertices, faces = icosphere(1)
-    both = np.vstack([vertices, 0.5 * vertices + 3.0]), np.vstack([faces, faces + np.int32(len(vertices))])
+    both: Mesh = np.vstack([vertices, 0.5 * vertices + 3.0]), np.vstack([faces, faces + np.int32(len(vertices))])
     found = [one_harmonic(*both, mode) for mode in range(1, 30)]
     small = [bool((one.values[: len(vertices)] == 0.0).all()) for one in found]
     assert any(small)
