@@ -70,11 +70,6 @@ class Response:
             return 0.0
         return self.cutoffs[-1] * math.pow(math.log2(largest / tolerance), 0.5 / self.order)
 
-    def with_unit(self, length: float) -> Response:
-        """The same response for a mesh whose coordinates were divided by `length`."""
-        scaled = tuple(cutoff * length for cutoff in self.cutoffs)
-        return Response(self.name, scaled, self.order, self.weights, self.infinity, self.constant)
-
 
 def low_pass(detail_size: float, *, order: int = DEFAULT_ORDER) -> Response:
     """Waves shorter than the detail size go, longer ones stay: F(2 pi / detail_size) = 1/2 exactly.

@@ -59,4 +59,4 @@ def test_a_mode_of_a_small_component_is_told() -> None:
 def test_modes_that_do_not_exist_are_refused(mesh: Any, mode: Any, message: str) -> None:
     """The message says which there are."""
     with pytest.raises(FilterInputError, match=message):
-        one_harmonic(*mesh, mode)
+        one_harmonic(mesh[0], mesh[1], mode)
