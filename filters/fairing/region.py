@@ -11,6 +11,7 @@ from scipy import sparse
 from ..diffusion.frame import enter, ordered_frame
 from ..errors import FilterInputError
 from ..mesh import Bools, Floats, Ints, check_mesh
+from ..operators import Laplacian
 from ..progress import Progress, ignore_progress
 from ..solvers import DirectMethod, refined_solution
 from .compensated import laplacian_power
@@ -50,6 +51,7 @@ def fair_region(
     free: ArrayLike,
     *,
     energy: Energy = "thin_plate",
+    dense: bool = False,
     method: DirectMethod = "superlu",
     progress: Progress = ignore_progress,
 ) -> FairedRegion:
@@ -68,6 +70,9 @@ def fair_region(
             there ("simply supported").
         energy: "membrane": k = 1, the region meets its rim at any angle. "thin_plate": k = 2, tangents continue across the rim.
             "minimum_variation": k = 3, curvatures do too, and the region bulges as its surroundings suggest.
+        dense: whether the region is sampled more densely than what is around, as the filling of a hole is. A thin plate then
+            takes the fixed vertices next to free ones for no larger than those: with all their area, a crease along the rim would
+            cost too little, and a filling would meet it at an angle. Where the density is the same it makes little difference.
         method: what factorises: "superlu" or "cholesky"; results agree within `FairedRegion.last_correction`.
         progress: called now and then with the share that is done; may raise to stop.
 
@@ -88,7 +93,7 @@ def fair_region(
     if not part.free.any() or not np.ptp(part.points, axis=0).any():
         return FairedRegion(points.copy(), np.zeros(len(points), dtype=np.bool_), 0.0, 0.0, 0)
     frame = ordered_frame(part.points, None)
-    system = _system(part._replace(points=enter(part.points, frame)), order)
+    system = _system(part._replace(points=enter(part.points, frame)), order, dense)
     _check_held(system.stiffness, part._replace(points=system.points), order)
     extent = float(np.linalg.norm(np.ptp(system.points, axis=0)))
     solution = refined_solution(
@@ -133,12 +138,23 @@ class _System(NamedTuple):
         return -laplacian_power(self.stiffness, self.inverse_mass, self.order, everywhere)[self.free]
 
 
-def _system(part: Submesh, order: int) -> _System:
+def _system(part: Submesh, order: int, dense: bool) -> _System:
     operator = surface_operator(part.points, part.faces)
     # In units of the mean, so that powers of it stay ordinary numbers; a common factor changes no solution. A border vertex has
     # no whole star to take a Laplacian on.
-    inverse = np.where(part.border, 0.0, float(operator.mass.mean()) / operator.mass)
+    mass = _rim_as_dense(operator, part.free) if dense and order == 2 else operator.mass
+    inverse = np.where(part.border, 0.0, float(mass.mean()) / mass)
     return _System(operator.stiffness, inverse, order, part.points, part.free)
+
+
+def _rim_as_dense(operator: Laplacian, free: Bools) -> Floats:
+    """The masses, those of fixed vertices next to free ones at most the mean of their free neighbours'."""
+    beside = sparse.csr_matrix(operator.stiffness != 0.0)[:, free].astype(np.float64)
+    count = np.asarray(beside.sum(axis=1)).ravel()
+    rim = ~free & (count > 0.0)
+    mass = operator.mass.copy()
+    mass[rim] = np.minimum(mass[rim], (beside @ mass[free])[rim] / count[rim])
+    return mass
 
 
 def _check_free(free: ArrayLike, n_vertices: int) -> Bools:

@@ -38,7 +38,7 @@ def close_holes(
     Each rim is triangulated (`triangulate_rim`), the triangles are split and their edges flipped until they are as small as those
     at the rim (`refined_patch`), and the new vertices are placed by `fair_region`; refinement and fairing alternate for some
     rounds, since a fair surface is that of a parametrisation, which the round before has made a better one. Where the surface
-    then bends more than 1.2 times as much at the rim as around it, edges become up to half as long: a narrow hole between two
+    then bends more than 1.2 times as much at the rim as around it, edges become as short as a quarter: a narrow hole between two
     sides that do not match needs more of them to be smooth.
 
     The closed mesh is a manifold where the mesh was one, and oriented like it. Outer borders of open sheets are no holes and stay

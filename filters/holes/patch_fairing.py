@@ -58,7 +58,7 @@ def _place(patches: Patches, points: Floats, faces: Ints, group: list[int], ener
         return []
     everything = np.concatenate([points, new_vertices])
     try:
-        faired = fair_region(everything, np.concatenate([faces, new_faces]), free, energy=energy, progress=progress)
+        faired = fair_region(everything, np.concatenate([faces, new_faces]), free, energy=energy, dense=True, progress=progress)
     except (ConvergenceError, FilterInputError):
         if len(group) == 1:
             return group

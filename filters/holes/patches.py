@@ -16,7 +16,7 @@ from .rims import Rim
 #: A hole at whose rim the surface bends by more than this many times as much as around it is refined further.
 SHARP = 1.2
 #: Its edges become as short as this share of what they would be.
-FINEST = 0.5
+FINEST = 0.25
 
 
 class _Sewn(NamedTuple):
