@@ -11,12 +11,11 @@ from scipy import sparse
 from ..diffusion.frame import enter, ordered_frame
 from ..errors import FilterInputError
 from ..mesh import Bools, Floats, Ints, check_mesh
-from ..operators import Laplacian
 from ..progress import Progress, ignore_progress
 from ..solvers import DirectMethod, refined_solution
 from .compensated import laplacian_power
 from .submesh import Submesh, submesh_around
-from .surface_operator import surface_operator
+from .surface_operator import SurfaceOperator, surface_operator
 
 Energy: TypeAlias = Literal["membrane", "thin_plate", "minimum_variation"]
 ENERGIES: tuple[Energy, ...] = get_args(Energy)
@@ -147,7 +146,7 @@ def _system(part: Submesh, order: int, dense: bool) -> _System:
     return _System(operator.stiffness, inverse, order, part.points, part.free)
 
 
-def _rim_as_dense(operator: Laplacian, free: Bools) -> Floats:
+def _rim_as_dense(operator: SurfaceOperator, free: Bools) -> Floats:
     """The masses, those of fixed vertices next to free ones at most the mean of their free neighbours'."""
     beside = sparse.csr_matrix(operator.stiffness != 0.0)[:, free].astype(np.float64)
     count = np.asarray(beside.sum(axis=1)).ravel()
