@@ -7,13 +7,11 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import ArrayLike
 
-from ..denoising.m_estimators import KERNEL_CODES, KernelName, kernel_weight
-from ..denoising.robust_statistics import MAD_TO_DEVIATION, SIGMA_IN_DEVIATIONS
-from ..errors import FilterInputError, UnstableStepError
+from ..checks import FilterInputError, UnstableStepError
+from ..execution import Progress, ignore_progress, threads_for
 from ..mesh import Bools, Floats, Ints, Longs, check_movable
-from ..parallel import threads_for
-from ..progress import Progress, ignore_progress
-from ..rings import OneRings, one_rings
+from ..robust import KERNEL_CODES, MAD_TO_DEVIATION, SIGMA_IN_DEVIATIONS, KernelName, kernel_weight
+from ..topology import OneRings, one_rings
 
 #: The M-estimators whose weight at 0 is finite: divided by it, they are edge-stopping functions g with g(0) = 1 [black1998].
 EdgeStop: TypeAlias = Literal["lorentzian", "gaussian", "tukey", "huber", "hampel", "truncated_l2", "l2"]

@@ -5,12 +5,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 
-from ..errors import ConvergenceError
-from ..operators.laplacian import Laplacian
-from ..operators.scale import bounding_box
-from ..progress import Progress
-from ..solvers import SpdSolver
-from ..topology import Bools, Floats, Ints, Longs
+from ..checks import ConvergenceError
+from ..execution import Progress
+from ..linear_solvers import SpdSolver
+from ..mesh import Bools, Floats, Ints, Longs, bounding_box
+from ..operators import Laplacian
 
 #: The root mean square error of the coordinates that the solver leaves, as a share of the bounding-box diagonal.
 TOLERANCE = 1e-10

@@ -4,11 +4,11 @@ import math
 
 from numpy.typing import ArrayLike
 
-from ..errors import FilterInputError
+from ..checks import FilterInputError
+from ..execution import Progress, ignore_progress
 from ..mesh import Floats, check_mesh
-from ..operators.build import OperatorName
-from ..progress import Progress, ignore_progress
-from .border import BorderPolicy
+from ..operators import OperatorName
+from ..topology import BorderPolicy
 from .march import NORMALISED_OPERATORS, march
 from .stencil import UpdateRule
 

@@ -6,14 +6,11 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 from scipy.sparse import csgraph
 
-from ..operators.build import OperatorName, build_laplacian
-from ..operators.laplacian import Laplacian
-from ..operators.mass import mixed_voronoi_areas
-from ..operators.scale import bounding_box
-from ..progress import Progress
-from ..topology import Bools, Floats, Ints, connected_components
+from ..execution import Progress
+from ..mesh import Bools, Floats, Ints, bounding_box
+from ..operators import Laplacian, OperatorName, build_laplacian, curve_laplacian, mixed_voronoi_areas
+from ..topology import BorderPolicy, connected_components
 from .backward_euler import BackwardEulerStep
-from .border import BorderPolicy, curve_laplacian
 
 #: "linear": C and M of the input for all steps. "mean_curvature": both are built anew for every step. "conformalized": C of the
 #: input, M anew.

@@ -6,15 +6,11 @@ from typing import Any, Literal, TypeAlias, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import FilterInputError
-from ..locality import worth_reordering
-from ..mesh import Floats, check_mesh, check_movable
-from ..parallel import threads_for
-from ..progress import Progress, ignore_progress
-from ..stars import NO_STAR, Stars, stars
-from .border import BORDER_POLICIES, BorderPolicy
+from ..checks import FilterInputError
+from ..execution import Progress, ignore_progress, threads_for
+from ..mesh import Floats, check_mesh, check_movable, enter, leave, ordered_frame, worth_reordering
+from ..topology import BORDER_POLICIES, NO_STAR, BorderPolicy, Stars, stars
 from .flows import FLOWS, Flow, ImplicitFlow
-from .frame import enter, leave, ordered_frame
 from .volume import enclosed_volumes, restore_volumes
 
 __all__ = ["Flow", "ImplicitOperator", "implicit_fairing", "time_step_of_detail_size"]

@@ -5,15 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import FilterInputError, UnstableStepError
-from ..locality import worth_reordering
-from ..mesh import Floats, Ints, check_movable
-from ..operators.build import OperatorName
-from ..parallel import threads_for
-from ..progress import Progress
-from ..stars import stars
-from .border import BorderPolicy
-from .frame import enter, leave, ordered_frame
+from ..checks import FilterInputError, UnstableStepError
+from ..execution import Progress, threads_for
+from ..mesh import Floats, Ints, check_movable, enter, leave, ordered_frame, worth_reordering
+from ..operators import OperatorName
+from ..topology import BorderPolicy, stars
 from .stencil import UpdateRule, explicit_stencil
 
 #: operators without a unit, whose spectrum lies in [-2, 0] on every mesh

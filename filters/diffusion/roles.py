@@ -4,11 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import FilterInputError
+from ..checks import FilterInputError
 from ..mesh import Bools, Ints, Longs
-from ..rings import one_rings
-from ..stars import CLOSED, IRREGULAR, OPEN, Stars
-from .border import BORDER_POLICIES, BorderPolicy
+from ..topology import BORDER_POLICIES, CLOSED, IRREGULAR, OPEN, BorderPolicy, Stars, one_rings
 
 
 class Roles(NamedTuple):

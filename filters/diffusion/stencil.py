@@ -5,13 +5,10 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from ..errors import FilterInputError
+from ..checks import FilterInputError
 from ..mesh import Bools, Floats, Ints, Longs
-from ..operators.build import OPERATOR_NAMES, OperatorName, build_laplacian
-from ..operators.inverse_length import SHORTEST_EDGE
-from ..operators.laplacian import Laplacian
-from ..stars import Stars
-from .border import CURVE_OPERATOR, BorderPolicy, curve_laplacian
+from ..operators import CURVE_OPERATOR, OPERATOR_NAMES, SHORTEST_EDGE, Laplacian, OperatorName, build_laplacian, curve_laplacian
+from ..topology import BorderPolicy, Stars
 from .cotangent_steps import BY_AREA, MESHLAB, NORMALISED, element_bound, irregular_step, star_step
 from .ring_steps import length_step, sum_ring_lengths, uniform_step, weighted_step
 from .roles import Roles, assign_roles

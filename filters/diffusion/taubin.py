@@ -6,11 +6,10 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import FilterInputError, UnstableStepError
+from ..checks import FilterInputError, UnstableStepError
+from ..execution import Progress, ignore_progress
 from ..mesh import Floats, check_mesh
-from ..progress import Progress, ignore_progress
-from ..topology import edge_face_counts
-from .border import BorderPolicy
+from ..topology import BorderPolicy, edge_face_counts
 from .march import march
 
 #: the operators whose spectrum lies in [-2, 0], for which lambda, mu and the pass band have a meaning

@@ -9,18 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
 
-from ..cholesky import Cholesky
-from ..conjugate_gradients import conjugate_gradients, preconditioned_norm
-from ..diffusion.border import BORDER_POLICIES, BorderPolicy, curve_laplacian
-from ..diffusion.frame import enter, leave, ordered_frame
-from ..errors import ConvergenceError, FilterInputError
-from ..mesh import Bools, Floats, Longs, check_mesh, check_movable
-from ..operators.scale import bounding_box
-from ..parallel import threads_for
-from ..progress import Progress, ignore_progress
-from ..solvers import DirectMethod, refined_solution
-from ..topology import border_edges, referenced_vertices
-from .compensated import laplacian_power
+from ..checks import ConvergenceError, FilterInputError
+from ..execution import Progress, ignore_progress, threads_for
+from ..linear_solvers import Cholesky, DirectMethod, conjugate_gradients, laplacian_power, preconditioned_norm, refined_solution
+from ..mesh import Bools, Floats, Longs, bounding_box, check_mesh, check_movable, enter, leave, ordered_frame
+from ..operators import curve_laplacian
+from ..topology import BORDER_POLICIES, BorderPolicy, border_edges, referenced_vertices
 from .surface_operator import surface_operator
 
 # How far conjugate gradients go down between refinements, and in how many steps at most.

@@ -8,13 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
 
-from ..diffusion.frame import enter, ordered_frame
-from ..errors import FilterInputError
-from ..mesh import Bools, Floats, Ints, check_mesh
-from ..progress import Progress, ignore_progress
-from ..solvers import DirectMethod, refined_solution
-from .compensated import laplacian_power
-from .submesh import Submesh, submesh_around
+from ..checks import FilterInputError
+from ..execution import Progress, ignore_progress
+from ..linear_solvers import DirectMethod, laplacian_power, refined_solution
+from ..mesh import Bools, Floats, Ints, check_mesh, enter, ordered_frame
+from ..topology import Submesh, submesh_around
 from .surface_operator import SurfaceOperator, surface_operator
 
 Energy: TypeAlias = Literal["membrane", "thin_plate", "minimum_variation"]

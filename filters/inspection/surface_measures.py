@@ -14,9 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components as connected_parts
 
-from ..mesh import check_edges
-from ..outliers.neighbours import nearest_neighbours
-from ..topology import check_mesh, connected_components, edge_face_counts, edge_lengths, face_adjacency, referenced_vertices
+from ..geometry import edge_lengths
+from ..mesh import check_edges, check_mesh
+from ..neighbours import nearest_neighbours
+from ..topology import connected_components, edge_face_counts, face_adjacency, referenced_vertices
 
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int32]

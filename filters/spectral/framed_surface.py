@@ -5,8 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..diffusion.frame import Frame, enter, leave, ordered_frame
-from ..mesh import Floats, Ints
+from ..mesh import Floats, Frame, Ints, enter, leave, ordered_frame
 from ..topology import referenced_vertices
 from .problem import SpectralProblem
 

@@ -6,9 +6,9 @@ from typing import Literal, TypeAlias, get_args
 
 from numpy.typing import ArrayLike
 
-from ..errors import FilterInputError
+from ..checks import FilterInputError
+from ..execution import Progress, ignore_progress
 from ..mesh import Floats, check_mesh, check_movable
-from ..progress import Progress, ignore_progress
 from .eigenvector_filter import basis_fits, brick_wall, filter_by_modes
 from .eigenvector_free import filter_without_eigenvectors
 from .framed_surface import about_centroids, framed_surface

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import FilterInputError
+from ..checks import FilterInputError
+from ..execution import Progress, ignore_progress
 from ..mesh import Floats, check_mesh
-from ..progress import Progress, ignore_progress
 from .eigenpairs import lowest_eigenpairs
 from .energy_quadrature import energy_quadrature, enough_steps, without_stiffest
 from .framed_surface import about_centroids, framed_surface

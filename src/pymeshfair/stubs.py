@@ -23,7 +23,6 @@ _HEAD = '''\
 from collections.abc import Sequence
 from typing import Any, Literal
 
-from .applying.methods import LengthLike
 from .applying.script import ScriptedMeshSet
 
 class MeshSet(ScriptedMeshSet):

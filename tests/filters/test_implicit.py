@@ -10,15 +10,14 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
+from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.diffusion.backward_euler import BackwardEulerStep
-from pymeshfair.filters.diffusion.border import BorderPolicy, curve_laplacian
 from pymeshfair.filters.diffusion.explicit import explicit_smoothing
 from pymeshfair.filters.diffusion.implicit import Flow, ImplicitOperator, implicit_fairing, time_step_of_detail_size
-from pymeshfair.filters.errors import FilterInputError
-from pymeshfair.filters.operators.build import OperatorName, build_laplacian
-from pymeshfair.filters.operators.laplacian import Laplacian
-from pymeshfair.filters.progress import ignore_progress
-from pymeshfair.filters.topology import border_edges, border_vertices, mean_edge_length, referenced_vertices
+from pymeshfair.filters.execution import ignore_progress
+from pymeshfair.filters.geometry import mean_edge_length
+from pymeshfair.filters.operators import Laplacian, OperatorName, build_laplacian, curve_laplacian
+from pymeshfair.filters.topology import BorderPolicy, border_edges, border_vertices, referenced_vertices
 from tests.meshes import (
     AWKWARD,
     Floats,

@@ -34,8 +34,8 @@ from pymeshfair.declaration import (
     Percentage,
     mesh_filter,
 )
-from pymeshfair.filters.errors import ConvergenceError, FilterInputError
-from pymeshfair.filters.progress import Progress, ignore_progress
+from pymeshfair.filters.checks import ConvergenceError, FilterInputError
+from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.meshset import MeshSet
 from pymeshfair.registry import custom_filters, find_filter
 from pymeshfair.scripts import Step

@@ -13,7 +13,7 @@ import pymeshlab
 from ..declaration import Arity, Edit, Filter, Percentage
 from ..declaration import Mesh as MeshParameter
 from ..errors import ParameterError, PymeshfairError, UnknownNameError
-from ..filters.errors import ConvergenceError, FilterInputError
+from ..filters.checks import ConvergenceError, FilterInputError
 from ..layer import MeshLayer, adds, adds_or_removes, after_failure, checked_edit, write_edit
 from ..layer.attributes import without_helpers
 from ..scripts.script import Step

@@ -12,9 +12,9 @@ from dataclasses import asdict
 from typing import Any
 
 from ..declaration import FilterClass, Length
-from ..filters.errors import FilterInputError
+from ..filters.checks import FilterInputError
+from ..filters.compilation import on_first_compilation
 from ..filters.inspection.surface_measures import SurfaceMeasures, surface_measures
-from ..filters.kernel_cache import on_first_compilation
 from ..meshset import MeshSet
 from ..scripts.script import Step
 from .errors import InputError
