@@ -86,5 +86,5 @@ def test_the_new_filter_is_a_method_a_script_step_and_known_to_the_command(proje
 def test_step_five_writes_the_new_filter_into_stubs_and_pages(project: Path) -> None:
     """The command of step 5 makes the stubs and the reference name the new filter."""
     run(project, "tools/generate.py")
-    assert "apply_coord_round_to_grid" in (project / "src/pymeshfair/meshset/mesh_set.pyi").read_text(encoding="utf-8")
+    assert "apply_coord_round_to_grid" in (project / "src/pymeshfair/meshset/filter_methods.pyi").read_text(encoding="utf-8")
     assert "apply_coord_round_to_grid" in (project / "docs/filters.md").read_text(encoding="utf-8")

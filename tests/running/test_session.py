@@ -11,11 +11,11 @@ import numpy as np
 import pymeshlab
 import pytest
 
+from pymeshfair.errors import StepFailedError
 from pymeshfair.files.errors import InputError, OutputError
 from pymeshfair.files.formats import ATTRIBUTES, READABLE, WRITABLE
 from pymeshfair.files.ply import read_header
 from pymeshfair.files.provenance import sha256_of
-from pymeshfair.running.session import StepError
 
 from .runs import BONE, SAMPLES, SMOOTH, TETRAHEDRON, Given, names_in, ply_bytes, session_report, staged_files, xyz
 
@@ -219,16 +219,16 @@ def test_files_that_are_no_meshes(tmp_path: Path) -> None:
 def test_nothing_left_is_an_error(tmp_path: Path) -> None:
     """A recipe that deletes the whole mesh, or every layer, fails; no empty file is staged."""
     steps: tuple[Given, ...] = (("set_selection_all", {}), ("meshing_remove_selected_vertices", {}))
-    with pytest.raises(StepError, match="nothing is left"):
+    with pytest.raises(StepFailedError, match="nothing is left"):
         session_report(BONE, tmp_path / "a.ply", *steps)
-    with pytest.raises(StepError, match="left no mesh"):
+    with pytest.raises(StepFailedError, match="left no mesh"):
         session_report(BONE, tmp_path / "b.ply", ("delete_current_mesh", {}))
     assert names_in(tmp_path / "stage-a.ply" / "new") == set()
 
 
 def test_a_result_that_is_not_finite_is_an_error(tmp_path: Path) -> None:
     """If a filter's arithmetic overflows, nothing is staged."""
-    with pytest.raises(StepError, match="not finite"):
+    with pytest.raises(StepFailedError, match="not finite"):
         session_report(BONE, tmp_path / "a.ply", ("compute_coord_by_function", {"x": "x*1e308*1e308"}))
     assert names_in(tmp_path / "stage-a.ply" / "new") == set()
 

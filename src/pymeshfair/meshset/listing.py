@@ -67,4 +67,4 @@ def known_filter(name: str) -> Filter | None:
     except UnknownNameError as error:
         if name in pymeshlab.filter_list():
             return None
-        raise UnknownFilterError(str(error), suggestion=error.suggestion) from None
+        raise UnknownFilterError(str(error), suggestion=error.suggestion, cause=error.cause) from None

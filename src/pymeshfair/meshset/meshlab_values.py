@@ -78,7 +78,7 @@ def for_meshlab(known: Filter, values: Mapping[str, Any], ask: AskMeshLab, layer
 
 def _for_meshlab(known: Filter, parameter: Parameter, value: Any, ask: AskMeshLab, layer: Layer) -> Any:
     if isinstance(parameter, Percentage) and not isinstance(value, pymeshlab.PercentageValue | pymeshlab.PureValue):
-        length = parameter.check(value)
+        length = value if isinstance(value, Length) else parameter.check(value)
         if length.unit == "percent" and 0.0 <= length.amount <= 100.0 and _is_of_diagonal(known, parameter, ask, layer):
             return pymeshlab.PercentageValue(length.amount)
         return pymeshlab.PureValue(length.resolve(diagonal=layer.diagonal, mean_edge=lambda: layer.mean_edge))

@@ -33,7 +33,7 @@ def run_job(job: Job, on_event: Callable[[Event], None] = lambda event: None) ->
     Raises:
         InputError: the input cannot be read.
         OutputError: the output cannot or must not be written.
-        StepFailed: a filter could not do its work.
+        StepFailedError: a filter could not do its work.
         WorkerDied: the worker process crashed or was killed.
         RunTimeout, OutOfMemory: the run needed more than it was given.
         KeyboardInterrupt: Ctrl-C, within a second, after everything has been cleaned up.

@@ -10,10 +10,10 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
 
-from ..errors import RunError
+from ..errors import Place, RunError, StepFailedError
 from ..files.errors import InputError, OutputError
 from .child import WorkerProcess
-from .errors import OutOfMemory, Place, RunTimeout, StepFailed, WorkerDied, WorkerError
+from .errors import OutOfMemory, RunTimeout, WorkerDied, WorkerError
 from .interrupts import Interrupted
 from .job import Event, Job, Message, PhaseStarted, StepProgress, StepStarted
 from .messages import Talk, decode_event
@@ -100,14 +100,7 @@ class Watch:
 
     def _step(self, event: StepStarted) -> Place:
         step = self._job.recipe.script.steps[event.index - 1]
-        return Place(
-            f"step {event.index} of {event.total}, {event.filter!r}",
-            step=event.index,
-            total=event.total,
-            filter=event.filter,
-            file=self._job.recipe.script.path,
-            line=step.line,
-        )
+        return Place.of_step(event.index, event.total, event.filter, file=self._job.recipe.script.path, line=step.line)
 
     def _hear(self, talk: Talk) -> None:
         if talk.step is not None:
@@ -138,7 +131,7 @@ class Watch:
         if kind == "import":
             return RunError(f"MeshLab cannot be loaded: {reason}")
         if kind == "step":
-            return StepFailed(self._place if self._place.step else self._last_step or self._place, reason)
+            return StepFailedError(self._place if self._place.step else self._last_step or self._place, reason)
         return WorkerError(self._place, reason, "\n".join([self._failure["details"], *self._worker.tail]))
 
     def _disk_is_full(self) -> bool:

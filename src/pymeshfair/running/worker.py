@@ -16,6 +16,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
 
+from ..errors import StepFailedError
 from ..files.errors import InputError, OutputError
 from ..files.staging import hold, remove_folder
 from .limits import limit_process, peak_memory
@@ -70,7 +71,7 @@ def _end_with_supervisor(orders: BinaryIO, stage: Path | None, ending: threading
 def _outcome(document: Mapping[str, Any], tell: Any) -> dict[str, Any]:
     """Carry out the assignment; what came of it, for the supervisor."""
     try:
-        from .session import Session, StepError  # imports MeshLab, within the limits
+        from .session import Session  # imports MeshLab, within the limits
     except ImportError as error:
         return failure("import", str(error), details=traceback.format_exc())
     try:
@@ -80,8 +81,8 @@ def _outcome(document: Mapping[str, Any], tell: Any) -> dict[str, Any]:
         return failure("input", error.reason, path=error.path)
     except OutputError as error:
         return failure("output", error.reason, path=error.path)
-    except StepError as error:
-        return failure("step", str(error), details=traceback.format_exc())
+    except StepFailedError as error:
+        return failure("step", error.reason, details=traceback.format_exc())
     except MemoryError:
         return failure("memory", "memory ran out")
     except Exception as error:

@@ -203,8 +203,7 @@ class _Reader:
         self._open.pop()
         if len(self._open) == 1:
             if self._filter is not None:
-                values = {p.name: self._values[p.name] for p in self._filter.parameters if p.name in self._values}
-                self.steps.append(Step(self._filter, values, self._filter_line))
+                self.steps.append(Step(self._filter, self._filter.in_order(self._values), self._filter_line))
             self._filter, self._filter_name, self._values = None, None, {}
 
     # ------------------------------------------------------------------------------------------------- what they mean

@@ -2,8 +2,9 @@
 
 from .aftermath import after_failure
 from .arrays import MeshLayer
+from .attributes import without_helpers
 from .edits import adds, adds_or_removes, checked_edit
 from .workbench import Workbench
 from .writing import write_edit
 
-__all__ = ["MeshLayer", "Workbench", "adds", "adds_or_removes", "after_failure", "checked_edit", "write_edit"]
+__all__ = ["MeshLayer", "Workbench", "adds", "adds_or_removes", "after_failure", "checked_edit", "without_helpers", "write_edit"]

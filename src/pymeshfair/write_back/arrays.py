@@ -93,6 +93,11 @@ class MeshLayer:
         """What the mesh has not been told yet."""
         return self._edit
 
+    @property
+    def has_pending(self) -> bool:
+        """Whether there is anything that the mesh has not been told yet."""
+        return any(getattr(self._edit, name) is not None for name in EDITABLE)
+
     def edited(self, edit: Edit) -> MeshLayer:
         """The layer as it is after an edit that adds and removes no elements; shares the arrays that stay."""
         changed = {name: value for name in EDITABLE if (value := getattr(edit, name)) is not None}
