@@ -26,8 +26,10 @@ def filters(
     debug: Debug = False,
 ) -> None:
     """List the filters, MeshLab's and those of the plugins."""
-    from ..registry import all_filters
+    from ..registry import all_filters, broken_plugins
 
+    for broken in broken_plugins():
+        typer.echo(f"{typer.style('warning:', fg='yellow')} {broken}", err=True)
     found = [f for f in _of_origin(all_filters(), origin) if _contains(f"{f.python_name} {f.name} {f.summary}", text)]
     if json:
         rows = [{"python_name": f.python_name, "name": f.name, "origin": f.origin, "summary": f.summary} for f in found]

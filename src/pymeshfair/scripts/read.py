@@ -237,7 +237,8 @@ class _Reader:
                 self._problem(f"MeshLab has renamed this filter to {renamed.name!r}{renamed.note}", suggestion=renamed.name)
             else:
                 near = error.suggestion
-                self._problem("there is no filter of that name", suggestion=find_filter(near).name if near else None)
+                why = f": {error.cause}" if error.cause else ""
+                self._problem(f"there is no filter of that name{why}", suggestion=find_filter(near).name if near else None)
             return None
         if found.name != name:
             self._problem("that is the filter's name in Python; scripts use the one in MeshLab's menus", suggestion=found.name)
