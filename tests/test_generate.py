@@ -18,7 +18,7 @@ def target(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A file that is generated in place of the stub."""
     file = tmp_path / "generated.txt"
     file.write_text("old", encoding="utf-8")
-    monkeypatch.setitem(generate.TARGETS, "stubs", lambda: {file: "new"})  # type: ignore[arg-type]
+    monkeypatch.setitem(generate.TARGETS, "stubs", lambda: {file: "new"})
     return file
 
 

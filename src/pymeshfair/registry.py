@@ -84,8 +84,8 @@ def _unknown(name: str, registry: _Registry) -> UnknownNameError:
     """Why there is no filter of that name."""
     guilty = [broken for broken in registry.broken if broken.declares(name)]
     if guilty:
-        cause = "; ".join(map(str, guilty))
-        return UnknownNameError(f"filter {name!r} is not there: {cause}", cause=cause)
+        why = "; ".join(map(str, guilty))
+        return UnknownNameError(f"filter {name!r} is not there: {why}", cause=why)
     near = _nearest(name, registry.by_any_name)
     hint = f"; did you mean {near!r}?" if near else "; `pymeshfair list filters` names them all"
     cause = "; ".join(str(broken) for broken in registry.broken if broken.details) or None

@@ -13,7 +13,8 @@ from ..errors import DeclarationError, ParameterError, UnknownNameError
 from .elements import Arity, FilterClass, MeshElement
 from .layer import Edit
 from .names import nearest
-from .parameters import Enum, Parameter
+from .parameter import Parameter
+from .parameters import Enum
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..operating_system import this_system
 from .errors import OutputError
 from .formats import WRITABLE, extension, listed
 from .provenance import provenance_path, read_provenance, recorded_digest, sha256_of
@@ -81,18 +82,6 @@ def write_whole(path: Path, data: bytes) -> None:
         os.fsync(file.fileno())
 
 
-def flush(path: Path) -> None:
-    """Wait until the disk has a file or, where systems can, a folder's list of names."""
-    try:
-        descriptor = os.open(path, os.O_RDONLY)
-    except PermissionError:  # Windows opens no folders
-        return
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
 @dataclass(frozen=True)
 class StagedFile:
     """A finished file in the staging folder, and where it belongs."""
@@ -120,7 +109,7 @@ def commit(output: StagedFile, provenance: StagedFile, side_files: Sequence[Stag
         for number, file in enumerate((*side_files, output, provenance)):
             done.append((file.target, _kept(file.target, backups / str(number))))
             file.staged.replace(file.target)
-        flush(output.target.parent)
+        this_system().flush(output.target.parent)
     except BaseException as error:
         for target, backup in reversed(done):
             with contextlib.suppress(OSError):

@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from ..operating_system import this_system
 from .errors import OutputError
 from .formats import ATTRIBUTES, WRITABLE, Format, extension
 from .inputs import Announced
-from .outputs import StagedFile, flush, material_path
+from .outputs import StagedFile, material_path
 from .ply import read_header
 from .ply_edges import append_edges
 from .textures import rename_in_materials, rename_in_ply, stage_textures
@@ -116,7 +117,7 @@ def save_mesh(
     if material.exists():
         side_files.append(StagedFile(material, material_path(output)))
     for file in (staged, *(f.staged for f in side_files)):
-        flush(file)
+        this_system().flush(file)
     return Saved(StagedFile(staged, output), tuple(side_files), reused, tuple(warnings))
 
 

@@ -15,48 +15,28 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..declaration import (
-    Arity,
-    Bool,
-    Color,
-    Direction,
-    Enum,
-    FileOpen,
-    FileSave,
-    Filter,
-    FilterClass,
-    Float,
-    Int,
-    Length,
-    Matrix,
-    Mesh,
-    MeshElement,
-    Parameter,
-    Percentage,
-    Point,
-    Shot,
-    String,
-)
+from .. import declaration
+from ..declaration import Arity, Enum, Filter, FilterClass, Length, MeshElement, Parameter, Percentage
 
 if TYPE_CHECKING:
     from .survey import InstalledParameter
 
 #: by its name in the table, the class of a parameter and the kinds that pymeshlab's own list calls it
 _KINDS: Mapping[str, tuple[type[Parameter], tuple[str, ...]]] = {
-    "Bool": (Bool, ("bool",)),
-    "Color": (Color, ("Color",)),
-    "Direction": (Direction, ("numpy.ndarray[numpy.float64[3]]",)),
-    "Enum": (Enum, ("str",)),
-    "FileOpen": (FileOpen, ("str",)),
-    "FileSave": (FileSave, ("str",)),
-    "Float": (Float, ("float", "float (bounded)")),
-    "Int": (Int, ("int",)),
-    "Matrix": (Matrix, ("numpy.ndarray[numpy.float64[4, 4]]",)),
-    "Mesh": (Mesh, ("int",)),
-    "Percentage": (Percentage, ("PercentageValue",)),
-    "Point": (Point, ("numpy.ndarray[numpy.float64[3]]",)),
-    "Shot": (Shot, ("Shotf [still unsupported]",)),
-    "String": (String, ("str",)),
+    "Bool": (declaration.Bool, ("bool",)),
+    "Color": (declaration.Color, ("Color",)),
+    "Direction": (declaration.Direction, ("numpy.ndarray[numpy.float64[3]]",)),
+    "Enum": (declaration.Enum, ("str",)),
+    "FileOpen": (declaration.FileOpen, ("str",)),
+    "FileSave": (declaration.FileSave, ("str",)),
+    "Float": (declaration.Float, ("float", "float (bounded)")),
+    "Int": (declaration.Int, ("int",)),
+    "Matrix": (declaration.Matrix, ("numpy.ndarray[numpy.float64[4, 4]]",)),
+    "Mesh": (declaration.Mesh, ("int",)),
+    "Percentage": (declaration.Percentage, ("PercentageValue",)),
+    "Point": (declaration.Point, ("numpy.ndarray[numpy.float64[3]]",)),
+    "Shot": (declaration.Shot, ("Shotf [still unsupported]",)),
+    "String": (declaration.String, ("str",)),
 }
 
 

@@ -33,33 +33,6 @@ def shortest(single: float) -> float:
     return float(str(np.float32(single)))
 
 
-def declared(known: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
-    """The values checked as the declaration wants them, lengths in pymeshlab's classes accepted; absent ones stay absent."""
-    lengths = {p.name for p in known.parameters if isinstance(p, Percentage)}
-    return known.check({name: as_length(value) if name in lengths else value for name, value in values.items()})
-
-
-def resolved(known: Filter, values: Mapping[str, Any], layer: Layer) -> dict[str, Any]:
-    """Declared values as a filter's function takes them: lengths in mesh units on this layer."""
-    of_edges = {p.name for p in known.parameters if isinstance(p, Percentage) and p.of_edges}
-
-    def mesh_units(name: str, length: Length) -> float:
-        measure = _mean_polyline_edge if name in of_edges else _mean_edge
-        return length.resolve(diagonal=layer.diagonal, mean_edge=lambda: measure(layer))
-
-    return {name: mesh_units(name, value) if isinstance(value, Length) else value for name, value in values.items()}
-
-
-def _mean_edge(layer: Layer) -> float:
-    return layer.mean_edge
-
-
-def _mean_polyline_edge(layer: Layer) -> float:
-    from ..filters.topology import mean_edge_length  # compiled code, which not every use of a mesh set needs
-
-    return mean_edge_length(layer.vertices, layer.edges) if len(layer.edges) else layer.mean_edge
-
-
 def for_meshlab(known: Filter, values: Mapping[str, Any], ask: AskMeshLab, layer: Layer) -> dict[str, Any]:
     """The values of a built-in filter as pymeshlab takes them.
 

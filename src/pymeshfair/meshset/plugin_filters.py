@@ -7,12 +7,12 @@ import logging
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from ..declaration import Edit, Filter
+from ..declaration import Edit, Filter, Layer, Length, Percentage
 from ..errors import ParameterError, UnknownNameError
 from ..write_back import MeshLayer, checked_edit
 from .errors import FilterFailedError, FilterParameterError, UnknownFilterError, reason
 from .layers import Layers
-from .meshlab_values import declared, resolved
+from .meshlab_values import as_length
 from .preconditions import missing
 
 _LOG = logging.getLogger("pymeshfair")
@@ -38,8 +38,9 @@ class PluginFilters:
             UnknownFilterError: no such parameter.
             FilterParameterError: a value that the parameter does not take.
         """
+        lengths = {p.name for p in known.parameters if isinstance(p, Percentage)}
         try:
-            return declared(known, given)
+            return known.check({name: as_length(value) if name in lengths else value for name, value in given.items()})
         except UnknownNameError as error:
             raise UnknownFilterError(str(error), suggestion=error.suggestion) from None
         except ParameterError as error:
@@ -59,7 +60,7 @@ class PluginFilters:
 
     def on_mesh(self, known: Filter, checked: Mapping[str, Any]) -> dict[str, Any]:
         """The values that the filter would run with, lengths in mesh units."""
-        return resolved(known, {**known.defaults, **checked}, self._layers.current())
+        return _resolved(known, {**known.defaults, **checked}, self._layers.current())
 
     def tell(self, note: str) -> None:
         """Pass on a sentence that the user should read."""
@@ -72,7 +73,7 @@ class PluginFilters:
         assert known.function is not None
         progress = _Progress(self.on_progress)
         try:
-            inputs = resolved(known, values, layer)
+            inputs = _resolved(known, values, layer)
             if self._layers.bench.verbose or self._layers.bench.tells_parameters:
                 print(f"\nApplying filter {known.python_name} with the following parameters:\n{inputs}\n")
             if "progress" in inspect.signature(known.function).parameters:
@@ -83,6 +84,27 @@ class PluginFilters:
             if progress.stopped is error or isinstance(error, MemoryError):
                 raise
             raise FilterFailedError(f"{known.python_name}: {reason(error)}") from error
+
+
+def _resolved(known: Filter, values: Mapping[str, Any], layer: Layer) -> dict[str, Any]:
+    """Declared values as a filter's function takes them: lengths in mesh units on this layer."""
+    of_edges = {p.name for p in known.parameters if isinstance(p, Percentage) and p.of_edges}
+
+    def mesh_units(name: str, length: Length) -> float:
+        measure = _mean_polyline_edge if name in of_edges else _mean_edge
+        return length.resolve(diagonal=layer.diagonal, mean_edge=lambda: measure(layer))
+
+    return {name: mesh_units(name, value) if isinstance(value, Length) else value for name, value in values.items()}
+
+
+def _mean_edge(layer: Layer) -> float:
+    return layer.mean_edge
+
+
+def _mean_polyline_edge(layer: Layer) -> float:
+    from ..filters.topology import mean_edge_length  # compiled code, which not every use of a mesh set needs
+
+    return mean_edge_length(layer.vertices, layer.edges) if len(layer.edges) else layer.mean_edge
 
 
 class _Progress:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import signal
 import subprocess
 import sys
 import threading
@@ -15,7 +13,8 @@ from queue import SimpleQueue
 from types import TracebackType
 from typing import IO, Any
 
-from .limits import worker_environment
+from ..operating_system import this_system
+from .environment import worker_environment
 from .messages import parse_talk, to_line
 
 #: the last lines of a worker's stderr that are kept for the report of its death, and the most bytes of one
@@ -36,6 +35,7 @@ class WorkerProcess:
         self._assignment = assignment
         self._queue = queue
         self._environment = worker_environment(threads)
+        self._system = this_system()
         self._process: subprocess.Popen[bytes] | None = None
         self._threads: list[threading.Thread] = []
         self.tail: deque[str] = deque(maxlen=_TAIL_LINES)
@@ -48,8 +48,7 @@ class WorkerProcess:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             env=self._environment,
-            start_new_session=os.name == "posix",
-            creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
+            **self._system.own_session(),
         )
         assert self._process.stdin is not None
         assert self._process.stdout is not None
@@ -79,11 +78,7 @@ class WorkerProcess:
         assert self._process is not None
         if self._process.returncode is not None:
             return  # waited for, so its number may be another's by now
-        if os.name == "posix":
-            with suppress(ProcessLookupError, PermissionError):
-                os.killpg(self._process.pid, signal.SIGKILL)
-        else:
-            self._process.kill()
+        self._system.kill(self._process)
 
     @property
     def pid(self) -> int:
@@ -94,9 +89,7 @@ class WorkerProcess:
     def has_ended(self) -> bool:
         """Whether the process is gone, whoever may still hold its pipes open."""
         assert self._process is not None
-        if hasattr(os, "waitid"):  # leaves it to be waited for, so that its children can be ended with it
-            return os.waitid(os.P_PID, self._process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
-        return self._process.poll() is not None
+        return self._system.has_ended(self._process)
 
     def wait(self) -> int:
         """The exit status, once both streams have ended; minus a signal's number if that was the end."""

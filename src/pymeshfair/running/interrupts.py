@@ -8,6 +8,8 @@ from queue import SimpleQueue
 from types import FrameType, TracebackType
 from typing import Any
 
+from ..operating_system import this_system
+
 
 class Interrupted(BaseException):
     """A signal asked for the end of the run; never leaves this package."""
@@ -34,9 +36,9 @@ class Interrupts:
 
     def __enter__(self) -> Interrupts:
         if threading.current_thread() is threading.main_thread():
-            for name in ("SIGINT", "SIGTERM", "SIGHUP"):
-                number = getattr(signal, name, None)
-                if number is not None and signal.getsignal(number) in (signal.default_int_handler, signal.SIG_DFL):
+            for name in this_system().stop_signals:
+                number = getattr(signal, name)
+                if signal.getsignal(number) in (signal.default_int_handler, signal.SIG_DFL):
                     self._previous[number] = signal.signal(number, self._take)
         return self
 

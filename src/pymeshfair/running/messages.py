@@ -13,7 +13,6 @@ from ..declaration import Length
 from ..registry import find_filter
 from ..scripts.script import Step
 from .job import Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
-from .plain_values import plain
 
 _EVENTS: Mapping[str, type[Event]] = {
     kind.__name__: kind for kind in (PhaseStarted, StepStarted, StepProgress, StepFinished, Message)
@@ -71,18 +70,26 @@ class Assignment:
 
     @classmethod
     def from_document(cls, document: Mapping[str, Any]) -> Assignment:
-        """The assignment in a document; every value is checked again."""
-        steps = []
-        for given in document["steps"]:
-            known = find_filter(given["filter"])
-            steps.append(Step(known, known.check(given["values"]), given["line"]))
+        """The assignment in a document; its values were checked when the recipe was read."""
+        steps = (Step(find_filter(s["filter"]), _received(s["values"]), s["line"]) for s in document["steps"])
         output, stage = (None if document[name] is None else Path(document[name]) for name in ("output", "stage"))
         return cls(tuple(steps), Path(document["input"]), output, stage, document["memory_limit"])
 
 
 def _sent(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Values as `Filter.check` takes them: a bare number is no length."""
-    return {name: str(value) if isinstance(value, Length) else plain(value) for name, value in values.items()}
+    """Checked values in the types of JSON: a length as a dictionary, a tuple as a list."""
+    return {name: asdict(value) if isinstance(value, Length) else value for name, value in values.items()}
+
+
+def _received(values: Mapping[str, Any]) -> dict[str, Any]:
+    """What was sent, in the types of checked values again."""
+    return {name: _as_checked(value) for name, value in values.items()}
+
+
+def _as_checked(value: Any) -> Any:
+    if isinstance(value, dict):
+        return Length(**value)
+    return tuple(_as_checked(part) for part in value) if isinstance(value, list) else value
 
 
 #: how a run failed, as a worker tells it; the supervisor makes the exception of it

@@ -10,8 +10,8 @@ from typing import Any
 
 from ..files.provenance import SCHEMA, provenance_path
 from ..scripts.write import format_script
+from .environment import worker_environment
 from .job import Job, RunResult, StepReport
-from .limits import worker_environment
 from .versions import thread_settings, versions
 
 

@@ -19,7 +19,7 @@ from typing import Any, BinaryIO
 from ..errors import StepFailedError
 from ..files.errors import InputError, OutputError
 from ..files.staging import hold, remove_folder
-from .limits import limit_process, peak_memory
+from ..operating_system import this_system
 from .messages import Assignment, failure, to_line
 
 
@@ -35,7 +35,7 @@ def main() -> None:
     lock = None if stage is None else hold(stage)
     ending = threading.Lock()
     threading.Thread(target=_end_with_supervisor, args=(orders, stage, ending), daemon=True).start()
-    limit_process(document["memory_limit"])
+    this_system().limit_memory(document["memory_limit"])
 
     def tell(report: Mapping[str, Any]) -> None:
         with contextlib.suppress(OSError):  # a supervisor that is gone is told nothing
@@ -87,7 +87,7 @@ def _outcome(document: Mapping[str, Any], tell: Any) -> dict[str, Any]:
         return failure("memory", "memory ran out")
     except Exception as error:
         return failure("internal", f"{type(error).__name__}: {error}", details=traceback.format_exc())
-    return {"done": report | {"peak_memory": peak_memory()}}
+    return {"done": report | {"peak_memory": this_system().peak_memory()}}
 
 
 if __name__ == "__main__":

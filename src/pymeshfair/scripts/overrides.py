@@ -33,7 +33,7 @@ def override(script: Script, overrides: Sequence[str]) -> Script:
         index = _step_index(steps, step_name.strip(), text)
         parameter = _parameter(steps[index].filter, parameter_name.strip(), text)
         try:
-            steps[index] = steps[index].with_values({parameter.name: parse_value(parameter, value)})
+            steps[index] = steps[index].with_checked({parameter.name: parse_value(parameter, value)})
         except ParameterError as error:
             raise ParameterError(f"cannot set {text!r}: {error}") from error
     return Script(tuple(steps), script.comment, script.path)

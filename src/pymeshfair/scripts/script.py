@@ -29,7 +29,11 @@ class Step:
 
     def with_values(self, values: Mapping[str, Any]) -> Step:
         """The step with these values checked and put over its own."""
-        return replace(self, values=self.filter.in_order({**self.values, **self.filter.check(values)}))
+        return self.with_checked(self.filter.check(values))
+
+    def with_checked(self, values: Mapping[str, Any]) -> Step:
+        """The step with these values, which have been checked, put over its own."""
+        return replace(self, values=self.filter.in_order({**self.values, **values}))
 
     def with_defaults(self) -> Step:
         """The step with every value said that is known without a mesh.
