@@ -7,6 +7,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..errors import PymeshfairError
 from .obj import whole_lines
 
 # A backslash at its end continues a line.
@@ -15,7 +16,7 @@ _CONTINUED = re.compile(rb"\\\r?\n")
 _VERTEX = re.compile(rb"\nv[ \t]")
 
 
-class PolylineError(ValueError):
+class PolylineError(PymeshfairError, ValueError):
     """A polyline names no vertex of the file; the message gives it."""
 
 

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from ..errors import PymeshfairError
+
 #: the bytes of a value of each type, under both of its names
 SIZES: Mapping[str, int] = {
     **dict.fromkeys(("char", "int8", "uchar", "uint8"), 1),
@@ -24,7 +26,7 @@ FORMATS = ("ascii", "binary_little_endian", "binary_big_endian")
 HEADER_LIMIT = 1 << 20
 
 
-class PlyError(ValueError):
+class PlyError(PymeshfairError, ValueError):
     """The file is no PLY file that can be read; the message is the reason."""
 
 

@@ -14,7 +14,7 @@ from .errors import OutputError
 from .formats import ATTRIBUTES, WRITABLE, Format, extension
 from .inputs import Announced
 from .outputs import StagedFile, material_path
-from .ply import read_header
+from .ply import PlyError, read_header
 from .ply_edges import append_edges
 from .textures import rename_in_materials, rename_in_ply, stage_textures
 from .verification import TornFileError, verify_file
@@ -92,7 +92,7 @@ def save_mesh(
     if kind.extension == "ply" and "edges" in present:
         try:
             append_edges(staged, mesh.edge_matrix(), mesh.vertex_number())
-        except (ValueError, OSError) as error:
+        except (PlyError, OSError) as error:
             raise OutputError(output, f"its edges could not be written: {error}") from error
     lost = [a for a in ATTRIBUTES if a in present - kind.holds]
     if lost:

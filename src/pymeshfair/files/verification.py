@@ -6,6 +6,7 @@ import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
+from ..errors import PymeshfairError
 from . import obj, ply
 from .formats import extension
 
@@ -13,7 +14,7 @@ from .formats import extension
 _LIST_LENGTHS = {"vertex_indices": 3, "texcoord": 6}
 
 
-class TornFileError(ValueError):
+class TornFileError(PymeshfairError, ValueError):
     """The file is not whole; the message says in what."""
 
 

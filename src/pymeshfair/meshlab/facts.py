@@ -61,7 +61,7 @@ def differences_from_installed() -> list[str]:
     It takes about half a second, in a process of its own.
 
     Raises:
-        RuntimeError: pymeshlab cannot be asked, for example because a system library is missing.
+        SurveyError: pymeshlab cannot be asked, for example because a system library is missing.
     """
     from .survey import survey_installed
 
