@@ -48,16 +48,16 @@ def filters(
 @app.command()
 def recipes(json: Json = False, debug: Debug = False) -> None:
     """List the recipes that pymeshfair ships."""
-    from ..recipe import load_recipe, shipped_recipes
+    from ..recipe import shipped_heads
 
-    found = [load_recipe(name) for name in shipped_recipes()]
+    found = shipped_heads()
     if json:
-        rows = [{"name": r.name, "title": r.title, "for": r.info.purpose, "steps": len(r.script.steps)} for r in found]
+        rows = [{"name": r.name, "title": r.info.title, "for": r.info.purpose, "steps": r.steps} for r in found]
         print_document({"recipes": rows})
         return
     from .tables import console, table
 
-    console().print(table(["recipe", "title", "for"], [(r.name, r.title, r.info.purpose) for r in found]))
+    console().print(table(["recipe", "title", "for"], [(r.name, r.info.title, r.info.purpose) for r in found]))
     typer.echo("\n`pymeshfair info RECIPE` tells more, `pymeshfair run RECIPE INPUT -o OUTPUT` runs it", err=True)
 
 

@@ -57,6 +57,17 @@ def parse_script(data: bytes, name: str, *, path: Path | None = None) -> Script:
     return Script(tuple(reader.steps.steps), clean_comment("\n\n".join(reader.comments)), path)
 
 
+def read_head(data: bytes) -> tuple[str, int]:
+    """The comment at the head of a well-formed script, and how many filters it has; nothing is checked."""
+    comments: list[str] = []
+    filters: list[str] = []
+    parser = expat.ParserCreate()
+    parser.CommentHandler = lambda text: None if filters else comments.append(text)
+    parser.StartElementHandler = lambda tag, attributes: filters.append(tag) if tag == "filter" else None
+    parser.Parse(data, True)
+    return clean_comment("\n\n".join(comments)), len(filters)
+
+
 class _EndedError(Exception):
     """Nothing more can be learned from the file."""
 
