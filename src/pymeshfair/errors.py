@@ -1,6 +1,6 @@
 """The exceptions that pymeshfair raises; every message names what was wrong, where, and what to do next.
 
-The errors of the mathematics are here by their names as well, so that one import serves a caller.
+The errors of `pymeshfair.filters` are exported here too, so that a caller imports from one module.
 """
 
 from __future__ import annotations
@@ -99,4 +99,4 @@ class StepFailedError(RunError):
         self.reason = reason
 
     def __reduce__(self) -> tuple[object, ...]:
-        return type(self), (self.place, self.reason)  # else an error that crosses processes is made of its message
+        return type(self), (self.place, self.reason)  # unpickling would otherwise call the class with the message alone

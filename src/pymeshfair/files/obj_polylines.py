@@ -34,10 +34,10 @@ class Polylines:
 
 
 def scan_polylines(path: Path, n_vertices: int) -> Polylines:
-    """Look through the polylines of a file of so many vertices.
+    """Check the polylines of a file that has so many vertices.
 
     Raises:
-        PolylineError: one of them is not made of its vertices; MeshLab would read past their end.
+        PolylineError: one of them names a vertex that is not there; MeshLab would read past the end of its array.
     """
     edges = misread = before = 0
     for chunk in whole_lines(path):

@@ -1,8 +1,8 @@
 """Files that appear whole or not at all.
 
 Everything is written to a hidden folder beside the output (`staging`), flushed to the disk, and then renamed into place, in this
-order: the old provenance goes, the textures and material files come, the output comes, the new provenance comes. Wherever a power
-cut stops that, no output stands beside the provenance of another one.
+order: the old provenance is removed; textures and material files, the output and the new provenance are put in place. Wherever a
+power cut stops that, no output is beside the provenance of another one.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def material_path(output: Path) -> Path:
 
 
 def check_output(output: Path, input: Path, *, overwrite: bool) -> None:
-    """Refuse an output that cannot or must not be written, before any work.
+    """Raise if an output cannot or must not be written, before any work is done.
 
     Without `overwrite` an existing file is replaced only if it is what a former run wrote: its provenance names the same input
     and its digest is the one recorded there. So the same command can be given again, and no other file is lost.

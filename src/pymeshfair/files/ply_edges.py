@@ -1,4 +1,4 @@
-"""Adds the edges of a mesh to the PLY file that MeshLab has written of it: it reads edges from such files and writes none."""
+"""Adds the edges of a mesh to a PLY file that MeshLab has written: MeshLab reads edges from PLY files but does not write them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The hidden folder beside an output in which it is made, on the same file system, so that a rename puts it in place.
+"""The hidden folder beside an output in which it is written: on the same file system, so that a rename puts it in place.
 
 It is removed with the run. One that was left behind, because the power failed or everything was killed at once, is removed by the
 next run in the same folder: a process that works in it holds a lock, and a dead one holds none. On a system without such locks it
@@ -21,7 +21,7 @@ from .errors import OutputError
 #: what the name of the folder begins with
 STAGE_PREFIX = ".pymeshfair-run-"
 _LOCK = "lock"
-#: seconds after which a folder without a lock is abandoned: it gets its lock at once, and loses it while it is removed
+#: seconds after which a folder without a lock file counts as abandoned; a younger one may just be being made or removed
 _GRACE = 3600.0
 
 
@@ -38,7 +38,7 @@ def staging_folder(output: Path) -> Iterator[Path]:
     try:
         try:
             stage = Path(tempfile.mkdtemp(prefix=STAGE_PREFIX, dir=output.parent))
-            # Its name says that it is locked, so it gets the name after the lock.
+            # The file gets its final name once it is locked, so that no other run sees an unlocked one.
             lock = (stage / f"{_LOCK}.new").open("xb")
         except OSError as error:
             raise OutputError(output, f"cannot make a temporary folder beside it: {error.strerror or error}") from error
@@ -71,7 +71,7 @@ def remove_folder(folder: Path) -> None:
 
 
 def _remove_abandoned(parent: Path) -> None:
-    """Remove the staging folders in which nobody works any more."""
+    """Remove the staging folders that no process uses any more."""
     with contextlib.suppress(OSError):
         for folder in parent.glob(f"{STAGE_PREFIX}*"):
             with contextlib.suppress(OSError):

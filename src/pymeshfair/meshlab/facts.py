@@ -139,7 +139,7 @@ def _parameter_differences(rows: list[list[Any]], installed: Sequence[InstalledP
 
 def _same_default(kind: str, default: Any, installed: Any) -> bool:
     if default is None:
-        return True  # of the mesh, or of the machine
+        return True  # it depends on the mesh or on the machine
     if kind != "Percentage":
         return bool(default == installed)
     from .survey import CUBE_DIAGONAL

@@ -1,7 +1,7 @@
-"""Reads facts about MeshLab's filters off the installed pymeshlab, without running one.
+"""Asks the installed pymeshlab for facts about MeshLab's filters, without applying one.
 
 ``python -m pymeshfair.meshlab.survey`` prints them as JSON. It is a process of its own because MeshLab prints the list of a
-filter's parameters with C++, past Python's stdout, and falls silent for good after some failures.
+filter's parameters with C++, which bypasses Python's stdout, and after some failures it prints nothing any more.
 
 MeshLab lists a parameter's Python name, kind and bounds; it computes defaults for the current mesh; and it names the choices of
 an enumeration when it refuses a wrong one. What it tells only through the scripts that it saves, and what it does not tell at
@@ -114,7 +114,7 @@ def plain_value(value: Any) -> Any:
 
 
 def _what_is_printed(work: Callable[[], object]) -> str:
-    """What is written to the file descriptor of stdout meanwhile, by Python or C++."""
+    """What Python or C++ writes to the file descriptor of stdout while `work` is called."""
     sys.stdout.flush()
     saved = os.dup(1)
     with tempfile.TemporaryFile() as file:

@@ -1,4 +1,4 @@
-"""What filters there are: pymeshlab's functions of the same names, knowing both kinds."""
+"""Lists and finds filters of both kinds, by functions with the names of pymeshlab's."""
 
 from __future__ import annotations
 

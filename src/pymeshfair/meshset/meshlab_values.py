@@ -1,4 +1,4 @@
-"""The values of parameters, between what declarations say, what pymeshlab takes and what pymeshlab tells."""
+"""Converts values of parameters between declarations and pymeshlab."""
 
 from __future__ import annotations
 

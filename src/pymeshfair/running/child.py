@@ -1,4 +1,4 @@
-"""The worker process as its supervisor sees it: something that is started, talks, and is gone afterwards."""
+"""Starts a worker process, reads what it writes, and ends it."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from .messages import parse_talk, to_line
 
 #: the last lines of a worker's stderr that are kept for the report of its death, and the most bytes of one
 _TAIL_LINES, _LINE_LIMIT = 60, 4096
-#: seconds to wait for a killed process, which only a disk that does not answer makes longer
+#: seconds to wait for a killed process; it takes longer only if a disk does not answer
 _PATIENCE = 5.0
 
 
 class WorkerProcess:
     """A worker that carries out one assignment; a context manager that leaves no process behind.
 
-    What it says arrives in the queue: ``("report", document)`` for a line on its channel, ``("talk", Talk)`` for a line on its
+    What it writes arrives in the queue: ``("report", document)`` for a line on its channel, ``("talk", Talk)`` for a line on its
     stderr, and ``("end", None)`` twice, when each of the two is closed.
     """
 
@@ -41,7 +41,7 @@ class WorkerProcess:
         self.tail: deque[str] = deque(maxlen=_TAIL_LINES)
 
     def __enter__(self) -> WorkerProcess:
-        # A session of its own, so that Ctrl-C on the terminal reaches the supervisor alone, and one signal ends all its children.
+        # In a session of its own Ctrl-C on the terminal does not reach it, and one signal ends it with all its children.
         self._process = subprocess.Popen(
             [sys.executable, "-m", "pymeshfair.running.worker"],
             stdin=subprocess.PIPE,
@@ -56,7 +56,7 @@ class WorkerProcess:
         for reader, stream in ((self._read_reports, self._process.stdout), (self._read_talk, self._process.stderr)):
             self._threads.append(threading.Thread(target=reader, args=(stream,), daemon=True))
             self._threads[-1].start()
-        # In a thread, as a long recipe does not fit into the pipe before the worker reads, and Ctrl-C must not wait for that.
+        # A long recipe fills the pipe until the worker reads; a thread writes it, so that Ctrl-C need not wait.
         self._threads.append(threading.Thread(target=self._send, args=(self._process.stdin,), daemon=True))
         self._threads[-1].start()
         return self
@@ -77,17 +77,17 @@ class WorkerProcess:
         """End the process and whatever it has started."""
         assert self._process is not None
         if self._process.returncode is not None:
-            return  # waited for, so its number may be another's by now
+            return  # it has been waited for, so another process may have its number by now
         self._system.kill(self._process)
 
     @property
     def pid(self) -> int:
-        """Of the worker."""
+        """The number of the worker's process."""
         assert self._process is not None
         return self._process.pid
 
     def has_ended(self) -> bool:
-        """Whether the process is gone, whoever may still hold its pipes open."""
+        """Whether the process is gone; processes that it started may still hold its pipes open."""
         assert self._process is not None
         return self._system.has_ended(self._process)
 
@@ -97,9 +97,9 @@ class WorkerProcess:
         return self._process.wait()
 
     def _send(self, stream: IO[bytes]) -> None:
-        with suppress(ValueError, OSError):  # it has died already, which its end will tell
+        with suppress(ValueError, OSError):  # the worker has died already; the end of its streams tells that
             stream.write(to_line(self._assignment))
-            stream.flush()  # and stays open: its end would be the worker's
+            stream.flush()  # the pipe stays open: the worker ends when it is closed
 
     def _read_reports(self, stream: IO[bytes]) -> None:
         with suppress(ValueError, OSError):

@@ -1,4 +1,4 @@
-"""How a run ends when it does not end well."""
+"""The ways in which a run can fail."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from ..errors import Place, RunError
 
 
 class WorkerDied(RunError):  # noqa: N818 - says what happened
-    """The worker process ended without a word; with MeshLab's filters that happens on some awkward meshes.
+    """The worker process ended without a report; some of MeshLab's filters crash on awkward meshes.
 
     Attributes:
         place: what it was doing.
@@ -60,7 +60,7 @@ class OutOfMemory(RunError):  # noqa: N818 - says what happened
 
 
 class WorkerError(RunError):
-    """Something went wrong in the worker that nobody thought of: a defect of pymeshfair.
+    """The worker raised an exception that is none of ours: a defect of pymeshfair.
 
     Attributes:
         place: what it was doing.

@@ -1,4 +1,4 @@
-"""What supervisor and worker say to each other: one JSON document a line, and marks among MeshLab's talk on stderr."""
+"""The protocol between supervisor and worker: one JSON document a line, and marks between MeshLab's lines on stderr."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Assignment:
 
     @classmethod
     def of(cls, job: Job, stage: Path) -> Assignment:
-        """What `job` means for its worker."""
+        """The assignment for the worker of `job`."""
         return cls(job.recipe.script.steps, job.input.absolute(), job.output.absolute(), stage.absolute(), job.memory_limit)
 
     def to_document(self) -> dict[str, Any]:
@@ -92,12 +92,12 @@ def _as_checked(value: Any) -> Any:
     return tuple(_as_checked(part) for part in value) if isinstance(value, list) else value
 
 
-#: how a run failed, as a worker tells it; the supervisor makes the exception of it
+#: how a run failed, as a worker reports it; the supervisor turns it into the exception
 FailureKind = Literal["input", "output", "step", "memory", "import", "internal"]
 
 
 def failure(kind: FailureKind, reason: str, *, path: Path | None = None, details: str = "") -> dict[str, Any]:
-    """The document by which a worker tells that it gives up."""
+    """The document that reports a failure of the worker."""
     return {"failed": kind, "reason": reason, "path": None if path is None else str(path), "details": details}
 
 
@@ -108,7 +108,7 @@ _LOG = re.compile(r"LOG: (\d+) (.*?)\s*(?:\[ (\d{1,3})% \])?\s*")
 
 
 def mark(step: int) -> bytes:
-    """The line on stderr after which MeshLab's words belong to a step; 0 for none."""
+    """The line on stderr after which MeshLab's lines belong to that step; 0 for none."""
     return f"\n{_MARK} {step}\n".encode("ascii")
 
 
@@ -130,7 +130,7 @@ class Talk:
 
 
 def parse_talk(line: str) -> Talk:
-    """Take one line of stderr apart."""
+    """Parse one line of stderr."""
     words = line.split()
     if len(words) == 2 and words[0] == _MARK and words[1].isdigit():
         return Talk("", step=int(words[1]))

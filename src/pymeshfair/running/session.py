@@ -1,4 +1,4 @@
-"""What a worker does: reads the mesh, takes the steps, writes the result to the staging folder, and reports.
+"""The work of a worker: reads the mesh, applies the steps, writes the result to the staging folder, and reports.
 
 The only module of a run in which MeshLab is at work.
 """
@@ -28,7 +28,7 @@ from .messages import Assignment, encode_event, mark
 from .plain_values import plain
 
 COMPILING = "compiling pymeshfair's filters for this machine, which takes some seconds once"
-#: the least change of a fraction that is told
+#: the least change of progress that is reported
 _SMALLEST_PROGRESS = 0.005
 
 
@@ -48,10 +48,10 @@ class Session:
         self._warnings: list[str] = []
 
     def run(self) -> dict[str, Any]:
-        """Carry the assignment out; what is worth knowing of it.
+        """Carry the assignment out; the report for the supervisor.
 
         Raises:
-            InputError, OutputError, StepFailedError, MemoryError: see there.
+            InputError, OutputError, StepFailedError, MemoryError: each as the class says.
         """
         on_first_compilation(lambda: self._event(Message(COMPILING)))
         self._event(PhaseStarted("reading"))
@@ -170,7 +170,7 @@ class Session:
 
 
 def _reason(error: Exception, step: Step) -> str:
-    """The words of an error without the filter's name, which the supervisor says."""
+    """The message of an error without the filter's name, which the supervisor adds."""
     words = " ".join(str(error).split())
     for prefix in (f"Failed to apply filter: {step.filter.python_name} Details: ", f"{step.filter.python_name}: "):
         words = words.removeprefix(prefix)

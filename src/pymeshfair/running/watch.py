@@ -1,4 +1,4 @@
-"""Follows a worker from its start to its end, and turns every end but the good one into an exception that says where it came."""
+"""Follows a worker until it ends, and turns every failure into an exception that says at which step it happened."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from .interrupts import Interrupted
 from .job import Event, Job, Message, PhaseStarted, StepProgress, StepStarted
 from .messages import Talk, decode_event
 
-#: seconds between two looks at a worker that says nothing
+#: seconds between two looks at a silent worker
 _PULSE = 0.5
-#: less than this is left on a disk that has run full
+#: bytes; a disk with less free space counts as full
 _FULL = 1 << 20
 #: MeshLab's level of log for warnings
 _WARNING = 1
 
 
 class Watch:
-    """The eyes and ears of a supervisor on one worker.
+    """Reads the events and the talk of one worker.
 
     Attributes:
-        said: what filters said, by the number of their step; 0 is for what is no step.
+        said: what filters said, by the number of their step; 0 stands for reading and writing.
         warned: those of these words that MeshLab calls warnings.
     """
 
@@ -70,7 +70,7 @@ class Watch:
                 kind, item = self._queue.get(timeout=_PULSE if deadline is None else min(_PULSE, deadline - now))
             except Empty:
                 if self._worker.has_ended():
-                    break  # something that it started holds its pipes open
+                    break  # a process that the worker started holds its pipes open
                 continue
             if kind == "signal":
                 raise Interrupted

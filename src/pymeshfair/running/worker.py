@@ -1,7 +1,7 @@
 """The process that a run lives in: ``python -m pymeshfair.running.worker``, with its assignment as a line of JSON on stdin.
 
-It tells events as lines of JSON on what was its stdout, and ends when stdin does, which is when its supervisor is gone. Nothing
-of it is meant to be called from elsewhere.
+It reports events as lines of JSON on its original stdout. It ends when stdin is closed, which means that the supervisor is gone.
+Nothing here is meant to be called from elsewhere.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from .messages import Assignment, failure, to_line
 
 
 def main() -> None:
-    """Do what stdin says."""
+    """Carry out the assignment that stdin gives."""
     orders, reports = _take_over_streams()
     faulthandler.enable()
     line = orders.readline()
@@ -38,12 +38,12 @@ def main() -> None:
     this_system().limit_memory(document["memory_limit"])
 
     def tell(report: Mapping[str, Any]) -> None:
-        with contextlib.suppress(OSError):  # a supervisor that is gone is told nothing
+        with contextlib.suppress(OSError):  # the supervisor is gone
             reports.write(to_line(report))
 
     tell(_outcome(document, tell))
-    ending.acquire()  # unless the supervisor is gone: then the other thread ends the process when it has cleaned up
-    del lock  # held until here
+    ending.acquire()  # if the supervisor is gone, the other thread has it, cleans up and ends the process
+    del lock  # the folder is in use until here
     # Libraries that crash while they tidy up must not spoil a finished run.
     os._exit(0)
 

@@ -18,7 +18,7 @@ from .problems import shortened
 
 
 class _RefusedError(Exception):
-    """A complaint on its way out of a reader of values."""
+    """The value cannot be read; carries the complaint."""
 
     def __init__(self, message: str, suggestion: str | None = None) -> None:
         super().__init__(message)

@@ -1,4 +1,4 @@
-"""Reads .mlx scripts, and says everything that is wrong with one before any mesh is opened.
+"""Reads .mlx scripts, and lists everything that is wrong with one before any mesh is opened.
 
 MeshLab ignores what it does not understand. Here unknown elements, names, types and values are problems; comments and unknown
 attributes are not. A hostile file costs little: entities and document type subsets are refused where they begin, and size,
@@ -20,7 +20,7 @@ from .step_builder import StepBuilder
 MOST_BYTES = 5_000_000
 MOST_LEVELS = 64
 MOST_FILTERS = 1000
-#: Reading ends after this many problems; whoever wrote that many has one cause to find.
+#: Reading ends after this many problems; so many usually have one cause.
 MOST_PROBLEMS = 100
 
 _ENCODINGS = frozenset({"utf-8", "utf8", "utf-16", "us-ascii", "ascii"})
@@ -45,7 +45,7 @@ def read_script(path: str | Path) -> Script:
 
 
 def parse_script(data: bytes, name: str, *, path: Path | None = None) -> Script:
-    """The script that the bytes of an .mlx file spell; `name` stands for the file in messages.
+    """The script in the bytes of an .mlx file; `name` stands for the file in messages.
 
     Raises:
         ScriptError: something is wrong; lists every problem.
@@ -69,7 +69,7 @@ def read_head(data: bytes) -> tuple[str, int]:
 
 
 class _EndedError(Exception):
-    """Nothing more can be learned from the file."""
+    """Reading cannot go on; the problem has been noted."""
 
 
 class _Reader:

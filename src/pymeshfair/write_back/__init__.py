@@ -1,4 +1,4 @@
-"""The rooms next to MeshLab's memory: reads a pymeshlab mesh as a `Layer` and writes an `Edit` back into it."""
+"""Reads a pymeshlab mesh as a `Layer` and writes an `Edit` back into it; everything else leaves meshes in MeshLab alone."""
 
 from .aftermath import after_failure
 from .attributes import without_helpers

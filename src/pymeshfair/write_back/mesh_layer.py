@@ -48,12 +48,12 @@ class MeshLayer:
 
     @property
     def pending(self) -> Edit:
-        """What the mesh has not been told yet."""
+        """The changes that MeshLab has not been told of yet."""
         return self._edit
 
     @property
     def has_pending(self) -> bool:
-        """Whether there is anything that the mesh has not been told yet."""
+        """Whether there are such changes."""
         return any(getattr(self._edit, name) is not None for name in EDITABLE)
 
     def edited(self, edit: Edit) -> MeshLayer:
@@ -61,7 +61,7 @@ class MeshLayer:
         changed = {name: value for name in EDITABLE if (value := getattr(edit, name)) is not None}
         before = {name: value for name in EDITABLE if (value := getattr(self._edit, name)) is not None}
         if "vertices" in changed and len(self.faces):
-            # Normals follow from coordinates; those of an earlier edit would be those of a surface that is gone.
+            # Normals follow from coordinates; those of an earlier edit belong to the earlier surface.
             before.pop("vertex_normals", None)
             before.pop("face_normals", None)
         after = MeshLayer(self._mesh, self._bench, other=self._other, settle=self._settle, edit=Edit(**{**before, **changed}))
