@@ -16,8 +16,8 @@ _KEPT: list[Any] = []
 def after_failure(meshset: Any, *, verbose: bool) -> None:
     """Make MeshLab let go of the mesh set in which a filter has just failed.
 
-    MeshLab keeps a pointer to the log of the mesh set whose filter failed, and writes the next progress message of anything to it,
-    such as that of loading a file into another mesh set, although the log may be gone by then. A filter that succeeds resets the
+    MeshLab keeps a pointer to the log of the mesh set whose filter failed. It writes the next progress message to it, such as
+    that of loading a file into another mesh set, although the log may be gone by then. A filter that succeeds resets the
     pointer, so one is applied to a mesh set of our own. A verbose mesh set has also given its log to the filter's plugin for
     good, so it is kept as long as the process runs.
     """
