@@ -21,7 +21,8 @@ from ..robust import KernelName
 from ..topology import BorderPolicy, border_vertices, edges, face_adjacency
 from .face_neighbourhoods import Neighborhood
 from .noise_level import NoiseEstimate, estimate_noise, shared_noise, smooth_normals
-from .normal_filtering import NormalFilterMethod, normal_filtering
+from .normal_filter import NormalFilterMethod
+from .normal_filtering import normal_filtering
 from .surroundings import Surroundings
 
 

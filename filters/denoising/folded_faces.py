@@ -1,0 +1,28 @@
+"""Faces that strong noise, or too strong a filter, has folded over."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..geometry import NORMAL, measure_faces
+from ..mesh import check_mesh
+from .normal_filtering import framed
+from .normal_filters import mean_normals
+from .surroundings import Surroundings
+
+
+def folded_faces(vertices: ArrayLike, faces: ArrayLike) -> int:
+    """How many faces look away from the mean normal of the faces at their vertices, weighted by area.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+
+    Raises:
+        FilterInputError: not a mesh.
+    """
+    points, triangles = check_mesh(vertices, faces)
+    known = Surroundings.of(triangles, len(points))
+    table = measure_faces(known.ordered(framed(points, known)), known.faces)
+    normals = np.ascontiguousarray(table[:, NORMAL])
+    means = mean_normals(normals, table, known.around("vertex"))
+    return int((np.einsum("ij,ij->i", normals, means) < 0.0).sum())
