@@ -12,7 +12,7 @@ import pytest
 
 PROJECT = Path(__file__).parents[1]
 BLOCK = re.compile(
-    r"^```(?:python|xml)\n(?:# |<!-- )(\S+?\.(?:py|mlx))( \(append\))?(?: -->)?\n(.*?)^```$", re.MULTILINE | re.DOTALL
+    r"^```(?:python|xml)\n(?:# |<!-- )(\S+?\.(?:py|mlx))( \(sort in\))?(?: -->)?\n(.*?)^```$", re.MULTILINE | re.DOTALL
 )
 
 
@@ -28,13 +28,26 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
         else:
             shutil.copy(source, copy / name)
     blocks = BLOCK.findall((PROJECT / "CONTRIBUTING.md").read_text(encoding="utf-8"))
-    assert len(blocks) == 4
-    for name, append, code in blocks:
+    assert len(blocks) == 6
+    for name, is_part, code in blocks:
         file = copy / name
+        if is_part:
+            file.write_text(with_lines(file.read_text(encoding="utf-8"), code), encoding="utf-8")
+            continue
         file.parent.mkdir(parents=True, exist_ok=True)
-        with file.open("a" if append else "x", encoding="utf-8") as opened:
-            opened.write(("\n\n" if append else "") + code)
+        with file.open("x", encoding="utf-8") as opened:
+            opened.write(code)
     return copy
+
+
+def with_lines(text: str, part: str) -> str:
+    """The text of a package's ``__init__.py`` with the imports and the public names of a part, each in its alphabetical place."""
+    lines = text.splitlines()
+    for line in part.splitlines():
+        for kind in ("from .", '    "'):
+            if line.startswith(kind):
+                lines.insert(next(i for i, other in enumerate(lines) if other.startswith(kind) and other > line), line)
+    return "\n".join(lines) + "\n"
 
 
 def run(project: Path, *arguments: str) -> str:

@@ -4,8 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..geometry import NORMAL, measure_faces
-from ..mesh import check_mesh
-from .normal_filtering import framed
+from ..mesh import check_mesh, normalised_mesh
 from .normal_filters import mean_normals
 from .surroundings import Surroundings
 
@@ -20,9 +19,9 @@ def folded_faces(vertices: ArrayLike, faces: ArrayLike) -> int:
     Raises:
         FilterInputError: not a mesh.
     """
-    points, triangles = check_mesh(vertices, faces)
-    known = Surroundings.of(triangles, len(points))
-    table = measure_faces(known.ordered(framed(points, known)), known.faces)
+    mesh = normalised_mesh(*check_mesh(vertices, faces))
+    known = Surroundings.of(mesh)
+    table = measure_faces(mesh.in_order(known.places).points, known.faces)
     normals = np.ascontiguousarray(table[:, NORMAL])
     means = mean_normals(normals, table, known.around("vertex"))
     return int((np.einsum("ij,ij->i", normals, means) < 0.0).sum())

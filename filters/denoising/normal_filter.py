@@ -1,10 +1,9 @@
 """The settings of a filter of face normals, and what each of them means."""
 
-import math
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias, TypedDict, get_args
+from typing import Literal, TypeAlias, TypedDict, get_args
 
-from ..checks import FilterInputError
+from ..checks import check_choice, check_finite, check_positive, check_whole_number
 from ..robust import KernelName
 from .face_neighbourhoods import NEIGHBORHOODS, Neighborhood
 from .normal_filters import RANGE_MEASURES, SPACE_KERNELS, RangeMeasure, SpaceKernel
@@ -63,15 +62,13 @@ class NormalFilter:
         check_choice("space_kernel", self.space_kernel, SPACE_KERNELS)
         check_choice("range_measure", self.range_measure, RANGE_MEASURES)
         check_choice("neighborhood", self.neighborhood, NEIGHBORHOODS)
-        check_count("normal_iterations", self.normal_iterations)
-        for name in ("range_sigma", "space_sigma", "radius"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0.0):
-                raise FilterInputError(f"{name} {value} is not finite and above 0")
+        check_positive("range_sigma", self.range_sigma)
+        check_finite("range_floor", self.range_floor, least=0.0)
+        check_positive("space_sigma", self.space_sigma)
+        check_positive("radius", self.radius)
+        check_whole_number("normal_iterations", self.normal_iterations)
         if self.method == "vertex_normals":
             check_choice("neighborhood of the method 'vertex_normals'", self.neighborhood, tuple(RINGS_OF_VERTICES))
-        if not (math.isfinite(self.range_floor) and self.range_floor >= 0.0):
-            raise FilterInputError(f"range_floor {self.range_floor} is not finite and at least 0")
 
 
 class NormalFilterKeywords(TypedDict, total=False):
@@ -87,13 +84,3 @@ class NormalFilterKeywords(TypedDict, total=False):
     neighborhood: Neighborhood
     radius: float
     normal_iterations: int
-
-
-def check_choice(name: str, value: Any, allowed: tuple[str, ...]) -> None:
-    if value not in allowed:
-        raise FilterInputError(f"{name} {value!r} is not one of {', '.join(map(repr, allowed))}")
-
-
-def check_count(name: str, value: int) -> None:
-    if value != int(value) or value < 0:
-        raise FilterInputError(f"{name} is {value}: it is a whole number of at least 0")

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..checks import check_choice, check_whole_number
 from ..execution import Progress, ignore_progress
 from ..geometry import measure_faces
-from ..mesh import Bools, Floats, check_mesh, check_movable, enter, leave, ordered_frame
+from ..mesh import Floats, check_mesh, normalised_mesh
 from ..topology import BORDER_POLICIES, BorderPolicy, border_vertices
-from .normal_filter import NormalFilter, NormalFilterKeywords, check_choice, check_count
+from .normal_filter import NormalFilter, NormalFilterKeywords
 from .normal_passes import NormalPasses
 from .surroundings import Surroundings
 from .vertex_update import VERTEX_UPDATES, VertexUpdate, fit_vertices
@@ -48,7 +49,8 @@ def normal_filtering(
         border: "fixed": border vertices stay. "along": they move along the mean normal of their faces alone, so that the outline
             stays seen from above. "free": they move like any other.
         movable: (n,) bool, which vertices may move, None for all. The others stay where they are and are seen by those that do.
-        surroundings: ``Surroundings.of(faces, n)``, to save finding them again where the same faces are filtered more than once.
+        surroundings: ``Surroundings.of(normalised_mesh(vertices, faces))`` of any mesh with the same faces, for callers that
+            filter them more than once.
         progress: called after every pass and every fit; may raise to stop.
         **normal_filter: the attributes of `NormalFilter`, by name: ``method="guided", normal_iterations=5``. Its
             `normal_iterations` are those of one outer iteration, its distances those of the mesh as it is by then.
@@ -61,28 +63,27 @@ def normal_filtering(
         FilterInputError: not a mesh, or a parameter out of range.
     """
     points, triangles = check_mesh(vertices, faces)
-    for name, value in (("vertex_iterations", vertex_iterations), ("outer_iterations", outer_iterations)):
-        check_count(name, value)
+    check_whole_number("vertex_iterations", vertex_iterations)
+    rounds = check_whole_number("outer_iterations", outer_iterations)
     check_choice("vertex_update", vertex_update, VERTEX_UPDATES)
     check_choice("border", border, BORDER_POLICIES)
     settings = NormalFilter(**normal_filter)
-    known = Surroundings.of(triangles, len(points)) if surroundings is None else surroundings
-    used = known.restored(np.diff(known.corners.offsets) > 0)
-    moves = used if movable is None else used & check_movable(movable, len(points))
-    on_border = np.zeros(len(points), dtype=np.bool_) if border == "free" else border_vertices(triangles, len(points))
+    mesh = normalised_mesh(points, triangles, movable)
+    known = Surroundings.of(mesh) if surroundings is None else surroundings
+    mesh = mesh.in_order(known.places)
+    moves = np.diff(known.corners.offsets) > 0
+    if mesh.movable is not None:
+        moves &= mesh.movable
+    on_border = border_vertices(known.faces, len(mesh))
     if border == "fixed":
-        moves = moves & ~on_border
-    frame = ordered_frame(_without_strays(points, used), None)
-    start = enter(points, frame)
-    now = known.ordered(start)
-    rounds = outer_iterations if moves.any() else 0
-    passes = NormalPasses.over(now, known, settings)
-    moves, along_normal = known.ordered(moves), known.ordered(on_border) if border == "along" else None
+        moves &= ~on_border
+    passes = NormalPasses.over(mesh.points, known, settings)
+    now = mesh.points
     table = None
-    for outer in range(rounds):
+    for outer in range(rounds if moves.any() else 0):
 
         def partial(share: float, done: int = outer) -> None:
-            progress((done + 0.9 * share) / outer_iterations)
+            progress((done + 0.9 * share) / rounds)
 
         table = measure_faces(now, known.faces, table)
         now = fit_vertices(
@@ -93,10 +94,10 @@ def normal_filtering(
             update=vertex_update,
             iterations=vertex_iterations,
             moves=moves,
-            along_normal=along_normal,
+            along_normal=on_border if border == "along" else None,
         )
-        progress((outer + 1) / outer_iterations)
-    return leave(points, start, known.restored(now), frame)
+        progress((outer + 1) / rounds)
+    return mesh.restored(now)
 
 
 def filter_face_normals(
@@ -108,7 +109,7 @@ def filter_face_normals(
 ) -> Floats:
     """(m, 3) the filtered unit normals of the faces, the vertices left alone.
 
-    A face without area, whose own normal is 0, gets the normal of its surroundings.
+    A face without area, whose own normal is 0, gets the normal of its surroundings, or 0 if it has none.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -121,16 +122,13 @@ def filter_face_normals(
     """
     points, triangles = check_mesh(vertices, faces)
     settings = NormalFilter(**normal_filter)
-    known = Surroundings.of(triangles, len(points))
-    start = known.ordered(framed(points, known))
-    return NormalPasses.over(start, known, settings).filtered(start, measure_faces(start, known.faces), progress)
-
-
-def framed(points: Floats, known: Surroundings) -> Floats:
-    """The points, in coordinates of ordinary size."""
-    return enter(points, ordered_frame(_without_strays(points, known.restored(np.diff(known.corners.offsets) > 0)), None))
-
-
-def _without_strays(points: Floats, used: Bools) -> Floats:
-    """The points that a face uses, or all if none does, so that the others do not decide on the frame."""
-    return points if used.all() or not used.any() else points[used]
+    mesh = normalised_mesh(points, triangles)
+    known = Surroundings.of(mesh)
+    now = mesh.in_order(known.places).points
+    filtered = NormalPasses.over(now, known, settings).filtered(now, measure_faces(now, known.faces), progress)
+    if len(filtered) == len(triangles):
+        return filtered
+    # Faces without area whose vertices no other face uses are not in the normalised mesh.
+    normals = np.zeros((len(triangles), 3))
+    normals[np.isin(triangles, mesh.used).all(axis=1)] = filtered
+    return normals
