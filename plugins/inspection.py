@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 
 from pymeshfair.declaration import Edit, FilterClass, Layer, mesh_filter
-from pymeshfair.filters.inspection.surface_measures import surface_measures
+from pymeshfair.filters.inspection import surface_measures
 
 
 @mesh_filter(name="Surface Measures", classes=FilterClass.MEASURE)
