@@ -108,7 +108,7 @@ def normal_filtering(
         normal_iterations,
     ).checked()
     known = Surroundings.of(triangles, len(points)) if surroundings is None else surroundings
-    used = known.restored(np.diff(known.corners.offsets) > 0)
+    used = known.restored(np.diff(known.at_vertices.offsets) > 0)
     moves = used if movable is None else used & check_movable(movable, len(points))
     on_border = np.zeros(len(points), dtype=np.bool_) if border == "free" else border_vertices(triangles, len(points))
     if border == "fixed":
@@ -129,7 +129,7 @@ def normal_filtering(
         now = fit_vertices(
             now,
             known.faces,
-            known.corners,
+            known.at_vertices,
             _wanted(now, known.faces, table, around, rule, partial),
             update=vertex_update,
             iterations=vertex_iterations,
@@ -280,7 +280,7 @@ def _filtered(table: Floats, around: _Around, rule: NormalFilter, progress: Prog
 
 def _framed(points: Floats, known: Surroundings) -> Floats:
     """The points, in coordinates of ordinary size."""
-    return enter(points, ordered_frame(_without_strays(points, known.restored(np.diff(known.corners.offsets) > 0)), None))
+    return enter(points, ordered_frame(_without_strays(points, known.restored(np.diff(known.at_vertices.offsets) > 0)), None))
 
 
 def _without_strays(points: Floats, used: Bools) -> Floats:

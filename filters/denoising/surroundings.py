@@ -7,7 +7,7 @@ import numpy as np
 
 from ..geometry import CENTRE, measure_faces
 from ..mesh import Bools, Floats, Ints, worth_reordering
-from ..topology import Corners, stars, vertex_corners
+from ..topology import VertexFaces, stars, vertex_faces
 from .face_neighbourhoods import FaceNeighbourhoods, Neighborhood, face_neighbourhoods, mean_centre_distance
 
 _Values = TypeVar("_Values", Floats, Bools)
@@ -21,12 +21,12 @@ class Surroundings:
         order: None, or (n,) a permutation: vertex i here is vertex ``order[i]`` of the mesh, so that neighbours lie near each
             other in memory. No result depends on it.
         faces: (m, 3) the triangles, by the numbers of the vertices here.
-        corners: the faces at every vertex, by the same numbers.
+        at_vertices: the faces at every vertex, by the same numbers.
     """
 
     order: Ints | None
     faces: Ints
-    corners: Corners
+    at_vertices: VertexFaces
     _kept: dict[Neighborhood, FaceNeighbourhoods] = field(default_factory=dict, repr=False)
 
     @staticmethod
@@ -37,7 +37,7 @@ class Surroundings:
             place = np.empty_like(order)
             place[order] = np.arange(n_vertices, dtype=order.dtype)
             faces = np.ascontiguousarray(place[faces])
-        return Surroundings(order, faces, vertex_corners(faces, n_vertices))
+        return Surroundings(order, faces, vertex_faces(faces, n_vertices))
 
     def ordered(self, values: _Values) -> _Values:
         """(n, ...) values of the vertices of the mesh, in the order here."""
@@ -54,7 +54,7 @@ class Surroundings:
     def around(self, kind: Neighborhood) -> FaceNeighbourhoods:
         """The neighbourhoods "edge", "vertex", "two_ring" or "three_ring" of the faces."""
         if kind not in self._kept:
-            self._kept[kind] = face_neighbourhoods(self.faces, self.corners, kind)
+            self._kept[kind] = face_neighbourhoods(self.faces, self.at_vertices, kind)
         return self._kept[kind]
 
     def within(self, kind: Neighborhood, points: Floats, radius: float) -> FaceNeighbourhoods:
@@ -67,4 +67,4 @@ class Surroundings:
             # Where nothing has a size, all faces are in one place.
             return self.around("vertex")
         centres = np.ascontiguousarray(table[:, CENTRE])
-        return face_neighbourhoods(self.faces, self.corners, kind, centres=centres, radius=reach)
+        return face_neighbourhoods(self.faces, self.at_vertices, kind, centres=centres, radius=reach)

@@ -141,8 +141,8 @@ def _cotangent(star: Stars, roles: Roles, rule: int) -> Advance:
         if len(roles.open):
             bound = max(bound, star_step(now, out, roles.open, False, offsets, neighbours, rule, step))
         if len(star.irregular):
-            corners = star.corner_offsets, star.corners
-            row = irregular_step(now, out, star.irregular, roles.irregular, offsets, neighbours, *corners, rule, step)
+            ends = star.end_offsets, star.ends
+            row = irregular_step(now, out, star.irregular, roles.irregular, offsets, neighbours, *ends, rule, step)
             bound = max(bound, row)
         return float(bound) if rule == BY_AREA else 2.0
 

@@ -1,4 +1,4 @@
-"""Where a surface may bend: weights that spare its ridges from smoothing."""
+"""Weights of vertices that keep the ridges of a surface from being smoothed."""
 
 import math
 
@@ -8,11 +8,12 @@ from numpy.typing import ArrayLike
 from ..checks import FilterInputError
 from ..denoising.normal_filtering import filter_face_normals
 from ..execution import Progress, ignore_progress
+from ..geometry import angles_between
 from ..mesh import Floats, check_mesh
 from ..topology import face_adjacency
 
-# A kernel that leaves ridges of 45 degrees sharp and takes noise of a tenth of an edge for noise; one twice as wide would bear
-# noise of a fifth, and blur such ridges.
+# This range kernel keeps ridges of 45 degrees sharp and removes noise of a tenth of an edge. Twice as wide, it would remove noise
+# of a fifth, and blur such ridges.
 _RANGE, _ITERATIONS = 0.25, 10
 
 
@@ -27,16 +28,16 @@ def feature_weights(
     """W_i = max(least, 1 / (1 + (a_i / a)^8)), a_i the sharpest angle between the filtered normals of faces that meet at vertex
     i.
 
-    The weights for `bilaplacian_smoothing`: inverse to how far the surface bends within an edge. The curvature itself of a noisy
-    surface is mostly noise; so the angles are taken between face normals filtered bilaterally [zheng2011], which noise of a tenth
-    of an edge does not get through while ridges do; of stronger noise some does, and is kept. The smooth step of the eighth power
-    leaves 1 where the surface bends by half the angle, and next to nothing where it bends by twice.
+    The weights for `bilaplacian_smoothing`: small where the surface bends sharply across an edge. The curvature of a noisy surface
+    is mostly noise, so the angles are those between bilaterally filtered face normals [zheng2011]. The filter removes noise of up
+    to a tenth of an edge and keeps ridges; part of stronger noise remains and counts as ridges. With the eighth power the weight
+    is nearly 1 where the surface bends by half the angle, and nearly 0 where it bends by twice the angle.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        feature_angle: a, in degrees, between 0 and 180. Smaller spares gentler ridges, and noise.
-        least: the least weight, from 0 to 1. Larger smooths ridges more; 0 leaves them to noise altogether.
+        feature_angle: a, in degrees, between 0 and 180. Smaller also keeps gentler ridges, and noise.
+        least: the least weight, from 0 to 1. Larger smooths ridges more; with 0 sharp ridges keep their noise.
         progress: called with the share that is done; may raise to stop.
 
     Returns:
@@ -53,8 +54,7 @@ def feature_weights(
         return np.ones(len(points))
     normals = filter_face_normals(points, triangles, range_sigma=_RANGE, normal_iterations=_ITERATIONS, progress=progress)
     pairs, shared = face_adjacency(triangles)
-    first, second = normals[pairs[:, 0]], normals[pairs[:, 1]]
-    angles = np.arctan2(np.linalg.norm(np.cross(first, second), axis=1), np.einsum("ij,ij->i", first, second))
+    angles = angles_between(normals[pairs[:, 0]], normals[pairs[:, 1]])
     sharpest = np.zeros(len(points))
     for end in (0, 1):
         np.maximum.at(sharpest, shared[:, end], angles)
@@ -62,11 +62,11 @@ def feature_weights(
 
 
 def scalar_feature_weights(values: ArrayLike, *, half: float, least: float = 1e-4) -> Floats:
-    """W_i = max(least, 1 / (1 + (v_i / half)^2)) for values such as curvatures or what a user has painted.
+    """W_i = max(least, 1 / (1 + (v_i / half)^2)) for values such as curvatures or scalars that a user has painted.
 
     Args:
         values: (n,) finite values; their signs do not matter.
-        half: the size of a value whose weight is 1/2, above 0. Smaller spares more.
+        half: the size of a value whose weight is 1/2, above 0. Smaller keeps more from being smoothed.
         least: the least weight, from 0 to 1.
 
     Raises:

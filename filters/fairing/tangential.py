@@ -1,4 +1,4 @@
-"""Tangential smoothing: better triangles on the same surface, with the edges that are there or with flipped ones."""
+"""Tangential smoothing: better triangles on the same surface, with or without edge flips."""
 
 import math
 
@@ -8,8 +8,8 @@ from ..checks import FilterInputError
 from ..execution import Progress, ignore_progress
 from ..geometry import mean_edge_length
 from ..mesh import Floats, Ints, check_mesh, check_movable, enter, leave, ordered_frame
-from ..topology import border_vertices, referenced_vertices
-from .edge_flips import flip_towards_quality, proper_faces
+from ..topology import border_vertices, proper_faces, referenced_vertices
+from .edge_flips import flip_towards_quality
 from .tangential_steps import KeptSurface, TangentialEnergy
 
 
@@ -25,11 +25,11 @@ def tangential_smoothing(
 ) -> Floats:
     """Moves vertices along the surface towards min sum_i A_i (|L_uniform p'_i - L_cotan p_i|^2 + w |p'_i - p_i|^2) [nealen2006].
 
-    L_cotan p has no tangential part, so what is left of L_uniform p' at the minimum has none either: every vertex sits in the
-    middle of its neighbours as seen along the normal, which is where triangles are good. The energy alone also moves vertices
-    off the surface. Here each iteration solves for it, takes the part of the step within the tangent plane, and puts the vertex
-    on the nearest point of the input surface, walked to from where it was. A step that would fold a triangle over, or bring the
-    middle of a triangle or of an edge further from the input than allowed, is halved, and not made after four times.
+    L_cotan p has no tangential part, so L_uniform p' has none at the minimum either: projected along the normal, every vertex is
+    the centroid of its neighbours, where triangles are good. The energy alone also moves vertices off the surface. Here each
+    iteration minimises it, takes the part of the step within the tangent plane, and moves the vertex to the nearest point of the
+    input surface, found by a walk from where it was. A step that would fold a triangle over, or bring the middle of an edge or
+    the centroid of a triangle further from the input than allowed, is halved up to four times, and then not made.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -63,10 +63,9 @@ def improve_triangles(
 ) -> tuple[Floats, Ints]:
     """Tangential smoothing with edge flips before each of its steps [nealen2006, lawson1977, botsch2004remeshing].
 
-    Where the triangles are halves of quadrilaterals cut along the wrong diagonal, as those of range maps, moving vertices does
-    not help and flipping edges does; and flips leave vertices off the middle of their new neighbours, to which smoothing then
-    moves them. See `tangential_smoothing` and `flip_edges` for what each of the two keeps to: the input surface, its border, and
-    the orientation and topology of its triangles.
+    Where the triangles are halves of quadrilaterals cut along the wrong diagonal, as in range maps, moving vertices does not help
+    and flipping edges does. Smoothing then moves the vertices to the centroids of their new neighbours. Both keep the input
+    surface, its border, and the orientation and topology of its triangles; see `tangential_smoothing` and `flip_edges`.
 
     Args:
         vertices: (n, 3) coordinates.
