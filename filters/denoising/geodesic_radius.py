@@ -23,7 +23,7 @@ def within_geodesic_radius(near_offsets: Longs, near: Ints, centres: Floats, rad
 
     Returns:
         offsets: (m + 1,) int64.
-        neighbours: int32, those of face i between its two offsets, each once and without i, in the order in which they are reached.
+        neighbours: int32, those of face i between its two offsets, each once and without i, in the order of the search.
     """
 
     def visit(parts: int, offsets: Longs, neighbours: Ints) -> None:

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError
+from ..checks import FilterInputError, check_whole_number
 from ..execution import Progress, ignore_progress
 from ..geometry import side_lengths
 from ..mesh import Floats, Ints, check_mesh
@@ -24,8 +24,8 @@ class Blend:
         faces: (b, 3) the new triangles, oriented as those on the rims. An index below n names a vertex of the mesh, n + i the new
             vertex i.
         rims: the vertices of the two rims, in the direction of these triangles.
-        doubtful: whether one of the parts may be inside out: turning over one of them would bend the neck neither clearly more nor
-            clearly less.
+        doubtful: whether one of the parts may be inside out: turning one of them over would bend the neck neither clearly more
+            nor clearly less.
     """
 
     vertices: Floats
@@ -71,8 +71,8 @@ def bridge_rims(
     a, b = (_checked_rim(rim, border, name) for rim, name in ((first, "first"), (second, "second")))
     if len(np.intersect1d(a, b)):
         raise FilterInputError(f"the rims share vertex {np.intersect1d(a, b)[0]}: a band joins rims that do not touch")
-    if rows is not None and (rows != int(rows) or rows < 1):
-        raise FilterInputError(f"rows is {rows}: it is a whole number of at least 1, or None")
+    if rows is not None:
+        check_whole_number("rows", rows, least=1, note=", or None")
     if len(a) * len(b) > MOST_SPANS:
         raise FilterInputError(
             f"the rims have {len(a):,} and {len(b):,} edges: a band is searched among the spans between them, which may be up to "

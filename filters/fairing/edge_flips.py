@@ -3,11 +3,11 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError
+from ..checks import check_finite
 from ..execution import Progress, ignore_progress
 from ..geometry import WalkableSurface, mean_edge_length
-from ..mesh import Bools, Floats, Ints, check_mesh, check_movable, enter, ordered_frame
-from ..topology import faces_across, proper_faces, referenced_vertices
+from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
+from ..topology import faces_across, proper_faces
 from .flip_pass import flip_pass
 
 # Every pass raises the mean quality; after this many passes it rises by next to nothing.
@@ -46,17 +46,18 @@ def flip_edges(
         FilterInputError: not a mesh, or a parameter out of range.
     """
     points, triangles = check_mesh(vertices, faces)
-    if max_deviation is not None and not max_deviation >= 0.0:
-        raise FilterInputError(f"max_deviation {max_deviation} is not at least 0")
-    may = check_movable(movable, len(points))
-    found, proper = triangles.copy(), proper_faces(triangles)
-    if not proper.any():
+    if max_deviation is not None:
+        check_finite("max_deviation", max_deviation, least=0.0)
+    mesh = normalised_mesh(points, triangles, movable)
+    may = np.ones(len(mesh), dtype=np.bool_) if mesh.movable is None else mesh.movable
+    kept = mesh.cells[proper_faces(mesh.cells)]
+    found = triangles.copy()
+    if not len(kept):
         return found
-    frame = ordered_frame(points[referenced_vertices(triangles, len(points))], None)
-    start, kept = enter(points, frame), triangles[proper]
-    allowed = 0.05 * mean_edge_length(start, kept) if max_deviation is None else max_deviation * frame.scale
-    surface = WalkableSurface.of(start, kept)
-    found[proper], _ = flip_towards_quality(start, kept, may, surface, surface.first_faces(), allowed, progress)
+    allowed = 0.05 * mean_edge_length(mesh.points, kept) if max_deviation is None else max_deviation * mesh.scale
+    surface = WalkableSurface.of(mesh.points, kept)
+    flipped, _ = flip_towards_quality(mesh.points, kept, may, surface, surface.first_faces(), allowed, progress)
+    found[proper_faces(triangles)] = mesh.used[flipped]
     return found
 
 

@@ -29,7 +29,9 @@ def facing_rims(
         FilterInputError: there are no two such rims.
     """
     points, triangles = check_mesh(vertices, faces)
-    rims = [loop.vertices for loop in boundary_loops(points, triangles).loops if len(np.unique(loop.vertices)) == len(loop.vertices)]
+    rims = [
+        loop.vertices for loop in boundary_loops(points, triangles).loops if len(np.unique(loop.vertices)) == len(loop.vertices)
+    ]
     component = connected_components(triangles, len(points))[0]
     if among is not None:
         chosen = check_movable(among, len(points))

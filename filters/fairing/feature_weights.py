@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError
+from ..checks import FilterInputError, check_finite, check_positive
 from ..denoising.normal_filtering import filter_face_normals
 from ..execution import Progress, ignore_progress
 from ..geometry import angles_between
@@ -25,13 +25,12 @@ def feature_weights(
     least: float = 1e-4,
     progress: Progress = ignore_progress,
 ) -> Floats:
-    """W_i = max(least, 1 / (1 + (a_i / a)^8)), a_i the sharpest angle between the filtered normals of faces that meet at vertex
-    i.
+    """W_i = max(least, 1 / (1 + (a_i / a)^8)), a_i the largest angle between filtered normals across the edges at vertex i.
 
-    The weights for `bilaplacian_smoothing`: small where the surface bends sharply across an edge. The curvature of a noisy surface
-    is mostly noise, so the angles are those between bilaterally filtered face normals [zheng2011]. The filter removes noise of up
-    to a tenth of an edge and keeps ridges; part of stronger noise remains and counts as ridges. With the eighth power the weight
-    is nearly 1 where the surface bends by half the angle, and nearly 0 where it bends by twice the angle.
+    The weights for `bilaplacian_smoothing`: small where the surface bends sharply across an edge. The curvature of a noisy
+    surface is mostly noise, so the angles are those between bilaterally filtered face normals [zheng2011]. The filter removes
+    noise of up to a tenth of an edge and keeps ridges; part of stronger noise remains and counts as ridges. With the eighth power
+    the weight is nearly 1 where the surface bends by half the angle, and nearly 0 where it bends by twice the angle.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -49,7 +48,7 @@ def feature_weights(
     points, triangles = check_mesh(vertices, faces)
     if not 0.0 < feature_angle < 180.0:
         raise FilterInputError(f"feature_angle {feature_angle} is not between 0 and 180 degrees")
-    _check_least(least)
+    check_finite("least", least, least=0.0, most=1.0)
     if not len(triangles):
         return np.ones(len(points))
     normals = filter_face_normals(points, triangles, range_sigma=_RANGE, normal_iterations=_ITERATIONS, progress=progress)
@@ -75,17 +74,11 @@ def scalar_feature_weights(values: ArrayLike, *, half: float, least: float = 1e-
     sizes = np.asarray(values, dtype=np.float64)
     if sizes.ndim != 1 or not np.isfinite(sizes).all():
         raise FilterInputError(f"values must be finite, one a vertex, got shape {sizes.shape}")
-    if not (math.isfinite(half) and half > 0.0):
-        raise FilterInputError(f"half {half} is not finite and above 0")
-    _check_least(least)
+    check_positive("half", half)
+    check_finite("least", least, least=0.0, most=1.0)
     return _weights(sizes / half, 2, least)
 
 
 def _weights(sizes: Floats, power: int, least: float) -> Floats:
     with np.errstate(over="ignore"):
         return np.maximum(least, 1.0 / (1.0 + np.abs(sizes) ** power))
-
-
-def _check_least(least: float) -> None:
-    if not 0.0 <= least <= 1.0:
-        raise FilterInputError(f"least {least} is not between 0 and 1")

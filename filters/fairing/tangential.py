@@ -1,14 +1,13 @@
 """Tangential smoothing: better triangles on the same surface, with or without edge flips."""
 
-import math
-
+import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError
+from ..checks import check_finite, check_positive, check_whole_number
 from ..execution import Progress, ignore_progress
 from ..geometry import mean_edge_length
-from ..mesh import Floats, Ints, check_mesh, check_movable, enter, leave, ordered_frame
-from ..topology import border_vertices, proper_faces, referenced_vertices
+from ..mesh import Floats, Ints, check_mesh, normalised_mesh
+from ..topology import border_vertices, proper_faces
 from .edge_flips import flip_towards_quality
 from .tangential_steps import KeptSurface, TangentialEnergy
 
@@ -99,25 +98,20 @@ def _improved(
     progress: Progress,
 ) -> tuple[Floats, Ints]:
     points, triangles = check_mesh(vertices, faces)
-    if not (math.isfinite(weight) and weight > 0.0):
-        raise FilterInputError(f"weight {weight} is not finite and above 0")
-    if iterations != int(iterations) or iterations < 0:
-        raise FilterInputError(f"iterations is {iterations}: it is a whole number of at least 0")
-    if max_deviation is not None and not max_deviation >= 0.0:
-        raise FilterInputError(f"max_deviation {max_deviation} is not at least 0")
-    used = referenced_vertices(triangles, len(points))
-    may = check_movable(movable, len(points)) & used
-    moves = may & ~border_vertices(triangles, len(points))
-    if not (may if flips else moves).any():
+    check_positive("weight", weight)
+    check_whole_number("iterations", iterations)
+    if max_deviation is not None:
+        check_finite("max_deviation", max_deviation, least=0.0)
+    mesh = normalised_mesh(points, triangles, movable)
+    may = np.ones(len(mesh), dtype=np.bool_) if mesh.movable is None else mesh.movable
+    moves = may & ~border_vertices(mesh.cells, len(mesh))
+    kept = mesh.cells[proper_faces(mesh.cells)]
+    if not len(kept) or not (may if flips else moves).any():
         return points.copy(), triangles.copy()
-    frame = ordered_frame(points[used], None)
-    start = enter(points, frame)
-    edge = mean_edge_length(start, triangles)
-    allowed = 0.05 * edge if max_deviation is None else max_deviation * frame.scale
-    proper = proper_faces(triangles)
-    surface = KeptSurface(start, triangles[proper], allowed)
+    now = mesh.points
+    allowed = 0.05 * mean_edge_length(now, kept) if max_deviation is None else max_deviation * mesh.scale
+    surface = KeptSurface(now, kept, allowed)
     energy: TangentialEnergy | None = None
-    now = start
     for iteration in range(iterations):
 
         def partial(share: float, done: int = iteration) -> None:
@@ -132,5 +126,5 @@ def _improved(
             now = surface.moved(now, energy.step(now, partial), moves)
         progress((iteration + 1) / iterations)
     found = triangles.copy()
-    found[proper] = surface.faces
-    return leave(points, start, now, frame), found
+    found[proper_faces(triangles)] = mesh.used[surface.faces]
+    return mesh.restored(now), found

@@ -17,7 +17,7 @@ def measure_faces(vertices: Floats, faces: Ints, table: Floats | None = None) ->
     A row fills one cache line, so a sweep over neighbouring faces loads one line for each. A face without area has the normal 0.
 
     Args:
-        vertices: (n, 3) coordinates of ordinary size, such as those of a `Frame`.
+        vertices: (n, 3) coordinates of ordinary size, such as the points of a `NormalisedMesh`.
         faces: (m, 3) triangles.
         table: (m, 8) a table to overwrite and return; None for a new one.
     """

@@ -32,7 +32,7 @@ def angle_at(points: Floats, a: int, b: int, c: int) -> float:
 
 @njit(cache=True)
 def quality_and_normal(points: Floats, a: int, b: int, c: int) -> tuple[float, float, float, float]:
-    """l / (sqrt(3) R), l the shortest edge and R the circumradius, and the unit normal; zeros for a triangle without area.
+    """L / (sqrt(3) R), l the shortest edge and R the circumradius, and the unit normal; zeros for a triangle without area.
 
     The quality is 1 for equilateral triangles, towards 0 for slivers.
     """

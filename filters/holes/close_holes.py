@@ -1,12 +1,11 @@
 """Holes closed by a surface that continues the one around: triangulated, refined to the density of the rim, faired."""
 
-from numbers import Integral
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError
+from ..checks import FilterInputError, check_choice, check_whole_number
 from ..execution import Progress, ignore_progress
 from ..mesh import Bools, Floats, Ints, check_mesh
 from ..topology import boundary_loops
@@ -73,11 +72,10 @@ def close_holes(
         FilterInputError: not a mesh, or a parameter out of range.
     """
     given, triangles = check_mesh(vertices, faces)
-    _check_choice("energy", energy, HOLE_ENERGIES)
-    _check_choice("islands", islands, ("join", "leave"))
-    _check_least("max_edges", max_edges, 3)
-    _check_least("rounds", rounds, 1)
-    rounds = int(rounds)
+    check_choice("energy", energy, HOLE_ENERGIES)
+    check_choice("islands", islands, ("join", "leave"))
+    check_whole_number("max_edges", max_edges, least=3)
+    check_whole_number("rounds", rounds, least=1)
     wanted = _check_selected(selected, len(given))
     points, exponent = _ordinary(given, triangles)
     forwards = _only_forwards(progress)
@@ -144,17 +142,6 @@ def _only_forwards(progress: Progress) -> Progress:
         progress(furthest)
 
     return forwards
-
-
-def _check_choice(name: str, value: object, allowed: tuple[str, ...]) -> None:
-    if value not in allowed:
-        raise FilterInputError(f"{name} {value!r} is not one of {', '.join(map(repr, allowed))}")
-
-
-def _check_least(name: str, value: object, least: int) -> None:
-    whole = isinstance(value, Integral) or (isinstance(value, float) and value.is_integer())
-    if not whole or int(value) < least:  # type: ignore[call-overload]
-        raise FilterInputError(f"{name} is {value!r}: it is a whole number of at least {least}")
 
 
 def _check_selected(selected: ArrayLike | None, n_vertices: int) -> Bools | None:

@@ -7,10 +7,10 @@ from .boundary import Boundary, BoundaryLoop, BrokenBorder, boundary_loops, is_s
 from .components import connected_components
 from .edge_lists import edge_face_counts, edges, non_manifold_edges, proper_faces, referenced_vertices
 from .flips import corner_at, diamond, fan_size, flip, relink
+from .lists_by_vertex import VertexFaces, ring_ends, vertex_faces
 from .rings import OneRings, one_rings
 from .star_order import CLOSED, IRREGULAR, NO_STAR, OPEN
 from .submesh import Submesh, submesh_around
-from .lists_by_vertex import VertexFaces, ring_ends, vertex_faces
 from .vertex_stars import Stars, stars
 
 __all__ = [

@@ -47,4 +47,3 @@ def proper_faces(faces: Ints) -> Bools:
 def vertex_bound(faces: Ints) -> int:
     """One more than the highest vertex that a face names."""
     return int(faces.max()) + 1 if faces.size else 0
-

@@ -10,9 +10,9 @@ import numpy as np
 
 from ..execution import threads_for
 from ..mesh import Ints, Longs
+from .lists_by_vertex import ring_ends
 from .star_lists import find_ends, write_breadth_first, write_stars
 from .star_order import IRREGULAR, OPEN, Kinds, measure_irregular, order_ends
-from .lists_by_vertex import ring_ends
 
 
 class Stars(NamedTuple):
