@@ -35,7 +35,7 @@ def shortest_spans(first: Floats, second: Floats, progress: Progress) -> tuple[I
 
 
 def _shortest(first: Floats, second: Floats, progress: Progress) -> Ints:
-    """(a + b, 2) the path of least cost through the grid of spans from (0, 0) to (a, b), which is the first span again, without it."""
+    """(a + b, 2) the path of least cost through the grid of spans, from (0, 0) to before (a, b), which is (0, 0) again."""
     closed, other = (np.concatenate([loop, loop[:1]]) for loop in (first, second))
     from_first = np.empty((len(closed), len(other)), dtype=np.bool_)
     costs = np.empty(len(other))

@@ -27,14 +27,15 @@ def angle_at(points: Floats, a: int, b: int, c: int) -> float:
     ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
     vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
     nx, ny, nz = cross_product(points, a, b, c)
-    return np.atan2(np.sqrt(nx * nx + ny * ny + nz * nz), ux * vx + uy * vy + uz * vz)
+    angle: float = np.arctan2(np.sqrt(nx * nx + ny * ny + nz * nz), ux * vx + uy * vy + uz * vz)
+    return angle
 
 
 @njit(cache=True)
 def quality_and_normal(points: Floats, a: int, b: int, c: int) -> tuple[float, float, float, float]:
-    """L / (sqrt(3) R), l the shortest edge and R the circumradius, and the unit normal; zeros for a triangle without area.
+    """The quality l / (sqrt(3) R) and the unit normal of the triangle (a, b, c); zeros if it has no area.
 
-    The quality is 1 for equilateral triangles, towards 0 for slivers.
+    Here l is the shortest edge and R the circumradius: 1 for equilateral triangles, towards 0 for slivers.
     """
     nx, ny, nz = cross_product(points, a, b, c)
     doubled = np.sqrt(nx * nx + ny * ny + nz * nz)

@@ -8,7 +8,8 @@ from .filling import OpenRim
 from .islands import holes_around, outer_borders
 from .left_open import ISLAND_IN_IT, left_open_as
 
-#: The largest number of edges of a hole and the islands in it together, unless `max_edges` is larger: memory grows with the square.
+#: The largest number of edges of a hole and the islands in it together, or `max_edges` if that is larger: memory grows with its
+#: square.
 MOST_JOINED = 10_000
 
 

@@ -4,8 +4,8 @@ import numpy as np
 from numba import njit
 
 from ..mesh import Ints, Longs
+from .ascending_slices import sort_slice
 from .edge_lists import vertex_bound
-from .rings import sort_slice
 
 
 def face_adjacency(faces: Ints) -> tuple[Ints, Ints]:

@@ -26,7 +26,7 @@ def write_breadth_first(
     offsets: Longs,
     neighbours: Ints,
 ) -> None:
-    """The stars in breadth-first order from the lowest vertex of every component, and their neighbours by number in this order."""
+    """The stars in breadth-first order from the lowest vertex of each component, and the neighbours numbered in this order."""
     reached = lowest = 0
     for k in range(order.shape[0]):
         if k == reached:

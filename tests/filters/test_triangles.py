@@ -22,7 +22,7 @@ from tests.meshes import icosphere, noisy, rotation, single_triangle
 
 
 def test_the_triangle_with_sides_3_4_5() -> None:
-    """Its angles are pi / 2 and the arc tangents of 4 / 3 and 3 / 4, its cross product 12 e_z, its quality 3 / (sqrt(3) 5 / 2)."""
+    """Angles of pi / 2 and the arc tangents of 4 / 3 and 3 / 4, a cross product of 12 e_z, a quality of 3 / (sqrt(3) 5 / 2)."""
     points, faces = single_triangle()
     expected = [math.pi / 2, math.atan2(4, 3), math.atan2(3, 4)]
     assert corner_angles(points, faces)[0] == pytest.approx(expected, abs=1e-15)
