@@ -119,8 +119,8 @@ def _strip(points: Floats, low: Ints, high: Ints, progress: Progress) -> Ints:
     i, j = shortest_spans(points[low], points[high], progress)
     along_low = np.roll(i, -1) != i
     here, there = low[i], high[j]
-    turned = np.where(along_low, np.roll(here, -1), here)
-    faces: Ints = np.column_stack([turned, np.where(along_low, here, there), np.where(along_low, there, np.roll(there, -1))])
+    first = np.where(along_low, np.roll(here, -1), here)
+    faces: Ints = np.column_stack([first, np.where(along_low, here, there), np.where(along_low, there, np.roll(there, -1))])
     return faces
 
 

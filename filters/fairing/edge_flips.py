@@ -40,7 +40,7 @@ def flip_edges(
         progress: called with the share that is done; may raise to stop.
 
     Returns:
-        (m, 3) int32. A triangle that no flip has changed is in its row as it was.
+        (m, 3) int32. A triangle that no flip has changed keeps its row.
 
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.

@@ -78,7 +78,7 @@ def improve_triangles(
         progress: called with the share that is done; may raise to stop.
 
     Returns:
-        (n, 3) float64, and the (m, 3) triangles: those that no flip has changed are in their rows as they were.
+        (n, 3) float64, and the (m, 3) triangles: one that no flip has changed keeps its row.
 
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.
