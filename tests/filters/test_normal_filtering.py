@@ -22,9 +22,10 @@ from pymeshfair.filters.denoising import (
     folded_faces,
     normal_filtering,
 )
-from pymeshfair.filters.geometry import face_normals, mean_angle
+from pymeshfair.filters.geometry import face_normals
 from pymeshfair.filters.robust import KERNEL_NAMES, KernelName, weight
 from pymeshfair.filters.topology import border_vertices
+from tests.angles import mean_angle
 from tests.meshes import (
     AWKWARD,
     Floats,
