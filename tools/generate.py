@@ -1,7 +1,7 @@
 """Writes the files that follow from the declarations, the recipes and MeshLab.
 
-``python tools/generate.py [stubs|pages|public-names|meshlab-table|all] [--check]``. Without a name it writes all but the table, which takes
-minutes and changes only with pymeshlab. ``--check`` writes nothing and fails if a file is not current.
+``python tools/generate.py [stubs|pages|public-names|meshlab-table|all] [--check]``. Without a name it writes all but the table,
+which takes minutes and changes only with pymeshlab. ``--check`` writes nothing and fails if a file is not current.
 """
 
 from __future__ import annotations
