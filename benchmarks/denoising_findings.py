@@ -16,9 +16,10 @@ from pathlib import Path
 import numpy as np
 from denoising_metrics import Floats, Ints, angles_to_truth, area_vectors
 
-from pymeshfair.filters.denoising.m_estimators import KERNEL_NAMES, KernelName
 from pymeshfair.filters.denoising.normal_filtering import NormalFilterMethod, normal_filtering
-from pymeshfair.filters.topology import face_adjacency, mean_edge_length
+from pymeshfair.filters.geometry import mean_edge_length
+from pymeshfair.filters.robust import KERNEL_NAMES, KernelName
+from pymeshfair.filters.topology import face_adjacency
 
 NOISE = 0.3
 OUTER, FIT, WIDTH = 20, 10, 1.5

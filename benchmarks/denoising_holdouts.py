@@ -29,7 +29,7 @@ from scipy.spatial.transform import Rotation
 
 from pymeshfair.filters.denoising.automatic import denoise_automatically
 from pymeshfair.filters.denoising.noise_level import smooth_normals
-from pymeshfair.filters.topology import mean_edge_length
+from pymeshfair.filters.geometry import mean_edge_length
 
 SAMPLES = Path(pymeshlab.__file__).parent / "tests/sample_meshes"
 #: the numbers of steps among which Taubin's filter is tuned

@@ -103,7 +103,7 @@ def taubin(vertices: Floats, faces: Ints, **settings: Any) -> Floats:
 def implicit(vertices: Floats, faces: Ints, *, detail_size: float) -> Floats:
     """Implicit fairing; the detail size is in mean edges."""
     from pymeshfair.filters.diffusion.implicit import implicit_fairing, time_step_of_detail_size
-    from pymeshfair.filters.topology import mean_edge_length
+    from pymeshfair.filters.geometry import mean_edge_length
 
     time = time_step_of_detail_size(detail_size * mean_edge_length(vertices, faces), iterations=1)
     return implicit_fairing(vertices, faces, operator="cotangent", time_step=time)

@@ -13,7 +13,8 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
-from pymeshfair.filters.topology import mean_edge_length, referenced_vertices
+from pymeshfair.filters.geometry import mean_edge_length
+from pymeshfair.filters.topology import referenced_vertices
 
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int32]

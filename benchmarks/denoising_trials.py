@@ -6,8 +6,8 @@ import itertools
 from typing import Any, NamedTuple, TypeAlias
 
 from pymeshfair.filters.denoising.face_neighbourhoods import Neighborhood
-from pymeshfair.filters.denoising.m_estimators import KernelName
 from pymeshfair.filters.denoising.normal_filtering import NormalFilterMethod
+from pymeshfair.filters.robust import KernelName
 
 Settings: TypeAlias = dict[str, Any]
 

@@ -27,8 +27,8 @@ from numpy.typing import NDArray
 
 from pymeshfair.filters.diffusion.explicit import explicit_smoothing
 from pymeshfair.filters.diffusion.taubin import taubin_fairing
-from pymeshfair.filters.stars import stars
-from pymeshfair.filters.topology import mean_edge_length
+from pymeshfair.filters.geometry import mean_edge_length
+from pymeshfair.filters.topology import stars
 
 Mesh = tuple[NDArray[np.float64], NDArray[np.int32]]
 

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from pymeshfair.filters.fairing.energy import bilaplacian_smoothing
 from pymeshfair.filters.fairing.region import ENERGIES, fair_region
-from pymeshfair.filters.topology import mean_edge_length
+from pymeshfair.filters.geometry import mean_edge_length
 
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int32]

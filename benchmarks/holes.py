@@ -21,8 +21,9 @@ import numpy as np
 import pymeshlab
 from numpy.typing import NDArray
 
+from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.holes.close_holes import HoleEnergy, close_holes
-from pymeshfair.filters.topology import border_edges, mean_edge_length, non_manifold_edges
+from pymeshfair.filters.topology import border_edges, non_manifold_edges
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]

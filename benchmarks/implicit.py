@@ -26,7 +26,7 @@ from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
 from pymeshfair.filters.diffusion.implicit import implicit_fairing
-from pymeshfair.filters.topology import mean_edge_length
+from pymeshfair.filters.geometry import mean_edge_length
 
 FLOOR = 3.0
 #: what our step may differ by from a direct solution, as a share of the diagonal

@@ -19,13 +19,13 @@ from pymeshfair.declaration import (
     Percentage,
     mesh_filter,
 )
+from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.denoising.bilateral import JONES_BORDERS, JonesBorder, bilateral_fleishman, bilateral_jones
 from pymeshfair.filters.denoising.clouds import bilateral_projection
-from pymeshfair.filters.denoising.m_estimators import KERNEL_NAMES, KernelName
 from pymeshfair.filters.diffusion.anisotropic import EDGE_STOPS, EdgeStop, longest_step, perona_malik
-from pymeshfair.filters.diffusion.border import BORDER_POLICIES, BorderPolicy
-from pymeshfair.filters.errors import FilterInputError
-from pymeshfair.filters.progress import Progress, ignore_progress
+from pymeshfair.filters.execution import Progress, ignore_progress
+from pymeshfair.filters.robust import KERNEL_NAMES, KernelName
+from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy
 
 from .moving_vertices import MOVES_VERTICES, SELECTED, movable_vertices
 

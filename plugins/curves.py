@@ -15,7 +15,8 @@ from pymeshfair.declaration import (
     Percentage,
     mesh_filter,
 )
-from pymeshfair.filters.diffusion.curves import (
+from pymeshfair.filters.checks import FilterInputError
+from pymeshfair.filters.curves.curve_smoothing import (
     CURVE_BORDERS,
     CURVE_METHODS,
     CURVE_WEIGHTS,
@@ -24,8 +25,7 @@ from pymeshfair.filters.diffusion.curves import (
     CurveWeights,
     curve_smoothing,
 )
-from pymeshfair.filters.errors import FilterInputError
-from pymeshfair.filters.progress import Progress, ignore_progress
+from pymeshfair.filters.execution import Progress, ignore_progress
 
 from .moving_vertices import MOVES_VERTICES, SELECTED, movable_vertices
 

@@ -27,7 +27,6 @@ from pymeshfair.filters.denoising.automatic import (
     denoise_automatically,
 )
 from pymeshfair.filters.denoising.face_neighbourhoods import NEIGHBORHOODS, Neighborhood
-from pymeshfair.filters.denoising.m_estimators import KERNEL_NAMES, KernelName
 from pymeshfair.filters.denoising.normal_filtering import (
     NORMAL_FILTER_METHODS,
     NormalFilterMethod,
@@ -37,8 +36,9 @@ from pymeshfair.filters.denoising.normal_filtering import (
 )
 from pymeshfair.filters.denoising.normal_filters import RANGE_MEASURES, SPACE_KERNELS, RangeMeasure, SpaceKernel
 from pymeshfair.filters.denoising.vertex_update import VERTEX_UPDATES, VertexUpdate
-from pymeshfair.filters.diffusion.border import BorderPolicy
-from pymeshfair.filters.progress import Progress, ignore_progress
+from pymeshfair.filters.execution import Progress, ignore_progress
+from pymeshfair.filters.robust import KERNEL_NAMES, KernelName
+from pymeshfair.filters.topology import BorderPolicy
 
 from .moving_vertices import MOVES_VERTICES, SELECTED, movable_vertices
 

@@ -23,15 +23,15 @@ from pymeshfair.declaration import (
     mesh_filter,
 )
 from pymeshfair.errors import MeshError
-from pymeshfair.filters.diffusion.border import BorderPolicy
-from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.checks import FilterInputError
+from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.fairing.blend import blend_parts
 from pymeshfair.filters.fairing.energy import bilaplacian_smoothing, weight_of_detail_size
 from pymeshfair.filters.fairing.feature_weights import feature_weights, scalar_feature_weights
 from pymeshfair.filters.fairing.region import ENERGIES, Energy, fair_region
 from pymeshfair.filters.fairing.tangential import improve_triangles, tangential_smoothing
 from pymeshfair.filters.inspection.surface_measures import surface_measures
-from pymeshfair.filters.progress import Progress, ignore_progress
+from pymeshfair.filters.topology import BorderPolicy
 
 from .moving_vertices import MOVES_VERTICES, SELECTED, movable_vertices
 from .smoothing import BORDER

@@ -8,9 +8,9 @@ from typing import Annotated, Any, Literal, TypeAlias
 import numpy as np
 
 from pymeshfair.declaration import Bool, Bools, Edit, Enum, FilterClass, Int, Layer, MeshElement, mesh_filter
+from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.holes.close_holes import HOLE_ENERGIES, HoleEnergy, close_holes
 from pymeshfair.filters.holes.filling import HoleFilling, OpenRim
-from pymeshfair.filters.progress import Progress, ignore_progress
 from pymeshfair.filters.topology import non_manifold_edges
 
 Mark: TypeAlias = Literal["none", "scalar", "color"]

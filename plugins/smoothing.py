@@ -16,15 +16,15 @@ from pymeshfair.declaration import (
     Percentage,
     mesh_filter,
 )
-from pymeshfair.filters.diffusion.border import BORDER_POLICIES, BorderPolicy
+from pymeshfair.filters.checks import FilterInputError, UnstableStepError
 from pymeshfair.filters.diffusion.explicit import explicit_smoothing
 from pymeshfair.filters.diffusion.flows import FLOWS, Flow
 from pymeshfair.filters.diffusion.implicit import IMPLICIT_OPERATORS, ImplicitOperator, implicit_fairing, time_step_of_detail_size
 from pymeshfair.filters.diffusion.stencil import UPDATE_RULES, UpdateRule
 from pymeshfair.filters.diffusion.taubin import TAUBIN_OPERATORS, TaubinOperator, taubin_fairing
-from pymeshfair.filters.errors import FilterInputError, UnstableStepError
+from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.operators import OPERATOR_NAMES, OperatorName
-from pymeshfair.filters.progress import Progress, ignore_progress
+from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy
 
 from .moving_vertices import MOVES_VERTICES, SELECTED, movable_vertices
 

@@ -9,8 +9,8 @@ from typing import Annotated
 import numpy as np
 
 from pymeshfair.declaration import Edit, Enum, FilterClass, Float, Int, Layer, MeshElement, Percentage, mesh_filter
-from pymeshfair.filters.errors import FilterInputError
-from pymeshfair.filters.progress import Progress, ignore_progress
+from pymeshfair.filters.checks import FilterInputError
+from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.spectral.one_harmonic import one_harmonic
 from pymeshfair.filters.spectral.problem import SPECTRAL_OPERATORS, SpectralOperator
 from pymeshfair.filters.spectral.responses import DEFAULT_ORDER, ORDERS, RESPONSE_NAMES, ResponseName

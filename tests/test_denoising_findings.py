@@ -7,7 +7,7 @@ import functools
 import pytest
 from denoising_findings import Shape, best, bumpy_ball, chest
 
-from pymeshfair.filters.denoising.m_estimators import KernelName
+from pymeshfair.filters.robust import KernelName
 
 
 @functools.cache

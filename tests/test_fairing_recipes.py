@@ -13,8 +13,9 @@ import pytest
 from denoising_findings import chest
 
 from pymeshfair import MeshSet
+from pymeshfair.filters.geometry import edge_lengths
 from pymeshfair.filters.inspection.surface_measures import surface_measures
-from pymeshfair.filters.topology import edge_lengths, edges
+from pymeshfair.filters.topology import edges
 from pymeshfair.recipe import load_recipe
 from tests.meshes import Floats, Mesh, icosphere, noisy
 

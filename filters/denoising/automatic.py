@@ -13,15 +13,13 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..diffusion.border import BorderPolicy
-from ..diffusion.frame import enter, ordered_frame
 from ..diffusion.taubin import taubin_fairing
-from ..mesh import Floats, Ints, check_mesh
-from ..progress import Progress, ignore_progress
-from ..topology import border_vertices, edges, face_adjacency, mean_edge_length
+from ..execution import Progress, ignore_progress
+from ..geometry import face_normals, mean_edge_length
+from ..mesh import Floats, Ints, check_mesh, enter, ordered_frame
+from ..robust import KernelName
+from ..topology import BorderPolicy, border_vertices, edges, face_adjacency
 from .face_neighbourhoods import Neighborhood
-from .face_normals import face_normals
-from .m_estimators import KernelName
 from .noise_level import NoiseEstimate, estimate_noise, shared_noise, smooth_normals
 from .normal_filtering import NormalFilterMethod, normal_filtering
 from .surroundings import Surroundings

@@ -10,16 +10,13 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..diffusion.border import BORDER_POLICIES, BorderPolicy
-from ..diffusion.frame import enter, leave, ordered_frame
-from ..errors import FilterInputError
-from ..mesh import Bools, Floats, Ints, check_mesh, check_movable
-from ..parallel import threads_for
-from ..progress import Progress, ignore_progress
-from ..rings import one_rings, ring_ends
-from ..topology import border_edges, border_vertices, mean_edge_length, referenced_vertices
+from ..checks import FilterInputError
+from ..execution import Progress, ignore_progress, threads_for
+from ..geometry import mean_edge_length
+from ..mesh import Bools, Floats, Ints, check_mesh, check_movable, enter, leave, ordered_frame
+from ..robust import KernelName
+from ..topology import BORDER_POLICIES, BorderPolicy, border_edges, border_vertices, one_rings, referenced_vertices, ring_ends
 from .kernel_terms import REACH, Term, check_iterations, range_term, space_term
-from .m_estimators import KernelName
 from .triangle_predictors import heights_of_corners, mollified, predicted, triangles_in_cells
 from .vertex_heights import Surroundings, bilateral_step, heights_of_rings
 

@@ -4,14 +4,12 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import ArrayLike
 
-from ..diffusion.frame import enter, leave, ordered_frame
-from ..errors import FilterInputError
-from ..mesh import Bools, Floats, Ints, check_movable, check_points
-from ..outliers.neighbours import nearest_neighbours
-from ..parallel import threads_for
-from ..progress import Progress, ignore_progress
+from ..checks import FilterInputError
+from ..execution import Progress, ignore_progress, threads_for
+from ..mesh import Bools, Floats, Ints, check_movable, check_points, enter, leave, ordered_frame
+from ..neighbours import nearest_neighbours
+from ..robust import KernelName, kernel_weight
 from .kernel_terms import REACH, check_iterations, range_term, space_term
-from .m_estimators import KernelName, kernel_weight
 
 _CHUNK = 100_000  # covariances decomposed at a time
 

@@ -4,8 +4,8 @@ import numba
 import numpy as np
 from numba import njit, prange
 
+from ..execution import threads_for
 from ..mesh import Floats, Ints, Longs
-from ..parallel import threads_for
 
 
 def within_geodesic_radius(near_offsets: Longs, near: Ints, centres: Floats, radius: float) -> tuple[Longs, Ints]:

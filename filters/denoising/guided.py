@@ -5,8 +5,8 @@ import math
 import numpy as np
 from numba import njit, prange
 
+from ..execution import threads_for
 from ..mesh import Floats, Ints, Longs
-from ..parallel import threads_for
 from .face_neighbourhoods import FaceNeighbourhoods
 
 # Keeps the measure of a patch without any bend from being 0 / 0.

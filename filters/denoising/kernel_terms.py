@@ -5,10 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import FilterInputError
+from ..checks import FilterInputError
 from ..mesh import Floats
-from .m_estimators import KernelName, kernel_code
-from .robust_statistics import MAD_TO_DEVIATION, SIGMA_IN_DEVIATIONS
+from ..robust import MAD_TO_DEVIATION, SIGMA_IN_DEVIATIONS, KernelName, kernel_code
 
 #: How far a space kernel reaches, in its sigma. A Gaussian exp(-x^2 / (2 s^2)) is our kernel "gaussian" with sigma = sqrt(2) s:
 #: this is the distance 2 s at which the papers cut it off.

@@ -10,13 +10,11 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from ..diffusion.border import BorderPolicy
-from ..diffusion.frame import enter, ordered_frame
 from ..diffusion.taubin import taubin_fairing
-from ..mesh import Bools, Floats, Ints, check_mesh
-from ..topology import border_vertices, edges, mean_edge_length
-from .face_neighbourhoods import face_neighbourhoods, vertex_corners
-from .face_normals import NORMAL, measure_faces
+from ..geometry import NORMAL, mean_edge_length, measure_faces
+from ..mesh import Bools, Floats, Ints, check_mesh, enter, ordered_frame
+from ..topology import BorderPolicy, border_vertices, edges, vertex_corners
+from .face_neighbourhoods import face_neighbourhoods
 from .normal_filters import mean_normals
 
 #: The median of the sizes of normally distributed values, over their standard deviation.

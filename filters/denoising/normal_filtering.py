@@ -6,21 +6,14 @@ from typing import Any, Literal, NamedTuple, TypeAlias, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..diffusion.border import BORDER_POLICIES, BorderPolicy
-from ..diffusion.frame import enter, leave, ordered_frame
-from ..errors import FilterInputError
-from ..mesh import Bools, Floats, Ints, check_mesh, check_movable
-from ..progress import Progress, ignore_progress
-from ..topology import border_vertices
-from .face_neighbourhoods import (
-    NEIGHBORHOODS,
-    FaceNeighbourhoods,
-    Neighborhood,
-    mean_centre_distance,
-)
-from .face_normals import NORMAL, measure_faces
+from ..checks import FilterInputError
+from ..execution import Progress, ignore_progress
+from ..geometry import NORMAL, measure_faces
+from ..mesh import Bools, Floats, Ints, check_mesh, check_movable, enter, leave, ordered_frame
+from ..robust import KernelName
+from ..topology import BORDER_POLICIES, BorderPolicy, border_vertices
+from .face_neighbourhoods import NEIGHBORHOODS, FaceNeighbourhoods, Neighborhood, mean_centre_distance
 from .guided import guide_normals
-from .m_estimators import KernelName
 from .normal_filters import RANGE_MEASURES, SPACE_KERNELS, RangeMeasure, SpaceKernel, mean_normals, weighted_normals
 from .surroundings import Surroundings
 from .vertex_normals import RINGS_OF_VERTICES, corner_means, measure_vertices, vertex_neighbourhoods

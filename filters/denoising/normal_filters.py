@@ -6,12 +6,12 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 from numba import njit, prange
 
-from ..errors import FilterInputError
+from ..checks import FilterInputError
+from ..execution import threads_for
+from ..geometry import NORMAL
 from ..mesh import Floats, Ints, Longs
-from ..parallel import threads_for
+from ..robust import KERNEL_CODES, KERNEL_NAMES, KernelName, kernel_weight
 from .face_neighbourhoods import FaceNeighbourhoods
-from .face_normals import NORMAL
-from .m_estimators import KERNEL_CODES, KERNEL_NAMES, KernelName, kernel_weight
 
 #: Kernels of the distance between centres: those of the table, or none at all.
 SpaceKernel: TypeAlias = KernelName | Literal["constant"]

@@ -5,18 +5,10 @@ from typing import TypeVar
 
 import numpy as np
 
-from ..locality import worth_reordering
-from ..mesh import Bools, Floats, Ints
-from ..stars import stars
-from .face_neighbourhoods import (
-    Corners,
-    FaceNeighbourhoods,
-    Neighborhood,
-    face_neighbourhoods,
-    mean_centre_distance,
-    vertex_corners,
-)
-from .face_normals import CENTRE, measure_faces
+from ..geometry import CENTRE, measure_faces
+from ..mesh import Bools, Floats, Ints, worth_reordering
+from ..topology import Corners, stars, vertex_corners
+from .face_neighbourhoods import FaceNeighbourhoods, Neighborhood, face_neighbourhoods, mean_centre_distance
 
 _Values = TypeVar("_Values", Floats, Bools)
 

@@ -11,8 +11,8 @@ import numpy as np
 from numba import njit, prange
 
 from ..mesh import Floats, Ints, Longs
+from ..robust import kernel_weight
 from .kernel_terms import REACH, Term
-from .m_estimators import kernel_weight
 
 _MOST_CELLS = 2**20  # along an axis, so that the number of a cell is below 2^63
 

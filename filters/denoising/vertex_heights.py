@@ -7,8 +7,8 @@ import numpy as np
 from numba import njit, prange
 
 from ..mesh import Bools, Floats, Ints, Longs
+from ..robust import kernel_weight
 from .kernel_terms import REACH, Term
-from .m_estimators import kernel_weight
 
 # Vertices are worked off in so many blocks, each with an array of marks of its own; results do not depend on the number.
 _BLOCKS = 32

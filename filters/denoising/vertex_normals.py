@@ -3,10 +3,10 @@
 import numpy as np
 import scipy.sparse as sp
 
+from ..geometry import AREA, CENTRE, NORMAL
 from ..mesh import Floats, Ints
-from ..rings import one_rings
+from ..topology import one_rings
 from .face_neighbourhoods import FaceNeighbourhoods
-from .face_normals import AREA, CENTRE, NORMAL
 
 #: how many rings of vertices the neighbourhoods stand for
 RINGS_OF_VERTICES = {"edge": 1, "vertex": 1, "two_ring": 2, "three_ring": 3}

@@ -6,10 +6,10 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 from numba import njit, prange
 
-from ..errors import FilterInputError
+from ..checks import FilterInputError
+from ..execution import threads_for
 from ..mesh import Bools, Floats, Ints, Longs
-from ..parallel import threads_for
-from .face_neighbourhoods import Corners
+from ..topology import Corners
 
 #: "sun": the mean of the projections onto the planes of the faces around a vertex [sun2007]; "ohtake": their mean by area
 #: [ohtake2001]; "conjugate_gradient": descent on the energy sum A |n - m|^2.

@@ -11,8 +11,7 @@ import numpy as np
 from numba import njit, prange
 
 from ..mesh import Bools, Floats, Ints, Longs
-from ..operators.cotangent import halved_cotangents
-from ..operators.mass import mixed_share
+from ..operators import halved_cotangents, mixed_share
 
 #: the sum of the weights' sizes; the mixed Voronoi area; MeshLab's sum of the doubled weights, plus one
 NORMALISED, BY_AREA, MESHLAB = 0, 1, 2

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 
-from ..errors import FilterInputError
-from ..topology import Bools, Floats, Ints, Longs
+from ..checks import FilterInputError
+from ..mesh import Bools, Floats, Ints, Longs
 
 # A volume below this share of the sum of the sizes of its parts is rounding: a flat sheet with two sides encloses nothing.
 _LEAST_VOLUME = 1e-9

@@ -8,10 +8,10 @@ from numba import njit
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
-from ..errors import FilterInputError
+from ..checks import FilterInputError
+from ..execution import Progress, ignore_progress
 from ..holes.rims import find_rims
 from ..mesh import Bools, Floats, Ints, check_mesh, check_movable
-from ..progress import Progress, ignore_progress
 from ..topology import connected_components
 from .region import Energy, fair_region
 from .rim_directions import rim_directions

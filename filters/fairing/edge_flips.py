@@ -3,12 +3,11 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..diffusion.frame import enter, ordered_frame
-from ..errors import FilterInputError
-from ..mesh import Bools, Floats, Ints, check_mesh, check_movable
-from ..progress import Progress, ignore_progress
-from ..topology import face_adjacency, mean_edge_length, referenced_vertices
-from .closest_walk import WalkableSurface, some_face
+from ..checks import FilterInputError
+from ..execution import Progress, ignore_progress
+from ..geometry import WalkableSurface, mean_edge_length, some_face
+from ..mesh import Bools, Floats, Ints, check_mesh, check_movable, enter, ordered_frame
+from ..topology import face_adjacency, referenced_vertices
 from .flip_pass import flip_pass
 
 # Every pass gains; after so many what is left to gain is next to nothing.

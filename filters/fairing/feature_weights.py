@@ -5,10 +5,10 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..checks import FilterInputError
 from ..denoising.normal_filtering import filter_face_normals
-from ..errors import FilterInputError
+from ..execution import Progress, ignore_progress
 from ..mesh import Floats, check_mesh
-from ..progress import Progress, ignore_progress
 from ..topology import face_adjacency
 
 # A kernel that leaves ridges of 45 degrees sharp and takes noise of a tenth of an edge for noise; one twice as wide would bear

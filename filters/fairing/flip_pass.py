@@ -3,8 +3,8 @@
 import numpy as np
 from numba import njit
 
+from ..geometry import nearest_by_walk
 from ..mesh import Bools, Floats, Ints, Longs
-from .closest_walk import nearest_by_walk
 
 # A flip gains at least this much, far above rounding, so that no two flips undo each other for ever.
 _LEAST_GAIN = 1e-6

@@ -6,10 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from ..mesh import Floats, Ints
-from ..operators.cotangent import laplace_beltrami
-from ..operators.robust import robust_mesh_laplacian
-from ..spectral.problem import SLIVER, thinnest_triangle
-from ..topology import non_manifold_edges
+from ..operators import laplace_beltrami, needs_robust_operator, robust_mesh_laplacian
 
 # Masses below this share of the largest among their neighbours count as that: the slivers of a bad triangulation would spoil the
 # conditioning of all. Parts may be as much smaller than others as they like, down to the second share, of the mean: triangles of
@@ -37,7 +34,7 @@ def surface_operator(points: Floats, faces: Ints) -> SurfaceOperator:
         points: (n, 3) coordinates.
         faces: (m, 3) triangles.
     """
-    robust = len(non_manifold_edges(faces)) > 0 or thinnest_triangle(points, faces) < SLIVER
+    robust = needs_robust_operator(points, faces)
     laplacian = robust_mesh_laplacian(points, faces) if robust else laplace_beltrami(points, faces)
     return SurfaceOperator(sparse.csr_matrix(-laplacian.stiffness), _floored(laplacian.mass, faces))
 

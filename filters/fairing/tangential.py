@@ -4,11 +4,11 @@ import math
 
 from numpy.typing import ArrayLike
 
-from ..diffusion.frame import enter, leave, ordered_frame
-from ..errors import FilterInputError
-from ..mesh import Floats, Ints, check_mesh, check_movable
-from ..progress import Progress, ignore_progress
-from ..topology import border_vertices, mean_edge_length, referenced_vertices
+from ..checks import FilterInputError
+from ..execution import Progress, ignore_progress
+from ..geometry import mean_edge_length
+from ..mesh import Floats, Ints, check_mesh, check_movable, enter, leave, ordered_frame
+from ..topology import border_vertices, referenced_vertices
 from .edge_flips import flip_towards_quality, proper_faces
 from .tangential_steps import KeptSurface, TangentialEnergy
 

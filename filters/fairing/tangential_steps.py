@@ -3,15 +3,12 @@
 import numpy as np
 from scipy import sparse
 
-from ..denoising.face_normals import face_normals
+from ..execution import Progress
+from ..geometry import WalkableSurface, face_normals, some_face
+from ..linear_solvers import SpdSolver
 from ..mesh import Bools, Floats, Ints, Longs
-from ..operators.cotangent import cotangent_laplacian
-from ..operators.mass import mixed_voronoi_areas
-from ..operators.uniform import uniform_laplacian
-from ..progress import Progress
-from ..solvers import SpdSolver
+from ..operators import cotangent_laplacian, mixed_voronoi_areas, uniform_laplacian
 from ..topology import border_vertices
-from .closest_walk import WalkableSurface, some_face
 
 # Conjugate gradients towards a step that is cut short anyway.
 _TOLERANCE = 1e-6

@@ -6,9 +6,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import FilterInputError
+from ..checks import FilterInputError
+from ..execution import Progress, ignore_progress
 from ..mesh import Bools, Floats, Ints, check_mesh
-from ..progress import Progress, ignore_progress
 from .filling import HOLE_ENERGIES, HoleEnergy, HoleFilling, OpenRim
 from .patch_fairing import fair_patches
 from .patches import Patches

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from ..errors import ConvergenceError, FilterInputError
+from ..checks import ConvergenceError, FilterInputError
+from ..execution import Progress
 from ..fairing.region import fair_region
 from ..mesh import Floats, Ints
-from ..progress import Progress
 from .filling import HOLE_ENERGIES, HoleEnergy
 from .patches import Patches
 

@@ -4,10 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..execution import Progress
 from ..mesh import Bools, Floats, Ints
-from ..progress import Progress
-from ..rings import OneRings
-from ..topology import one_rings
+from ..topology import OneRings, one_rings
 from .polygon import Polygon, joined_corners, polygon, triangulate_polygon
 from .refinement import Patch, refined_patch
 from .rim_angles import bend_at_rim, bends_around

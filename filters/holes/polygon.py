@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..execution import Progress
 from ..mesh import Bools, Floats, Ints, Longs
-from ..progress import Progress
-from ..rings import OneRings
+from ..topology import OneRings
 from .rims import Rim
 from .triangulation import triangulate_rim
 

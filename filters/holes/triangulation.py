@@ -3,8 +3,8 @@
 import numpy as np
 from numba import njit
 
+from ..execution import Progress, ignore_progress
 from ..mesh import Bools, Floats, Ints
-from ..progress import Progress, ignore_progress
 
 #: Rims with more vertices than this are cut in two by a short chord first; the time grows with the cube of this, the memory with
 #: the square.

@@ -2,7 +2,7 @@
 
 from typing import Literal, TypeAlias, get_args
 
-from ..errors import FilterInputError
+from ..checks import FilterInputError
 from ..mesh import Floats, Ints
 from .cotangent import cotangent_laplacian, laplace_beltrami
 from .inverse_length import inverse_length_laplacian

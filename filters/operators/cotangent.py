@@ -6,12 +6,11 @@ import numpy as np
 from numba import njit, prange
 from scipy import sparse
 
-from ..mesh import Floats, Ints, Longs
-from ..parallel import threads_for
-from ..rings import OneRings, one_rings, position, ring_ends
+from ..execution import threads_for
+from ..mesh import Floats, Ints, Longs, scaled_to_unit
+from ..topology import OneRings, one_rings, position, ring_ends
 from .laplacian import Laplacian, assemble_stiffness, ring_sums
 from .mass import mixed_voronoi_areas
-from .scale import scaled_to_unit
 
 #: A triangle whose doubled area is below this share of the sum of its squared edges is given that area in the cotangents, which
 #: keeps them below 1e10. A triangle of three coincident vertices contributes nothing.

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..mesh import Floats, Ints
-from ..rings import OneRings, one_rings
+from ..topology import OneRings, one_rings
 from .laplacian import Laplacian, assemble_stiffness, ring_lengths, ring_sums
 
 #: An edge shorter than this share of the mean edge pulls like one of that length: a weight of 1 / 0 would be no number.

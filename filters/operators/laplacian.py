@@ -10,9 +10,9 @@ import numpy as np
 from numba import njit, prange
 from scipy import sparse
 
+from ..execution import threads_for
 from ..mesh import Floats, Ints, Longs
-from ..parallel import threads_for
-from ..rings import OneRings
+from ..topology import OneRings
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,10 +6,9 @@ from collections.abc import Callable
 import numpy as np
 from numba import njit, prange
 
-from ..mesh import Floats, Ints, Longs
-from ..parallel import threads_for
-from ..rings import ring_ends
-from .scale import scaled_to_unit
+from ..execution import threads_for
+from ..mesh import Floats, Ints, Longs, scaled_to_unit
+from ..topology import ring_ends
 
 
 def barycentric_areas(vertices: Floats, faces: Ints) -> Floats:

@@ -5,10 +5,9 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from ..errors import FilterInputError
-from ..mesh import Floats, Ints
+from ..checks import FilterInputError
+from ..mesh import Floats, Ints, scaled_to_unit
 from .laplacian import Laplacian
-from .scale import scaled_to_unit
 
 
 def robust_mesh_laplacian(vertices: Floats, faces: Ints, *, mollify_factor: float = 1e-5) -> Laplacian:

@@ -1,7 +1,7 @@
 """The scale-dependent umbrella operator of Fujiwara."""
 
 from ..mesh import Floats, Ints
-from ..rings import one_rings
+from ..topology import one_rings
 from .inverse_length import floored_lengths
 from .laplacian import Laplacian, assemble_stiffness, ring_sums
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..mesh import Ints
-from ..rings import one_rings
+from ..topology import one_rings
 from .laplacian import Laplacian, assemble_stiffness
 
 

@@ -9,12 +9,9 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import erf
 
-from ..errors import FilterInputError
-from ..progress import Progress, ignore_progress
-from .kd_tree import LEAF, build_tree
-from .neighbours import check_cloud, chunks
-from .search import search
-from .threads import in_parallel, part_of
+from ..checks import FilterInputError
+from ..execution import Progress, ignore_progress, in_parallel, part_of
+from ..neighbours import LEAF, build_tree, check_cloud, chunks, search
 
 #: what rounding makes of equal distances, in units of the largest coordinate, which is between 1/2 and 1 in a tree
 _ROUNDING = 32 * np.finfo(np.float64).eps

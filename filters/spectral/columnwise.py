@@ -8,8 +8,8 @@ from numba import njit, prange
 from scipy import sparse
 from scipy.linalg import blas
 
+from ..execution import Progress
 from ..mesh import Floats, Ints
-from ..progress import Progress
 
 _TOGETHER = 16
 

@@ -4,13 +4,11 @@ import numpy as np
 from scipy import sparse
 from scipy.linalg import blas
 
-from ..errors import ConvergenceError
+from ..checks import ConvergenceError
+from ..execution import Progress, abandonable
+from ..linear_solvers import ShiftedFactors, nested_dissection
 from ..mesh import Floats
-from ..progress import Progress
-from .abandonable import abandonable
 from .columnwise import groups, sparse_product
-from .nested_dissection import nested_dissection
-from .shifted_factors import ShiftedFactors
 from .spectrum_slicing import lowest_modes
 
 #: Up to this many vertices, or while more than one in `_DENSE_SHARE` modes are asked for up to the second, the matrix is dense.

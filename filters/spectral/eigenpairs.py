@@ -4,10 +4,9 @@ import numpy as np
 from scipy import sparse
 from threadpoolctl import threadpool_limits
 
-from ..errors import FilterInputError
+from ..checks import FilterInputError
+from ..execution import Progress, ignore_progress, threads_for
 from ..mesh import Floats
-from ..parallel import threads_for
-from ..progress import Progress, ignore_progress
 from .component_modes import component_modes
 from .problem import SpectralProblem
 

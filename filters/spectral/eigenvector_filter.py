@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import FilterInputError
+from ..checks import FilterInputError
+from ..execution import Progress, ignore_progress
 from ..mesh import Floats
-from ..progress import Progress, ignore_progress
 from .eigenpairs import lowest_eigenpairs
 from .problem import SpectralProblem
 from .responses import Response

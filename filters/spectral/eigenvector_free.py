@@ -8,18 +8,11 @@ from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
 
-from ..errors import ConvergenceError, FilterInputError
+from ..checks import ConvergenceError, FilterInputError
+from ..execution import Progress, ignore_progress
 from ..mesh import Floats
-from ..progress import Progress, ignore_progress
 from .chebyshev import ChebyshevSeries
-from .polynomial import (
-    LARGEST_DEGREE,
-    gershgorin_bound,
-    lanczos_bound,
-    polynomial_filter,
-    polynomial_series,
-    symmetric_form,
-)
+from .polynomial import LARGEST_DEGREE, gershgorin_bound, lanczos_bound, polynomial_filter, polynomial_series, symmetric_form
 from .problem import SpectralProblem
 from .rational import LARGEST_FACTORS, m_norm, rational_filter, rational_series
 from .responses import Response

@@ -7,8 +7,8 @@ import numpy as np
 from scipy.linalg import eigh_tridiagonal
 from scipy.sparse import csr_matrix
 
+from ..execution import Progress, ignore_progress
 from ..mesh import Floats
-from ..progress import Progress, ignore_progress
 from .problem import SpectralProblem
 
 #: the mass that slivers may be given, as a share of the area

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
-from ..errors import FilterInputError
+from ..checks import FilterInputError
+from ..execution import Progress, ignore_progress
 from ..mesh import Floats
-from ..progress import Progress, ignore_progress
 from .eigenpairs import lowest_eigenpairs
 from .problem import SpectralOperator, spectral_problem
 

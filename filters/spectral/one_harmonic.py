@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import FilterInputError
+from ..checks import FilterInputError
+from ..execution import Progress, ignore_progress
 from ..mesh import Floats
-from ..progress import Progress, ignore_progress
 from .eigenpairs import lowest_eigenpairs
 from .problem import SpectralOperator, spectral_problem
 

@@ -18,9 +18,8 @@ from numba import njit, prange
 from scipy import sparse
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
+from ..execution import SERIAL_BELOW, Progress, ignore_progress, threads_for
 from ..mesh import Floats, Ints
-from ..parallel import SERIAL_BELOW, threads_for
-from ..progress import Progress, ignore_progress
 from .chebyshev import ChebyshevSeries, chebyshev_series
 from .responses import Response
 

@@ -7,19 +7,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
 
-from ..errors import FilterInputError
+from ..checks import FilterInputError
 from ..mesh import Bools, Floats, Ints, check_mesh
-from ..operators.cotangent import laplace_beltrami
-from ..operators.laplacian import Laplacian
-from ..operators.robust import robust_mesh_laplacian
-from ..topology import connected_components, non_manifold_edges
+from ..operators import Laplacian, laplace_beltrami, needs_robust_operator, robust_mesh_laplacian
+from ..topology import connected_components
 
 SpectralOperator: TypeAlias = Literal["auto", "cotangent", "robust"]
 SPECTRAL_OPERATORS: tuple[SpectralOperator, ...] = get_args(SpectralOperator)
-
-#: Triangles whose doubled area is a smaller share of their squared edges make "auto" take the robust operator: their cotangents
-#: spread the spectrum so far that the lowest eigenvalues drown in the rounding of the highest.
-SLIVER = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +65,7 @@ def spectral_problem(vertices: ArrayLike, faces: ArrayLike, *, operator: Spectra
         raise FilterInputError(f"operator {operator!r} is not one of {', '.join(map(repr, SPECTRAL_OPERATORS))}")
     components, _ = connected_components(triangles, len(points))
     chosen: Literal["cotangent", "robust"] = "robust" if operator == "robust" else "cotangent"
-    if operator == "auto" and (len(non_manifold_edges(triangles)) or thinnest_triangle(points, triangles) < SLIVER):
+    if operator == "auto" and needs_robust_operator(points, triangles):
         chosen = "robust"
     laplacian = robust_mesh_laplacian(points, triangles) if chosen == "robust" else laplace_beltrami(points, triangles)
     return _restricted(laplacian, components, _usable(laplacian, components, operator), chosen)
@@ -108,16 +102,9 @@ def _restricted(laplacian: Laplacian, components: Ints, used: Bools, operator: L
     return SpectralProblem(stiffness, laplacian.mass[rows], rows, inverse.astype(np.int32).ravel(), len(used), operator)
 
 
-def thinnest_triangle(points: Floats, faces: Ints) -> float:
-    """The least doubled area of a triangle as a share of its summed squared edges, 0.29 if it is equilateral."""
-    a, b, c = faces.T
-    proper = (a != b) & (b != c) & (c != a)
-    if not proper.any():
-        return np.inf
-    u, v = points[b[proper]] - points[a[proper]], points[c[proper]] - points[a[proper]]
-    size = np.maximum(np.abs(u).max(axis=1), np.abs(v).max(axis=1))
-    if not (size > 0.0).all():
-        return 0.0
-    u, v = u / size[:, None], v / size[:, None]
-    squares = (u * u).sum(axis=1) + (v * v).sum(axis=1) + ((u - v) ** 2).sum(axis=1)
-    return float((np.linalg.norm(np.cross(u, v), axis=1) / squares).min())
+def about_centroids(points: Floats, problem: SpectralProblem) -> tuple[Floats, Floats]:
+    """(n, 3) points about the centroid of their component, which no filter moves, and (n, 3) that centroid."""
+    parts, mass = problem.components, problem.mass
+    weight = np.bincount(parts, mass)
+    means = np.stack([np.bincount(parts, mass * points[:, c]) / weight for c in range(3)], axis=1)
+    return points - means[parts], means[parts]

@@ -14,11 +14,10 @@ from contextlib import suppress
 import numpy as np
 from scipy import sparse
 
-from ..cholesky import Cholesky
-from ..errors import ConvergenceError
+from ..checks import ConvergenceError
+from ..execution import Progress, ignore_progress
+from ..linear_solvers import FINEST, Cholesky, SpdSolver
 from ..mesh import Floats
-from ..progress import Progress, ignore_progress
-from ..solvers import FINEST, SpdSolver
 from .chebyshev import ChebyshevSeries, chebyshev_series
 from .polynomial import Applied, nearby_order, put_back
 from .responses import Response

@@ -17,7 +17,7 @@ from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
-from ..errors import FilterInputError
+from ..checks import FilterInputError
 from ..mesh import Floats
 
 ResponseName: TypeAlias = Literal["low_pass", "band_pass", "enhance"]

@@ -3,11 +3,11 @@
 import numpy as np
 from scipy import linalg
 
-from ..errors import ConvergenceError
+from ..checks import ConvergenceError
+from ..execution import Progress
+from ..linear_solvers import ShiftedFactors
 from ..mesh import Floats
-from ..progress import Progress
 from .columnwise import combined, remove
-from .shifted_factors import ShiftedFactors
 
 #: Columns that the factors solve for at once. Eigenvalues of a higher multiplicity take a second search.
 BLOCK = 8

@@ -3,11 +3,11 @@
 import numpy as np
 from scipy import linalg, sparse
 
-from ..errors import ConvergenceError
+from ..checks import ConvergenceError
+from ..execution import Progress
+from ..linear_solvers import ShiftedFactors
 from ..mesh import Floats
-from ..progress import Progress
 from .columnwise import combined, groups, inner_products, remove, sparse_product
-from .shifted_factors import ShiftedFactors
 from .shifted_lanczos import modes_near
 
 #: Modes of a band: more make the basis dearer to keep orthogonal, fewer need more factorisations.

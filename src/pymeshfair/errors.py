@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from .filters.errors import ConvergenceError, FilterInputError, PymeshfairError
+from .filters.checks import ConvergenceError, FilterInputError, PymeshfairError
 
 __all__ = [
     "ConvergenceError",

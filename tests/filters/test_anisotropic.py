@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pymeshfair.filters import parallel, topology
+from pymeshfair.filters import topology
+from pymeshfair.filters.checks import FilterInputError, UnstableStepError
 from pymeshfair.filters.diffusion.anisotropic import EDGE_STOPS, EdgeStop, longest_step, perona_malik
-from pymeshfair.filters.errors import FilterInputError, UnstableStepError
+from pymeshfair.filters.execution import threads as parallel
 from tests.meshes import AWKWARD, grid, icosphere, renumbered, wheel
 
 Floats = NDArray[np.float64]

@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 from pymeshfair.filters.denoising.automatic import SHARP, automatic_parameters, denoise_automatically
-from pymeshfair.filters.denoising.face_normals import face_normals, mean_angle
 from pymeshfair.filters.denoising.noise_level import smooth_normals
 from pymeshfair.filters.denoising.normal_filtering import normal_filtering
 from pymeshfair.filters.diffusion.taubin import taubin_fairing
-from pymeshfair.filters.topology import mean_edge_length
+from pymeshfair.filters.geometry import face_normals, mean_angle, mean_edge_length
 from tests.meshes import cube, grid, icosphere, irregular_grid, noisy, renumbered, rotation, single_triangle, subdivided, torus
 
 FINE_CUBE = subdivided(*subdivided(*subdivided(*subdivided(*cube()))))

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pymeshfair.filters import parallel, topology
-from pymeshfair.filters.denoising import m_estimators
+from pymeshfair.filters import topology
+from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.denoising.bilateral import bilateral_fleishman, bilateral_jones
-from pymeshfair.filters.denoising.m_estimators import KERNEL_NAMES, KernelName
-from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.execution import threads as parallel
+from pymeshfair.filters.robust import KERNEL_NAMES, KernelName, m_estimators
 from tests.meshes import (
     AWKWARD,
     Mesh,

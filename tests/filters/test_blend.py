@@ -8,11 +8,12 @@ import re
 import numpy as np
 import pytest
 
-from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.fairing import blend
 from pymeshfair.filters.fairing.blend import blend_parts, bridge_rims, facing_rims
 from pymeshfair.filters.fairing.region import Energy
-from pymeshfair.filters.topology import Bools, edge_face_counts
+from pymeshfair.filters.mesh import Bools
+from pymeshfair.filters.topology import edge_face_counts
 from tests.meshes import Floats, Ints, Mesh, cube, grid, icosphere, noisy, renumbered, rotation, tube
 
 

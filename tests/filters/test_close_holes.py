@@ -11,11 +11,18 @@ import pytest
 import trimesh
 from numpy.typing import NDArray
 
-from pymeshfair.filters.errors import ConvergenceError, FilterInputError
+from pymeshfair.filters.checks import ConvergenceError, FilterInputError
 from pymeshfair.filters.fairing.region import fair_region
 from pymeshfair.filters.holes.close_holes import HoleEnergy, HoleFilling, close_holes
-from pymeshfair.filters.stars import CLOSED, IRREGULAR, stars
-from pymeshfair.filters.topology import border_edges, connected_components, face_adjacency, non_manifold_edges
+from pymeshfair.filters.topology import (
+    CLOSED,
+    IRREGULAR,
+    border_edges,
+    connected_components,
+    face_adjacency,
+    non_manifold_edges,
+    stars,
+)
 from tests.meshes import (
     AWKWARD,
     Mesh,

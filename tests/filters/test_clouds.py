@@ -9,11 +9,10 @@ import pytest
 import scipy.spatial
 from numpy.typing import NDArray
 
-from pymeshfair.filters import parallel
-from pymeshfair.filters.denoising import m_estimators
+from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.denoising.clouds import bilateral_projection, estimated_normals
-from pymeshfair.filters.denoising.m_estimators import KERNEL_NAMES, KernelName
-from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.execution import threads as parallel
+from pymeshfair.filters.robust import KERNEL_NAMES, KernelName, m_estimators
 from tests.meshes import AWKWARD, icosphere, rotation
 
 Floats = NDArray[np.float64]

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pymeshfair.filters.diffusion.curves import CURVE_METHODS, CURVE_WEIGHTS, curve_smoothing
+from pymeshfair.filters.checks import FilterInputError, UnstableStepError
+from pymeshfair.filters.curves.curve_smoothing import CURVE_METHODS, CURVE_WEIGHTS, curve_smoothing
 from pymeshfair.filters.diffusion.implicit import time_step_of_detail_size
 from pymeshfair.filters.diffusion.taubin import mu_of_pass_band, transfer_function
-from pymeshfair.filters.errors import FilterInputError, UnstableStepError
 from pymeshfair.filters.operators import inverse_length_laplacian, uniform_laplacian
 
 Floats = NDArray[np.float64]

@@ -7,11 +7,12 @@ import numba
 import numpy as np
 import pytest
 
-from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.fairing.edge_flips import flip_edges
 from pymeshfair.filters.fairing.tangential import improve_triangles, tangential_smoothing
+from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.inspection.surface_measures import surface_measures
-from pymeshfair.filters.topology import border_edges, mean_edge_length
+from pymeshfair.filters.topology import border_edges
 from tests.filters.test_tangential import hausdorff, quality, uneven_sphere
 from tests.meshes import AWKWARD, Floats, Ints, Mesh, grid, irregular_grid, rotation, sample
 

@@ -14,11 +14,11 @@ import pytest
 from scipy import linalg
 from threadpoolctl import threadpool_limits
 
-from pymeshfair.filters.errors import ConvergenceError, FilterInputError
+from pymeshfair.filters.checks import ConvergenceError, FilterInputError
+from pymeshfair.filters.linear_solvers import ShiftedFactors
 from pymeshfair.filters.spectral import component_modes, shifted_lanczos, spectrum_slicing
 from pymeshfair.filters.spectral.eigenpairs import lowest_eigenpairs
 from pymeshfair.filters.spectral.problem import SpectralProblem, spectral_problem
-from pymeshfair.filters.spectral.shifted_factors import ShiftedFactors
 from tests.meshes import Mesh, book, grid, icosphere, irregular_grid, noisy, renumbered, sample, torus, tube, two_spheres
 
 

@@ -7,11 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from pymeshfair.filters.diffusion.border import BORDER_POLICIES, BorderPolicy
-from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.fairing.energy import bilaplacian_smoothing, weight_of_detail_size
-from pymeshfair.filters.operators.cotangent import laplace_beltrami
-from pymeshfair.filters.topology import border_vertices
+from pymeshfair.filters.operators import laplace_beltrami
+from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy, border_vertices
 from tests.meshes import AWKWARD, Floats, Ints, grid, icosphere, irregular_grid, noisy, two_spheres
 
 

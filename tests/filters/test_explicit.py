@@ -12,11 +12,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from pymeshfair.filters import locality, parallel, topology
-from pymeshfair.filters.diffusion.border import BORDER_POLICIES, BorderPolicy, curve_laplacian
+from pymeshfair.filters import topology
+from pymeshfair.filters.checks import FilterInputError, UnstableStepError
 from pymeshfair.filters.diffusion.explicit import explicit_smoothing
-from pymeshfair.filters.errors import FilterInputError, UnstableStepError
-from pymeshfair.filters.operators import OPERATOR_NAMES, OperatorName, build_laplacian, uniform_laplacian
+from pymeshfair.filters.execution import threads as parallel
+from pymeshfair.filters.mesh import check_mesh, ordering
+from pymeshfair.filters.operators import OPERATOR_NAMES, OperatorName, build_laplacian, curve_laplacian, uniform_laplacian
+from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy
 from tests.filters.test_operators import any_mesh
 from tests.meshes import (
     AWKWARD,
@@ -46,7 +48,7 @@ def safe_step(mesh: Mesh, operator: OperatorName, share: float = 0.5) -> float:
     """A step that is stable on this mesh and on what a few of them make of it."""
     if operator in NORMALISED:
         return share
-    vertices, faces = topology.check_mesh(*mesh)
+    vertices, faces = check_mesh(*mesh)
     bounds = [build_laplacian(vertices, faces, operator).spectral_bound()]
     if len(faces):
         bounds.append(curve_laplacian(vertices, topology.border_edges(faces), operator).spectral_bound())
@@ -379,9 +381,9 @@ def test_threads_and_reordering_make_no_difference_to_the_bits(operator: Operato
         if threads > numba.get_num_threads():
             continue
         monkeypatch.setattr(parallel, "SERIAL_BELOW", 0)
-        monkeypatch.setattr(locality, "SERIAL_BELOW", 0 if reordered else 10**9)
-        monkeypatch.setattr(locality, "_NEAR", 0)
-        monkeypatch.setattr(locality, "_SWEEPS_A_REORDERING_COSTS", 0)
+        monkeypatch.setattr(ordering, "SERIAL_BELOW", 0 if reordered else 10**9)
+        monkeypatch.setattr(ordering, "_NEAR", 0)
+        monkeypatch.setattr(ordering, "_SWEEPS_A_REORDERING_COSTS", 0)
         before = numba.get_num_threads()
         numba.set_num_threads(threads)
         try:

@@ -7,16 +7,16 @@ import heapq
 import numpy as np
 import pytest
 
+from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.denoising.face_neighbourhoods import (
     NEIGHBORHOODS,
     FaceNeighbourhoods,
     Neighborhood,
     face_neighbourhoods,
     mean_centre_distance,
-    vertex_corners,
 )
-from pymeshfair.filters.denoising.face_normals import measure_faces
-from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.geometry import measure_faces
+from pymeshfair.filters.topology import vertex_corners
 from tests.meshes import AWKWARD, Floats, Ints, grid, icosphere, irregular_grid, moebius_strip, noisy
 
 RINGS = {"vertex": 1, "two_ring": 2, "three_ring": 3}

@@ -7,11 +7,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from pymeshfair.filters.denoising.face_normals import face_normals
-from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.fairing.energy import bilaplacian_smoothing
 from pymeshfair.filters.fairing.feature_weights import feature_weights, scalar_feature_weights
-from pymeshfair.filters.topology import Bools, face_adjacency, mean_edge_length
+from pymeshfair.filters.geometry import face_normals, mean_edge_length
+from pymeshfair.filters.mesh import Bools
+from pymeshfair.filters.topology import face_adjacency
 from tests.meshes import Floats, Ints, Mesh, cube, grid, icosphere, noisy, subdivided
 
 

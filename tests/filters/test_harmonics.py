@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.spectral.harmonics import ManifoldHarmonics, manifold_harmonics
 from tests.meshes import AWKWARD, book, diagonal, icosphere, noisy, torus, two_spheres
 

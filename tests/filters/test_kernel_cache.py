@@ -19,7 +19,7 @@ def test_kernels_work_where_neither_the_package_nor_a_home_can_be_written(tmp_pa
             PROJECT / name, tmp_path / name, symlinks=True, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info")
         )
     program = (
-        "import numpy as np, numba, os, pymeshfair.filters.topology as t;"
+        "import numpy as np, numba, os, pymeshfair.filters.topology.edge_lists as t;"
         "assert t.__file__.startswith(os.environ['PYTHONPATH']), t.__file__;"
         "print(t.border_edges(np.array([[0, 1, 2]], dtype=np.int32)).tolist(), numba.config.CACHE_DIR)"
     )
@@ -45,7 +45,7 @@ def test_compilation_is_told_once_and_only_where_it_happens(tmp_path: Path) -> N
     """The first process with an empty cache tells once; the next finds every kernel compiled and tells nothing."""
     program = (
         "import numpy as np;"
-        "from pymeshfair.filters.kernel_cache import on_first_compilation;"
+        "from pymeshfair.filters.compilation.kernel_cache import on_first_compilation;"
         "from pymeshfair.filters.topology import border_edges;"
         "on_first_compilation(lambda: print('compiling'));"
         "border_edges(np.array([[0, 1, 2]], dtype=np.int32))"

@@ -15,10 +15,10 @@ from PyNomaly import loop
 from scipy.special import erf
 from scipy.stats import rankdata
 
-from pymeshfair.filters.errors import FilterInputError
-from pymeshfair.filters.outliers import threads
+from pymeshfair.filters.checks import FilterInputError
+from pymeshfair.filters.execution import tasks as threads
+from pymeshfair.filters.neighbours import nearest_neighbours
 from pymeshfair.filters.outliers.local_outlier_probability import local_outlier_probability, outlier_factors
-from pymeshfair.filters.outliers.neighbours import nearest_neighbours
 
 Floats = NDArray[np.float64]
 SAMPLES = Path(pymeshlab.__file__).parent / "tests" / "sample_meshes"

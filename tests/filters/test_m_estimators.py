@@ -12,10 +12,19 @@ import scipy.optimize
 from numba import njit
 from numpy.typing import NDArray
 
-from pymeshfair.filters.denoising import m_estimators
-from pymeshfair.filters.denoising.m_estimators import KERNEL_CODES, KERNEL_NAMES, REDESCENDING, KernelName, kernel_weight
-from pymeshfair.filters.denoising.robust_statistics import SIGMA_IN_DEVIATIONS, mad_scale, robust_line, robust_mean
-from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.checks import FilterInputError
+from pymeshfair.filters.robust import (
+    KERNEL_CODES,
+    KERNEL_NAMES,
+    REDESCENDING,
+    SIGMA_IN_DEVIATIONS,
+    KernelName,
+    kernel_weight,
+    m_estimators,
+    mad_scale,
+    robust_line,
+    robust_mean,
+)
 
 Floats = NDArray[np.float64]
 

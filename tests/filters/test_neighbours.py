@@ -13,11 +13,10 @@ from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from pymeshfair.filters.errors import FilterInputError
-from pymeshfair.filters.outliers import threads
-from pymeshfair.filters.outliers.kd_tree import LEAF, build_tree
-from pymeshfair.filters.outliers.neighbours import nearest_neighbours
-from pymeshfair.filters.progress import ignore_progress
+from pymeshfair.filters.checks import FilterInputError
+from pymeshfair.filters.execution import ignore_progress
+from pymeshfair.filters.execution import tasks as threads
+from pymeshfair.filters.neighbours import LEAF, build_tree, nearest_neighbours
 
 Floats = NDArray[np.float64]
 

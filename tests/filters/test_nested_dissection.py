@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from pymeshfair.filters.linear_solvers import nested_dissection
 from pymeshfair.filters.operators import uniform_laplacian
-from pymeshfair.filters.spectral.nested_dissection import nested_dissection
 from tests.meshes import grid, icosphere, torus
 
 

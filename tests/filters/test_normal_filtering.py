@@ -11,9 +11,8 @@ import numba
 import numpy as np
 import pytest
 
+from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.denoising.face_neighbourhoods import Neighborhood
-from pymeshfair.filters.denoising.face_normals import face_normals, mean_angle
-from pymeshfair.filters.denoising.m_estimators import KERNEL_NAMES, KernelName, weight
 from pymeshfair.filters.denoising.normal_filtering import (
     NORMAL_FILTER_METHODS,
     NormalFilterMethod,
@@ -22,7 +21,8 @@ from pymeshfair.filters.denoising.normal_filtering import (
     normal_filtering,
 )
 from pymeshfair.filters.denoising.normal_filters import RANGE_MEASURES, RangeMeasure
-from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.geometry import face_normals, mean_angle
+from pymeshfair.filters.robust import KERNEL_NAMES, KernelName, weight
 from pymeshfair.filters.topology import border_vertices
 from tests.meshes import (
     AWKWARD,
@@ -262,7 +262,7 @@ def test_the_size_of_the_unit_makes_no_difference() -> None:
 @pytest.mark.parametrize("settings", EVERY_METHOD)
 def test_threads_make_no_difference(settings: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
     """One thread and two give the same bytes."""
-    monkeypatch.setattr("pymeshfair.filters.parallel.SERIAL_BELOW", 0)
+    monkeypatch.setattr("pymeshfair.filters.execution.threads.SERIAL_BELOW", 0)
     before = numba.get_num_threads()
     results = []
     try:

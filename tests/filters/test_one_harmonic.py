@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.spectral.one_harmonic import one_harmonic
 from tests.meshes import AWKWARD, Mesh, icosphere
 

@@ -13,7 +13,7 @@ import pytest
 import scipy.linalg
 from numpy.polynomial.chebyshev import chebval
 
-from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.spectral.chebyshev import chebyshev_series
 from pymeshfair.filters.spectral.eigenpairs import lowest_eigenpairs
 from pymeshfair.filters.spectral.eigenvector_free import filter_without_eigenvectors

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.holes.refinement import Patch, refined_patch
 from pymeshfair.filters.holes.triangulation import triangulate_rim
-from pymeshfair.filters.topology import border_edges, edges, face_adjacency, mean_edge_length, non_manifold_edges
+from pymeshfair.filters.topology import border_edges, edges, face_adjacency, non_manifold_edges
 from tests.meshes import area, rotation
 
 Floats = NDArray[np.float64]

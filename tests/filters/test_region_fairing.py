@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from pymeshfair.filters.errors import FilterInputError
-from pymeshfair.filters.fairing.compensated import laplacian_power
+from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.fairing.region import ENERGIES, Energy, fair_region
-from pymeshfair.filters.fairing.submesh import submesh_around
-from pymeshfair.filters.operators.cotangent import laplace_beltrami
-from pymeshfair.filters.topology import Bools, border_vertices
+from pymeshfair.filters.linear_solvers import laplacian_power
+from pymeshfair.filters.mesh import Bools
+from pymeshfair.filters.operators import laplace_beltrami
+from pymeshfair.filters.topology import border_vertices, submesh_around
 from tests.meshes import AWKWARD, Floats, Ints, Mesh, grid, icosphere, irregular_grid, tube, two_spheres
 
 

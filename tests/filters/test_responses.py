@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.spectral.responses import ORDERS, RESPONSE_NAMES, RESPONSES, Response, band_pass, enhance, low_pass
 
 OMEGA = np.linspace(0.0, 50.0, 5001)

@@ -8,7 +8,7 @@ import pytest
 import robust_laplacian
 
 from pymeshfair.filters import operators, topology
-from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.operators import robust_cloud_laplacian, robust_mesh_laplacian
 from tests.meshes import AWKWARD, area, icosphere, irregular_grid, noisy, sample
 

@@ -12,12 +12,10 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
-from pymeshfair.filters.conjugate_gradients import conjugate_gradients
-from pymeshfair.filters.errors import ConvergenceError, FilterInputError
-from pymeshfair.filters.operators.cotangent import laplace_beltrami
-from pymeshfair.filters.smoothed_aggregation import SmoothedAggregation
-from pymeshfair.filters.solvers import Factorisation, SpdSolver, solve_spd
-from pymeshfair.filters.topology import mean_edge_length
+from pymeshfair.filters.checks import ConvergenceError, FilterInputError
+from pymeshfair.filters.geometry import mean_edge_length
+from pymeshfair.filters.linear_solvers import Factorisation, SmoothedAggregation, SpdSolver, conjugate_gradients, solve_spd
+from pymeshfair.filters.operators import laplace_beltrami
 from tests.meshes import Floats, Mesh, icosphere, irregular_grid, noisy
 
 

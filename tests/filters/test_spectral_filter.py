@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pymeshfair.filters import parallel, topology
-from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters import topology
+from pymeshfair.filters.checks import FilterInputError
+from pymeshfair.filters.execution import threads as parallel
 from pymeshfair.filters.spectral import eigenvector_filter
 from pymeshfair.filters.spectral.spectral_filter import spectral_filter
 from tests.meshes import AWKWARD, Floats, Mesh, diagonal, grid, icosphere, noisy, renumbered, rotation, torus, two_spheres

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.operators import laplace_beltrami
 from pymeshfair.filters.spectral.problem import spectral_problem
 from tests.meshes import AWKWARD, area, book, grid, icosphere, two_spheres, with_caps, with_needles

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.spectral.problem import spectral_problem
 from pymeshfair.filters.spectral.spectrum import Spectrum, spectrum
 from tests.meshes import AWKWARD, Floats, Mesh, icosphere, noisy, sample, torus, two_spheres

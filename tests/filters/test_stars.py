@@ -10,7 +10,7 @@ from hypothesis import given
 from numpy.typing import NDArray
 
 from pymeshfair.filters import topology
-from pymeshfair.filters.stars import CLOSED, IRREGULAR, NO_STAR, OPEN, Stars, stars
+from pymeshfair.filters.topology import CLOSED, IRREGULAR, NO_STAR, OPEN, Stars, stars
 from tests.filters.test_topology import any_faces
 from tests.meshes import AWKWARD, book, bow_tie, icosphere, moebius_strip, tube, wheel
 

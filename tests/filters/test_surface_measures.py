@@ -10,7 +10,7 @@ import numpy as np
 import pymeshlab
 import pytest
 
-from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.inspection.surface_measures import surface_measures
 from tests.meshes import (
     AWKWARD,

@@ -6,12 +6,11 @@ import numpy as np
 import pymeshlab
 import pytest
 
-from pymeshfair.filters.denoising.face_normals import face_normals
-from pymeshfair.filters.errors import FilterInputError
-from pymeshfair.filters.fairing.closest_walk import WalkableSurface
+from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.fairing.tangential import tangential_smoothing
+from pymeshfair.filters.geometry import WalkableSurface, face_normals, mean_edge_length
 from pymeshfair.filters.inspection.surface_measures import surface_measures
-from pymeshfair.filters.topology import border_vertices, mean_edge_length
+from pymeshfair.filters.topology import border_vertices
 from tests.meshes import AWKWARD, Floats, Ints, Mesh, grid, icosphere, irregular_grid, rotation
 
 

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pymeshfair.filters import topology
-from pymeshfair.filters.diffusion.border import BORDER_POLICIES, BorderPolicy
+from pymeshfair.filters.checks import FilterInputError, UnstableStepError
 from pymeshfair.filters.diffusion.explicit import explicit_smoothing
 from pymeshfair.filters.diffusion.taubin import (
     TAUBIN_OPERATORS,
@@ -21,8 +21,8 @@ from pymeshfair.filters.diffusion.taubin import (
     taubin_fairing,
     transfer_function,
 )
-from pymeshfair.filters.errors import FilterInputError, UnstableStepError
 from pymeshfair.filters.operators import build_laplacian, uniform_laplacian
+from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy
 from tests.meshes import AWKWARD, diagonal, grid, icosphere, noisy, sample, tetrahedron, torus, tube, volume
 
 

@@ -12,7 +12,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from pymeshfair.filters import topology
-from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.checks import FilterInputError
+from pymeshfair.filters.geometry import mean_edge_length
+from pymeshfair.filters.mesh import check_mesh
 from tests.meshes import AWKWARD, Mesh, bow_tie, grid, icosphere, moebius_strip, single_triangle, torus, tube, two_spheres
 
 
@@ -125,12 +127,12 @@ def test_numbers_of_known_surfaces(mesh: Mesh, characteristic: int, borders: int
 def test_mean_edge_length_counts_every_edge_once() -> None:
     """The triangle of sides 3, 4, 5 has mean 4, two of them side by side too, and given edges are taken as they are."""
     vertices, faces = single_triangle()
-    assert topology.mean_edge_length(vertices, faces) == 4.0
+    assert mean_edge_length(vertices, faces) == 4.0
     mirrored = np.concatenate([vertices, [[3.0, 4.0, 0.0]]])
     both = np.array([[0, 1, 2], [1, 3, 2]])
-    assert topology.mean_edge_length(mirrored, both) == pytest.approx((3 + 4 + 5 + 3 + 4) / 5, rel=1e-15)
-    assert topology.mean_edge_length(vertices, np.array([[0, 1]], dtype=np.int32)) == 3.0
-    assert topology.mean_edge_length(vertices, faces[:0]) == 0.0
+    assert mean_edge_length(mirrored, both) == pytest.approx((3 + 4 + 5 + 3 + 4) / 5, rel=1e-15)
+    assert mean_edge_length(vertices, np.array([[0, 1]], dtype=np.int32)) == 3.0
+    assert mean_edge_length(vertices, faces[:0]) == 0.0
 
 
 def test_a_hub_of_many_triangles_is_sorted_in_order() -> None:
@@ -154,14 +156,14 @@ def test_edges_are_cells_too() -> None:
 def test_check_mesh_converts_and_does_not_copy() -> None:
     """Any real and integer types and memory orders become float64 and int32 in C order; what is so already is not copied."""
     vertices, faces = icosphere(1)
-    same_vertices, same_faces = topology.check_mesh(vertices, faces)
+    same_vertices, same_faces = check_mesh(vertices, faces)
     assert same_vertices is vertices
     assert same_faces is faces
-    other = topology.check_mesh(np.asfortranarray(vertices, dtype=np.float32), np.asfortranarray(faces, dtype=np.uint64))
+    other = check_mesh(np.asfortranarray(vertices, dtype=np.float32), np.asfortranarray(faces, dtype=np.uint64))
     assert [a.dtype for a in other] == [np.float64, np.int32]
     assert all(a.flags.c_contiguous for a in other)
-    assert topology.check_mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])[0].dtype == np.float64
-    empty = topology.check_mesh([], [])
+    assert check_mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])[0].dtype == np.float64
+    empty = check_mesh([], [])
     assert [a.shape for a in empty] == [(0, 3), (0, 3)]
 
 
@@ -182,7 +184,7 @@ def test_check_mesh_converts_and_does_not_copy() -> None:
 def test_check_mesh_refuses_what_is_no_mesh(vertices: Any, faces: Any, message: str) -> None:
     """The error names the first vertex or face that is wrong, how many there are, and what is allowed."""
     with pytest.raises(FilterInputError, match=message):
-        topology.check_mesh(np.array(vertices), np.array(faces))
+        check_mesh(np.array(vertices), np.array(faces))
 
 
 @pytest.mark.parametrize("name", AWKWARD)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pymeshfair.filters.denoising.face_neighbourhoods import vertex_corners
-from pymeshfair.filters.denoising.face_normals import face_normals
+from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.denoising.vertex_update import VERTEX_UPDATES, VertexUpdate, fit_vertices, fitting_energy
-from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.geometry import face_normals
+from pymeshfair.filters.topology import vertex_corners
 from tests.meshes import Floats, Ints, icosphere, irregular_grid, noisy
 
 NOISY = noisy(icosphere(2), 0.03)

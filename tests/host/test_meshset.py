@@ -29,7 +29,7 @@ from pymeshfair.declaration import (
     mesh_filter,
 )
 from pymeshfair.errors import ConvergenceError, FilterInputError, Place, StepFailedError
-from pymeshfair.filters.progress import Progress, ignore_progress
+from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.meshset import MeshSet
 from pymeshfair.meshset.errors import (
     FilterFailedError,

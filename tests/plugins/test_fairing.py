@@ -17,8 +17,9 @@ from pymeshfair.filters.fairing.energy import bilaplacian_smoothing
 from pymeshfair.filters.fairing.feature_weights import feature_weights, scalar_feature_weights
 from pymeshfair.filters.fairing.region import ENERGIES, Energy, fair_region
 from pymeshfair.filters.fairing.tangential import improve_triangles, tangential_smoothing
+from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.inspection.surface_measures import surface_measures
-from pymeshfair.filters.topology import border_vertices, mean_edge_length
+from pymeshfair.filters.topology import border_vertices
 from pymeshfair.meshlab.facts import meshlab_filters
 from pymeshfair.plugins import fairing
 from pymeshfair.registry import find_filter

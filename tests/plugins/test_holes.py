@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pymeshfair import MeshSet
 from pymeshfair.declaration import Float, Int, MeshElement
-from pymeshfair.filters.errors import ConvergenceError
+from pymeshfair.filters.checks import ConvergenceError
 from pymeshfair.filters.fairing.region import fair_region
 from pymeshfair.filters.inspection.surface_measures import surface_measures
 from pymeshfair.meshlab.facts import meshlab_filters

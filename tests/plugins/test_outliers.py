@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pymeshfair.declaration import Edit, FilterClass, Float, Int, Layer, MeshElement
 from pymeshfair.errors import ParameterError
-from pymeshfair.filters.errors import FilterInputError
+from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.outliers.local_outlier_probability import local_outlier_probability
 from pymeshfair.meshlab.facts import meshlab_filters
 from pymeshfair.plugins.outliers import compute_selection_by_outlier_probability_per_vertex as declared

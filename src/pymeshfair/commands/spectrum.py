@@ -133,7 +133,7 @@ def _filtered(spectrum: Mapping[str, Any], response: Response) -> dict[str, Any]
 def _response(filtering: Mapping[str, Any], spectrum: Mapping[str, Any]) -> Response:
     """F for the lengths of this mesh."""
     from ..errors import ParameterError
-    from ..filters.errors import FilterInputError
+    from ..filters.checks import FilterInputError
     from ..filters.spectral.responses import RESPONSES
     from ..filters.spectral.spectral_filter import BAND
 

@@ -102,7 +102,7 @@ def _mean_edge(layer: Layer) -> float:
 
 
 def _mean_polyline_edge(layer: Layer) -> float:
-    from ..filters.topology import mean_edge_length  # compiled code, which not every use of a mesh set needs
+    from ..filters.geometry import mean_edge_length  # compiled code, which not every use of a mesh set needs
 
     return mean_edge_length(layer.vertices, layer.edges) if len(layer.edges) else layer.mean_edge
 

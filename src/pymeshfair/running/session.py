@@ -19,8 +19,8 @@ from ..files.inputs import Announced, inspect_input
 from ..files.provenance import described_file, read_provenance
 from ..files.reading import apply_matrix, load_mesh
 from ..files.saving import attributes_of, save_mesh
+from ..filters.compilation import on_first_compilation
 from ..filters.inspection.surface_measures import SurfaceMeasures, surface_measures
-from ..filters.kernel_cache import on_first_compilation
 from ..meshset import MeshSet
 from ..scripts.script import Step
 from .job import Event, Message, PhaseStarted, StepFinished, StepProgress, StepStarted

@@ -180,8 +180,8 @@ class MeshLayer:
         return self._mean_edge
 
     def _measure_mean_edge(self) -> float:
-        from pymeshfair.filters.outliers.neighbours import nearest_neighbours
-        from pymeshfair.filters.topology import mean_edge_length
+        from pymeshfair.filters.geometry import mean_edge_length
+        from pymeshfair.filters.neighbours import nearest_neighbours
 
         if len(self.faces):
             return float(mean_edge_length(self.vertices, self.faces))

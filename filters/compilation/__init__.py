@@ -1,0 +1,8 @@
+"""Compiled kernels: where they are kept, and when one is compiled."""
+
+from .kernel_cache import ensure_kernel_cache, on_first_compilation
+
+__all__ = [
+    "ensure_kernel_cache",
+    "on_first_compilation",
+]

@@ -1,0 +1,166 @@
+"""Systems of equations on unbranched curves, solved by elimination from end to end without a subtraction."""
+
+import numpy as np
+from numba import njit
+
+from ..mesh import Bools, Floats, Ints, Longs
+from ..operators import Laplacian
+from .chains import Chains
+
+# Times the squared lengths of a mesh of ordinary size this does not overflow, and longer steps give the same result to rounding.
+_LONGEST_STEP = 1e100
+
+
+class ChainStep:
+    """The backward Euler step (M - t C) d = t C p on unbranched curves, for the displacement d of the free vertices; others stay.
+
+    M - t C is a network of conductances: t w_ij between neighbours, M_i from each vertex to the ground. Eliminating a vertex of a
+    chain leaves such a network again. Its conductances are sums, products and quotients of positive numbers, so each is exact to
+    rounding, however large t is and however long the chain. In a chain without fixed neighbour the currents sum up to 0: the
+    current at its last vertex is minus the sum of those before.
+    """
+
+    def __init__(self, laplacian: Laplacian, chains: Chains, time_step: float) -> None:
+        """Eliminates, for any number of right-hand sides; in time and memory proportional to the vertices.
+
+        Args:
+            laplacian: L = M^-1 C on n vertices, with positive weights.
+            chains: the free vertices.
+            time_step: t, at least 0, in the unit of 1 / L.
+        """
+        t = min(time_step, _LONGEST_STEP)
+        stiffness = laplacian.stiffness
+        # Divided by 1 + t all conductances stay finite. A stiffness is negative on its diagonal alone.
+        self._network = stiffness.indptr.astype(np.int64), stiffness.indices.astype(np.int32), stiffness.data * (t / (1.0 + t))
+        self._chains = chains
+        size = len(chains.order)
+        self._to_next, self._to_first, self._to_ground = np.empty(size), np.zeros(size), np.empty(size)
+        self._resistance = np.empty(size)
+        shares = self._to_next, self._to_first, self._to_ground, self._resistance
+        _eliminate(*self._network, laplacian.mass / (1.0 + t), chains.order, chains.starts, chains.closed, *shares)
+
+    def displacement(self, points: Floats) -> Floats:
+        """(n, 3) how far the step moves the vertices; 0 for those that are not free."""
+        moved = np.zeros_like(points)
+        shares = self._to_next, self._to_first, self._to_ground, self._resistance
+        chains = self._chains
+        _substitute(points, *self._network, chains.order, chains.starts, chains.closed, chains.floating, *shares, moved)
+        return moved
+
+
+@njit(cache=True)
+def _eliminate(
+    offsets: Longs,
+    columns: Ints,
+    weights: Floats,
+    mass: Floats,
+    order: Ints,
+    starts: Longs,
+    closed: Bools,
+    to_next: Floats,
+    to_first: Floats,
+    to_ground: Floats,
+    resistance: Floats,
+) -> None:
+    """What share of a vertex's current goes to the next vertex, to the first one of a ring and to the ground, and 1 / the sum.
+
+    The first vertex of a ring is eliminated last; of a chain with ends, the last.
+    """
+    for c in range(closed.shape[0]):
+        start, stop = starts[c], starts[c + 1]
+        first, ring = order[start], closed[c]
+        ground_of_first = _ground(offsets, columns, weights, mass, order, start, stop, start, ring) if ring else 0.0
+        carried, back = 0.0, 0.0
+        if ring:
+            back = _weight(offsets, columns, weights, order[start + 1], first)
+        for k in range(start + 1 if ring else start, stop):
+            ground = carried + _ground(offsets, columns, weights, mass, order, start, stop, k, ring)
+            last = k == stop - 1
+            onward = 0.0 if last else _weight(offsets, columns, weights, order[k], order[k + 1])
+            if ring and last:
+                back += _weight(offsets, columns, weights, order[k], first)
+            total = ground + onward + back
+            resistance[k] = 1.0 / total if total > 0.0 else 0.0
+            to_next[k], to_first[k], to_ground[k] = onward * resistance[k], back * resistance[k], ground * resistance[k]
+            carried = ground * to_next[k]
+            ground_of_first += ground * to_first[k]
+            back = onward * to_first[k] if ring else 0.0
+        if ring:
+            resistance[start] = 1.0 / ground_of_first if ground_of_first > 0.0 else 0.0
+            to_next[start] = to_first[start] = 0.0
+            to_ground[start] = 1.0
+
+
+@njit(cache=True)
+def _ground(
+    offsets: Longs, columns: Ints, weights: Floats, mass: Floats, order: Ints, start: int, stop: int, k: int, ring: bool
+) -> float:
+    """The conductance from a vertex to the ground and to fixed vertices, which it cannot tell apart."""
+    i = order[k]
+    before = order[k - 1] if k > start else (order[stop - 1] if ring else -1)
+    after = order[k + 1] if k + 1 < stop else (order[start] if ring else -1)
+    total: float = mass[i]
+    for e in range(offsets[i], offsets[i + 1]):
+        j = columns[e]
+        if j != i and j != before and j != after:
+            total += weights[e]
+    return total
+
+
+@njit(cache=True)
+def _weight(offsets: Longs, columns: Ints, weights: Floats, i: int, j: int) -> float:
+    for e in range(offsets[i], offsets[i + 1]):
+        if columns[e] == j:
+            weight: float = weights[e]
+            return weight
+    return 0.0
+
+
+@njit(cache=True)
+def _substitute(
+    points: Floats,
+    offsets: Longs,
+    columns: Ints,
+    weights: Floats,
+    order: Ints,
+    starts: Longs,
+    closed: Bools,
+    floating: Bools,
+    to_next: Floats,
+    to_first: Floats,
+    to_ground: Floats,
+    resistance: Floats,
+    moved: Floats,
+) -> None:
+    """The currents forwards, then the potentials backwards; `moved` holds first the ones and then the others."""
+    lost = np.zeros(3)
+    for c in range(closed.shape[0]):
+        start, stop = starts[c], starts[c + 1]
+        for k in range(start, stop):
+            i = order[k]
+            for e in range(offsets[i], offsets[i + 1]):
+                for d in range(3):
+                    moved[i, d] += weights[e] * (points[columns[e], d] - points[i, d])
+        # The first vertex of a ring and the last one of a chain with ends are the roots, which come last.
+        root = start if closed[c] else stop - 1
+        begin, end = (start + 1, stop) if closed[c] else (start, stop - 1)
+        first, last = order[start], order[root]
+        lost[:] = 0.0
+        for k in range(begin, end):
+            i = order[k]
+            for d in range(3):
+                current = moved[i, d]
+                lost[d] += to_ground[k] * current
+                if k + 1 < stop:
+                    moved[order[k + 1], d] += to_next[k] * current
+                moved[first, d] += to_first[k] * current
+        for d in range(3):
+            moved[last, d] = (-lost[d] if floating[c] else moved[last, d]) * resistance[root]
+        for m in range(end - begin):
+            k = end - 1 - m
+            i = order[k]
+            for d in range(3):
+                potential = moved[i, d] * resistance[k] + to_first[k] * moved[first, d]
+                if k + 1 < stop:
+                    potential += to_next[k] * moved[order[k + 1], d]
+                moved[i, d] = potential

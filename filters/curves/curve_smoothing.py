@@ -1,0 +1,149 @@
+"""Smoothing of curves: polylines, open or closed, in the plane or in space, by explicit, Taubin's or implicit steps."""
+
+import math
+from typing import Literal, TypeAlias, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..checks import FilterInputError, check_choice, check_whole_number
+from ..diffusion.implicit import time_step_of_detail_size
+from ..diffusion.taubin import checked_mu
+from ..execution import Progress, ignore_progress, threads_for
+from ..mesh import Floats, Ints, check_edges, check_points, normalised_mesh, worth_reordering
+from ..operators import OperatorName
+from ..topology import OneRings, one_rings
+from .chains import trace_chains
+from .curve_steps import explicit_curve_steps, implicit_curve_steps
+
+CurveMethod: TypeAlias = Literal["explicit", "implicit", "taubin"]
+CURVE_METHODS: tuple[CurveMethod, ...] = get_args(CurveMethod)
+
+#: "uniform": w_ij = 1. "inverse_length": w_ij = 1 / |p_j - p_i|.
+CurveWeights: TypeAlias = Literal["uniform", "inverse_length"]
+CURVE_WEIGHTS: tuple[CurveWeights, ...] = get_args(CurveWeights)
+
+#: "fixed": the ends of open curves stay. "free": they move towards their only neighbour, and open curves get shorter.
+CurveBorder: TypeAlias = Literal["fixed", "free"]
+CURVE_BORDERS: tuple[CurveBorder, ...] = get_args(CurveBorder)
+
+# Smaller detail sizes, in a box of size 1, smooth nothing, and larger ones everything; the squares of these are finite.
+_SMALLEST_SIZE, _LARGEST_SIZE = 1e-100, 1e50
+
+
+def curve_smoothing(
+    vertices: ArrayLike,
+    edges: ArrayLike,
+    *,
+    method: CurveMethod = "explicit",
+    weights: CurveWeights = "uniform",
+    step: float = 0.5,
+    mu: float = -0.53,
+    pass_band: float | None = None,
+    time_step: float | None = None,
+    detail_size: float | None = None,
+    iterations: int = 10,
+    border: CurveBorder = "fixed",
+    movable: ArrayLike | None = None,
+    progress: Progress = ignore_progress,
+) -> Floats:
+    """Diffusion along curves, with (L p)_i = sum_j w_ij (p_j - p_i) / sum_j w_ij over the neighbours j of i [taubin1995].
+
+    Each iteration takes p to (1 + step L) p ("explicit"), (1 + mu L)(1 + step L) p ("taubin") or (1 - t L)^-1 p ("implicit"), and
+    so multiplies a mode of eigenvalue -k of L by 1 - step k, (1 - step k)(1 - mu k) or 1 / (1 + t k). With uniform weights the
+    modes of a closed curve of n vertices are the waves cos(2 pi m j / n) and sin(2 pi m j / n) along it, with
+    k = 1 - cos(2 pi m / n), so that it shrinks towards its centroid, by the factors of m = 1 last; Taubin's steps keep its size.
+
+    Any number of curves may be in one mesh, and they may branch: a vertex sees all its neighbours, so one with three or more is
+    drawn to their weighted mean. An edge that is there twice counts once, one from a vertex to itself not at all, and one
+    without length pulls as one of a millionth of the mean edge.
+
+    Args:
+        vertices: (n, 3) coordinates; with one coordinate the same everywhere it stays so, to the bit.
+        edges: (e, 2) pairs of vertices, in any order and direction.
+        method: how L is applied, see above. "implicit" takes strong smoothing in one step.
+        weights: "uniform" evens out the distances of vertices along the curve. "inverse_length" leaves a straight line as it is
+            however unevenly it is sampled; its weights are those of each moment, with "implicit" those of the input. Vertices
+            very near each other then hardly move apart, unless a detail size is given.
+        step: lambda, for "explicit" and "taubin", above 0 and at most 1. Larger is smoother.
+        mu: for "taubin", the step back, below -step. Nearer to -step is smoother.
+        pass_band: for "taubin", k_PB = 1/step + 1/mu, above 0 and below 1/step; if given, it decides on mu. Smaller is smoother.
+        time_step: t, for "implicit", a number without unit from 0. Larger is smoother, and none is unstable.
+        detail_size: for "implicit" with "inverse_length", instead of `time_step`: the wavelength, in mesh units, of which all
+            iterations together leave half the amplitude. L is then the second derivative by arc length, a vertex having half
+            the length of its edges as mass; and t = (2^(1 / iterations) - 1) (detail_size / 2 pi)^2. Larger is smoother.
+        iterations: number of steps, or of pairs of steps. More are smoother; with a detail size they cut off more sharply.
+        border: what the ends of open curves do, vertices with one neighbour; see `CurveBorder`.
+        movable: (n,) bool, which vertices may move, None for all. The others stay where they are and are seen by those that do.
+        progress: called after every step; may raise to stop.
+
+    Returns:
+        (n, 3) float64. Vertices that do not move keep every bit: those without edge, that are not `movable`, or fixed ends.
+        "implicit" solves to rounding where no vertex that moves has more than two neighbours that do; on curves that branch to
+        1e-10 of the bounding-box diagonal. Deterministic, for any number of threads.
+
+    Raises:
+        FilterInputError: not a mesh of edges, a parameter out of range, or one that is missing or does not fit.
+        UnstableStepError: Taubin's steps would make the finest detail grow.
+        ConvergenceError: the equations of branching curves cannot be solved.
+    """
+    points = check_points(vertices)
+    check_choice("method", method, CURVE_METHODS)
+    check_choice("weights", weights, CURVE_WEIGHTS)
+    check_choice("border", border, CURVE_BORDERS)
+    count = check_whole_number("iterations", iterations, least=0)
+    mesh = normalised_mesh(points, check_edges(edges, len(points)), movable)
+    rings = one_rings(mesh.cells, len(mesh))
+    sweeps = math.inf if method == "implicit" else count * (2 if method == "taubin" else 1)
+    if worth_reordering(mesh.cells, len(mesh), sweeps):
+        mesh = mesh.in_order(_along_the_curves(rings))
+        rings = one_rings(mesh.cells, len(mesh))
+    moves = np.diff(rings.offsets) > (1 if border == "fixed" else 0)
+    if mesh.movable is not None:
+        moves &= mesh.movable
+    with threads_for(len(mesh)):
+        if method == "implicit":
+            time, operator = _time_and_operator(weights, time_step, detail_size, mesh.scale, count)
+            now = implicit_curve_steps(mesh.points, mesh.cells, rings, operator, time, count, moves, progress)
+        else:
+            if time_step is not None or detail_size is not None:
+                raise FilterInputError(f"time_step and detail_size are for the method 'implicit'; {method!r} takes a step")
+            steps = _steps(method, step, mu, pass_band)
+            now = explicit_curve_steps(mesh.points, rings, weights, steps, count, moves, progress)
+    return mesh.restored(now)
+
+
+def _along_the_curves(rings: OneRings) -> Ints:
+    """A permutation that puts the vertices of each unbranched stretch next to each other."""
+    simple = np.diff(rings.offsets) <= 2
+    return np.concatenate([trace_chains(rings.offsets, rings.neighbours, simple).order, np.flatnonzero(~simple).astype(np.int32)])
+
+
+def _steps(method: CurveMethod, step: float, mu: float, pass_band: float | None) -> tuple[float, ...]:
+    if method == "taubin":
+        return step, checked_mu(step, mu, pass_band, largest_eigenvalue=2.0)
+    if not 0.0 < step <= 1.0:
+        raise FilterInputError(
+            f"step {step} is not above 0 and at most 1; for stronger smoothing take more iterations or 'implicit'"
+        )
+    return (step,)
+
+
+def _time_and_operator(
+    weights: CurveWeights, time_step: float | None, detail_size: float | None, scale: float, iterations: int
+) -> tuple[float, OperatorName]:
+    """The time step in the frame of that scale, and the operator that it is for."""
+    if (time_step is None) == (detail_size is None):
+        raise FilterInputError("the method 'implicit' takes either a time_step or a detail_size")
+    if detail_size is not None:
+        if weights != "inverse_length":
+            raise FilterInputError("uniform weights know no lengths: give a time_step, or weights='inverse_length' a detail_size")
+        if not (math.isfinite(detail_size) and detail_size > 0.0):
+            raise FilterInputError(f"detail_size {detail_size} is not finite and above 0")
+        # Scaled before it is squared, which neither overflows nor vanishes then.
+        size = min(max(detail_size * scale, _SMALLEST_SIZE), _LARGEST_SIZE)
+        return time_step_of_detail_size(size, iterations=iterations), "scale_dependent"
+    assert time_step is not None
+    if not (math.isfinite(time_step) and time_step >= 0.0):
+        raise FilterInputError(f"time_step {time_step} is not finite and at least 0")
+    return time_step, weights

@@ -1,0 +1,16 @@
+"""How work is done: threads, tasks, progress, and library calls that can be abandoned."""
+
+from .abandonable import abandonable
+from .progress import Progress, ignore_progress
+from .tasks import in_parallel, part_of
+from .threads import SERIAL_BELOW, threads_for
+
+__all__ = [
+    "SERIAL_BELOW",
+    "Progress",
+    "abandonable",
+    "ignore_progress",
+    "in_parallel",
+    "part_of",
+    "threads_for",
+]

@@ -1,0 +1,131 @@
+"""The point of a surface that is closest to another, found by walking from triangle to triangle from a place known to be near."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from ..execution import threads_for
+from ..mesh import Floats, Ints, Longs
+from ..topology import vertex_corners
+
+# Steps of one walk: no query starts further away.
+_LONGEST_WALK = 64
+
+
+class WalkableSurface(NamedTuple):
+    """A surface on which walks are made.
+
+    Attributes:
+        points: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        offsets: (n + 1,) and
+        around: the faces at vertex i are around[offsets[i]:offsets[i + 1]].
+    """
+
+    points: Floats
+    faces: Ints
+    offsets: Longs
+    around: Ints
+
+    @classmethod
+    def of(cls, points: Floats, faces: Ints) -> "WalkableSurface":
+        """Of (n, 3) coordinates and (m, 3) triangles."""
+        corners = vertex_corners(faces, len(points))
+        return cls(points, faces, corners.offsets, np.ascontiguousarray(corners.corners[:, 0]))
+
+    def closest(self, queries: Floats, start: Ints, enough: float = 0.0) -> tuple[Floats, Ints, Floats]:
+        """The (q, 3) points nearest to the queries, their faces, and the distances.
+
+        From the given face each walk goes on to the nearest of the faces that share a vertex with it until none is nearer: no
+        other sheet of the surface is jumped to. The distance is never less than that to the whole surface. A walk also ends
+        where the distance is at most `enough`.
+        """
+        found, faces = np.empty_like(queries), np.array(start, dtype=np.int32)
+        distances = np.empty(len(queries))
+        with threads_for(len(queries)):
+            _walk(self.points, self.faces, self.offsets, self.around, queries, enough * enough, found, faces, distances)
+        return found, faces, distances
+
+
+def some_face(faces: Ints, n_vertices: int) -> Ints:
+    """(n,) for each vertex the first face that it belongs to, where a walk from it may start; 0 if there is none."""
+    first = np.zeros(n_vertices, dtype=np.int32)
+    first[faces[::-1].ravel()] = np.repeat(np.arange(len(faces), dtype=np.int32)[::-1], 3)
+    return first
+
+
+@njit(cache=True)
+def _closest_on_triangle(points: Floats, a: int, b: int, c: int, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """The point of the triangle nearest to (x, y, z): inside, on an edge or at a corner, told by barycentric signs."""
+    ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
+    vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
+    px, py, pz = x - points[a, 0], y - points[a, 1], z - points[a, 2]
+    d1, d2 = ux * px + uy * py + uz * pz, vx * px + vy * py + vz * pz
+    uu, uv, vv = ux * ux + uy * uy + uz * uz, ux * vx + uy * vy + uz * vz, vx * vx + vy * vy + vz * vz
+    determinant = uu * vv - uv * uv
+    s, t = vv * d1 - uv * d2, uu * d2 - uv * d1
+    if determinant > 0.0 and s >= 0.0 and t >= 0.0 and s + t <= determinant:
+        s, t = s / determinant, t / determinant
+    else:
+        # The nearest point of each edge; the nearest of the three.
+        s1 = min(max(d1 / uu, 0.0), 1.0) if uu > 0.0 else 0.0
+        t2 = min(max(d2 / vv, 0.0), 1.0) if vv > 0.0 else 0.0
+        ww = uu - 2.0 * uv + vv
+        t3 = min(max((d2 - d1 - uv + uu) / ww, 0.0), 1.0) if ww > 0.0 else 0.0
+        s, t, best = s1, 0.0, s1 * s1 * uu - 2.0 * s1 * d1
+        other = t2 * t2 * vv - 2.0 * t2 * d2
+        if other < best:
+            s, t, best = 0.0, t2, other
+        s3 = 1.0 - t3
+        other = s3 * s3 * uu + 2.0 * s3 * t3 * uv + t3 * t3 * vv - 2.0 * (s3 * d1 + t3 * d2)
+        if other < best:
+            s, t = s3, t3
+    return points[a, 0] + s * ux + t * vx, points[a, 1] + s * uy + t * vy, points[a, 2] + s * uz + t * vz
+
+
+@njit(cache=True)
+def nearest_by_walk(
+    points: Floats, faces: Ints, offsets: Longs, around: Ints, x: float, y: float, z: float, start: int, enough: float
+) -> tuple[float, float, float, int, float]:
+    """`WalkableSurface.closest` of one point, for kernels: the nearest point, its face and the square of the distance.
+
+    The walk ends where the square is at most `enough`.
+    """
+    face = start
+    nx, ny, nz = _closest_on_triangle(points, faces[face, 0], faces[face, 1], faces[face, 2], x, y, z)
+    best = (nx - x) ** 2 + (ny - y) ** 2 + (nz - z) ** 2
+    for _ in range(_LONGEST_WALK):
+        if best <= enough:
+            break
+        here = face
+        for k in range(3):
+            vertex = faces[here, k]
+            for m in range(offsets[vertex], offsets[vertex + 1]):
+                g = around[m]
+                cx, cy, cz = _closest_on_triangle(points, faces[g, 0], faces[g, 1], faces[g, 2], x, y, z)
+                square = (cx - x) ** 2 + (cy - y) ** 2 + (cz - z) ** 2
+                if square < best:
+                    best, face, nx, ny, nz = square, g, cx, cy, cz
+        if face == here:
+            break
+    return nx, ny, nz, face, best
+
+
+@njit(cache=True, parallel=True)
+def _walk(
+    points: Floats,
+    faces: Ints,
+    offsets: Longs,
+    around: Ints,
+    queries: Floats,
+    enough: float,
+    found: Floats,
+    at: Ints,
+    distances: Floats,
+) -> None:
+    for q in prange(queries.shape[0]):
+        found[q, 0], found[q, 1], found[q, 2], at[q], square = nearest_by_walk(
+            points, faces, offsets, around, queries[q, 0], queries[q, 1], queries[q, 2], at[q], enough
+        )
+        distances[q] = np.sqrt(square)

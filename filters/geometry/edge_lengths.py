@@ -1,0 +1,30 @@
+"""Lengths of edges."""
+
+from typing import Any
+
+import numpy as np
+
+from ..mesh import Floats, Ints
+from ..topology import edges
+
+
+def mean_edge_length(vertices: Floats, faces_or_edges: Ints) -> float:
+    """The mean length of the edges, each counted once, in mesh units; 0 if there are none.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces_or_edges: (m, 3) triangles, or (e, 2) edges.
+    """
+    pairs = edges(faces_or_edges) if faces_or_edges.shape[1] == 3 else faces_or_edges
+    if len(pairs) == 0:
+        return 0.0
+    return float(_lengths(vertices, pairs).mean())
+
+
+def edge_lengths(vertices: Floats, pairs: Ints) -> Floats:
+    """(e,) the length of each of the (e, 2) edges."""
+    return np.asarray(_lengths(vertices, pairs))
+
+
+def _lengths(vertices: Floats, pairs: Ints) -> Any:
+    return np.linalg.norm(vertices[pairs[:, 1]] - vertices[pairs[:, 0]], axis=1)

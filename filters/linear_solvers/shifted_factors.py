@@ -1,0 +1,112 @@
+"""Factors of a shifted operator, A - shift I = L D L^T: they solve, and they count the eigenvalues below the shift."""
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numba import njit
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from ..checks import ConvergenceError
+from ..execution import Progress, abandonable
+from ..mesh import Floats, Ints
+
+# Columns that one pass over the factors solves for: what fits the registers.
+_TOGETHER = 8
+_ATTEMPTS = 4
+# Backward errors of a solution by factors that are good, and by such as do if there are no better ones: the count is right while
+# no eigenvalue is closer to the shift than this share of the largest, and what the modes lose one step of refinement restores.
+_GOOD, _ROUGH = 1e-12, 1e-9
+
+
+class ShiftedFactors:
+    """L D L^T of A - shift I for a symmetric A, by SuperLU without row exchanges.
+
+    Without exchanges D is diagonal and by Sylvester's law of inertia has as many negative entries as A has eigenvalues below the
+    shift. A pivot next to 0 would spoil that; then the shift is moved a little. The rows are eliminated as they stand; that
+    should be in the order of `nested_dissection`.
+
+    Attributes:
+        shift: what was subtracted in the end.
+        below: how many eigenvalues of A, counted with multiplicity, lie below the shift.
+    """
+
+    def __init__(self, matrix: sparse.csc_matrix, shift: float, progress: Progress, done: float) -> None:
+        """Factorises in a thread, so that `progress` is called meanwhile, with `done`. If it raises, the thread is left to itself
+        and drops what it has done as soon as it ends.
+
+        Raises:
+            ConvergenceError: no shift close by gives factors.
+        """
+        identity = sparse.eye_array(matrix.shape[0], format="csc")
+        probe = np.random.default_rng(0).normal(size=(matrix.shape[0], 1))
+        size = float(np.asarray(abs(matrix).sum(axis=0)).max(initial=0.0))
+        best = np.inf
+        for attempt in range(_ATTEMPTS):
+            tried = shift * (1.0 + 1e-4 * attempt)
+            shifted = sparse.csc_matrix(matrix - tried * identity)
+            lu = abandonable(partial(_factorised, shifted), progress, done)
+            if lu is None or not (lu.perm_r == lu.perm_c).all():
+                continue
+            lower = lu.L
+            factors = (lower.indptr.astype(np.int64), lower.indices, lower.data, lu.U.diagonal(), lu.perm_c.astype(np.int32))
+            x = _solved(factors, probe)
+            error = float(np.linalg.norm(shifted @ x - probe) / (size * np.linalg.norm(x) + np.linalg.norm(probe)))
+            if error < best:
+                best, self.shift, self._factors = error, tried, factors
+            if best <= _GOOD:
+                break
+        if not best <= _ROUGH:
+            raise ConvergenceError(f"the operator of {matrix.shape[0]} vertices has no stable factors near the shift {shift:.6g}")
+        self.below = int((self._factors[3] < 0.0).sum())
+
+    def solve(self, right_side: Floats) -> Floats:
+        """(A - shift I)^-1 times (n, b) columns, Fortran-ordered."""
+        return _solved(self._factors, right_side)
+
+
+def _solved(factors: Any, right_side: Floats) -> Floats:
+    x = np.empty(right_side.shape, order="F")
+    solve: Any = _solve
+    for first in range(0, right_side.shape[1], _TOGETHER):
+        group = slice(first, first + _TOGETHER)
+        solve(*factors, right_side[:, group], x[:, group])
+    return x
+
+
+def _factorised(matrix: sparse.csc_matrix) -> Any:
+    """SuperLU's factors, None if it meets a pivot that is 0."""
+    try:
+        return splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    except RuntimeError:
+        return None
+
+
+# One pass streams the factors through memory, which a second thread would not speed up.
+@njit(cache=True)
+def _solve(starts: Any, rows: Ints, values: Floats, pivots: Floats, place: Ints, b: Floats, x: Floats) -> None:
+    n, count = b.shape
+    y = np.zeros((n, _TOGETHER))
+    for c in range(count):
+        for i in range(n):
+            y[place[i], c] = b[i, c]
+    for j in range(n):
+        for p in range(starts[j], starts[j + 1]):
+            i = rows[p]
+            if i != j:
+                value = values[p]
+                for c in range(_TOGETHER):
+                    y[i, c] -= value * y[j, c]
+    for j in range(n - 1, -1, -1):
+        for c in range(_TOGETHER):
+            y[j, c] /= pivots[j]
+        for p in range(starts[j], starts[j + 1]):
+            i = rows[p]
+            if i != j:
+                value = values[p]
+                for c in range(_TOGETHER):
+                    y[j, c] -= value * y[i, c]
+    for c in range(count):
+        for i in range(n):
+            x[i, c] = y[place[i], c]

@@ -1,0 +1,53 @@
+"""Sparse factors of a symmetric positive definite matrix by SuperLU, which lets other threads run meanwhile."""
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from ..checks import ConvergenceError
+from ..execution import Progress, abandonable, ignore_progress
+from ..mesh import Floats
+
+# Rows from which the factors take long enough for a thread of their own.
+_QUICK = 5000
+
+
+class SuperLU:
+    """The factors L U of a symmetric positive definite matrix, minimum degree order, no row exchanges.
+
+    Against `Cholesky`, seconds of one thread for C M^-1 C and (C M^-1)^2 C on a patch, set up and solved for three right-hand
+    sides: at 10,000 vertices 0.10 and 0.19 (Cholesky 0.13 and 0.28), at 80,000 vertices 2.2 and 4.9 (2.4 and 8.2).
+    """
+
+    def __init__(self, matrix: sparse.csr_matrix, *, progress: Progress = ignore_progress, done: float = 0.0) -> None:
+        """Factorises an (n, n) finite symmetric matrix.
+
+        Args:
+            matrix: symmetric positive definite.
+            progress: called about ten times a second with `done`; may raise to stop.
+            done: the share of the work that is done before.
+
+        Raises:
+            ConvergenceError: it is not positive definite to rounding.
+        """
+        csc = sparse.csc_matrix(matrix)
+        self._factors: Any = None
+        if csc.shape[0] == 0:
+            return
+        work = partial(splu, csc, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        try:
+            factors = work() if csc.shape[0] < _QUICK else abandonable(work, progress, done)
+        except RuntimeError as error:
+            raise ConvergenceError(f"the matrix of {csc.shape[0]} rows is singular to rounding") from error
+        if not np.array_equal(factors.perm_r, factors.perm_c):
+            raise ConvergenceError(f"the matrix of {csc.shape[0]} rows is not positive definite to rounding")
+        self._factors = factors
+
+    def solve(self, right_side: Floats) -> Floats:
+        """The solution for (n, k) right-hand sides, (n, k)."""
+        if self._factors is None or right_side.size == 0:
+            return np.empty(right_side.shape)
+        return np.ascontiguousarray(self._factors.solve(np.asfortranarray(right_side)))

@@ -1,0 +1,28 @@
+"""A mesh as arrays: its types, the checks of what comes in, its place, size and order."""
+
+from .arrays import Bools, Floats, Ints, Longs, check_edges, check_mesh, check_movable, check_points
+from .box import bounding_box, scaled_to_unit, unit_scale
+from .frame import Frame, enter, leave, ordered_frame
+from .normalised import NormalisedMesh, normalised_mesh
+from .ordering import worth_reordering
+
+__all__ = [
+    "Bools",
+    "Floats",
+    "Frame",
+    "Ints",
+    "Longs",
+    "NormalisedMesh",
+    "bounding_box",
+    "check_edges",
+    "check_mesh",
+    "check_movable",
+    "check_points",
+    "enter",
+    "leave",
+    "normalised_mesh",
+    "ordered_frame",
+    "scaled_to_unit",
+    "unit_scale",
+    "worth_reordering",
+]

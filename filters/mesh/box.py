@@ -1,0 +1,48 @@
+"""Meshes of any size, computed at a size where squares and fourth powers of lengths are ordinary numbers."""
+
+import math
+
+from numba import njit
+
+from .arrays import Floats
+
+
+def scaled_to_unit(vertices: Floats) -> tuple[Floats, float]:
+    """The vertices times a power of two that brings the longest side of their box to between 1/4 and 1, and that power.
+
+    A power of two changes no digit of a coordinate. A mesh without extent keeps its size.
+
+    Args:
+        vertices: (n, 3) finite coordinates.
+    """
+    scale = unit_scale(*bounding_box(vertices)) if len(vertices) else 1.0
+    return (vertices, 1.0) if scale == 1.0 else (vertices * scale, scale)
+
+
+def unit_scale(low: Floats, high: Floats) -> float:
+    """The power of two of `scaled_to_unit`, for a box between two corners."""
+    # Halved first: the extent of coordinates near the largest number would overflow.
+    half = float((high * 0.5 - low * 0.5).max())
+    if half == 0.0:
+        return 1.0
+    return math.ldexp(1.0, min(max(-math.frexp(half)[1] - 1, -1000), 1000))
+
+
+def bounding_box(vertices: Floats) -> tuple[Floats, Floats]:
+    """(3,) the lowest and (3,) the highest coordinates of (n, 3) vertices, n at least 1."""
+    low, high = vertices[0].copy(), vertices[0].copy()
+    _widen(vertices, low, high)
+    return low, high
+
+
+@njit(cache=True)
+def _widen(vertices: Floats, low: Floats, high: Floats) -> None:
+    # Three scalars each: numpy reduces along rows of three an order of magnitude more slowly.
+    x0, y0, z0 = low
+    x1, y1, z1 = high
+    for i in range(vertices.shape[0]):
+        x, y, z = vertices[i, 0], vertices[i, 1], vertices[i, 2]
+        x0, y0, z0 = min(x0, x), min(y0, y), min(z0, z)
+        x1, y1, z1 = max(x1, x), max(y1, y), max(z1, z)
+    low[0], low[1], low[2] = x0, y0, z0
+    high[0], high[1], high[2] = x1, y1, z1

@@ -1,0 +1,155 @@
+"""A balanced k-d tree [friedman1977] of the points of a cloud, built on all cores.
+
+A node's points are halved at the median of the widest side of their bounding box, down to leaves of `LEAF` points, so that the
+tree adapts to any density. Node 1 is the root, the children of node i are 2 i and 2 i + 1. A node covers a range of leaves, its
+children the two halves of that range, and every leaf but the last is full.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ..execution import Progress, in_parallel, part_of
+
+#: points in a leaf: 8 and 32 were measured to be slower; compiled into the kernels here and in search.py
+LEAF = 16
+#: leaves of a subtree that one thread builds in one go
+_SUBTREE = 4096
+#: a stack this deep holds any walk down a tree of 2^31 points
+STACK = 64
+#: the column of the index, which is exact in a float64 and so moves with the coordinates
+_INDEX = 3
+
+
+@dataclass(frozen=True, eq=False)
+class KdTree:
+    """The points in the order of the tree; a "position" counts in that order, an "index" in the caller's.
+
+    Attributes:
+        count: the number of points n.
+        scale: the power of two that the caller's coordinates are divided by, so that no squared distance overflows or vanishes.
+        coordinates: (leaves, 3, LEAF), NaN after the last point.
+        indices: (leaves * LEAF,) the index of the point at each position.
+        boxes: (nodes, 2, 3) the lowest and the highest coordinates of each node's points.
+        lowest: (nodes,) the smallest index of each node's points.
+    """
+
+    count: int
+    scale: float
+    coordinates: NDArray[np.float64]
+    indices: NDArray[np.int32]
+    boxes: NDArray[np.float64]
+    lowest: NDArray[np.int64]
+
+
+def build_tree(points: NDArray[np.float64], progress: Progress) -> KdTree:
+    """The tree of (n, 3) finite points, n >= 1; the same for any number of threads."""
+    count = len(points)
+    leaves = -(-count // LEAF)
+    exponent = np.frexp(max(points.max(), -points.min()))[1]
+    scale = 2.0 ** min(max(int(exponent), -1000), 1000)
+    rows = np.full((leaves * LEAF, 4), np.nan)
+    np.multiply(points, 1.0 / scale, out=rows[:count, :3])
+    rows[:, _INDEX] = np.arange(len(rows))
+    nodes = 2 << (leaves - 1).bit_length()
+    boxes: NDArray[np.float64] = np.empty((nodes, 2, 3))
+    lowest: NDArray[np.int64] = np.empty(nodes, np.int64)
+
+    def split(node: int, first: int, last: int) -> None:
+        _split(rows[:count], node, first, last, boxes, lowest)
+
+    def build(node: int, first: int, last: int) -> None:
+        _build(rows[:count], node, first, last, boxes, lowest)
+
+    # The nodes of a level do not touch each other. The upper levels are split one by one, the subtrees below each in one task.
+    level = [(1, 0, leaves)]
+    depth = ((leaves - 1) // _SUBTREE).bit_length()
+    for above in range(depth):
+        in_parallel(split, level, part_of(progress, above / (depth + 1), (above + 1) / (depth + 1)))
+        level = [child for node in level for child in _children(*node)]
+    in_parallel(build, level, part_of(progress, depth / (depth + 1), 1.0))
+    coordinates = np.ascontiguousarray(rows[:, :3].reshape(leaves, LEAF, 3).transpose(0, 2, 1))
+    return KdTree(count, scale, coordinates, rows[:, _INDEX].astype(np.int32), boxes, lowest)
+
+
+def _children(node: int, first: int, last: int) -> tuple[tuple[int, int, int], tuple[int, int, int]]:
+    middle = (first + last) // 2
+    return (2 * node, first, middle), (2 * node + 1, middle, last)
+
+
+@njit(nogil=True, cache=True)
+def _build(
+    rows: NDArray[np.float64], node: int, first: int, last: int, boxes: NDArray[np.float64], lowest: NDArray[np.int64]
+) -> None:
+    """Split a node that covers the leaves from `first` to before `last`, and all nodes below it."""
+    stack = np.empty((STACK, 3), np.int64)
+    stack[0, 0], stack[0, 1], stack[0, 2] = node, first, last
+    top = 1
+    while top > 0:
+        top -= 1
+        node, first, last = stack[top, 0], stack[top, 1], stack[top, 2]
+        _split(rows, node, first, last, boxes, lowest)
+        if last - first > 1:
+            middle = (first + last) // 2
+            stack[top, 0], stack[top, 1], stack[top, 2] = 2 * node, first, middle
+            stack[top + 1, 0], stack[top + 1, 1], stack[top + 1, 2] = 2 * node + 1, middle, last
+            top += 2
+
+
+@njit(nogil=True, cache=True)
+def _split(
+    rows: NDArray[np.float64], node: int, first: int, last: int, boxes: NDArray[np.float64], lowest: NDArray[np.int64]
+) -> None:
+    """Measure one node and move its points so that those of its first half of leaves come first."""
+    start, stop = first * LEAF, min(last * LEAF, rows.shape[0])
+    low = rows[start].copy()
+    high = rows[start].copy()
+    for r in range(start + 1, stop):
+        for c in range(4):
+            value = rows[r, c]
+            low[c] = value if value < low[c] else low[c]
+            high[c] = value if value > high[c] else high[c]
+    axis = 0
+    for c in range(3):
+        boxes[node, 0, c], boxes[node, 1, c] = low[c], high[c]
+        axis = c if high[c] - low[c] > high[axis] - low[axis] else axis
+    lowest[node] = np.int64(low[_INDEX])
+    if last - first > 1:
+        # Points that all coincide are halved by their index, so that a search finds the lowest ones first and can stop there.
+        _partition(rows, start, stop, (first + last) // 2 * LEAF, axis if high[axis] > low[axis] else _INDEX)
+
+
+@njit(nogil=True, cache=True)
+def _partition(rows: NDArray[np.float64], start: int, stop: int, middle: int, column: int) -> None:
+    """Move the rows from `start` to before `stop` so that none before `middle` is above one after it (Hoare's selection)."""
+    low, high = start, stop - 1
+    seed = np.uint64(start + stop)
+    while low < high:
+        # The median of three at pseudo-random places: a scan's order has patterns that make regular places quadratic.
+        seed = seed * np.uint64(6364136223846793005) + np.uint64(1442695040888963407)
+        size = np.uint64(high - low + 1)
+        a = rows[low + np.int64((seed >> np.uint64(43)) % size), column]
+        b = rows[low + np.int64((seed >> np.uint64(22) & np.uint64(0x1FFFFF)) % size), column]
+        c = rows[(low + high) // 2, column]
+        pivot = max(min(a, b), min(max(a, b), c))
+        i, j = low, high
+        while i <= j:
+            while rows[i, column] < pivot:
+                i += 1
+            while rows[j, column] > pivot:
+                j -= 1
+            if i <= j:
+                for d in range(4):
+                    rows[i, d], rows[j, d] = rows[j, d], rows[i, d]
+                i += 1
+                j -= 1
+        if middle <= j:
+            high = j
+        elif middle >= i:
+            low = i
+        else:
+            return

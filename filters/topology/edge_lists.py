@@ -1,0 +1,50 @@
+"""The edges of a triangle list and the faces at each, in time linear in the mesh.
+
+A face that names a vertex twice is no triangle: it gives no edge and references nothing, so the faces on both sides of a
+collapsed triangle meet each other. An edge with exactly one face is a border edge, one with more than two is non-manifold.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from ..mesh import Bools, Ints
+from .rings import one_rings
+
+
+def edges(faces: Ints) -> Ints:
+    """(e, 2) every edge once, lower vertex first, rows ascending."""
+    return edge_face_counts(faces)[0]
+
+
+def edge_face_counts(faces: Ints) -> tuple[Ints, Ints]:
+    """(e, 2) every edge once, lower vertex first, rows ascending; and (e,) the number of faces at each."""
+    n_vertices = vertex_bound(faces)
+    rings = one_rings(faces, n_vertices)
+    low = np.repeat(np.arange(n_vertices, dtype=np.int32), np.diff(rings.offsets))
+    once = low < rings.neighbours
+    return np.column_stack([low[once], rings.neighbours[once]]), rings.face_counts[once]
+
+
+def non_manifold_edges(faces: Ints) -> Ints:
+    """(k, 2) the edges with more than two faces, lower vertex first, rows ascending."""
+    pairs, counts = edge_face_counts(faces)
+    found: Ints = pairs[counts > 2]
+    return found
+
+
+def referenced_vertices(faces: Ints, n_vertices: int) -> Bools:
+    """(n,) whether a triangle uses the vertex."""
+    used = np.zeros(n_vertices, dtype=np.bool_)
+    used[faces[_is_triangle(faces)]] = True
+    return used
+
+
+def vertex_bound(faces: Ints) -> int:
+    """One more than the highest vertex that a face names."""
+    return int(faces.max()) + 1 if faces.size else 0
+
+
+def _is_triangle(faces: Ints) -> Any:
+    a, b, c = faces.T
+    return (a != b) & (b != c) & (c != a)
