@@ -67,7 +67,7 @@ def run(project: Path, *arguments: str) -> str:
         timeout=300,
         check=False,
     )
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 
 
@@ -76,6 +76,24 @@ def test_the_proof_of_step_three_passes(project: Path) -> None:
     assert "1 passed" in run(
         project, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--import-mode=importlib", "tests/filters/test_grid.py"
     )
+
+
+def test_the_new_files_pass_the_checks_of_code(project: Path) -> None:
+    """What the steps add passes ruff and the strict type checker as it stands."""
+    for tool in ("ruff", "mypy"):
+        pytest.importorskip(tool)
+    written = [
+        "filters/diffusion/grid.py",
+        "filters/diffusion/__init__.py",
+        "plugins/smoothing/grid.py",
+        "plugins/smoothing/__init__.py",
+        "tests/filters/test_grid.py",
+    ]
+    for command in (["check", "--fix"], ["format"], ["check"], ["format", "--check"]):
+        run(project, "-m", "ruff", *command, "--no-cache", *written)
+    if (PROJECT / ".mypy_cache").is_dir():  # files that have not changed need not be checked again
+        shutil.copytree(PROJECT / ".mypy_cache", project / ".mypy_cache")
+    run(project, "-m", "mypy", "-m", "pymeshfair.filters.diffusion.grid", "-m", "pymeshfair.plugins.smoothing.grid")
 
 
 def test_the_new_filter_is_a_method_a_script_step_and_known_to_the_command(project: Path, tmp_path: Path) -> None:
@@ -99,5 +117,5 @@ def test_the_new_filter_is_a_method_a_script_step_and_known_to_the_command(proje
 def test_step_five_writes_the_new_filter_into_stubs_and_pages(project: Path) -> None:
     """The command of step 5 makes the stubs and the reference name the new filter."""
     run(project, "tools/generate.py")
-    assert "apply_coord_round_to_grid" in (project / "src/pymeshfair/meshset/mesh_set.pyi").read_text(encoding="utf-8")
+    assert "apply_coord_round_to_grid" in (project / "src/pymeshfair/meshset/filter_methods.pyi").read_text(encoding="utf-8")
     assert "apply_coord_round_to_grid" in (project / "docs/filters.md").read_text(encoding="utf-8")
