@@ -81,8 +81,8 @@ class NormalFilterParameters:
             minimum=-1,
             maximum=4,
             advanced=True,
-            help="Smaller deviations count as this one. Above 0, such as 0.03, it keeps 'l1' and 'truncated_l1' from letting "
-            "two faces that happen to agree hold each other. -1: automatic.",
+            help="Smaller deviations count as this one. Above 0, such as 0.03, it keeps 'l1' and 'truncated_l1' from locking "
+            "the normals of two faces that happen to agree. -1: automatic.",
         ),
     ] = -1.0
     space_sigma: Annotated[

@@ -117,7 +117,7 @@ def apply_coord_spectral_filter(
 
     A surface is a sum of waves, the modes of its Laplace-Beltrami operator, from its largest parts to the finest noise. The
     filter multiplies each by a factor that depends on its wavelength alone, whatever the sampling. Components are filtered one by
-    one, and their centroids stay. Open borders are natural: no vertex of theirs is held, and they get as smooth as the surface.
+    one, and their centroids stay. Open borders are natural: their vertices are free, and they get as smooth as the surface.
     Returns the route that was taken, the number of modes or the degree of the polynomial, the wavelength at the cutoff, and a
     bound of the error in mesh units.
     """
@@ -137,8 +137,8 @@ def apply_coord_spectral_filter(
         movable=movable_vertices(layer, selected),
         progress=progress,
     )
-    told = {f.name: getattr(found, f.name) for f in fields(found) if f.name not in ("vertices", "explanation")}
-    return Edit(vertices=found.vertices, values=told, notes=(found.explanation,))
+    report = {f.name: getattr(found, f.name) for f in fields(found) if f.name not in ("vertices", "explanation")}
+    return Edit(vertices=found.vertices, values=report, notes=(found.explanation,))
 
 
 @mesh_filter(
@@ -204,7 +204,7 @@ def get_surface_spectrum(
             label="Modes",
             minimum=0,
             maximum=100_000,
-            help="How many modes are told one by one, from the lowest. More reach higher frequencies and take longer; "
+            help="How many modes are listed, from the lowest. More reach higher frequencies and take longer; "
             "the energies of bands do not need them.",
         ),
     ] = 50,
@@ -219,6 +219,6 @@ def get_surface_spectrum(
     """
     found = spectrum(layer.vertices, layer.faces, modes=modes, operator=operator, progress=progress)
     # Lists, not arrays: a run hands them over whole.
-    told = {f.name: getattr(found, f.name) for f in fields(found)}
-    values = {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in told.items()}
+    report = {f.name: getattr(found, f.name) for f in fields(found)}
+    values = {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in report.items()}
     return Edit(values={**values, "diagonal": layer.diagonal, "mean_edge": layer.mean_edge})

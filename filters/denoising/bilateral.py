@@ -1,8 +1,8 @@
 """Bilateral filters of vertex positions: along the vertex normal [fleishman2003], and by the planes of triangles [jones2003].
 
-Both are means of what the neighbours say about a place, weighted by a space kernel of their distance and by a range kernel of how
-far their opinion is from what is there: neighbours across a feature disagree, and count little. Any M-estimator serves as either
-kernel. The papers' exp(-x^2 / (2 s^2)) is the kernel "gaussian" with sigma = sqrt(2) s.
+Both move a vertex to a weighted mean of the places that its neighbours predict for it. A space kernel weights by their distance,
+a range kernel by how far the predicted place is from the vertex: predictions from across a feature are far off, and count little.
+Any M-estimator serves as either kernel. The papers' exp(-x^2 / (2 s^2)) is the kernel "gaussian" with sigma = sqrt(2) s.
 """
 
 from typing import Literal, TypeAlias, get_args

@@ -13,7 +13,7 @@ from pymeshfair.filters.fairing import fair_region
 from ..moving_vertices import MOVES_VERTICES
 from .energy import FairingEnergy
 
-# a region whose area falls below this share is told about
+# A note says so if the area of a region falls below this share.
 _SHRUNK = 1 / 3
 
 

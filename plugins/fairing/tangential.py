@@ -67,31 +67,16 @@ def apply_coord_tangential_smoothing(
 
     Open borders stay. No triangle folds over. Colours and texture coordinates move along with their vertices. Triangles whose
     edges are flipped come last; they take colour and scalar from the old ones near them, and their custom attributes are 0.
-    Returns the mean quality of the triangles before and after, as Surface Measures tells it (1 for equilateral ones, 0 for those
+    Returns the mean quality of the triangles before and after, as Surface Measures has it (1 for equilateral ones, 0 for those
     without area), how many triangles flips have changed, how many vertices moved and how far the furthest went.
     """
     textured = flip_edges and layer.has_wedge_tex_coords
     movable, faces = movable_vertices(layer, selected), layer.faces
+    how: dict[str, Any] = {"weight": weight, "iterations": iterations, "max_deviation": max_deviation, "movable": movable}
     if flip_edges and not textured:
-        vertices, faces = improve_triangles(
-            layer.vertices,
-            layer.faces,
-            weight=weight,
-            iterations=iterations,
-            max_deviation=max_deviation,
-            movable=movable,
-            progress=progress,
-        )
+        vertices, faces = improve_triangles(layer.vertices, layer.faces, **how, progress=progress)
     else:
-        vertices = tangential_smoothing(
-            layer.vertices,
-            layer.faces,
-            weight=weight,
-            iterations=iterations,
-            max_deviation=max_deviation,
-            movable=movable,
-            progress=progress,
-        )
+        vertices = tangential_smoothing(layer.vertices, layer.faces, **how, progress=progress)
     replaced = (np.sort(faces, axis=1) != np.sort(layer.faces, axis=1)).any(axis=1)
     return Edit(
         vertices=vertices,
