@@ -144,6 +144,11 @@ def _scene(vertices: Floats, faces: Ints, edges: Ints, *, rounded: bool = True) 
 def mesh_set(scene: Scene, *, select: bool = False) -> pymeshfair.MeshSet:
     """A mesh set with the scene as its only layer; `select` selects the chosen vertices, and the faces between them."""
     meshes = pymeshfair.MeshSet()
+    if len(scene.vertices) == 0:  # pymeshlab makes no empty mesh, but empties one
+        meshes.add_mesh(pymeshlab.Mesh(np.zeros((1, 3))))
+        meshes.set_selection_all()
+        meshes.meshing_remove_selected_vertices()
+        return meshes
     given = {
         "vertex_matrix": scene.vertices,
         "face_matrix": scene.faces,
@@ -152,7 +157,7 @@ def mesh_set(scene: Scene, *, select: bool = False) -> pymeshfair.MeshSet:
         "v_color_matrix": scene.colors,
     }
     meshes.add_mesh(pymeshlab.Mesh(**{name: array for name, array in given.items() if len(array)}))
-    if select and len(scene.vertices):
+    if select:
         meshes.compute_selection_by_condition_per_vertex(condselect=f"q < {CHOSEN_BELOW}")
         if len(scene.faces):
             meshes.compute_selection_by_condition_per_face(condselect=" && ".join(f"q{k} < {CHOSEN_BELOW}" for k in range(3)))
