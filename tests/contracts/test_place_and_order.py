@@ -26,12 +26,10 @@ SHADE = 1 / 255
 #: the power of length that a reported value goes with, by name, or by name and choice; 0 for those not named
 POWERS: dict[str | tuple[str, str | None], int] = {
     "area": 2,
-    "band_edges": -1,
     "detail_size": 1,
-    "diagonal": 1,
     "eigenvalue": -2,
+    "energies": 2,
     "energy": 2,
-    "error": 1,
     "frequencies": -1,
     "frequency": -1,
     "largest_displacement": 1,
@@ -40,10 +38,19 @@ POWERS: dict[str | tuple[str, str | None], int] = {
     ("time_step", "operator=inverse_length"): 0,
     ("time_step", "operator=uniform"): 0,
     "wavelength": 1,
-    "weight": 4,
+    "weight": -4,
 }
-#: reported values that are roundings themselves, or measure them
-OF_ROUNDINGS = {"backward_error", "last_correction", "refinements"}
+#: reported values that are roundings themselves, or bounds of errors
+OF_ERRORS = {"backward_error", "error", "last_correction", "refinements"}
+#: reported values that belong to the axes or to a unit: the box, and bands at frequencies that are the same for every mesh
+OF_A_FRAME = {"band_edges", "band_energies", "diagonal"}
+#: reported values that are measured on the coordinates of the result, after their last rounding
+OF_THE_RESULT = {"drift", "largest_displacement", "triangle_quality_after"}
+#: to what share of the diagonal a filter's coordinates are solved for: 1e-10 in the mean of all vertices; to a millionth of steps
+#: that are half an edge long at most
+SOLVED_TO = {"apply_coord_implicit_fairing": 1e-9, "apply_coord_tangential_smoothing": 1e-6}
+#: filters that count from the vertex with the lowest number: the rows of a neck from the rim that comes first
+BY_NUMBER = {"meshing_bridge_rims_by_fairing"}
 
 
 @dataclass(frozen=True)
@@ -86,15 +93,16 @@ def unmoved(scene: Scene) -> Similarity:
 
 @each_variant
 def test_a_million_diagonals_away_nothing_is_lost(variant: Variant) -> None:
-    """The result moves along, exact but for its own last rounding: 2^-32 of a diagonal are lost there, and nowhere before.
+    """The result moves along, exact but for the roundings of its own coordinates: 2^-32 of a diagonal are lost there alone.
 
-    The coordinates of the scene lie on a grid, so that those of the moved one are exact.
+    The coordinates of the scene lie on a grid, so that those of the moved one are exact. Those of the result are rounded when
+    they are put back there; new vertices also when they are made, and when they are moved.
     """
     scene = scene_for(variant.declared)
     there = replace(unmoved(scene), shift=np.array([2.0**20, -(2.0**19), 2.0**18]) * np.ceil(diagonal(scene.vertices)))
     assert (there.of(scene).vertices - there.shift == scene.vertices).all()
     found = there.undone(apply(variant.declared, there.of(scene), variant.values), variant.choice)
-    assert_agree(variant, found, last=float(np.spacing(np.abs(there.shift).max())))
+    assert_agree(variant, found, last=3 * float(np.spacing(np.abs(there.shift).max())) / 2)
 
 
 @each_variant
@@ -109,6 +117,8 @@ def test_a_turned_scaled_and_renumbered_mesh_has_the_same_result(variant: Varian
         rng.permutation(len(scene.vertices)),
         rng.permutation(len(scene.faces)),
     )
+    if variant.declared.python_name in BY_NUMBER:
+        there = replace(there, order=np.arange(len(scene.vertices)))
     found = there.undone(apply(variant.declared, there.of(scene), variant.values), variant.choice)
     assert_agree(variant, found)
 
@@ -120,7 +130,7 @@ def test_a_power_of_two_changes_no_bit(variant: Variant) -> None:
     there = replace(unmoved(scene), size=2.0**40)
     found = there.undone(apply(variant.declared, there.of(scene), variant.values), variant.choice)
     expected = outcome_of(variant)
-    assert [name for name in found.differences(expected) if name != "edges"] == []
+    assert set(found.differences(expected)) <= {"edges"} | OF_ERRORS | OF_A_FRAME
 
 
 def assert_agree(variant: Variant, found: Outcome, *, last: float = 0.0) -> None:
@@ -133,11 +143,15 @@ def assert_agree(variant: Variant, found: Outcome, *, last: float = 0.0) -> None
     """
     expected = outcome_of(variant)
     unit = diagonal(scene_for(variant.declared).vertices)
+    solved = SOLVED_TO.get(variant.declared.python_name, 0.0) * unit + expected.values.get("error", 0.0)
     for name, shift in _shifts(variant, found, expected).items():
-        allowed = ROUNDINGS * unit * amplification(variant)[name]
-        allowed += last if name == "vertices" else SHADE if name == "vertex_colors" else 0.0
+        allowed = ROUNDINGS * unit * amplification(variant)[name] + (SHADE if name == "vertex_colors" else 0.0)
+        if name in {"vertices"} | OF_THE_RESULT:
+            allowed += solved + last
         assert shift <= allowed, f"{name}: {shift:.3g} > {allowed:.3g}"
-    exact = [{k: v for k, v in o.values.items() if not _is_number(v)} for o in (found, expected)]
+    exact = [
+        {k: v for k, v in o.values.items() if not _is_number(v) and k not in OF_ERRORS | OF_A_FRAME} for o in (found, expected)
+    ]
     assert exact[0] == exact[1]
     if len(found.vertices) == len(scene_for(variant.declared).vertices):
         assert _triangles(found) == _triangles(expected)
@@ -161,14 +175,16 @@ def _shifts(variant: Variant, found: Outcome, expected: Outcome) -> dict[str, fl
         names.append("face_normals")  # elsewhere MeshLab computes them of coordinates that are rounded
     both = [{name: o.arrays[name][:n] if name != "face_normals" else o.arrays[name] for name in names} for o in (found, expected)]
     for outcome, arrays in zip((found, expected), both, strict=True):
-        arrays |= {k: np.asarray(v, float) for k, v in outcome.values.items() if _is_number(v) and k not in OF_ROUNDINGS}
+        arrays |= {
+            k: np.asarray(v, float) for k, v in outcome.values.items() if _is_number(v) and k not in OF_ERRORS | OF_A_FRAME
+        }
     assert both[0].keys() == both[1].keys()
     shifts = {name: _furthest(both[0][name], both[1][name]) for name in both[0]}
     shifts["vertices"] = _furthest(found.vertices[:n], expected.vertices[:n])
     if len(expected.vertices) > n:
         added = [o.vertices[n:] for o in (found, expected)]
         assert len(added[0]) == len(added[1])
-        way = max(cKDTree(added[k]).query(added[1 - k])[0].max() for k in (0, 1))
+        way = max(cKDTree(added[k]).query(added[1 - k], p=np.inf)[0].max() for k in (0, 1))
         shifts["vertices"] = max(shifts["vertices"], float(way))
     return shifts
 
@@ -177,7 +193,9 @@ def _furthest(found: NDArray[Any], expected: NDArray[Any]) -> float:
     """The largest difference of two arrays, NaN and infinities in the same places aside."""
     assert found.shape == expected.shape
     alike = (found == expected) | (np.isnan(found) & np.isnan(expected))
-    return float(np.abs(np.where(alike, 0.0, found - np.where(alike, 0.0, expected))).max(initial=0.0)) if not alike.all() else 0.0
+    return (
+        float(np.abs(np.where(alike, 0.0, found - np.where(alike, 0.0, expected))).max(initial=0.0)) if not alike.all() else 0.0
+    )
 
 
 def _divided(value: Any, by: float) -> Any:

@@ -54,7 +54,9 @@ def test_a_mesh_set_names_filter_parameter_and_value(declared: Filter, parameter
             assert isinstance(caught.value, PymeshfairError)
             said = str(caught.value)
             assert said.startswith(f"{declared.python_name}: ")
-            if not (isinstance(parameter, Percentage) and isinstance(value, str)):  # a text that is no length says how to write one
+            if not (
+                isinstance(parameter, Percentage) and isinstance(value, str)
+            ):  # a text that is no length says how to write one
                 assert f"parameter {parameter.name!r} takes {parameter.describe_allowed()}, got " in said
                 assert said.endswith(repr(value)) or "; did you mean" in said or "single precision" in said
     assert differences(before, everything(meshes)) == []

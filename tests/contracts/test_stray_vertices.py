@@ -13,7 +13,7 @@ from tests.meshes import diagonal
 OF_ALL_VERTICES = {"vertices", "unreferenced_vertices", "diagonal", "mean_spacing"}
 
 
-@pytest.mark.parametrize("distance", [0.01, 1e9, 1e16])
+@pytest.mark.parametrize("distance", [0.01, 1e9, 1e16], ids=["0.01", "1e9", "1e16"])
 @each_variant
 def test_a_stray_vertex_changes_nothing(variant: Variant, distance: float) -> None:
     """To the bit, be it in the middle of mesh and numbering or many diagonals away, last or first; it stays where it is."""

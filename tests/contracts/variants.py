@@ -18,9 +18,26 @@ from tests.contracts.scenes import Outcome, apply, scene_for
 #: Filters of ours, and those of this package alone: what others have installed is theirs to prove.
 FILTERS: tuple[Filter, ...] = tuple(f for f in custom_filters() if f.origin == "pymeshfair")
 
+#: any choice but the defaults, in `COMPANIONS`
+ANY = "any"
+NORMALS = {
+    "method": "bilateral",
+    "range_kernel": "gaussian",
+    "space_kernel": "gaussian",
+    "range_measure": "euclidean",
+    "range_sigma": 0.4,
+    "range_floor": 0.01,
+    "space_sigma": 1.0,
+    "neighborhood": "vertex",
+    "normal_iterations": 3,
+}
+
 #: What must be given besides a choice so that the filter runs on the scene of its declaration, by filter and choice.
 #: A new filter needs a line only if it does not run with its defaults, or with one of its choices alone.
 COMPANIONS: dict[tuple[str, str | None], dict[str, Any]] = {
+    # with all of these the mesh is not looked at for those left open, which the defaults do and which takes longest
+    ("apply_coord_normal_filtering", ANY): {**NORMALS, "vertex_iterations": 3, "outer_iterations": 2, "vertex_update": "sun"},
+    ("apply_normal_robust_filtering_per_face", ANY): NORMALS,
     ("apply_coord_curve_smoothing", "weights=uniform"): {"time_step": 10.0},
     ("apply_coord_explicit_smoothing", "operator=laplace_beltrami"): {"step": 0.05},
     ("apply_coord_explicit_smoothing", "operator=robust"): {"step": 0.05},
@@ -57,9 +74,10 @@ def variants_of(declared: Filter) -> list[Variant]:
                 choices[f"{parameter.name}={choice}"] = {parameter.name: choice}
         elif isinstance(parameter, Bool) and parameter.name != "selected":
             choices[f"{parameter.name}={not parameter.default}"] = {parameter.name: not parameter.default}
-    always = COMPANIONS.get((declared.python_name, None), {})
+    name = declared.python_name
+    along = {choice: COMPANIONS.get((name, ANY), {}) if choice else {} for choice in choices}
     return [
-        Variant(declared, choice, {**always, **values, **COMPANIONS.get((declared.python_name, choice), {})})
+        Variant(declared, choice, {**along[choice], **values, **COMPANIONS.get((name, choice), {})})
         for choice, values in choices.items()
     ]
 
