@@ -71,7 +71,7 @@ def normal_filtering(
     mesh = normalised_mesh(points, triangles, movable)
     known = Surroundings.of(mesh) if surroundings is None else surroundings
     mesh = mesh.in_order(known.places)
-    moves = np.diff(known.corners.offsets) > 0
+    moves = np.diff(known.at_vertices.offsets) > 0
     if mesh.movable is not None:
         moves &= mesh.movable
     on_border = border_vertices(known.faces, len(mesh))
@@ -89,7 +89,7 @@ def normal_filtering(
         now = fit_vertices(
             now,
             known.faces,
-            known.corners,
+            known.at_vertices,
             passes.filtered(now, table, partial),
             update=vertex_update,
             iterations=vertex_iterations,

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..geometry import CENTRE, measure_faces
 from ..mesh import Floats, Ints, NormalisedMesh, worth_reordering
-from ..topology import Corners, stars, vertex_corners
+from ..topology import VertexFaces, stars, vertex_faces
 from .face_neighbourhoods import FaceNeighbourhoods, Neighborhood, face_neighbourhoods, mean_centre_distance
 
 
@@ -18,12 +18,12 @@ class Surroundings:
         places: None, or (k,) a permutation: point i here is point ``places[i]`` of the normalised mesh, so that neighbours lie
             near each other in memory. No result depends on it.
         faces: (m, 3) the triangles, by the numbers of the points here.
-        corners: the faces at every point, by the same numbers.
+        at_vertices: the faces at every point, by the same numbers.
     """
 
     places: Ints | None
     faces: Ints
-    corners: Corners
+    at_vertices: VertexFaces
     _kept: dict[Neighborhood, FaceNeighbourhoods] = field(default_factory=dict, repr=False)
 
     @staticmethod
@@ -32,12 +32,12 @@ class Surroundings:
         reorder = worth_reordering(mesh.cells, len(mesh))
         places = stars(mesh.cells, len(mesh), reorder=True).order if reorder else None
         faces = mesh.in_order(places).cells
-        return Surroundings(places, faces, vertex_corners(faces, len(mesh)))
+        return Surroundings(places, faces, vertex_faces(faces, len(mesh)))
 
     def around(self, kind: Neighborhood) -> FaceNeighbourhoods:
         """The neighbourhoods "edge", "vertex", "two_ring" or "three_ring" of the faces."""
         if kind not in self._kept:
-            self._kept[kind] = face_neighbourhoods(self.faces, self.corners, kind)
+            self._kept[kind] = face_neighbourhoods(self.faces, self.at_vertices, kind)
         return self._kept[kind]
 
     def within(self, kind: Neighborhood, points: Floats, radius: float) -> FaceNeighbourhoods:
@@ -50,4 +50,4 @@ class Surroundings:
             # All centres coincide, so that a radius selects nothing.
             return self.around("vertex")
         centres = np.ascontiguousarray(table[:, CENTRE])
-        return face_neighbourhoods(self.faces, self.corners, kind, centres=centres, radius=reach)
+        return face_neighbourhoods(self.faces, self.at_vertices, kind, centres=centres, radius=reach)

@@ -25,9 +25,10 @@ from pymeshfair.filters.denoising import (
     normal_filtering,
 )
 from pymeshfair.filters.denoising.normal_filter import NormalFilterKeywords
-from pymeshfair.filters.geometry import face_normals, mean_angle
+from pymeshfair.filters.geometry import face_normals
 from pymeshfair.filters.robust import KERNEL_NAMES, KernelName, weight
 from pymeshfair.filters.topology import border_vertices
+from tests.angles import mean_angle
 from tests.meshes import (
     AWKWARD,
     Floats,
