@@ -128,7 +128,7 @@ class _Plan:
         self._problem, self._response, self._tolerance = problem, response, tolerance
         self._rational, self._pole = rational_series(response, tolerance=tolerance)
         n = len(problem.mass)
-        self._symmetric = symmetric_form(problem.stiffness, problem.mass)
+        self._symmetric = symmetric_form(problem.dirichlet, problem.mass)
         self._certain = gershgorin_bound(self._symmetric, problem.mass)
         self._bound = min(lanczos_bound(self._symmetric), self._certain) if n else 0.0
         self._polynomial = self._series()
@@ -171,7 +171,7 @@ class _Plan:
         rounding = _ROUNDING * (1 + self.degree)
         if self.route == "rational":
             applied, error = rational_filter(
-                problem.stiffness, problem.mass, values, self._rational, self._pole, tolerance=tolerance, progress=progress
+                problem.dirichlet, problem.mass, values, self._rational, self._pole, tolerance=tolerance, progress=progress
             )
             return applied.values, self._rational.error + error + rounding, applied.largest_error
         done = polynomial_filter(self._symmetric, problem.mass, values, self._polynomial, self._bound, progress=progress)

@@ -54,7 +54,7 @@ def posed(mesh: str) -> tuple[SpectralProblem, Floats, Floats]:
 def all_modes(problem: SpectralProblem) -> tuple[Floats, Floats]:
     """(n,) frequencies and (n, n) modes by a dense solver."""
     root = np.sqrt(problem.mass)
-    dense = problem.stiffness.toarray() / np.outer(root, root)
+    dense = problem.dirichlet.toarray() / np.outer(root, root)
     kappa, vectors = scipy.linalg.eigh((dense + dense.T) / 2.0)
     kappa[: problem.n_components] = 0.0
     return np.sqrt(kappa), vectors / root[:, None]
@@ -113,7 +113,7 @@ def test_narrow_features_are_not_missed() -> None:
 def test_bounds_of_the_spectrum_hold(mesh: str) -> None:
     """Both bounds are at least the largest eigenvalue; Lanczos's, where there is one, is the closer, within 10 %."""
     problem = spectral_problem(*MESHES[mesh])
-    symmetric = symmetric_form(problem.stiffness, problem.mass)
+    symmetric = symmetric_form(problem.dirichlet, problem.mass)
     largest = np.linalg.eigvalsh(symmetric.toarray())[-1]
     assert gershgorin_bound(symmetric, problem.mass) >= largest * (1.0 - 1e-12)
     closer = lanczos_bound(symmetric)
@@ -125,7 +125,7 @@ def test_too_low_a_bound_is_noticed() -> None:
     """Modes above the bound make the recurrence grow, and the result is refused."""
     vertices, faces = icosphere(2)
     problem = spectral_problem(vertices, faces)
-    symmetric = symmetric_form(problem.stiffness, problem.mass)
+    symmetric = symmetric_form(problem.dirichlet, problem.mass)
     bound = 0.3 * gershgorin_bound(symmetric, problem.mass)
     noise = np.random.default_rng(0).normal(size=(len(vertices), 1))
     series = polynomial_series(low_pass(1.0), bound, tolerance=1e-9)
@@ -136,7 +136,7 @@ def test_recurrence_is_the_series() -> None:
     """On a diagonal operator the filter is the scalar series at each eigenvalue."""
     vertices, faces = grid(3, 3)
     problem = spectral_problem(vertices, faces)
-    dense = symmetric_form(problem.stiffness, problem.mass)
+    dense = symmetric_form(problem.dirichlet, problem.mass)
     kappa, vectors = np.linalg.eigh(dense.toarray())
     bound = 1.1 * float(kappa[-1])
     series = polynomial_series(low_pass(3.0), bound, tolerance=1e-3)
