@@ -26,18 +26,17 @@ FOLDERS = {
 #: from the ground up: a part of the host imports parts of a lower floor or of its own part
 FLOORS = [
     {"errors"},
-    {"declaration", "meshlab_survey"},
-    {"meshlab_facts", "layer"},
-    {"registry", "meshlab_table"},
+    {"declaration", "files"},
+    {"meshlab", "write_back"},
+    {"registry"},
     {"scripts"},
-    {"applying"},
-    {"meshset", "recipe", "stubs"},
+    {"meshset", "recipe"},
     {"running"},
     {"commands"},
     {"__main__"},
 ]
 #: the parts that may import pymeshlab, all others leave it to them; '' is the package itself, which does so when asked for a name
-TOUCH_PYMESHLAB = {"", "layer", "applying", "meshset", "meshlab_survey", "meshlab_table"}
+TOUCH_PYMESHLAB = {"", "meshlab", "meshset", "write_back"}
 #: what plugins may know of the host
 PLUGINS_MAY_IMPORT = {"declaration", "errors", "filters", "plugins"}
 

@@ -21,7 +21,7 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the project in which every code block of the five steps stands in the file that it names."""
     copy = tmp_path_factory.mktemp("contribution") / "pymeshfair"
     copy.mkdir()
-    for name in ("filters", "plugins", "mlx_scripts", "src", "docs", "pyproject.toml"):
+    for name in ("filters", "plugins", "mlx_scripts", "src", "docs", "tools", "pyproject.toml"):
         source = PROJECT / name
         if source.is_dir():
             shutil.copytree(source, copy / name, symlinks=True, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
@@ -84,8 +84,7 @@ def test_the_new_filter_is_a_method_a_script_step_and_known_to_the_command(proje
 
 
 def test_step_five_writes_the_new_filter_into_stubs_and_pages(project: Path) -> None:
-    """The two commands of step 5 make the stubs and the reference name the new filter."""
-    run(project, "-m", "pymeshfair.stubs")
-    run(project, "docs/make_pages.py")
-    assert "apply_coord_round_to_grid" in (project / "src/pymeshfair/meshset.pyi").read_text(encoding="utf-8")
+    """The command of step 5 makes the stubs and the reference name the new filter."""
+    run(project, "tools/generate.py")
+    assert "apply_coord_round_to_grid" in (project / "src/pymeshfair/meshset/mesh_set.pyi").read_text(encoding="utf-8")
     assert "apply_coord_round_to_grid" in (project / "docs/filters.md").read_text(encoding="utf-8")

@@ -1,30 +1,19 @@
 """The documentation says what is true today."""
 
-import importlib.util
 import re
 from pathlib import Path
-from types import ModuleType
 
 import pytest
+from pages import PAGES
 
 PROJECT = Path(__file__).parents[1]
 DOCS = PROJECT / "docs"
 
 
-def pages() -> ModuleType:
-    """docs/make_pages.py as a module."""
-    spec = importlib.util.spec_from_file_location("make_pages", DOCS / "make_pages.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 @pytest.mark.parametrize("name", ["filters.md", "recipes.md"])
 def test_pages_are_current(name: str) -> None:
-    """Each generated page is what its generator writes now; `python docs/make_pages.py` renews it."""
-    assert (DOCS / name).read_text(encoding="utf-8") == pages().PAGES[name]()
+    """Each generated page is what its generator writes now; `python tools/generate.py pages` renews it."""
+    assert (DOCS / name).read_text(encoding="utf-8") == PAGES[name]()
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 from scipy.sparse import csgraph
 
-from ..execution import Progress
+from ..execution import Progress, part_of
 from ..mesh import Bools, Floats, Ints, bounding_box
 from ..operators import Laplacian, OperatorName, build_laplacian, curve_laplacian, mixed_voronoi_areas
 from ..topology import BorderPolicy, connected_components
@@ -74,12 +74,10 @@ class ImplicitFlow:
         if not self._systems or self._flow != "linear":
             self._systems = self._build(points)
         moved = np.zeros_like(points)
+        count = len(self._systems)
         for k, system in enumerate(self._systems):
-
-            def partial(share: float, done: int = k) -> None:
-                progress((done + share) / len(self._systems))
-
-            moved = system.displacement(points, moved, diagonal=self._diagonal, progress=partial)
+            part = part_of(progress, k / count, (k + 1) / count)
+            moved = system.displacement(points, moved, diagonal=self._diagonal, progress=part)
         return points + moved
 
     def _build(self, points: Floats) -> list[BackwardEulerStep]:

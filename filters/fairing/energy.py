@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
 
-from ..checks import ConvergenceError, FilterInputError
+from ..checks import ConvergenceError, FilterInputError, check_choice
 from ..execution import Progress, ignore_progress, threads_for
 from ..linear_solvers import Cholesky, DirectMethod, conjugate_gradients, laplacian_power, preconditioned_norm, refined_solution
-from ..mesh import Bools, Floats, Longs, bounding_box, check_mesh, check_movable, enter, leave, ordered_frame
+from ..mesh import Bools, Floats, Longs, bounding_box, check_mesh, normalised_mesh
 from ..operators import curve_laplacian
-from ..topology import BORDER_POLICIES, BorderPolicy, border_edges, referenced_vertices
+from ..topology import BORDER_POLICIES, BorderPolicy, border_edges
 from .surface_operator import surface_operator
 
 # How far conjugate gradients go down between refinements, and in how many steps at most.
@@ -83,24 +83,22 @@ def bilaplacian_smoothing(
     points, triangles = check_mesh(vertices, faces)
     _check_weight(detail_size, weight)
     features = _checked_features(feature_weights, len(points))
-    if border not in BORDER_POLICIES:
-        raise FilterInputError(f"border {border!r} is not one of {', '.join(map(repr, BORDER_POLICIES))}")
-    used = referenced_vertices(triangles, len(points))
-    moves = check_movable(movable, len(points)) & used
-    if not moves.any():
+    check_choice("border", border, BORDER_POLICIES)
+    mesh = normalised_mesh(points, triangles, movable)
+    moves = np.ones(len(mesh), dtype=np.bool_) if mesh.movable is None else mesh.movable
+    if not moves.any() or len(triangles) == 0:
         return points.copy()
-    frame = ordered_frame(points[used], None)
-    start = enter(points, frame)
-    w = _scaled_weight(detail_size, weight, frame.scale)
-    low, high = bounding_box(start[used])  # not of those that move, which may be one
+    start, triangles, features = mesh.points, mesh.cells, features[mesh.used]
+    w = _scaled_weight(detail_size, weight, mesh.scale)
+    low, high = bounding_box(start)  # not of those that move, which may be one
     diagonal = float(np.linalg.norm(high - low))
     if diagonal == 0.0:
         return points.copy()
     edges = border_edges(triangles)
-    at_border = np.zeros(len(points), dtype=np.bool_)
+    at_border = np.zeros(len(start), dtype=np.bool_)
     at_border[edges] = True
     displacement = np.zeros_like(start)
-    with threads_for(len(points)):
+    with threads_for(len(start)):
         if border == "along" and (at_border & moves).any():
             curve = curve_laplacian(start, edges, "laplace_beltrami")
             inverse = curve.inverse_mass
@@ -114,7 +112,7 @@ def bilaplacian_smoothing(
         bending = np.where(at_border, 0.0, features / operator.mass)
         quadratic = _Energy(operator.stiffness, operator.mass, bending, w)
         displacement = quadratic.minimiser(start, displacement, inside, diagonal, _Rising(progress, 0.1, 1.0))
-    return leave(points, start, start + displacement, frame)
+    return mesh.restored(start + displacement)
 
 
 class _Rising:

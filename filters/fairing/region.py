@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
 
-from ..checks import FilterInputError
+from ..checks import FilterInputError, check_choice
 from ..execution import Progress, ignore_progress
 from ..linear_solvers import DirectMethod, laplacian_power, refined_solution
-from ..mesh import Bools, Floats, Ints, check_mesh, enter, ordered_frame
+from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
 from ..topology import Submesh, submesh_around
 from .surface_operator import SurfaceOperator, surface_operator
 
@@ -80,8 +80,7 @@ def fair_region(
         ConvergenceError: the equations are too ill-conditioned to be solved.
     """
     points, triangles = check_mesh(vertices, faces)
-    if energy not in ENERGIES:
-        raise FilterInputError(f"energy {energy!r} is not one of {', '.join(map(repr, ENERGIES))}")
+    check_choice("energy", energy, ENERGIES)
     order = ENERGIES.index(energy) + 1
     chosen = _check_free(free, len(points))
     if not chosen.any():
@@ -89,15 +88,15 @@ def fair_region(
     part = submesh_around(points, triangles, chosen, order)
     if not part.free.any() or not np.ptp(part.points, axis=0).any():
         return FairedRegion(points.copy(), np.zeros(len(points), dtype=np.bool_), 0.0, 0.0, 0)
-    frame = ordered_frame(part.points, None)
-    system = _system(part._replace(points=enter(part.points, frame)), order, dense)
+    mesh = normalised_mesh(part.points, part.faces)
+    system = _system(part._replace(points=mesh.points), order, dense)
     _check_held(system.stiffness, part._replace(points=system.points), order)
     extent = float(np.linalg.norm(np.ptp(system.points, axis=0)))
     solution = refined_solution(
         system.matrix(), system.residual, system.points[part.free], extent=extent, method=method, progress=progress
     )
     moved = points.copy()
-    moved[part.vertices[part.free]] = solution.values / frame.scale + frame.middle
+    moved[part.vertices[part.free]] = solution.values / mesh.scale + mesh.middle
     everywhere = np.zeros(len(points), dtype=np.bool_)
     everywhere[part.vertices[part.free]] = True
     faired = system.points.copy()

@@ -95,3 +95,11 @@ def _restricted(chosen: ChosenLaplacian, components: Ints, used: Bools) -> Spect
     # They are in the order of their first vertex already, since connected components are numbered so.
     assert len(left) < 2 or (np.diff(first) > 0).all()
     return SpectralProblem(dirichlet, laplacian.mass[rows], rows, inverse.astype(np.int32).ravel(), len(used), operator)
+
+
+def about_centroids(points: Floats, problem: SpectralProblem) -> tuple[Floats, Floats]:
+    """(n, 3) points about the centroid of their component, which no filter moves, and (n, 3) that centroid."""
+    parts, mass = problem.components, problem.mass
+    weight = np.bincount(parts, mass)
+    means = np.stack([np.bincount(parts, mass * points[:, c]) / weight for c in range(3)], axis=1)
+    return points - means[parts], means[parts]

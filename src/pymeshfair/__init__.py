@@ -9,8 +9,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .applying.listing import filter_list, print_filter_list, print_filter_parameter_list, search
     from .meshset import MeshSet
+    from .meshset.listing import filter_list, print_filter_list, print_filter_parameter_list, search
 
     __version__: str
 
@@ -18,7 +18,7 @@ __all__ = ["MeshSet", "__version__", "filter_list", "print_filter_list", "print_
 
 _OURS = {
     "MeshSet": "meshset",
-    **dict.fromkeys(("filter_list", "print_filter_list", "print_filter_parameter_list", "search"), "applying.listing"),
+    **dict.fromkeys(("filter_list", "print_filter_list", "print_filter_parameter_list", "search"), "meshset.listing"),
 }
 
 

@@ -29,3 +29,7 @@ class DeclarationError(PymeshfairError, TypeError):
 
 class MeshError(PymeshfairError):
     """The current mesh lacks what a filter needs, or a filter's result does not fit the mesh."""
+
+
+class RunError(PymeshfairError):
+    """A run did not come to its end; no output was written, and what was there before is untouched."""

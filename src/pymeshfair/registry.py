@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 from .declaration import Filter, nearest
 from .errors import UnknownNameError
-from .meshlab_facts import meshlab_filters
+from .meshlab.facts import meshlab_filters
 
 #: Packages add filters under this entry-point group; the value names a module whose `Filter` objects are taken.
 ENTRY_POINT_GROUP = "pymeshfair.plugins"

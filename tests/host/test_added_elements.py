@@ -11,8 +11,8 @@ import pytest
 
 from pymeshfair.declaration import Edit
 from pymeshfair.errors import MeshError
-from pymeshfair.layer import Workbench, attributes
 from pymeshfair.meshset import MeshSet
+from pymeshfair.write_back import Workbench, attributes
 from tests.host.snapshots import PER_FACE, PER_VERTEX, add_attributes, differences, everything, give_back, same, sample, wild
 from tests.host.test_write_back import as_read, coloured_ply, textured_obj
 

@@ -11,11 +11,10 @@ import numpy as np
 import pymeshlab
 import pytest
 
-from pymeshfair.applying import filters, layers
-from pymeshfair.applying.errors import FilterFailedError, StepFailedError
 from pymeshfair.declaration import Edit, FilterClass, Layer, Length, mesh_filter
 from pymeshfair.errors import PymeshfairError
-from pymeshfair.meshset import MeshSet
+from pymeshfair.meshset import MeshSet, filters, layers
+from pymeshfair.meshset.errors import FilterFailedError, StepFailedError
 from pymeshfair.registry import find_filter
 from pymeshfair.scripts import Script, ScriptError, Step, read_script, write_script
 from tests.host.snapshots import differences, everything, give_back, sample

@@ -14,13 +14,6 @@ import numpy as np
 import pymeshlab
 import pytest
 
-from pymeshfair.applying.errors import (
-    FilterFailedError,
-    FilterParameterError,
-    StepFailedError,
-    UnknownFilterError,
-    UnknownLayerError,
-)
 from pymeshfair.declaration import (
     Arity,
     Edit,
@@ -37,6 +30,13 @@ from pymeshfair.declaration import (
 from pymeshfair.filters.checks import ConvergenceError, FilterInputError
 from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.meshset import MeshSet
+from pymeshfair.meshset.errors import (
+    FilterFailedError,
+    FilterParameterError,
+    StepFailedError,
+    UnknownFilterError,
+    UnknownLayerError,
+)
 from pymeshfair.registry import custom_filters, find_filter
 from pymeshfair.scripts import Step
 from tests.host.snapshots import differences, everything, give_back, same, sample

@@ -10,8 +10,8 @@ import pymeshlab
 import pytest
 
 from pymeshfair.declaration import Edit, NewLayer
-from pymeshfair.layer import attributes
 from pymeshfair.meshset import MeshSet
+from pymeshfair.write_back import attributes
 from tests.host.snapshots import (
     NORMALS,
     PER_FACE,

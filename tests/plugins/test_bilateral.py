@@ -14,7 +14,7 @@ from pymeshfair.declaration import Filter, FilterClass, MeshElement
 from pymeshfair.filters.denoising.bilateral import bilateral_fleishman, bilateral_jones
 from pymeshfair.filters.denoising.clouds import bilateral_projection
 from pymeshfair.filters.diffusion.anisotropic import perona_malik
-from pymeshfair.meshlab_facts import meshlab_filters
+from pymeshfair.meshlab.facts import meshlab_filters
 from pymeshfair.plugins import bilateral
 from pymeshfair.registry import custom_filters, find_filter
 from tests.meshes import Mesh, icosphere, noisy, tube

@@ -11,11 +11,12 @@ import pymeshlab
 import pytest
 
 from pymeshfair.declaration import Length
+from pymeshfair.files.provenance import formatted
 from pymeshfair.running.job import Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
 from pymeshfair.running.limits import limit_process, peak_memory, worker_environment
 from pymeshfair.running.messages import Assignment, Talk, decode_event, encode_event, mark, parse_talk, to_line
 from pymeshfair.running.plain_values import plain
-from pymeshfair.running.provenance import formatted, thread_settings, versions
+from pymeshfair.running.versions import thread_settings, versions
 
 from .runs import recipe_of
 

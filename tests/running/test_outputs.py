@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from pymeshfair.running import outputs
-from pymeshfair.running.errors import OutputError
-from pymeshfair.running.outputs import (
+from pymeshfair.files import outputs
+from pymeshfair.files.errors import OutputError
+from pymeshfair.files.outputs import (
     StagedFile,
     check_output,
     commit,
@@ -19,7 +19,7 @@ from pymeshfair.running.outputs import (
     material_path,
     write_whole,
 )
-from pymeshfair.running.provenance import SCHEMA, described_file, provenance_path
+from pymeshfair.files.provenance import SCHEMA, described_file, provenance_path
 
 
 @pytest.fixture

@@ -11,10 +11,10 @@ import numpy as np
 import pymeshlab
 import pytest
 
-from pymeshfair.running.errors import InputError, OutputError
-from pymeshfair.running.formats import ATTRIBUTES, READABLE, WRITABLE
-from pymeshfair.running.ply import read_header
-from pymeshfair.running.provenance import sha256_of
+from pymeshfair.files.errors import InputError, OutputError
+from pymeshfair.files.formats import ATTRIBUTES, READABLE, WRITABLE
+from pymeshfair.files.ply import read_header
+from pymeshfair.files.provenance import sha256_of
 from pymeshfair.running.session import StepError
 
 from .runs import BONE, SAMPLES, SMOOTH, TETRAHEDRON, Given, names_in, ply_bytes, session_report, staged_files, xyz

@@ -20,20 +20,13 @@ import numpy as np
 import pymeshlab
 import pytest
 
+from pymeshfair.errors import RunError
+from pymeshfair.files.errors import InputError, OutputError
+from pymeshfair.files.provenance import sha256_of
 from pymeshfair.running.child import WorkerProcess
-from pymeshfair.running.errors import (
-    InputError,
-    OutOfMemory,
-    OutputError,
-    RunError,
-    RunTimeout,
-    StepFailed,
-    WorkerDied,
-    WorkerError,
-)
+from pymeshfair.running.errors import OutOfMemory, RunTimeout, StepFailed, WorkerDied, WorkerError
 from pymeshfair.running.inspect import inspect_mesh
 from pymeshfair.running.job import Event, Job, Message, PhaseStarted, RunResult, StepFinished, StepProgress, StepStarted
-from pymeshfair.running.provenance import sha256_of
 from pymeshfair.running.supervise import run_job
 
 from .runs import BONE, CRASHES, RANGE_MAP, SAMPLES, SLOW, SMOOTH, Given, names_in, ply_bytes, recipe_of, session_report, xyz
@@ -317,7 +310,7 @@ def test_a_declaration_bomb_costs_little(tmp_path: Path) -> None:
 def test_a_defect_in_the_worker_is_called_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """An exception that nobody thought of comes with its traceback and asks to be reported."""
     (tmp_path / "lib").mkdir()
-    sabotage = "import pymeshfair.running.inputs as i\ni.inspect_input = lambda path: 1 / 0\n"
+    sabotage = "import pymeshfair.files.inputs as i\ni.inspect_input = lambda path: 1 / 0\n"
     (tmp_path / "lib" / "sitecustomize.py").write_text(sabotage)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path / "lib"))
     with pytest.raises(WorkerError, match=r"reading bone\.ply: ZeroDivisionError: division by zero; this is a defect") as caught:

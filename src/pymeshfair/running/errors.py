@@ -6,7 +6,7 @@ import signal
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..errors import PymeshfairError
+from ..errors import RunError
 
 
 @dataclass(frozen=True)
@@ -33,38 +33,6 @@ class Place:
         if self.file is None or self.step is None:
             return self.doing
         return f"{self.doing} ({self.file.name if self.line is None else f'{self.file.name}:{self.line}'})"
-
-
-class RunError(PymeshfairError):
-    """A run did not come to its end; no output was written, and what was there before is untouched."""
-
-
-class InputError(RunError):
-    """The input cannot be read, or what was read is no mesh.
-
-    Attributes:
-        path: the input, or the file that it names.
-        reason: one sentence.
-    """
-
-    def __init__(self, path: Path, reason: str) -> None:
-        super().__init__(f"cannot read {path}: {reason}")
-        self.path = path
-        self.reason = reason
-
-
-class OutputError(RunError):
-    """The output cannot be written, or must not be.
-
-    Attributes:
-        path: the output, or a file beside it.
-        reason: one sentence.
-    """
-
-    def __init__(self, path: Path, reason: str) -> None:
-        super().__init__(f"cannot write {path}: {reason}")
-        self.path = path
-        self.reason = reason
 
 
 class StepFailed(RunError):  # noqa: N818 - says what happened

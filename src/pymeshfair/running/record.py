@@ -8,10 +8,11 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+from ..files.provenance import SCHEMA, provenance_path
 from ..scripts.write import format_script
 from .job import Job, RunResult, StepReport
 from .limits import worker_environment
-from .provenance import SCHEMA, provenance_path, thread_settings, versions
+from .versions import thread_settings, versions
 
 
 def record_of(

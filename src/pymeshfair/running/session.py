@@ -12,20 +12,20 @@ from dataclasses import asdict
 from typing import Any
 
 from ..declaration import FilterClass, Length
+from ..files.errors import InputError
+from ..files.formats import ATTRIBUTES
+from ..files.inputs import Announced, inspect_input
+from ..files.provenance import described_file, read_provenance
+from ..files.reading import apply_matrix, load_mesh
+from ..files.saving import attributes_of, save_mesh
 from ..filters.checks import FilterInputError
 from ..filters.compilation import on_first_compilation
 from ..filters.inspection.surface_measures import SurfaceMeasures, surface_measures
 from ..meshset import MeshSet
 from ..scripts.script import Step
-from .errors import InputError
-from .formats import ATTRIBUTES
-from .inputs import Announced, inspect_input
 from .job import Event, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
 from .messages import Assignment, encode_event, mark
 from .plain_values import plain
-from .provenance import described_file, read_provenance
-from .reading import apply_matrix, load_mesh
-from .saving import attributes_of, save_mesh
 
 COMPILING = "compiling pymeshfair's filters for this machine, which takes some seconds once"
 #: the least change of a fraction that is told

@@ -10,16 +10,16 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
+from ..files.errors import OutputError
+from ..files.inputs import check_input
+from ..files.outputs import StagedFile, check_output, commit, write_whole
+from ..files.provenance import formatted, provenance_path
+from ..files.staging import staging_folder
 from .child import WorkerProcess
-from .errors import OutputError
-from .inputs import check_input
 from .interrupts import Interrupts
 from .job import Event, Job, RunResult
 from .messages import Assignment
-from .outputs import StagedFile, check_output, commit, write_whole
-from .provenance import formatted, provenance_path
 from .record import record_of, result_of
-from .staging import staging_folder
 from .watch import Watch
 
 

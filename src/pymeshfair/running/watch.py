@@ -10,8 +10,10 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
 
+from ..errors import RunError
+from ..files.errors import InputError, OutputError
 from .child import WorkerProcess
-from .errors import InputError, OutOfMemory, OutputError, Place, RunError, RunTimeout, StepFailed, WorkerDied, WorkerError
+from .errors import OutOfMemory, Place, RunTimeout, StepFailed, WorkerDied, WorkerError
 from .interrupts import Interrupted
 from .job import Event, Job, Message, PhaseStarted, StepProgress, StepStarted
 from .messages import Talk, decode_event

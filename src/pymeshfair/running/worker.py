@@ -16,10 +16,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from .errors import InputError, OutputError
+from ..files.errors import InputError, OutputError
+from ..files.staging import hold, remove_folder
 from .limits import limit_process, peak_memory
 from .messages import Assignment, failure, to_line
-from .staging import hold, remove_folder
 
 
 def main() -> None:

@@ -15,10 +15,10 @@ from xml.parsers import expat
 
 from ..declaration import Filter, nearest
 from ..errors import UnknownNameError
+from ..meshlab.renamed import renamed_filter
 from ..registry import find_filter
 from .parameters import read_value
 from .problems import Problem, ScriptError, shortened
-from .renamed import renamed_filter
 from .script import Script, Step, clean_comment
 
 MOST_BYTES = 5_000_000

@@ -10,7 +10,7 @@ from typing import Any
 import pymeshlab
 
 from ..declaration import Edit, Layer
-from ..layer import MeshLayer, Workbench, after_failure, write_edit
+from ..write_back import MeshLayer, Workbench, after_failure, write_edit
 from .errors import UnknownLayerError
 
 _BASE = pymeshlab.MeshSet

@@ -7,11 +7,11 @@ from typing import Any
 
 import pymeshlab
 
-from .applying.errors import UnknownFilterError
-from .applying.listing import filter_list, known_filter
-from .applying.methods import filter_method
-from .applying.script import ScriptedMeshSet
-from .registry import custom_filters
+from ..registry import custom_filters
+from .errors import UnknownFilterError
+from .listing import filter_list, known_filter
+from .methods import filter_method
+from .script import ScriptedMeshSet
 
 
 class MeshSet(ScriptedMeshSet):

@@ -1,4 +1,4 @@
-"""Draws the pictures of the README and of the pages: ``python docs/make_pictures.py [pymeshfair_demo]``.
+"""Draws the pictures of the README and of the pages: ``python tools/pictures.py [pymeshfair_demo]``.
 
 Needs the `report` extra. That of the README is drawn only if the folder is given that ``pymeshfair demo`` writes.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 import pymeshlab
@@ -25,7 +25,7 @@ from denoising_findings import chest
 from painting import FROM_A_CORNER, Bools, Floats, Ints, paint, picture, read_mesh, whole
 
 SAMPLES = Path(pymeshlab.__file__).parent / "tests/sample_meshes"
-PICTURES = Path(__file__).parent / "pictures"
+PICTURES = Path(__file__).parents[1] / "docs/pictures"
 
 
 def before_and_after(before: Path, after: Path, path: Path) -> None:
@@ -118,8 +118,10 @@ def cap(path: Path) -> None:
     rim = 0.85
     top = (vertices[:, 2] > 0) & (np.hypot(vertices[:, 0], vertices[:, 1]) < rim)
     vertices[top, 2] = np.sqrt(1 - rim**2)
-    marked = top[faces].any(axis=1)
-    faired = [(energy, fair_region(vertices, faces, top, energy=energy).vertices, faces, marked) for energy in ENERGIES]
+    marked: Bools = np.any(top[faces], axis=1, out=np.empty(len(faces), dtype=np.bool_))
+    faired: list[Panel] = [
+        (energy, fair_region(vertices, faces, top, energy=energy).vertices, faces, marked) for energy in ENERGIES
+    ]
     panels(path, [("filled flat", vertices, faces, marked), *faired], turn=tilted(0.35))
 
 
@@ -177,11 +179,12 @@ def features(path: Path) -> None:
     """A noisy chest with rounded and sharp edges, smoothed alike everywhere and with its ridges spared."""
     shape = chest(24)
     shown: list[Panel] = [("noise of 0.3 edges", shape.noisy, shape.faces, None)]
-    for title, spared in (("features none", "none"), ("features curvature", "curvature")):
+    choices: tuple[Literal["none", "curvature"], ...] = ("none", "curvature")
+    for spared in choices:
         meshes = MeshSet()
         meshes.add_mesh(pymeshlab.Mesh(shape.noisy, shape.faces))
         meshes.apply_coord_bilaplacian_smoothing(detail_size="8edge", features=spared)
-        shown.append((title, meshes.current_mesh().vertex_matrix(), shape.faces, None))
+        shown.append((f"features {spared}", meshes.current_mesh().vertex_matrix(), shape.faces, None))
     panels(path, [*shown, ("true", shape.truth, shape.faces, None)], turn=FROM_A_CORNER, height=4.0)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from ..declaration import Filter, MeshElement
-from ..layer import MeshLayer
+from ..write_back import MeshLayer
 
 _CHECKS: dict[MeshElement, tuple[str, Callable[[MeshLayer], bool]]] = {
     MeshElement.FACENUMBER: ("faces", lambda layer: len(layer.faces) > 0),

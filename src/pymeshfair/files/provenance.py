@@ -7,19 +7,13 @@ memory and the command line.
 from __future__ import annotations
 
 import hashlib
-import importlib.metadata
 import json
-import os
-import platform
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 #: what a provenance file calls itself; the number grows when the meaning of a field changes
 SCHEMA = "pymeshfair-provenance-1"
-#: the packages whose version may change a result
-PACKAGES = ("pymeshfair", "pymeshlab", "numpy", "scipy", "numba", "llvmlite", "robust-laplacian", "cholespy")
 
 
 def provenance_path(output: Path) -> Path:
@@ -63,25 +57,6 @@ def described_file(path: Path, *, named: Path | None = None) -> dict[str, Any]:
         named: the path to write down, if the file will be moved there.
     """
     return {"path": str((named or path).absolute()), "bytes": path.stat().st_size, "sha256": sha256_of(path)}
-
-
-def versions() -> dict[str, Any]:
-    """What a result depends on besides the input and the recipe."""
-    found: dict[str, Any] = {"python": platform.python_version(), "implementation": platform.python_implementation()}
-    found |= {name: _version(name) for name in PACKAGES}
-    return found | {"system": platform.platform(), "machine": platform.machine(), "byte_order": sys.byteorder}
-
-
-def _version(package: str) -> str | None:
-    try:
-        return importlib.metadata.version(package)
-    except importlib.metadata.PackageNotFoundError:
-        return None
-
-
-def thread_settings(environment: Mapping[str, str] = os.environ) -> dict[str, str]:
-    """The variables that say how many threads libraries may use, as far as they are set."""
-    return {name: environment[name] for name in sorted(environment) if name.endswith("_NUM_THREADS")}
 
 
 def formatted(record: Mapping[str, Any]) -> bytes:

@@ -1,4 +1,4 @@
-"""Draws the picture of the page on curves: ``python docs/make_curve_pictures.py``. Needs the `report` extra."""
+"""Draws the picture of the page on curves: ``python tools/curve_pictures.py``. Needs the `report` extra."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 from painting import picture
 
 BUNNY = Path(pymeshlab.__file__).parent / "tests/sample_meshes/bunny.obj"
-PICTURES = Path(__file__).parent / "pictures"
+PICTURES = Path(__file__).parents[1] / "docs/pictures"
 SHOWN: tuple[tuple[str, dict[str, Any]], ...] = (
     ("section with noise", {}),
     ("explicit, 200 iterations", {"method": "explicit", "weights": "uniform", "iterations": 200}),

@@ -1,6 +1,6 @@
-"""Facts about MeshLab's built-in filters, kept in ``meshlab_filters.json``: names, kinds, defaults, bounds, choices.
+"""Facts about MeshLab's built-in filters, kept in ``filters.json``: names, kinds, defaults, bounds, choices.
 
-The table is generated from an installed pymeshlab (`meshlab_table`), holds no help texts and names its version.
+The table is generated from an installed pymeshlab (``tools/meshlab_table.py``), holds no help texts and names its version.
 `differences_from_installed` says where the pymeshlab that is installed here differs.
 """
 
@@ -15,7 +15,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from .declaration import (
+from ..declaration import (
     Arity,
     Bool,
     Color,
@@ -39,7 +39,7 @@ from .declaration import (
 )
 
 if TYPE_CHECKING:
-    from .meshlab_survey import InstalledParameter
+    from .survey import InstalledParameter
 
 #: by its name in the table, the class of a parameter and the kinds that pymeshlab's own list calls it
 _KINDS: Mapping[str, tuple[type[Parameter], tuple[str, ...]]] = {
@@ -83,7 +83,7 @@ def differences_from_installed() -> list[str]:
     Raises:
         RuntimeError: pymeshlab cannot be asked, for example because a system library is missing.
     """
-    from .meshlab_survey import survey_installed
+    from .survey import survey_installed
 
     installed = survey_installed()
     found = []
@@ -101,7 +101,7 @@ def differences_from_installed() -> list[str]:
 
 @functools.cache
 def _table() -> dict[str, Any]:
-    text = importlib.resources.files("pymeshfair").joinpath("meshlab_filters.json").read_text("utf-8")
+    text = importlib.resources.files(__package__).joinpath("filters.json").read_text("utf-8")
     table: dict[str, Any] = json.loads(text)
     return table
 
@@ -162,7 +162,7 @@ def _same_default(kind: str, default: Any, installed: Any) -> bool:
         return True  # of the mesh, or of the machine
     if kind != "Percentage":
         return bool(default == installed)
-    from .meshlab_survey import CUBE_DIAGONAL
+    from .survey import CUBE_DIAGONAL
 
     length = Length.parse(default).resolve(diagonal=CUBE_DIAGONAL, mean_edge=lambda: math.nan)
     return math.isclose(length, installed, rel_tol=1e-4)  # the table gives parts of the diagonal with five digits

@@ -14,9 +14,9 @@ from ..declaration import Arity, Edit, Filter, Percentage
 from ..declaration import Mesh as MeshParameter
 from ..errors import ParameterError, PymeshfairError, UnknownNameError
 from ..filters.checks import ConvergenceError, FilterInputError
-from ..layer import MeshLayer, adds, adds_or_removes, after_failure, checked_edit, write_edit
-from ..layer.attributes import without_helpers
 from ..scripts.script import Step
+from ..write_back import MeshLayer, adds, adds_or_removes, after_failure, checked_edit, write_edit
+from ..write_back.attributes import without_helpers
 from .errors import FilterFailedError, FilterParameterError, UnknownFilterError
 from .layers import LayeredMeshSet
 from .listing import known_filter

@@ -1,8 +1,8 @@
-"""Writes the table of facts about MeshLab's filters anew, from the installed pymeshlab (for maintainers, on Linux or macOS).
+"""The table of facts about MeshLab's filters, from the installed pymeshlab (for maintainers, on Linux or macOS).
 
-``python -m pymeshfair.meshlab_table`` rewrites ``meshlab_filters.json`` and says what changed. Where each fact comes from:
+Where each fact comes from:
 
-* Python names, kinds, defaults, bounds and choices: asked of the program (`meshlab_survey`);
+* Python names, kinds, defaults, bounds and choices: asked of the program (`pymeshfair.meshlab.survey`);
 * whether a default or a bound depends on the mesh: asked on several meshes;
 * MeshLab's own names: from the script that pymeshlab saves after it has applied a filter. Some filters kill their process, so
   each is applied in one of its own; of those that never succeed the table's names are kept, and have to agree with the Python
@@ -22,10 +22,10 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from .meshlab_facts import python_name
-from .meshlab_survey import InstalledParameter, plain_value, survey_installed
+from pymeshfair.meshlab.facts import python_name
+from pymeshfair.meshlab.survey import InstalledParameter, plain_value, survey_installed
 
-TABLE = Path(__file__).with_name("meshlab_filters.json")
+TABLE = Path(__file__).parents[1] / "src/pymeshfair/meshlab/filters.json"
 
 _KIND_OF_XML_TYPE = {
     "RichAbsPerc": "Percentage",
@@ -226,8 +226,8 @@ def _text(table: Mapping[str, Any]) -> str:
     return f'{{"version":{json.dumps(table["version"])},"filters":[\n{rows}\n]}}\n'
 
 
-def main() -> None:
-    """Rewrite the table and print the filters whose facts changed."""
+def table_text() -> str:
+    """The table as it should be; prints the filters whose facts changed."""
     old = json.loads(TABLE.read_text("utf-8"))
     new = generate(old)
     before = {row[0]: row for row in old["filters"]}
@@ -236,8 +236,4 @@ def main() -> None:
             print(f"- {json.dumps(before[row[0]])}\n+ {json.dumps(row)}")
     for name in sorted(before.keys() - {row[0] for row in new["filters"]}):
         print(f"- {name}")
-    TABLE.write_text(_text(new), "utf-8")
-
-
-if __name__ == "__main__":
-    main()
+    return _text(new)

@@ -1,10 +1,10 @@
-# Written by `python -m pymeshfair.stubs` from the declarations of the filters; change those instead.
+# Written by `python tools/generate.py stubs` from the declarations of the filters; change those instead.
 """`MeshSet`: pymeshlab's mesh set with the filters of plugins as methods beside MeshLab's own."""
 
 from typing import Any, Literal
 
-from .applying.methods import LengthLike
-from .applying.script import ScriptedMeshSet
+from .methods import LengthLike
+from .script import ScriptedMeshSet
 
 class MeshSet(ScriptedMeshSet):
     """A set of meshes that filters are applied to, a drop-in for `pymeshlab.MeshSet`."""

@@ -1,4 +1,4 @@
-"""Writes the pages that follow from the code: ``python docs/make_pages.py``. A test fails when they are not current.
+"""The pages that follow from the code.
 
 ``docs/filters.md`` comes from the declarations and the bibliography, ``docs/recipes.md`` from the head comments of the recipes.
 """
@@ -14,7 +14,7 @@ from pymeshfair.declaration import Filter, Parameter, Percentage
 from pymeshfair.recipe import load_recipe, shipped_recipes
 from pymeshfair.registry import custom_filters
 
-DOCS = Path(__file__).parent
+DOCS = Path(__file__).parents[1] / "docs"
 #: LaTeX's accents as those of Unicode that follow their letter
 ACCENTS = {'"': "\u0308", "'": "\u0301", "`": "\u0300", "v": "\u030c"}
 
@@ -25,7 +25,7 @@ def filters_page() -> str:
     parts = [
         "# Filters\n",
         "Each is a method of `pymeshfair.MeshSet`, a step of an .mlx script under its menu name, and known to `pymeshfair info`. "
-        "Written by `docs/make_pages.py` from the declarations.\n",
+        "Written by `python tools/generate.py pages` from the declarations.\n",
         "Lengths are `'1%'` of the bounding box's diagonal, `'0.5edge'` (mean edges) or `'0.3'` (mesh units); pymeshlab's "
         "`PercentageValue` and `PureValue` work too.\n",
         *(f"* [{f.name}](#{f.python_name}): {f.summary}" for f in own),
@@ -78,7 +78,8 @@ def recipes_page() -> str:
     """What each shipped recipe is for, does and lets the user tune, with its steps."""
     parts = [
         "# Recipes\n",
-        "`pymeshfair run NAME scan.ply -o clean.ply`. Written by `docs/make_pages.py` from the scripts' head comments.\n",
+        "`pymeshfair run NAME scan.ply -o clean.ply`. Written by `python tools/generate.py pages` from the scripts' "
+        "head comments.\n",
     ]
     for name in shipped_recipes():
         recipe = load_recipe(name)
@@ -89,7 +90,3 @@ def recipes_page() -> str:
 
 
 PAGES = {"filters.md": filters_page, "recipes.md": recipes_page}
-
-if __name__ == "__main__":
-    for name, page in PAGES.items():
-        (DOCS / name).write_text(page(), encoding="utf-8")

@@ -1,11 +1,11 @@
 """Reads facts about MeshLab's filters off the installed pymeshlab, without running one.
 
-``python -m pymeshfair.meshlab_survey`` prints them as JSON. It is a process of its own because MeshLab prints the list of a
+``python -m pymeshfair.meshlab.survey`` prints them as JSON. It is a process of its own because MeshLab prints the list of a
 filter's parameters with C++, past Python's stdout, and falls silent for good after some failures.
 
 MeshLab lists a parameter's Python name, kind and bounds; it computes defaults for the current mesh; and it names the choices of
 an enumeration when it refuses a wrong one. What it tells only through the scripts that it saves, and what it does not tell at
-all, is kept in the table (`meshlab_facts`).
+all, is kept in the table (`facts`).
 """
 
 from __future__ import annotations

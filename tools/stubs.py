@@ -1,29 +1,26 @@
-"""Writes ``meshset.pyi``, which tells type checkers and editors of the methods that `MeshSet` has for pymeshfair's filters.
-
-Run ``python -m pymeshfair.stubs`` after a declaration has changed; a test compares the file with the declarations.
-"""
+"""The stub that tells type checkers and editors which methods `MeshSet` has for pymeshfair's filters."""
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from .applying.methods import annotation_text, method_docstring, shown_default
-from .declaration import Enum, Filter, Parameter
-from .registry import custom_filters
+from pymeshfair.declaration import Enum, Filter, Parameter
+from pymeshfair.meshset.methods import annotation_text, method_docstring, shown_default
+from pymeshfair.registry import custom_filters
 
-STUB = Path(__file__).with_name("meshset.pyi")
+STUB = Path(__file__).parents[1] / "src/pymeshfair/meshset/mesh_set.pyi"
 
 _LINE = 130
 _HEAD = '''\
-# Written by `python -m pymeshfair.stubs` from the declarations of the filters; change those instead.
+# Written by `python tools/generate.py stubs` from the declarations of the filters; change those instead.
 """`MeshSet`: pymeshlab's mesh set with the filters of plugins as methods beside MeshLab's own."""
 
 from collections.abc import Sequence
 from typing import Any, Literal
 
-from .applying.script import ScriptedMeshSet
+from .methods import LengthLike
+from .script import ScriptedMeshSet
 
 class MeshSet(ScriptedMeshSet):
     """A set of meshes that filters are applied to, a drop-in for `pymeshlab.MeshSet`."""
@@ -77,13 +74,3 @@ def _argument(parameter: Parameter) -> Iterator[str]:
         yield f"        {parameter.name}: Literal["
         yield f"            {annotation.removeprefix('Literal[').removesuffix(']')}"
         yield f"        ] = {default},"
-
-
-def main() -> None:
-    """Write the stub."""
-    STUB.write_text(format_stub(), encoding="utf-8")
-    print(f"written: {STUB}", file=sys.stderr)
-
-
-if __name__ == "__main__":
-    main()

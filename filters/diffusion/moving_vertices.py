@@ -4,12 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..checks import FilterInputError
+from ..checks import check_choice
 from ..mesh import Bools, Ints, Longs
 from ..topology import BORDER_POLICIES, CLOSED, IRREGULAR, OPEN, BorderPolicy, Stars, one_rings
 
 
-class Roles(NamedTuple):
+class MovingVertices(NamedTuple):
     """The vertices that move, ascending, by what they see; every vertex is in one list at most.
 
     Attributes:
@@ -30,8 +30,8 @@ class Roles(NamedTuple):
     curve_neighbours: Ints
 
 
-def assign_roles(stars: Stars, border: BorderPolicy, movable: Bools | None) -> Roles:
-    """The roles of the vertices of a mesh.
+def moving_vertices(stars: Stars, border: BorderPolicy, movable: Bools | None) -> MovingVertices:
+    """Sorts the vertices of a mesh by whether they move, and by which neighbours.
 
     Args:
         stars: the star of every vertex.
@@ -41,8 +41,7 @@ def assign_roles(stars: Stars, border: BorderPolicy, movable: Bools | None) -> R
     Raises:
         FilterInputError: an unknown policy.
     """
-    if border not in BORDER_POLICIES:
-        raise FilterInputError(f"border {border!r} is not one of {', '.join(map(repr, BORDER_POLICIES))}")
+    check_choice("border", border, BORDER_POLICIES)
     n = len(stars.kinds)
     edges = np.empty((0, 2), dtype=np.int32) if border == "free" else stars.border_edges()
     kinds = stars.kinds if movable is None else np.where(movable, stars.kinds, np.uint8(0))
@@ -54,7 +53,7 @@ def assign_roles(stars: Stars, border: BorderPolicy, movable: Bools | None) -> R
         if border == "along":
             curve = _where(on_border & (kinds > 0))
     curves = one_rings(edges, n) if len(curve) else None
-    return Roles(
+    return MovingVertices(
         closed=_where(inside == CLOSED),
         open=_where(inside == OPEN),
         irregular=inside[stars.irregular] == IRREGULAR,

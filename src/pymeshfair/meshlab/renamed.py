@@ -23,6 +23,6 @@ def renamed_filter(old: str) -> Renamed | None:
 
 @functools.cache
 def _table() -> dict[str, list[str]]:
-    text = importlib.resources.files("pymeshfair").joinpath("meshlab_renamed_filters.json").read_text("utf-8")
+    text = importlib.resources.files(__package__).joinpath("renamed_filters.json").read_text("utf-8")
     table: dict[str, list[str]] = json.loads(text)
     return table
