@@ -56,7 +56,7 @@ def bilaplacian_smoothing(
 
     A wave of frequency omega = 2 pi / l keeps w / (w + omega^4) of its amplitude: against an implicit step, longer waves keep
     more and shorter ones less. One linear system and no time to march; the area shrinks much less than by diffusion. L is the
-    Laplace-Beltrami operator of the input, taken at the vertices inside the surface; S and M are its stiffness and mass.
+    Laplace-Beltrami operator of the input, taken at the vertices inside the surface; S = -C with C its stiffness, M its mass.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -110,7 +110,7 @@ def bilaplacian_smoothing(
         operator = surface_operator(start, triangles)
         # A border vertex has no whole star to take a Laplacian on.
         bending = np.where(at_border, 0.0, features / operator.mass)
-        quadratic = _Energy(operator.stiffness, operator.mass, bending, w)
+        quadratic = _Energy(operator.dirichlet, operator.mass, bending, w)
         displacement = quadratic.minimiser(start, displacement, inside, diagonal, _Rising(progress, 0.1, 1.0))
     return mesh.restored(start + displacement)
 
@@ -130,7 +130,7 @@ class _Rising:
 class _Energy(NamedTuple):
     """p'^T S B S p' + w (p' - p)^T M (p' - p), B = M^-1 W."""
 
-    stiffness: sparse.csr_matrix
+    dirichlet: sparse.csr_matrix
     mass: Floats
     bending: Floats
     weight: float
@@ -142,7 +142,7 @@ class _Energy(NamedTuple):
         # Divided by a mean of both terms the system stays finite for every w.
         typical = float(self.mass[free].mean())
         unit = 1.0 / (1.0 / typical + self.weight * typical)
-        columns = self.stiffness if free.all() else sparse.csr_matrix(self.stiffness[:, free])
+        columns = self.dirichlet if free.all() else sparse.csr_matrix(self.dirichlet[:, free])
         data = self.mass[free] * (self.weight * unit)
         bending = self.bending * unit
         matrix = sparse.csr_matrix(columns.T @ sparse.csr_matrix(sparse.diags_array(bending) @ columns))
@@ -152,11 +152,11 @@ class _Energy(NamedTuple):
 
         def residual(displacement: Floats) -> Floats:
             moved[free] = displacement
-            force = laplacian_power(self.stiffness, bending, 2, start, moved - given)[free]
+            force = laplacian_power(self.dirichlet, bending, 2, start, moved - given)[free]
             return np.asarray(-force - data[:, None] * displacement)
 
         # Without held vertices the energy does not see where a component is; but the equations sum up to 0.
-        count, labels = sparse.csgraph.connected_components(self.stiffness, directed=False)
+        count, labels = sparse.csgraph.connected_components(self.dirichlet, directed=False)
         held = np.bincount(labels[~free], minlength=count) > 0
         loose = np.where(held[labels[free]], -1, labels[free])
         floating = _Floating(loose, data, count)
@@ -217,10 +217,10 @@ class _Halves:
     is silent and cannot be interrupted, for 0.9 s at 41,000 vertices; SuperLU, which can be, takes six times as long.
     """
 
-    def __init__(self, stiffness: sparse.csr_matrix, mass: Floats, weight: float, unit: float, progress: Progress) -> None:
+    def __init__(self, dirichlet: sparse.csr_matrix, mass: Floats, weight: float, unit: float, progress: Progress) -> None:
         root = math.sqrt(weight)
         size = 1.0 / (1.0 + root)
-        half = sparse.csr_matrix(stiffness * size)
+        half = sparse.csr_matrix(dirichlet * size)
         half.setdiag(half.diagonal() + mass * (root * size))
         progress(0.0)
         if half.shape[0] > _MOST_ROWS:

@@ -44,7 +44,7 @@ def _is_strong(entry: float, i: int, j: int, diagonal: Floats, strength: float) 
 
 @njit(cache=True)
 def _aggregate(indptr: Ints, indices: Ints, data: Floats, diagonal: Floats, strength: float) -> tuple[Ints, int]:
-    """The aggregate of every unknown, -1 for one without strong connections, and their number, by algorithm 5.1 of [vanek1996]."""
+    """The aggregate of every unknown, -1 without strong connections, and their number, by algorithm 5.1 of [vanek1996]."""
     n = indptr.shape[0] - 1
     aggregate = np.full(n, -1, dtype=np.int32)
     count = 0

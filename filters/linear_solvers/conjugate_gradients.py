@@ -1,6 +1,6 @@
 """Conjugate gradients for three right-hand sides at once, with the same bits for any number of threads.
 
-Written here because SciPy's take one right-hand side and sum in the order of BLAS's threads; docs/solvers.md compares their times.
+Written here because SciPy's take one right-hand side and are slower; docs/solvers.md has the times.
 """
 
 from collections.abc import Callable

@@ -17,9 +17,9 @@ from .superlu import SuperLU
 
 DirectMethod: TypeAlias = Literal["superlu", "cholesky"]
 
-#: Corrections are made until the next would be below this share of the solution's extent, but no more than so many.
+#: Corrections are made until the next is predicted below this share of the extent, at most this many.
 _REFINED, _MOST_REFINEMENTS = 1e-11, 12
-#: Larger last corrections are no solution.
+#: The refinement has failed if its last correction is above this share of the extent.
 _UNREFINED = 1e-6
 
 
@@ -30,7 +30,7 @@ class RefinedSolution:
     Attributes:
         values: x, (n, k).
         backward_error: |r| / (|A| |x| + |b|) after scaling A to unit diagonal.
-        last_correction: the largest entry of the last correction, in the unit of x: more than the error that is left.
+        last_correction: the largest entry of the last correction, in the unit of x: larger than the remaining error.
         refinements: the corrections after the first solution.
     """
 
@@ -49,9 +49,9 @@ def refined_solution(
     method: DirectMethod | Callable[[Floats], Floats] = "superlu",
     progress: Progress = ignore_progress,
 ) -> RefinedSolution:
-    """Solves A x = b by factors and iterative refinement, b - A x computed by the caller more precisely than A is stored.
+    """Solves A x = b by factors and iterative refinement; the caller computes b - A x more precisely than A is stored.
 
-    Where A is a product, its rounding alone may cost all digits but a few; with a precise residual each step gains those few, and
+    If A is a product, its rounding alone may leave only a few digits of x. With a precise residual each step adds that many, and
     the solution is that of the exact product [higham2002].
 
     Args:

@@ -16,7 +16,7 @@ from ..mesh import Floats, Ints
 _TOGETHER = 8
 #: Shifts that are tried.
 _ATTEMPTS = 4
-#: Factors with a backward error of at most the first are taken at once, the best ones up to the second if there are no others. The
+#: Factors with a backward error of at most the first are taken at once; if there are none, the best ones up to the second. The
 #: count is right while no eigenvalue is closer to the shift than this share of the largest one, and one step of refinement makes
 #: up for what the modes lose.
 _GOOD, _ROUGH = 1e-12, 1e-9

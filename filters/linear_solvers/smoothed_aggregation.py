@@ -23,7 +23,7 @@ STRENGTH = 0.08
 COARSEST = 1000
 #: A level that keeps more than this share of the unknowns of the finer one is not worth having.
 _LEAST_GAIN = 0.8
-#: The diagonal of the coarsest matrix is raised by two shares: one of itself, far below all its eigenvalues but that of constants,
+#: The diagonal of the coarsest matrix is raised by two shares: one of itself, far below all eigenvalues but that of constants,
 #: and one of the largest summand of an entry, for the rounding of sums that cancel.
 _SHIFT, _NOISE = 1e-8, 2.0**-46
 #: Runs of rows a level, and the least rows a run.
@@ -77,8 +77,8 @@ class SmoothedAggregation:
             noise = prolongation.power(2).T @ noise
         self.sizes = [len(level.solution) for level in self._levels] + [matrix.shape[0]]
         if matrix.shape[0] <= COARSEST:
-            # If the matrix is singular so is the coarsest one, whose factors would amplify the constant part of the residual's
-            # rounding. The entries of slivers cancel on the way down and leave rounding of their own. Both need a larger diagonal.
+            # If the matrix is singular so is the coarsest one, whose factors would amplify the constant part of the rounding of
+            # the residual. The entries of slivers cancel on the way down and leave rounding too. Both need a larger diagonal.
             raised = _SHIFT * matrix.diagonal() + noise
             self._coarsest = _factorised(sparse.csc_matrix(matrix + sparse.diags_array(raised)))
         if self._coarsest is None:

@@ -1,7 +1,6 @@
 """A balanced k-d tree [friedman1977] of the points of a cloud, built on all cores.
 
-Written here because SciPy's and pykdtree's do not settle ties, so that their neighbours depend on the order of the points, and are
-slower (docs/solvers.md).
+Written here because SciPy's and pykdtree's do not order ties and are slower; docs/solvers.md has the times.
 
 A node's points are halved at the median of the widest side of their bounding box, down to leaves of `LEAF` points, so that the
 tree adapts to any density. Node 1 is the root, the children of node i are 2 i and 2 i + 1. A node covers a range of leaves, its

@@ -13,8 +13,8 @@ from ..topology import ring_ends
 def mixed_voronoi_areas(vertices: Floats, faces: Ints) -> Floats:
     """(n,) the mixed Voronoi area of each vertex; they add up to the area of the mesh [meyer2003].
 
-    In a triangle without an obtuse angle each corner owns the points that lie nearest to it; otherwise the obtuse corner owns half
-    of the triangle and the others a quarter each. A triangle without area contributes nothing.
+    In a triangle without an obtuse angle each corner owns the points nearest to it; otherwise the obtuse corner owns half of the
+    triangle and the others a quarter each. A triangle without area contributes nothing.
 
     Args:
         vertices: (n, 3) coordinates.

@@ -1,4 +1,4 @@
-"""The generalised eigenproblem of a surface's Laplace-Beltrami operator: S v = kappa M v."""
+"""The generalised eigenproblem of the Laplace-Beltrami operator of a surface: S v = kappa M v."""
 
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
@@ -45,6 +45,12 @@ class SpectralProblem:
     def n_components(self) -> int:
         """How many connected components there are."""
         return int(self.components.max(initial=-1)) + 1
+
+    def on_mesh(self, values: Floats) -> Floats:
+        """(n_vertices,) or (n_vertices, k), Fortran-ordered: (n,) or (n, k) values of rows at their vertices, 0 elsewhere."""
+        spread = np.zeros((self.n_vertices, *values.shape[1:]), order="F")
+        spread[self.vertices] = values
+        return spread
 
 
 def spectral_problem(vertices: ArrayLike, faces: ArrayLike, *, operator: SpectralOperator = "auto") -> SpectralProblem:
