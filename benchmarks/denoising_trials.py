@@ -6,7 +6,7 @@ import itertools
 from typing import Any, NamedTuple, TypeAlias
 
 from pymeshfair.filters.denoising.face_neighbourhoods import Neighborhood
-from pymeshfair.filters.denoising.normal_filtering import NormalFilterMethod
+from pymeshfair.filters.denoising.rounds import NormalFilterMethod
 from pymeshfair.filters.robust import KernelName
 
 Settings: TypeAlias = dict[str, Any]

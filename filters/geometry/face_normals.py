@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit, prange
 
-from ..execution import threads_for
+from ..execution import PARTS, SERIAL_BELOW
 from ..mesh import Floats, Ints
 
 #: The columns of the table of `measure_faces`: the unit normal, the area, the centre, and one that is not used.
@@ -21,8 +21,10 @@ def measure_faces(vertices: Floats, faces: Ints, table: Floats | None = None) ->
         table: (m, 8) one that is no longer needed, to be written over.
     """
     table = np.zeros((len(faces), 8)) if table is None else table
-    with threads_for(len(faces)):
-        _measure(vertices, faces, table)
+    if len(faces) < SERIAL_BELOW:
+        _measure(vertices, faces, 0, len(faces), table)
+    else:
+        _measure_in_parallel(vertices, faces, table)
     return table
 
 
@@ -40,8 +42,14 @@ def mean_angle(normals: Floats, others: Floats) -> float:
 
 
 @njit(cache=True, parallel=True)
-def _measure(vertices: Floats, faces: Ints, table: Floats) -> None:
-    for f in prange(faces.shape[0]):
+def _measure_in_parallel(vertices: Floats, faces: Ints, table: Floats) -> None:
+    for part in prange(PARTS):
+        _measure(vertices, faces, part * faces.shape[0] // PARTS, (part + 1) * faces.shape[0] // PARTS, table)
+
+
+@njit(cache=True, nogil=True)
+def _measure(vertices: Floats, faces: Ints, first: int, last: int, table: Floats) -> None:
+    for f in range(first, last):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         ux, uy, uz = vertices[b, 0] - vertices[a, 0], vertices[b, 1] - vertices[a, 1], vertices[b, 2] - vertices[a, 2]
         vx, vy, vz = vertices[c, 0] - vertices[a, 0], vertices[c, 1] - vertices[a, 1], vertices[c, 2] - vertices[a, 2]

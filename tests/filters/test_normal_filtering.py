@@ -14,13 +14,12 @@ import pytest
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.denoising.face_neighbourhoods import Neighborhood
 from pymeshfair.filters.denoising.normal_filtering import (
-    NORMAL_FILTER_METHODS,
-    NormalFilterMethod,
     filter_face_normals,
     folded_faces,
     normal_filtering,
 )
 from pymeshfair.filters.denoising.normal_filters import RANGE_MEASURES, RangeMeasure
+from pymeshfair.filters.denoising.rounds import NORMAL_FILTER_METHODS, NormalFilterMethod
 from pymeshfair.filters.geometry import face_normals, mean_angle
 from pymeshfair.filters.robust import KERNEL_NAMES, KernelName, weight
 from pymeshfair.filters.topology import border_vertices
