@@ -14,11 +14,11 @@ from typing import Any
 import pymeshlab
 import pytest
 
-from pymeshfair import meshlab_facts
 from pymeshfair.declaration import Enum, FilterClass, Float, Int, Length, Mesh, MeshElement, Percentage, Shot
 from pymeshfair.errors import ParameterError
-from pymeshfair.meshlab_facts import differences_from_installed, meshlab_filters, python_name, table_version
-from pymeshfair.meshlab_survey import InstalledParameter, Survey, survey_installed
+from pymeshfair.meshlab import facts
+from pymeshfair.meshlab.facts import differences_from_installed, meshlab_filters, python_name, table_version
+from pymeshfair.meshlab.survey import InstalledParameter, Survey, SurveyError, survey_installed
 
 BY_NAME = {f.python_name: f for f in meshlab_filters()}
 
@@ -203,7 +203,7 @@ def test_another_version_of_meshlab_is_described_by_its_differences(installed: S
         *filters["create_fractal_terrain"][:2],
         *_with(filters["create_fractal_terrain"][2:], bounds=(0.0, 7.0)),
     )
-    monkeypatch.setattr("pymeshfair.meshlab_survey.survey_installed", lambda: Survey("2031.1", filters))
+    monkeypatch.setattr("pymeshfair.meshlab.survey.survey_installed", lambda: Survey("2031.1", filters))
     told = "\n".join(differences_from_installed())
     for sentence in (
         f"pymeshlab 2031.1 is installed; the table of its filters is of {table_version()}",
@@ -224,18 +224,18 @@ def test_a_program_that_cannot_be_asked_is_an_error(monkeypatch: pytest.MonkeyPa
     (tmp_path / "pymeshlab").mkdir()
     (tmp_path / "pymeshlab" / "__init__.py").write_text("raise ImportError('libGL.so.1: cannot open shared object file')")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
-    with pytest.raises(RuntimeError, match=r"libGL\.so\.1: cannot open"):
+    with pytest.raises(SurveyError, match=r"libGL\.so\.1: cannot open"):
         survey_installed()
 
 
 def test_the_table_is_loaded_late_and_fast() -> None:
     """Importing the registry reads no table; reading it takes under 30 ms of processor time (best of five fresh processes)."""
     code = (
-        "import pymeshfair.registry, pymeshfair.meshlab_facts as m, time; assert m._table.cache_info().misses == 0;"
+        "import pymeshfair.registry, pymeshfair.meshlab.facts as m, time; assert m._table.cache_info().misses == 0;"
         "t = time.process_time(); m.meshlab_filters(); print(time.process_time() - t)"
     )
     times = [
         float(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout) for _ in range(5)
     ]
     assert min(times) < 0.030
-    assert meshlab_facts.meshlab_filters() is meshlab_facts.meshlab_filters()
+    assert facts.meshlab_filters() is facts.meshlab_filters()

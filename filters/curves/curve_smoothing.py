@@ -1,16 +1,16 @@
 """Smoothing of curves: polylines, open or closed, in the plane or in space, by explicit, Taubin's or implicit steps."""
 
 import math
-from typing import Any, Literal, TypeAlias, get_args
+from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError
+from ..checks import FilterInputError, check_choice, check_whole_number
 from ..diffusion.implicit import time_step_of_detail_size
 from ..diffusion.taubin import checked_mu
 from ..execution import Progress, ignore_progress, threads_for
-from ..mesh import Floats, Ints, check_edges, check_movable, check_points, enter, leave, ordered_frame, worth_reordering
+from ..mesh import Floats, Ints, check_edges, check_points, normalised_mesh, worth_reordering
 from ..operators import OperatorName
 from ..topology import OneRings, one_rings
 from .chains import trace_chains
@@ -27,7 +27,7 @@ CURVE_WEIGHTS: tuple[CurveWeights, ...] = get_args(CurveWeights)
 CurveBorder: TypeAlias = Literal["fixed", "free"]
 CURVE_BORDERS: tuple[CurveBorder, ...] = get_args(CurveBorder)
 
-# Detail sizes in a box of size 1 outside these do what they do: nothing, and all there is to do. Squared they are numbers.
+# Smaller detail sizes, in a box of size 1, smooth nothing, and larger ones everything; the squares of these are finite.
 _SMALLEST_SIZE, _LARGEST_SIZE = 1e-100, 1e50
 
 
@@ -64,7 +64,7 @@ def curve_smoothing(
         method: how L is applied, see above. "implicit" takes strong smoothing in one step.
         weights: "uniform" evens out the distances of vertices along the curve. "inverse_length" leaves a straight line as it is
             however unevenly it is sampled; its weights are those of each moment, with "implicit" those of the input. Vertices
-            very near each other hold each other fast then, unless a detail size is given.
+            very near each other then hardly move apart, unless a detail size is given.
         step: lambda, for "explicit" and "taubin", above 0 and at most 1. Larger is smoother.
         mu: for "taubin", the step back, below -step. Nearer to -step is smoother.
         pass_band: for "taubin", k_PB = 1/step + 1/mu, above 0 and below 1/step; if given, it decides on mu. Smaller is smoother.
@@ -88,35 +88,29 @@ def curve_smoothing(
         ConvergenceError: the equations of branching curves cannot be solved.
     """
     points = check_points(vertices)
-    pairs = check_edges(edges, len(points))
-    _check_choice("method", method, CURVE_METHODS)
-    _check_choice("weights", weights, CURVE_WEIGHTS)
-    _check_choice("border", border, CURVE_BORDERS)
-    if not isinstance(iterations, int | np.integer) or iterations < 0:
-        raise FilterInputError(f"iterations is {iterations}: it is a whole number of at least 0")
-    rings = one_rings(pairs, len(points))
-    moves = check_movable(movable, len(points)) & (np.diff(rings.offsets) > (1 if border == "fixed" else 0))
-    gathered, order = _without_strays(points, rings), None
-    sweeps = math.inf if method == "implicit" else iterations * (2 if method == "taubin" else 1)
-    if worth_reordering(pairs, len(points), sweeps):
-        order = _along_the_curves(rings)
-        number = np.empty_like(order)
-        number[order] = np.arange(len(order), dtype=np.int32)
-        pairs, moves = number[pairs], moves[order]
-        rings = one_rings(pairs, len(points))
-    frame = ordered_frame(gathered, order)
-    start = enter(gathered, frame)
-    with threads_for(len(points)):
+    check_choice("method", method, CURVE_METHODS)
+    check_choice("weights", weights, CURVE_WEIGHTS)
+    check_choice("border", border, CURVE_BORDERS)
+    count = check_whole_number("iterations", iterations, least=0)
+    mesh = normalised_mesh(points, check_edges(edges, len(points)), movable)
+    rings = one_rings(mesh.cells, len(mesh))
+    sweeps = math.inf if method == "implicit" else count * (2 if method == "taubin" else 1)
+    if worth_reordering(mesh.cells, len(mesh), sweeps):
+        mesh = mesh.in_order(_along_the_curves(rings))
+        rings = one_rings(mesh.cells, len(mesh))
+    moves = np.diff(rings.offsets) > (1 if border == "fixed" else 0)
+    if mesh.movable is not None:
+        moves &= mesh.movable
+    with threads_for(len(mesh)):
         if method == "implicit":
-            time, operator = _time_and_operator(weights, time_step, detail_size, frame.scale, int(iterations))
-            now = implicit_curve_steps(start, pairs, rings, operator, time, int(iterations), moves, progress)
+            time, operator = _time_and_operator(weights, time_step, detail_size, mesh.scale, count)
+            now = implicit_curve_steps(mesh.points, mesh.cells, rings, operator, time, count, moves, progress)
         else:
             if time_step is not None or detail_size is not None:
                 raise FilterInputError(f"time_step and detail_size are for the method 'implicit'; {method!r} takes a step")
-            now = explicit_curve_steps(
-                start, rings, weights, _steps(method, step, mu, pass_band), int(iterations), moves, progress
-            )
-    return leave(points, start, now, frame)
+            steps = _steps(method, step, mu, pass_band)
+            now = explicit_curve_steps(mesh.points, rings, weights, steps, count, moves, progress)
+    return mesh.restored(now)
 
 
 def _along_the_curves(rings: OneRings) -> Ints:
@@ -153,16 +147,3 @@ def _time_and_operator(
     if not (math.isfinite(time_step) and time_step >= 0.0):
         raise FilterInputError(f"time_step {time_step} is not finite and at least 0")
     return time_step, weights
-
-
-def _without_strays(points: Floats, rings: OneRings) -> Floats:
-    """The points, those without an edge moved to one that has some, so that they do not decide on the frame."""
-    used = np.diff(rings.offsets) > 0
-    if used.all() or not used.any():
-        return points
-    return np.where(used[:, None], points, points[used.argmax()])
-
-
-def _check_choice(name: str, value: Any, allowed: tuple[str, ...]) -> None:
-    if value not in allowed:
-        raise FilterInputError(f"{name} {value!r} is not one of {', '.join(map(repr, allowed))}")

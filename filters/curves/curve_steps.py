@@ -7,7 +7,7 @@ from scipy.sparse import csgraph
 
 from ..diffusion.backward_euler import BackwardEulerStep
 from ..diffusion.stencil import curve_stencil
-from ..execution import Progress
+from ..execution import Progress, part_of
 from ..mesh import Bools, Floats, Ints
 from ..operators import Laplacian, OperatorName, curve_laplacian
 from ..topology import OneRings
@@ -51,11 +51,8 @@ def implicit_curve_steps(
     for done in range(count):
         moved = chains.displacement(now)
         if network is not None:
-
-            def partial(share: float, before: int = done) -> None:
-                progress((before + share) / count)
-
-            moved = moved + network.displacement(now, np.zeros_like(now), diagonal=diagonal, progress=partial)
+            part = part_of(progress, done / count, (done + 1) / count)
+            moved = moved + network.displacement(now, np.zeros_like(now), diagonal=diagonal, progress=part)
         now = now + moved
         progress((done + 1) / count)
     return now
@@ -64,7 +61,7 @@ def implicit_curve_steps(
 def _network(laplacian: Laplacian, time: float, free: Bools, labels: Ints, count: int) -> BackwardEulerStep | None:
     if not free.any():
         return None
-    return BackwardEulerStep(laplacian, time, held=~free, components=labels, steps=count)
+    return BackwardEulerStep(laplacian, time, fixed=~free, components=labels, steps=count)
 
 
 def _in_branched_component(rings: OneRings, moves: Bools, labels: Ints) -> Bools:

@@ -2,18 +2,19 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import islice, pairwise
 
 import numpy as np
 
 from ..diffusion.taubin import taubin_fairing
 from ..execution import Progress, ignore_progress, part_of
-from ..mesh import Bools, Floats, Ints
+from ..mesh import Bools, Floats, Ints, normalised_mesh
 from ..robust import KernelName
-from ..topology import BorderPolicy, border_vertices
+from ..topology import BorderPolicy
 from .face_neighbourhoods import Neighborhood
+from .normal_filter import NormalFilter, NormalFilterMethod
 from .normal_filtering import normal_filtering
-from .rounds import NormalFilter, NormalFilterMethod, rounds
+from .rounds import rounds
 from .surroundings import Surroundings
 
 
@@ -101,14 +102,10 @@ class SettingsTried:
     def __init__(self, faces: Ints, n_vertices: int, *, border: BorderPolicy, movable: Bools | None) -> None:
         """For (m, 3) triangles of n vertices."""
         self._faces, self._border, self._movable = faces, border, movable
-        self._known = Surroundings.of(faces, n_vertices)
-        for chain, _ in CHAINS:
-            self._known.around(chain.neighborhood)
-        self._known.around("edge")
-        on_border = np.zeros(n_vertices, dtype=np.bool_) if border == "free" else border_vertices(faces, n_vertices)
-        moves = np.ones(n_vertices, dtype=np.bool_) if movable is None else movable
-        self._moves = self._known.ordered(moves & ~on_border if border == "fixed" else moves)
-        self._along = self._known.ordered(on_border) if border == "along" else None
+        self._known = Surroundings.of(normalised_mesh(np.zeros((n_vertices, 3)), faces))
+        # Found here, once, and not by several threads at once.
+        for kind in {"edge", "vertex", *(chain.neighborhood for chain, _ in CHAINS)}:
+            self._known.around(kind)
 
     def __call__(self, points: Floats) -> Sequence[Iterator[Floats]]:
         """The results for (n, 3) points of ordinary size, by the families of `SETTINGS`."""
@@ -122,28 +119,19 @@ class SettingsTried:
 
     def _chain(self, points: Floats, chain: AutomaticParameters, stops: tuple[int, ...]) -> Iterator[Floats]:
         """The results of the rounds at which the chain may stop."""
-        rule = NormalFilter(
-            chain.method,
-            chain.range_kernel,
-            "gaussian",
-            "euclidean",
-            chain.range_sigma,
-            chain.range_floor,
-            chain.space_sigma,
-            chain.neighborhood,
-            2.0,
-            chain.normal_iterations,
+        mesh = normalised_mesh(points, self._faces, self._movable).in_order(self._known.places)
+        settings = NormalFilter(
+            method=chain.method,
+            range_kernel=chain.range_kernel,
+            range_sigma=chain.range_sigma,
+            range_floor=chain.range_floor,
+            space_sigma=chain.space_sigma,
+            neighborhood=chain.neighborhood,
+            normal_iterations=chain.normal_iterations,
         )
-        results = rounds(
-            self._known.ordered(points),
-            self._known,
-            rule,
-            vertex_iterations=chain.vertex_iterations,
-            moves=self._moves,
-            along_normal=self._along,
-        )
-        for done, result in enumerate(results, 1):
-            if done in stops:
-                yield self._known.restored(result)
-            if done == stops[-1]:
-                return
+        results = rounds(mesh, self._known, settings, vertex_iterations=chain.vertex_iterations, border=self._border)
+        done = 0
+        for stop in stops:
+            result = next(islice(results, stop - done - 1, None), mesh.points)
+            done = stop
+            yield mesh.restored(result)

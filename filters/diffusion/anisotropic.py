@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError, UnstableStepError
+from ..checks import FilterInputError, UnstableStepError, check_choice, check_whole_number
 from ..execution import Progress, ignore_progress, threads_for
 from ..mesh import Bools, Floats, Ints, Longs, check_movable
 from ..robust import KERNEL_CODES, MAD_TO_DEVIATION, SIGMA_IN_DEVIATIONS, KernelName, kernel_weight
@@ -67,13 +67,11 @@ def perona_malik(
         FilterInputError: shapes that do not fit, values that are not finite, a parameter out of range.
         UnstableStepError: the step is longer than 1 / d; the error names that.
     """
-    given = np.asarray(values, dtype=np.float64)
-    start, triangles = _checked(given, np.asarray(faces))
+    unchanged = np.asarray(values, dtype=np.float64)
+    start, triangles = _checked(unchanged, np.asarray(faces))
     moves = check_movable(movable, len(start))
-    if edge_stop not in EDGE_STOPS:
-        raise FilterInputError(f"edge_stop {edge_stop!r} is not one of {', '.join(map(repr, EDGE_STOPS))}")
-    if iterations != int(iterations) or iterations < 0:
-        raise FilterInputError(f"iterations is {iterations}: it is a whole number of at least 0")
+    check_choice("edge_stop", edge_stop, EDGE_STOPS)
+    steps = check_whole_number("iterations", iterations, least=0)
     rings = one_rings(triangles, len(start))
     longest = _longest_step(rings)
     step = longest if step is None else step
@@ -93,14 +91,14 @@ def perona_malik(
     kernel: KernelName = edge_stop
     sigma = math.sqrt(0.5) if kernel == "lorentzian" else 1.0  # its sigma^2 is c^2 / 2; here c is 1
     with threads_for(len(start)):
-        for iteration in range(int(iterations) if contrast > 0.0 else 0):
+        for iteration in range(steps if contrast > 0.0 else 0):
             _diffuse(now, following, moves, rings.offsets, rings.neighbours, KERNEL_CODES[kernel], sigma, contrast, step)
             now, following = following, now
-            progress((iteration + 1) / iterations)
+            progress((iteration + 1) / steps)
     # A sum that is rounded may end one bit outside the range.
     result = np.clip(now, start.min(axis=0), start.max(axis=0)) if len(start) else now
     # Adding 0 would turn -0.0 into 0.0.
-    return np.asarray(np.where(result == start, start, result).reshape(given.shape))
+    return np.asarray(np.where(result == start, start, result).reshape(unchanged.shape))
 
 
 def longest_step(faces: ArrayLike) -> float:

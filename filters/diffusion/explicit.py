@@ -4,12 +4,12 @@ import math
 
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError
+from ..checks import FilterInputError, UnstableStepError
 from ..execution import Progress, ignore_progress
-from ..mesh import Floats, check_mesh
+from ..mesh import Floats
 from ..operators import OperatorName
 from ..topology import BorderPolicy
-from .march import NORMALISED_OPERATORS, march
+from .explicit_steps import NORMALISED_OPERATORS, explicit_surface
 from .stencil import UpdateRule
 
 __all__ = ["UpdateRule", "explicit_smoothing"]
@@ -59,19 +59,30 @@ def explicit_smoothing(
         UnstableStepError: the step is longer than the largest stable one, which the error names; that of the input, or
             of what the steps so far have made of it.
     """
-    points, triangles = check_mesh(vertices, faces)
     normalised = operator in NORMALISED_OPERATORS
     if update == "euler" and not (math.isfinite(step) and step > 0.0 and (step <= 1.0 or not normalised)):
         allowed = "above 0 and at most 1" if normalised else "finite and above 0"
         raise FilterInputError(f"step {step} is not {allowed}, as the operator {operator!r} takes it")
-    return march(
-        points,
-        triangles,
-        steps=(step,),
-        iterations=iterations,
-        operator=operator,
-        border=border,
-        movable=movable,
-        update=update,
-        progress=progress,
+    surface = explicit_surface(
+        vertices, faces, operator=operator, border=border, movable=movable, iterations=iterations, steps=1, update=update
+    )
+    scale = surface.mesh.scale
+    scaled = step if normalised else step * scale * scale
+
+    def euler(done: int, now: Floats, free: Floats) -> tuple[Floats, Floats]:
+        bound = surface.advance(now, free, scaled)
+        if not normalised and scaled * bound > 2.0:
+            raise _unstable(operator, step, 2.0 / bound / scale / scale, done)
+        return free, now
+
+    return surface.iterated(euler, iterations, progress)
+
+
+def _unstable(operator: OperatorName, step: float, largest: float, done: int) -> UnstableStepError:
+    when = "" if done == 0 else f" after {done} iterations, which have shrunk the surface"
+    return UnstableStepError(
+        f"step {step:g} is longer than the largest stable one of operator {operator!r} on this mesh, {largest:g} squared mesh "
+        f"units{when}: take that or less (the shortest edges and the thinnest triangles decide; repairing them helps), or "
+        "implicit fairing, which is stable for any step",
+        largest_stable=largest,
     )

@@ -1,15 +1,14 @@
 """Implicit fairing: backward Euler steps of the diffusion equation, stable however long."""
 
 import math
-from typing import Any, Literal, TypeAlias, get_args
+from typing import Literal, TypeAlias, get_args
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError
-from ..execution import Progress, ignore_progress, threads_for
-from ..mesh import Floats, check_mesh, check_movable, enter, leave, ordered_frame, worth_reordering
-from ..topology import BORDER_POLICIES, NO_STAR, BorderPolicy, Stars, stars
+from ..checks import FilterInputError, check_choice, check_whole_number
+from ..execution import Progress, ignore_progress, part_of, threads_for
+from ..mesh import Floats, check_mesh, normalised_mesh, worth_reordering
+from ..topology import BORDER_POLICIES, BorderPolicy, stars
 from .flows import FLOWS, Flow, ImplicitFlow
 from .volume import enclosed_volumes, restore_volumes
 
@@ -38,8 +37,7 @@ def time_step_of_detail_size(detail_size: float, iterations: int = 1) -> float:
     """
     if not (math.isfinite(detail_size) and detail_size > 0.0):
         raise FilterInputError(f"detail_size {detail_size} is not finite and above 0")
-    if iterations < 1:
-        raise FilterInputError(f"iterations is {iterations}: a detail size takes at least 1")
+    check_whole_number("iterations", iterations, least=1, note=", if a detail size is to be halved by them")
     return math.expm1(math.log(2.0) / iterations) * (detail_size / (2.0 * math.pi)) ** 2
 
 
@@ -59,7 +57,7 @@ def implicit_fairing(
     """Solves (M - t C) p' = M p: the surface after a diffusion time t in one stable step [desbrun1999].
 
     A mode of eigenvalue -k of L = M^-1 C is multiplied by 1 / (1 + t k). As t grows, a closed component tends to its centroid,
-    which it keeps (weighted by M), and one with held vertices to a discrete minimal surface. No t is unstable.
+    which it keeps (weighted by M), and one with fixed vertices to a discrete minimal surface. No t is unstable.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -94,61 +92,33 @@ def implicit_fairing(
         ConvergenceError: the equations cannot be solved.
     """
     points, triangles = check_mesh(vertices, faces)
-    _check_choice("operator", operator, IMPLICIT_OPERATORS)
-    _check_choice("flow", flow, FLOWS)
-    _check_choice("border", border, BORDER_POLICIES)
+    check_choice("operator", operator, IMPLICIT_OPERATORS)
+    check_choice("flow", flow, FLOWS)
+    check_choice("border", border, BORDER_POLICIES)
     if not (math.isfinite(time_step) and time_step >= 0.0):
         raise FilterInputError(f"time_step {time_step} is not finite and at least 0")
-    if iterations != int(iterations) or iterations < 0:
-        raise FilterInputError(f"iterations is {iterations}: it is a whole number of at least 0")
-    moves = None if movable is None else check_movable(movable, len(points))
-    star = stars(triangles, len(points), reorder=operator != "robust" and worth_reordering(triangles, len(points)))
-    if star.order is not None:
-        number = np.empty_like(star.order)
-        number[star.order] = np.arange(len(number), dtype=np.int32)
-        triangles = number[triangles]
-        moves = None if moves is None else moves[star.order]
-    gathered = _without_strays(points, star)
-    frame = ordered_frame(gathered, star.order)
-    start = enter(gathered, frame)
-    t = time_step if operator in _WITHOUT_UNIT else time_step * frame.scale * frame.scale
-    with threads_for(len(points)):
+    steps = check_whole_number("iterations", iterations, least=0)
+    mesh = normalised_mesh(points, triangles, movable)
+    star = stars(mesh.cells, len(mesh), reorder=operator != "robust" and worth_reordering(mesh.cells, len(mesh)))
+    mesh = mesh.in_order(star.order)
+    t = time_step if operator in _WITHOUT_UNIT else time_step * mesh.scale * mesh.scale
+    with threads_for(len(mesh)):
         process = ImplicitFlow(
-            start,
-            triangles,
+            mesh.points,
+            mesh.cells,
             "laplace_beltrami" if operator == "cotangent" else operator,
             time_step=t,
-            steps=iterations,
+            steps=steps,
             flow=flow,
             border=border,
             border_edges=star.border_edges(),
-            movable=moves,
+            movable=mesh.movable,
         )
-        volumes = enclosed_volumes(start, triangles, process.components, moves) if preserve_volume else None
-        now = start
-        for iteration in range(iterations):
-
-            def partial(share: float, done: int = iteration) -> None:
-                progress((done + share) / iterations)
-
-            now = process.step(now, partial)
+        volumes = enclosed_volumes(mesh.points, mesh.cells, process.components, mesh.movable) if preserve_volume else None
+        now = mesh.points
+        for done in range(steps):
+            now = process.step(now, part_of(progress, done / steps, (done + 1) / steps))
             if volumes is not None:
                 now = restore_volumes(now, volumes)
-            progress((iteration + 1) / iterations)
-    return leave(points, start, now, frame)
-
-
-def _without_strays(points: Floats, star: Stars) -> Floats:
-    """The points, those that no face uses moved to one that a face uses, so that they do not decide on the frame."""
-    strays = np.flatnonzero(star.kinds == NO_STAR)
-    if len(strays) == 0 or len(strays) == len(points):
-        return points
-    kept = np.flatnonzero(star.kinds != NO_STAR)[0]
-    gathered = points.copy()
-    gathered[strays if star.order is None else star.order[strays]] = points[kept if star.order is None else star.order[kept]]
-    return gathered
-
-
-def _check_choice(name: str, value: Any, allowed: tuple[str, ...]) -> None:
-    if value not in allowed:
-        raise FilterInputError(f"{name} {value!r} is not one of {', '.join(map(repr, allowed))}")
+            progress((done + 1) / steps)
+    return mesh.restored(now)

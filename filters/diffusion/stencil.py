@@ -5,13 +5,13 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from ..checks import FilterInputError
+from ..checks import FilterInputError, check_choice
 from ..mesh import Bools, Floats, Ints, Longs
 from ..operators import CURVE_OPERATOR, OPERATOR_NAMES, SHORTEST_EDGE, Laplacian, OperatorName, build_laplacian, curve_laplacian
 from ..topology import BorderPolicy, Stars
 from .cotangent_steps import BY_AREA, MESHLAB, NORMALISED, element_bound, irregular_step, star_step
+from .moving_vertices import MovingVertices, moving_vertices
 from .ring_steps import length_step, sum_ring_lengths, uniform_step, weighted_step
-from .roles import Roles, assign_roles
 
 #: "euler": p + step (L p). "meshlab": MeshLab's own rule, which averages the vertex in.
 UpdateRule: TypeAlias = Literal["euler", "meshlab"]
@@ -36,7 +36,7 @@ def explicit_stencil(
     """The step of `operator` on a mesh, its weights taken from the points of the moment ("robust": from those given here).
 
     Args:
-        points: (n, 3) coordinates of ordinary size (see `Frame`), in the order of the stars.
+        points: (n, 3) coordinates of ordinary size (see `NormalisedMesh`), in the order of the stars.
         faces: (m, 3) triangles, or (0, 3) for a point cloud.
         star: the stars of the faces, for "robust" in the given order.
         operator: see `build_laplacian`.
@@ -47,10 +47,8 @@ def explicit_stencil(
     Raises:
         FilterInputError: an unknown name, or a combination that does not exist.
     """
-    if operator not in OPERATOR_NAMES:
-        raise FilterInputError(f"operator {operator!r} is not one of {', '.join(map(repr, OPERATOR_NAMES))}")
-    if update not in UPDATE_RULES:
-        raise FilterInputError(f"update {update!r} is not one of {', '.join(map(repr, UPDATE_RULES))}")
+    check_choice("operator", operator, OPERATOR_NAMES)
+    check_choice("update", update, UPDATE_RULES)
     if update == "meshlab" and operator not in ("uniform", "cotangent"):
         raise FilterInputError(f"MeshLab's update rule knows the operators 'uniform' and 'cotangent', not {operator!r}")
     if len(faces) == 0 and len(points) > 0:
@@ -58,28 +56,28 @@ def explicit_stencil(
             raise FilterInputError(f"operator {operator!r} needs triangles and there are none; for a point cloud take 'robust'")
         all_points = np.arange(len(points), dtype=np.int32) if movable is None else np.flatnonzero(movable).astype(np.int32)
         return _assembled(build_laplacian(points, faces, operator), all_points)
-    roles = assign_roles(star, border, movable)
+    moving = moving_vertices(star, border, movable)
     if update == "meshlab":
-        surface = _uniform_of_meshlab(star, roles) if operator == "uniform" else _cotangent(star, roles, MESHLAB)
-        curve = _curve_of_meshlab(roles)
+        surface = _uniform_of_meshlab(star, moving) if operator == "uniform" else _cotangent(star, moving, MESHLAB)
+        curve = _curve_of_meshlab(moving)
     else:
-        surface = _surface(points, faces, operator, star, roles)
-        curve = curve_stencil(points, operator, roles.curve, roles.curve_offsets, roles.curve_neighbours)
-    if len(roles.curve) == 0:
+        surface = _surface(points, faces, operator, star, moving)
+        curve = curve_stencil(points, operator, moving.curve, moving.curve_offsets, moving.curve_neighbours)
+    if len(moving.curve) == 0:
         return surface
     return lambda now, out, step: max(surface(now, out, step), curve(now, out, step))
 
 
-def _surface(points: Floats, faces: Ints, operator: OperatorName, star: Stars, roles: Roles) -> Advance:
-    which = roles.surface
+def _surface(points: Floats, faces: Ints, operator: OperatorName, star: Stars, moving: MovingVertices) -> Advance:
+    which = moving.surface
     if operator == "uniform":
         return _uniform(which, star.offsets, star.neighbours)
     if operator == "inverse_length" or operator == "scale_dependent":
         return _lengths(points, which, star.offsets, star.neighbours, operator == "scale_dependent")
     if operator == "cotangent":
-        return _cotangent(star, roles, NORMALISED)
+        return _cotangent(star, moving, NORMALISED)
     if operator == "laplace_beltrami":
-        stencil = _cotangent(star, roles, BY_AREA)
+        stencil = _cotangent(star, moving, BY_AREA)
 
         def advance(now: Floats, out: Floats, step: float) -> float:
             bound = stencil(now, out, step)
@@ -133,16 +131,16 @@ def _lengths(points: Floats, which: Ints, offsets: Longs, neighbours: Ints, by_a
     return advance
 
 
-def _cotangent(star: Stars, roles: Roles, rule: int) -> Advance:
+def _cotangent(star: Stars, moving: MovingVertices, rule: int) -> Advance:
     offsets, neighbours = star.offsets, star.neighbours
 
     def advance(now: Floats, out: Floats, step: float) -> float:
-        bound = star_step(now, out, roles.closed, True, offsets, neighbours, rule, step)
-        if len(roles.open):
-            bound = max(bound, star_step(now, out, roles.open, False, offsets, neighbours, rule, step))
+        bound = star_step(now, out, moving.closed, True, offsets, neighbours, rule, step)
+        if len(moving.open):
+            bound = max(bound, star_step(now, out, moving.open, False, offsets, neighbours, rule, step))
         if len(star.irregular):
-            corners = star.corner_offsets, star.corners
-            row = irregular_step(now, out, star.irregular, roles.irregular, offsets, neighbours, *corners, rule, step)
+            ends = star.end_offsets, star.ends
+            row = irregular_step(now, out, star.irregular, moving.irregular, offsets, neighbours, *ends, rule, step)
             bound = max(bound, row)
         return float(bound) if rule == BY_AREA else 2.0
 
@@ -163,12 +161,12 @@ def _assembled(laplacian: Laplacian, which: Ints) -> Advance:
     return advance
 
 
-def _uniform_of_meshlab(star: Stars, roles: Roles) -> Advance:
+def _uniform_of_meshlab(star: Stars, moving: MovingVertices) -> Advance:
     """(p + sum over the faces of each edge of p_j) / (number of terms): an interior edge counts twice, for it has two faces."""
     offsets, neighbours = star.offsets, star.neighbours
     counts = star.face_counts().astype(np.float64)
     totals = np.concatenate([[0.0], np.cumsum(counts)])
-    shares, which = 1.0 / (totals[offsets[1:]] - totals[offsets[:-1]] + 1.0), roles.surface
+    shares, which = 1.0 / (totals[offsets[1:]] - totals[offsets[:-1]] + 1.0), moving.surface
 
     def advance(now: Floats, out: Floats, step: float) -> float:
         weighted_step(now, out, which, offsets, neighbours, counts, shares)
@@ -177,13 +175,13 @@ def _uniform_of_meshlab(star: Stars, roles: Roles) -> Advance:
     return advance
 
 
-def _curve_of_meshlab(roles: Roles) -> Advance:
+def _curve_of_meshlab(moving: MovingVertices) -> Advance:
     """(2 p + sum p_j) / (number of neighbours + 2): MeshLab lets a border vertex count twice."""
-    offsets, neighbours = roles.curve_offsets, roles.curve_neighbours
+    offsets, neighbours = moving.curve_offsets, moving.curve_neighbours
     ones, shares = np.ones(len(neighbours)), 1.0 / (np.diff(offsets) + 2.0)
 
     def advance(now: Floats, out: Floats, step: float) -> float:
-        weighted_step(now, out, roles.curve, offsets, neighbours, ones, shares)
+        weighted_step(now, out, moving.curve, offsets, neighbours, ones, shares)
         return 2.0
 
     return advance

@@ -6,11 +6,11 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..checks import FilterInputError, UnstableStepError
+from ..checks import FilterInputError, UnstableStepError, check_choice
 from ..execution import Progress, ignore_progress
 from ..mesh import Floats, check_mesh
 from ..topology import BorderPolicy, edge_face_counts
-from .march import march
+from .explicit_steps import explicit_surface
 
 #: the operators whose spectrum lies in [-2, 0], for which lambda, mu and the pass band have a meaning
 TaubinOperator: TypeAlias = Literal["uniform", "inverse_length", "cotangent"]
@@ -58,27 +58,22 @@ def taubin_fairing(
         UnstableStepError: (1 - step k)(1 - mu k) is below -1 for the largest eigenvalue that such a mesh can have, so that
             the finest detail would grow. The error names the largest stable step for the same mu / step.
     """
-    points, triangles = check_mesh(vertices, faces)
-    if operator not in TAUBIN_OPERATORS:
-        raise FilterInputError(f"operator {operator!r} is not one of {', '.join(map(repr, TAUBIN_OPERATORS))}")
+    check_choice("operator", operator, TAUBIN_OPERATORS)
     try:
         mu = checked_mu(step, mu, pass_band, largest_eigenvalue=2.0)
     except UnstableStepError:
-        if operator != "uniform" or not (edge_face_counts(triangles)[1] == 2).all():
+        if operator != "uniform" or not (edge_face_counts(check_mesh(vertices, faces)[1])[1] == 2).all():
             raise
         # Where every edge has two triangles the operator is a mean over triangles, whose eigenvalues are up to 3/2.
         mu = checked_mu(step, mu, pass_band, largest_eigenvalue=1.5)
-    return march(
-        points,
-        triangles,
-        steps=(step, mu),
-        iterations=iterations,
-        operator=operator,
-        border=border,
-        movable=movable,
-        update="euler",
-        progress=progress,
-    )
+    surface = explicit_surface(vertices, faces, operator=operator, border=border, movable=movable, iterations=iterations, steps=2)
+
+    def back_and_forth(_: int, now: Floats, free: Floats) -> tuple[Floats, Floats]:
+        surface.advance(now, free, step)
+        surface.advance(free, now, mu)
+        return now, free
+
+    return surface.iterated(back_and_forth, iterations, progress)
 
 
 def checked_mu(step: float, mu: float, pass_band: float | None, *, largest_eigenvalue: float) -> float:

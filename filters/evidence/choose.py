@@ -76,7 +76,8 @@ def choose(
     3. Where positions cannot tell candidates apart, the flatter normals are right, but not at any price: of those within one
        standard error of the best, see `judge`, take the one with the least product of the mean |n_f - n_g| over adjacent faces
        f, g of its result on all vertices and of their mean displacement, as [reginska1996] does for the two norms of a
-       regularised solution. Filters that only slide vertices along the surface lose; doing nothing wins where it predicts as well.
+       regularised solution. Filters that only slide vertices along the surface lose; doing nothing wins where it predicts as
+       well.
 
     Args:
         points: (n, 3) coordinates with a mean edge of 1.

@@ -7,7 +7,7 @@ from numba import njit
 
 from ..geometry import mean_edge_length
 from ..mesh import Floats, Ints, Longs
-from ..topology import edges, vertex_corners
+from ..topology import edges, vertex_faces
 
 # Larger meshes are sampled by so many patches of about so many faces: ten large ones have misled, since shapes differ from place
 # to place.
@@ -51,14 +51,14 @@ def sample_of(vertices: Floats, faces: Ints) -> Sample:
 
 def _grown(vertices: Floats, faces: Ints, edge: float) -> tuple[Ints, Ints]:
     """The faces of the patches, by numbers of their own, and the vertex that each of these numbers stands for."""
-    corners = vertex_corners(faces, len(vertices))
+    at_vertices = vertex_faces(faces, len(vertices))
     sides = vertices[faces] - vertices[np.roll(faces, -1, axis=1)]
     perimeters = np.linalg.norm(sides, axis=2).sum(axis=1) / edge
     seeds = np.argsort((perimeters * _MULTIPLE) % 1.0, kind="stable")[:_PATCHES]
     marks = np.full(len(faces), -1, dtype=np.int32)
     parts, origins, count = [], [], 0
     for number, seed in enumerate(seeds):
-        part = faces[np.sort(_rings_around(faces, corners.offsets, corners.corners, seed, _FACES, number, marks))]
+        part = faces[np.sort(_rings_around(faces, at_vertices.offsets, at_vertices.rows, seed, _FACES, number, marks))]
         origin, local = np.unique(part, return_inverse=True)
         parts.append(local.reshape(-1, 3).astype(np.int32) + np.int32(count))
         origins.append(origin.astype(np.int32))
@@ -67,7 +67,7 @@ def _grown(vertices: Floats, faces: Ints, edge: float) -> tuple[Ints, Ints]:
 
 
 @njit(cache=True)
-def _rings_around(faces: Ints, offsets: Longs, corners: Ints, seed: int, least: int, number: int, marks: Ints) -> Longs:
+def _rings_around(faces: Ints, offsets: Longs, rows: Ints, seed: int, least: int, number: int, marks: Ints) -> Longs:
     """The face and whole rings of faces around it, until they are as many as said; `marks` differ from `number` before."""
     found = np.empty(4 * least, dtype=np.int64)
     found[0] = seed
@@ -78,7 +78,7 @@ def _rings_around(faces: Ints, offsets: Longs, corners: Ints, seed: int, least: 
             for corner in range(3):
                 i = faces[found[at], corner]
                 for k in range(offsets[i], offsets[i + 1]):
-                    f = corners[k, 0]
+                    f = rows[k, 0]
                     if marks[f] == number:
                         continue
                     marks[f] = number

@@ -6,22 +6,18 @@ one far from the origin (UTM, ECEF) loses no digits that its coordinates have.
 
 import math
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numba import njit
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components as connected_parts
 
 from ..geometry import edge_lengths
-from ..mesh import check_edges, check_mesh
+from ..mesh import Bools, Floats, Ints, bounding_box, check_edges, check_mesh, normalised_mesh, unit_scale
 from ..neighbours import nearest_neighbours
 from ..topology import connected_components, edge_face_counts, face_adjacency, referenced_vertices
-
-Floats: TypeAlias = NDArray[np.float64]
-Ints: TypeAlias = NDArray[np.int32]
-Bools: TypeAlias = NDArray[np.bool_]
+from .face_measures import dihedral_angles, face_measures
+from .vertex_fans import fan_counts
 
 
 @dataclass(frozen=True)
@@ -98,7 +94,13 @@ def surface_measures(vertices: ArrayLike, faces: ArrayLike, *, edges: ArrayLike 
     """
     points, triangles = check_mesh(vertices, faces)
     n_vertices, n_faces = len(points), len(triangles)
-    points, scale = _centred(points)
+    segments = check_edges(edges, n_vertices)
+    mesh = normalised_mesh(points, triangles if n_faces else segments)
+    unit, diagonal = 1.0 / mesh.scale, _diagonal(points)
+    points = mesh.points
+    if len(mesh) < n_vertices:
+        points = np.zeros((n_vertices, 3))
+        points[mesh.used] = mesh.points
 
     a, b, c = triangles.T
     proper = triangles[(a != b) & (b != c) & (c != a)]
@@ -108,11 +110,10 @@ def surface_measures(vertices: ArrayLike, faces: ArrayLike, *, edges: ArrayLike 
     neighbours, shared = face_adjacency(proper)
 
     border, crowded = int((face_counts == 1).sum()), int((face_counts > 2).sum())
-    pinched = _fans(proper, neighbours, shared, n_vertices) > 1
+    pinched = fan_counts(proper, neighbours, shared, n_vertices) > 1
     pinched[pairs[face_counts > 2]] = True
     closed = len(proper) > 0 and border == 0 and crowded == 0
 
-    segments = check_edges(edges, n_vertices)
     if n_faces == 0:
         ordered = np.sort(segments[segments[:, 0] != segments[:, 1]], axis=1)
         pairs = np.unique(ordered, axis=0)
@@ -121,8 +122,8 @@ def surface_measures(vertices: ArrayLike, faces: ArrayLike, *, edges: ArrayLike 
     euler = int(used.sum()) - len(pairs) + len(proper)
     used[segments] = True
 
-    normals, doubled, quality = _measure_faces(points, proper)
-    angles, agree = _measure_edges(proper, normals, neighbours, shared)
+    normals, doubled, quality = face_measures(points, proper)
+    angles, agree = dihedral_angles(proper, normals, neighbours, shared)
     oriented = bool(agree.all())
     lengths = edge_lengths(points, pairs)
     return SurfaceMeasures(
@@ -139,13 +140,13 @@ def surface_measures(vertices: ArrayLike, faces: ArrayLike, *, edges: ArrayLike 
         oriented=oriented,
         euler_characteristic=euler,
         genus=components - euler // 2 if closed and oriented and not pinched.any() else None,
-        diagonal=float(np.linalg.norm(np.ptp(points, axis=0))) * scale if n_vertices else 0.0,
-        area=float(doubled.sum()) / 2 * scale * scale,
-        volume=_volume(points, proper, normals) * scale * scale * scale if closed and oriented else None,
-        mean_edge=float(lengths.mean()) * scale if len(lengths) else None,
+        diagonal=diagonal,
+        area=float(doubled.sum()) / 2 * unit * unit,
+        volume=_volume(points, proper, normals) * unit * unit * unit if closed and oriented else None,
+        mean_edge=float(lengths.mean()) * unit if len(lengths) else None,
         roughness=_roughness(angles),
         triangle_quality=float(quality.sum()) / n_faces if n_faces else None,
-        mean_spacing=float(nearest_neighbours(points, 1)[0].mean()) * scale
+        mean_spacing=float(nearest_neighbours(points, 1)[0].mean()) * unit
         if n_faces == len(segments) == 0 and n_vertices > 1
         else None,
     )
@@ -159,109 +160,13 @@ def _components_of_curves(pairs: Ints, used: Bools) -> int:
     return int(connected_parts(graph, directed=False)[0]) - int((~used).sum())
 
 
-def _centred(points: Floats) -> tuple[Floats, float]:
-    """The points about the centre of their box, divided by a scale that brings the box to about 1; and that scale.
-
-    The scale is a power of two, so that dividing by it rounds nothing, and no product of lengths overflows or vanishes.
-    """
+def _diagonal(points: Floats) -> float:
+    """The diagonal of the box of all points, without overflow."""
     if not len(points):
-        return points, 1.0
-    low, high = points.min(axis=0), points.max(axis=0)
-    scale = math.ldexp(1.0, math.frexp(float((high - low).max()))[1])
-    return (points - (low / 2 + high / 2)) / scale, scale
-
-
-def _fans(faces: Ints, neighbours: Ints, shared: Ints, n_vertices: int) -> Ints:
-    """(n,) the number of fans that the faces of a vertex form, linked through edges with two faces."""
-    fans: Ints = np.bincount(_first_corners(faces, neighbours, shared), minlength=n_vertices).astype(np.int32)
-    return fans
-
-
-@njit(cache=True)
-def _first_corners(faces: Ints, neighbours: Ints, shared: Ints) -> Ints:
-    """For every fan its vertex. Union-find over the corners 3 f + k of the faces."""
-    parent = np.arange(3 * faces.shape[0])
-    for p in range(neighbours.shape[0]):
-        for vertex in shared[p]:
-            i = _root(parent, _corner(faces, neighbours[p, 0], vertex))
-            j = _root(parent, _corner(faces, neighbours[p, 1], vertex))
-            parent[max(i, j)] = min(i, j)
-    vertices = np.empty(3 * faces.shape[0], dtype=np.int32)
-    found = 0
-    for i in range(parent.shape[0]):
-        if parent[i] == i:
-            vertices[found] = faces[i // 3, i % 3]
-            found += 1
-    return vertices[:found].copy()
-
-
-@njit(cache=True)
-def _corner(faces: Ints, face: int, vertex: int) -> int:
-    for k in range(2):
-        if faces[face, k] == vertex:
-            return int(3 * face + k)
-    return int(3 * face + 2)
-
-
-@njit(cache=True)
-def _root(parent: NDArray[np.int64], i: int) -> int:
-    while parent[i] != i:
-        parent[i] = parent[parent[i]]
-        i = parent[i]
-    return i
-
-
-@njit(cache=True)
-def _measure_faces(points: Floats, faces: Ints) -> tuple[Floats, Floats, Floats]:
-    """The normals of the faces, twice their area long; twice their areas; and their quality, 0 where the area is 0."""
-    normals = np.empty((faces.shape[0], 3))
-    doubled = np.empty(faces.shape[0])
-    quality = np.zeros(faces.shape[0])
-    for f in range(faces.shape[0]):
-        a, b, c = points[faces[f, 0]], points[faces[f, 1]], points[faces[f, 2]]
-        ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-        vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
-        wx, wy, wz = c[0] - b[0], c[1] - b[1], c[2] - b[2]
-        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-        normals[f, 0], normals[f, 1], normals[f, 2] = nx, ny, nz
-        doubled[f] = math.sqrt(nx * nx + ny * ny + nz * nz)
-        p = math.sqrt(ux * ux + uy * uy + uz * uz)
-        q = math.sqrt(vx * vx + vy * vy + vz * vz)
-        r = math.sqrt(wx * wx + wy * wy + wz * wz)
-        if doubled[f] > 0:
-            # R = p q r / (4 A) and doubled = 2 A.
-            quality[f] = min(1.0, 2 / math.sqrt(3) * doubled[f] / (p * q * r / min(p, q, r)))
-    return normals, doubled, quality
-
-
-@njit(cache=True)
-def _measure_edges(faces: Ints, normals: Floats, neighbours: Ints, shared: Ints) -> tuple[Floats, Bools]:
-    """For two faces that share an edge the angle between their normals, NaN if one has no area; and whether they agree.
-
-    They agree if they run along the edge in opposite directions; if not, one of them is turned over for the angle.
-    """
-    angles = np.empty(neighbours.shape[0])
-    agree = np.empty(neighbours.shape[0], dtype=np.bool_)
-    for p in range(neighbours.shape[0]):
-        f, g = neighbours[p]
-        u, v = shared[p]
-        agree[p] = _runs_along(faces, f, u, v) != _runs_along(faces, g, u, v)
-        sign = 1.0 if agree[p] else -1.0
-        ax, ay, az = normals[f]
-        bx, by, bz = normals[g]
-        cosine = sign * (ax * bx + ay * by + az * bz)
-        cx, cy, cz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-        # The arc tangent keeps the digits of small angles that the arc cosine loses.
-        angles[p] = math.atan2(math.sqrt(cx * cx + cy * cy + cz * cz), cosine)
-        if (ax == 0 and ay == 0 and az == 0) or (bx == 0 and by == 0 and bz == 0):
-            angles[p] = np.nan
-    return angles, agree
-
-
-@njit(cache=True)
-def _runs_along(faces: Ints, face: int, start: int, end: int) -> bool:
-    k = 0 if faces[face, 0] == start else 1 if faces[face, 1] == start else 2
-    return bool(faces[face, k] == start and faces[face, (k + 1) % 3] == end)
+        return 0.0
+    low, high = bounding_box(points)
+    middle, scale = low * 0.5 + high * 0.5, unit_scale(low, high)
+    return float(np.linalg.norm((high - middle) * scale - (low - middle) * scale)) / scale
 
 
 def _volume(points: Floats, faces: Ints, normals: Floats) -> float:

@@ -1,8 +1,9 @@
 """A mesh as arrays: its types, the checks of what comes in, its place, size and order."""
 
 from .arrays import Bools, Floats, Ints, Longs, check_edges, check_mesh, check_movable, check_points
-from .box import bounding_box, scaled_to_unit
+from .box import bounding_box, scaled_to_unit, unit_scale
 from .frame import Frame, enter, leave, ordered_frame
+from .normalised import NormalisedMesh, normalised_mesh
 from .ordering import worth_reordering
 
 __all__ = [
@@ -11,6 +12,7 @@ __all__ = [
     "Frame",
     "Ints",
     "Longs",
+    "NormalisedMesh",
     "bounding_box",
     "check_edges",
     "check_mesh",
@@ -18,7 +20,9 @@ __all__ = [
     "check_points",
     "enter",
     "leave",
+    "normalised_mesh",
     "ordered_frame",
     "scaled_to_unit",
+    "unit_scale",
     "worth_reordering",
 ]

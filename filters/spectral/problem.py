@@ -100,3 +100,11 @@ def _restricted(laplacian: Laplacian, components: Ints, used: Bools, operator: L
     # In the order of their first vertex already, since connected components are counted so.
     assert len(left) < 2 or (np.diff(first) > 0).all()
     return SpectralProblem(stiffness, laplacian.mass[rows], rows, inverse.astype(np.int32).ravel(), len(used), operator)
+
+
+def about_centroids(points: Floats, problem: SpectralProblem) -> tuple[Floats, Floats]:
+    """(n, 3) points about the centroid of their component, which no filter moves, and (n, 3) that centroid."""
+    parts, mass = problem.components, problem.mass
+    weight = np.bincount(parts, mass)
+    means = np.stack([np.bincount(parts, mass * points[:, c]) / weight for c in range(3)], axis=1)
+    return points - means[parts], means[parts]

@@ -6,13 +6,12 @@ from typing import Literal, TypeAlias, get_args
 
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError
+from ..checks import FilterInputError, check_choice, check_whole_number
 from ..execution import Progress, ignore_progress
-from ..mesh import Floats, check_mesh, check_movable
+from ..mesh import Floats, check_mesh, normalised_mesh
 from .eigenvector_filter import basis_fits, brick_wall, filter_by_modes
 from .eigenvector_free import filter_without_eigenvectors
-from .framed_surface import about_centroids, framed_surface
-from .problem import SpectralOperator, spectral_problem
+from .problem import SpectralOperator, about_centroids, spectral_problem
 from .responses import DEFAULT_ORDER, RESPONSE_NAMES, RESPONSES, Response, ResponseName
 
 SpectralMethod: TypeAlias = Literal["auto", "eigenvectors", "polynomial"]
@@ -100,34 +99,33 @@ def spectral_filter(
         ConvergenceError: modes cannot be computed.
     """
     points, triangles = check_mesh(vertices, faces)
-    _check_choice("response", response, RESPONSE_NAMES)
-    _check_choice("method", method, SPECTRAL_METHODS)
+    check_choice("response", response, RESPONSE_NAMES)
+    check_choice("method", method, SPECTRAL_METHODS)
     if not (math.isfinite(tolerance) and tolerance > 0.0):
         raise FilterInputError(f"tolerance {tolerance} is not finite and above 0")
-    moves = check_movable(movable, len(points))
+    mesh = normalised_mesh(points, triangles, movable)
     if (detail_size is None) == (modes is None):
         raise FilterInputError("give either detail_size, a wavelength, or modes, their number")
-    if modes is not None and (modes != int(modes) or modes < 1):
-        raise FilterInputError(f"modes is {modes}: it is a whole number of at least 1")
+    if modes is not None:
+        check_whole_number("modes", modes, least=1)
     if largest_size is not None and response != "low_pass" and not (math.isfinite(largest_size) and largest_size > 0.0):
         raise FilterInputError(f"largest_size {largest_size} is not finite and above 0: it is a wavelength in mesh units")
     if detail_size is not None:  # before any work, and also where there is nothing to filter
         _response(response, detail_size, largest_size, gain, order)
     if len(triangles) == 0 and len(points):
         raise FilterInputError("the mesh has no triangles: a spectral filter is one of surfaces; triangulate a point cloud first")
-    if not moves.any() or len(points) == 0:
+    if len(points) == 0 or not (mesh.movable_vertices is None or mesh.movable_vertices.any()):
         return _untouched(points, "no vertex may move")
-    surface = framed_surface(points, triangles)
-    problem = None if surface is None else spectral_problem(surface.points, surface.faces, operator=operator)
-    if surface is None or problem is None or len(problem.mass) == 0:
+    problem = spectral_problem(mesh.points, mesh.cells, operator=operator)
+    if len(problem.mass) == 0:
         return _untouched(points, "no triangle has an area")
-    scale = surface.frame.scale
+    scale = mesh.scale
 
     def wanted(size: float) -> Response:
         return _response(response, size, None if largest_size is None else largest_size * scale, gain, order)
 
     size = None if detail_size is None else detail_size * scale
-    centred, centroids = about_centroids(surface.points[problem.vertices], problem)
+    centred, centroids = about_centroids(mesh.points[problem.vertices], problem)
     if method == "eigenvectors" or (method == "auto" and modes is not None and basis_fits(problem, modes)):
         if modes is not None:
             by_modes = brick_wall(problem, centred, int(modes), None if response == "low_pass" else wanted, progress=progress)
@@ -149,14 +147,12 @@ def spectral_filter(
         if free.route.share > 2.0 * tolerance:
             how += f"; the error may exceed the tolerance, {tolerance:.1g} of the root mean square"
         filtered, error, route, computed, degree = free.values, free.error_bound, free.route.name, 0, free.route.degree
-    after = surface.points.copy()
+    after = mesh.points.copy()
     after[problem.vertices] = filtered + centroids
-    held = ~moves[surface.used]
-    after[held] = surface.points[held]
-    result = points.copy()
-    result[surface.used] = surface.moved_to(after)
+    if mesh.movable is not None:
+        after[~mesh.movable] = mesh.points[~mesh.movable]
     progress(1.0)
-    return SpectralResult(result, route, how, error / scale, size / scale, computed, degree)
+    return SpectralResult(mesh.restored(after), route, how, error / scale, size / scale, computed, degree)
 
 
 def _response(name: ResponseName, detail_size: float, largest_size: float | None, gain: float | None, order: int) -> Response:
@@ -168,8 +164,3 @@ def _response(name: ResponseName, detail_size: float, largest_size: float | None
 
 def _untouched(points: Floats, why: str) -> SpectralResult:
     return SpectralResult(points.copy(), "none", f"nothing was filtered: {why}", 0.0, math.inf)
-
-
-def _check_choice(name: str, value: object, allowed: tuple[str, ...]) -> None:
-    if value not in allowed:
-        raise FilterInputError(f"{name} {value!r} is not one of {', '.join(map(repr, allowed))}")

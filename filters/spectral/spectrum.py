@@ -6,13 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError
+from ..checks import FilterInputError, check_whole_number
 from ..execution import Progress, ignore_progress
-from ..mesh import Floats, check_mesh
+from ..mesh import Floats, check_mesh, normalised_mesh
 from .eigenpairs import lowest_eigenpairs
 from .energy_quadrature import energy_quadrature, enough_steps, without_stiffest
-from .framed_surface import about_centroids, framed_surface
-from .problem import SpectralOperator, SpectralProblem, spectral_problem
+from .problem import SpectralOperator, SpectralProblem, about_centroids, spectral_problem
 
 #: bands an octave
 BANDS = 3
@@ -86,19 +85,18 @@ def spectrum(
         FilterInputError: not a mesh, no triangle, a parameter out of range.
     """
     points, triangles = check_mesh(vertices, faces)
-    if modes != int(modes) or modes < 0:
-        raise FilterInputError(f"modes is {modes}: it is a whole number of at least 0")
-    if steps is not None and (steps != int(steps) or steps < 1):
-        raise FilterInputError(f"steps is {steps}: it is a whole number of at least 1")
+    check_whole_number("modes", modes, least=0)
+    if steps is not None:
+        check_whole_number("steps", steps, least=1)
     if len(triangles) == 0:
         raise FilterInputError("the mesh has no triangles: a spectrum is that of a surface")
-    surface = framed_surface(points, triangles)
-    plain = None if surface is None else spectral_problem(surface.points, surface.faces, operator=operator)
-    if surface is None or plain is None or len(plain.mass) == 0:
+    mesh = normalised_mesh(points, triangles)
+    plain = spectral_problem(mesh.points, mesh.cells, operator=operator)
+    if len(plain.mass) == 0:
         raise FilterInputError("no triangle of the mesh has an area: a spectrum is that of a surface")
     problem = without_stiffest(plain)
-    unit = 1.0 / surface.frame.scale
-    rest, _ = about_centroids(surface.points[problem.vertices], problem)
+    unit = 1.0 / mesh.scale
+    rest, _ = about_centroids(mesh.points[problem.vertices], problem)
     area = float(problem.mass.sum())
     total = float(np.sum(problem.mass[:, None] * rest * rest)) / area
     count = min(int(modes), len(problem.mass) - problem.n_components)

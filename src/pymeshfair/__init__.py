@@ -9,16 +9,26 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .applying.listing import filter_list, print_filter_list, print_filter_parameter_list, search
     from .meshset import MeshSet
+    from .meshset.listing import filter_list, print_filter_list, print_filter_parameter_list, search
+    from .registry import reload_plugins
 
     __version__: str
 
-__all__ = ["MeshSet", "__version__", "filter_list", "print_filter_list", "print_filter_parameter_list", "search"]
+__all__ = [
+    "MeshSet",
+    "__version__",
+    "filter_list",
+    "print_filter_list",
+    "print_filter_parameter_list",
+    "reload_plugins",
+    "search",
+]
 
 _OURS = {
     "MeshSet": "meshset",
-    **dict.fromkeys(("filter_list", "print_filter_list", "print_filter_parameter_list", "search"), "applying.listing"),
+    "reload_plugins": "registry",
+    **dict.fromkeys(("filter_list", "print_filter_list", "print_filter_parameter_list", "search"), "meshset.listing"),
 }
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from pymeshfair.commands.demo import sample_scan
-from pymeshfair.running.outputs import check_output
+from pymeshfair.files.outputs import check_output
 
 from .command_line import invoke, run_process
 

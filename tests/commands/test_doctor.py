@@ -10,9 +10,10 @@ from types import SimpleNamespace
 
 import pytest
 
-from pymeshfair import meshlab_facts, registry
+from pymeshfair import registry
 from pymeshfair.commands import findings
 from pymeshfair.commands.failure import LIBGL_ADVICE
+from pymeshfair.meshlab import facts
 
 from .command_line import document, invoke, run_process
 
@@ -68,13 +69,13 @@ def test_a_pymeshlab_that_crashes_is_found(tmp_path: Path) -> None:
 def test_another_pymeshlab_is_wrong_only_if_its_filters_differ(monkeypatch: pytest.MonkeyPatch) -> None:
     """A newer version with the same filters is told and is well; a filter that differs is wrong, with the version to install."""
     told = ["pymeshlab 2031.1 is installed; the table of its filters is of 2025.7.post1"]
-    monkeypatch.setattr(meshlab_facts, "differences_from_installed", lambda: told)
+    monkeypatch.setattr(facts, "differences_from_installed", lambda: told)
     assert found(findings.look_at_facts, "facts").ok
     assert "2031.1" in found(findings.look_at_facts, "facts").detail
     told.append("filter 'apply_coord_taubin_smoothing' is not installed")
     assert not found(findings.look_at_facts, "facts").ok
     assert found(findings.look_at_facts, "facts").detail.startswith("1 of MeshLab")
-    assert f"pymeshlab=={meshlab_facts.table_version()}" in found(findings.look_at_facts, "facts").advice
+    assert f"pymeshlab=={facts.table_version()}" in found(findings.look_at_facts, "facts").advice
 
 
 def test_a_broken_plugin_is_named_with_its_package(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -488,7 +488,7 @@ def test_indefinite_weights_are_replaced() -> None:
     assert np.linalg.eigvalsh(stiffness(weights))[-1] > 0.1
     laplacian = Laplacian(sparse.csr_matrix(stiffness(weights)), np.full(4, 0.5))
     nobody = np.zeros(4, dtype=bool)
-    step = BackwardEulerStep(laplacian, 3.0, held=nobody, components=np.zeros(4, dtype=np.int32))
+    step = BackwardEulerStep(laplacian, 3.0, fixed=nobody, components=np.zeros(4, dtype=np.int32))
     moved = step.displacement(points, np.zeros((4, 3)), diagonal=1.0, progress=ignore_progress)
     expected = np.linalg.solve(0.5 * np.eye(4) - 3.0 * stiffness(positive), 0.5 * points)
     assert np.abs(points + moved - expected).max() < 1e-9
@@ -583,7 +583,7 @@ def test_parameters_that_are_refused(options: dict[str, object], message: str) -
 @pytest.mark.parametrize(("size", "iterations"), [(0.0, 1), (-1.0, 1), (math.nan, 1), (math.inf, 1), (1.0, 0)])
 def test_detail_sizes_that_are_refused(size: float, iterations: int) -> None:
     """A detail size is a positive length, for at least one step."""
-    with pytest.raises(FilterInputError, match=r"detail_size|detail size"):
+    with pytest.raises(FilterInputError, match=r"detail_size|detail size is to be halved"):
         time_step_of_detail_size(size, iterations)
 
 

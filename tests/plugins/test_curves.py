@@ -16,9 +16,9 @@ import pytest
 from numpy.typing import NDArray
 
 import pymeshfair
-from pymeshfair.applying.errors import FilterFailedError
 from pymeshfair.declaration import MeshElement
 from pymeshfair.filters.curves.curve_smoothing import curve_smoothing
+from pymeshfair.meshset.errors import FilterFailedError
 from pymeshfair.plugins.curves import apply_coord_curve_smoothing
 from pymeshfair.recipe import load_recipe
 

@@ -20,7 +20,7 @@ from pymeshfair.filters.fairing.tangential import improve_triangles, tangential_
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.inspection.surface_measures import surface_measures
 from pymeshfair.filters.topology import border_vertices
-from pymeshfair.meshlab_facts import meshlab_filters
+from pymeshfair.meshlab.facts import meshlab_filters
 from pymeshfair.plugins import fairing
 from pymeshfair.registry import find_filter
 from tests.filters.test_blend import two_opened_spheres, two_tubes

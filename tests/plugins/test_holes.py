@@ -15,7 +15,7 @@ from pymeshfair.declaration import Float, Int, MeshElement
 from pymeshfair.filters.checks import ConvergenceError
 from pymeshfair.filters.fairing.region import fair_region
 from pymeshfair.filters.inspection.surface_measures import surface_measures
-from pymeshfair.meshlab_facts import meshlab_filters
+from pymeshfair.meshlab.facts import meshlab_filters
 from pymeshfair.plugins.holes import ORANGE, Mark
 from pymeshfair.plugins.holes import meshing_close_holes_by_fairing as declared
 from pymeshfair.recipe import load_recipe

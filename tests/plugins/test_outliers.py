@@ -13,7 +13,7 @@ from pymeshfair.declaration import Edit, FilterClass, Float, Int, Layer, MeshEle
 from pymeshfair.errors import ParameterError
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.outliers.local_outlier_probability import local_outlier_probability
-from pymeshfair.meshlab_facts import meshlab_filters
+from pymeshfair.meshlab.facts import meshlab_filters
 from pymeshfair.plugins.outliers import compute_selection_by_outlier_probability_per_vertex as declared
 from pymeshfair.registry import find_filter
 

@@ -15,7 +15,7 @@ from pymeshfair.declaration import Filter, FilterClass, MeshElement
 from pymeshfair.errors import ParameterError
 from pymeshfair.filters.spectral.spectral_filter import spectral_filter
 from pymeshfair.filters.spectral.spectrum import spectrum
-from pymeshfair.meshlab_facts import meshlab_filters
+from pymeshfair.meshlab.facts import meshlab_filters
 from pymeshfair.plugins import spectral
 from pymeshfair.recipe import load_recipe
 from pymeshfair.registry import find_filter

@@ -11,11 +11,11 @@ import pymeshlab
 import pytest
 from numpy.typing import NDArray
 
-from pymeshfair.running.errors import InputError, OutputError
-from pymeshfair.running.formats import WRITABLE
-from pymeshfair.running.obj_polylines import PolylineError, Polylines, scan_polylines, write_single_edges
-from pymeshfair.running.ply import read_header
-from pymeshfair.running.ply_edges import append_edges
+from pymeshfair.files.errors import InputError, OutputError
+from pymeshfair.files.formats import WRITABLE
+from pymeshfair.files.obj_polylines import PolylineError, Polylines, scan_polylines, write_single_edges
+from pymeshfair.files.ply import read_header
+from pymeshfair.files.ply_edges import append_edges
 
 from .runs import SAMPLES, session_report, staged_files
 
@@ -195,7 +195,7 @@ def test_continued_lines_stay_whole_in_every_piece_of_a_file(tmp_path: Path, mon
     source = tmp_path / "in.obj"
     source.write_bytes(b"v 0 0 0\nv 1 0 0\nv 2 0 0\nl 1 2 \\\r\n 3\nl \\\n3 \\\n1\nv 5 5 5\nl -1 \\\n1\n")
     for size in range(1, 80):
-        monkeypatch.setattr("pymeshfair.running.obj._CHUNK", size)
+        monkeypatch.setattr("pymeshfair.files.obj._CHUNK", size)
         assert scan_polylines(source, 4) == Polylines(edges=4, misread=2)
         copy = tmp_path / f"{size}.obj"
         write_single_edges(source, copy, 4)

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from pymeshfair.running.errors import InputError
-from pymeshfair.running.inputs import check_input, inspect_input
-from pymeshfair.running.obj import count_triangles, read_materials, scan_obj
+from pymeshfair.files.errors import InputError
+from pymeshfair.files.inputs import check_input, inspect_input
+from pymeshfair.files.obj import count_triangles, read_materials, scan_obj
 
 from .runs import BONE, SAMPLES, ply_bytes, xyz
 
@@ -116,7 +116,7 @@ def test_obj_lines_are_counted_across_pieces(tmp_path: Path, monkeypatch: pytest
     assert whole.counts == {"vertices": 150, "faces": 51}
     assert whole.material_files == ("a.mtl",)
     for size in (1, 7, 64):
-        monkeypatch.setattr("pymeshfair.running.obj._CHUNK", size)
+        monkeypatch.setattr("pymeshfair.files.obj._CHUNK", size)
         assert scan_obj(path) == whole
         assert count_triangles(path) == 53
 
@@ -172,7 +172,7 @@ def test_a_missing_material_file_is_named(tmp_path: Path) -> None:
 
 def test_a_material_file_is_read_up_to_a_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a material file that is too long only the beginning is read."""
-    monkeypatch.setattr("pymeshfair.running.obj.MATERIAL_LIMIT", 20)
+    monkeypatch.setattr("pymeshfair.files.obj.MATERIAL_LIMIT", 20)
     (tmp_path / "m.mtl").write_text("map_Kd a.png\nmap_Kd b.png\n")
     assert read_materials(tmp_path / "m.mtl").textures == ("a.png",)
 

@@ -8,8 +8,8 @@ from typing import Any
 import pymeshlab
 import pytest
 
-from pymeshfair.running.ply import PlyError, count_triangles, parse_header, read_header
-from pymeshfair.running.ply_losses import not_kept
+from pymeshfair.files.ply import PlyError, count_triangles, parse_header, read_header
+from pymeshfair.files.ply_losses import not_kept
 
 from .runs import BONE, RANGE_MAP, TETRAHEDRON, ply_bytes, xyz
 

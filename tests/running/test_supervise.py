@@ -20,20 +20,13 @@ import numpy as np
 import pymeshlab
 import pytest
 
+from pymeshfair.errors import RunError, StepFailedError
+from pymeshfair.files.errors import InputError, OutputError
+from pymeshfair.files.provenance import sha256_of
 from pymeshfair.running.child import WorkerProcess
-from pymeshfair.running.errors import (
-    InputError,
-    OutOfMemory,
-    OutputError,
-    RunError,
-    RunTimeout,
-    StepFailed,
-    WorkerDied,
-    WorkerError,
-)
+from pymeshfair.running.errors import OutOfMemory, RunTimeout, WorkerDied, WorkerError
 from pymeshfair.running.inspect import inspect_mesh
 from pymeshfair.running.job import Event, Job, Message, PhaseStarted, RunResult, StepFinished, StepProgress, StepStarted
-from pymeshfair.running.provenance import sha256_of
 from pymeshfair.running.supervise import run_job
 
 from .runs import BONE, CRASHES, RANGE_MAP, SAMPLES, SLOW, SMOOTH, Given, names_in, ply_bytes, recipe_of, session_report, xyz
@@ -239,12 +232,12 @@ def test_a_killed_worker_is_an_error_too(tmp_path: Path, workers: list[WorkerPro
 
 def test_a_filter_that_refuses_is_an_error_that_names_the_step(tmp_path: Path) -> None:
     """A refusal comes in the filter's own words, MeshLab's and ours."""
-    with pytest.raises(StepFailed, match=r"step 1 of 1, 'Transfer: .*' \(test.mlx:3\): Source mesh doesn't have") as caught:
+    with pytest.raises(StepFailedError, match=r"step 1 of 1, 'Transfer: .*' \(test.mlx:3\): Source mesh doesn't have") as caught:
         run_job(job_of(tmp_path / "out.ply", ("transfer_texture_to_color_per_vertex", {})))
     assert caught.value.place.step == 1
     cloud = tmp_path / "cloud.ply"
     cloud.write_bytes(ply_bytes(xyz(np.random.default_rng(0).random((50, 3))), faces=()))
-    with pytest.raises(StepFailed, match="step 1 of 1, 'Taubin Fairing'"):
+    with pytest.raises(StepFailedError, match="step 1 of 1, 'Taubin Fairing'"):
         run_job(job_of(tmp_path / "out.ply", ("apply_coord_taubin_fairing", {}), source=cloud))
     assert names_in(tmp_path) == {"cloud.ply"}
 
@@ -317,7 +310,7 @@ def test_a_declaration_bomb_costs_little(tmp_path: Path) -> None:
 def test_a_defect_in_the_worker_is_called_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """An exception that nobody thought of comes with its traceback and asks to be reported."""
     (tmp_path / "lib").mkdir()
-    sabotage = "import pymeshfair.running.inputs as i\ni.inspect_input = lambda path: 1 / 0\n"
+    sabotage = "import pymeshfair.files.inputs as i\ni.inspect_input = lambda path: 1 / 0\n"
     (tmp_path / "lib" / "sitecustomize.py").write_text(sabotage)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path / "lib"))
     with pytest.raises(WorkerError, match=r"reading bone\.ply: ZeroDivisionError: division by zero; this is a defect") as caught:
@@ -390,7 +383,7 @@ except KeyboardInterrupt:
 
 
 @pytest.fixture
-def supervisor(tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
+def supervisor(tmp_path: Path, terminal_signals: None) -> Iterator[subprocess.Popen[str]]:
     """A program that is in the middle of a long run to out/clean.ply, in a session of its own."""
     (tmp_path / "out").mkdir()
     tests = str(Path(__file__).parent.parent.parent)

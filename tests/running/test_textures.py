@@ -10,7 +10,7 @@ from typing import TypeAlias
 import pymeshlab
 import pytest
 
-from pymeshfair.running.provenance import sha256_of
+from pymeshfair.files.provenance import sha256_of
 
 from .runs import SAMPLES, TETRAHEDRON, names_in, ply_bytes, session_report, staged_files, xyz
 

@@ -341,7 +341,7 @@ def test_the_sample_script_of_the_pymeshlab_wheel_is_read() -> None:
 
 def test_former_names_lead_to_names_of_today() -> None:
     """Every entry of the table of renamed filters leads from a name that is gone to one that exists."""
-    table = json.loads(files("pymeshfair").joinpath("meshlab_renamed_filters.json").read_text("utf-8"))
+    table = json.loads(files("pymeshfair.meshlab").joinpath("renamed_filters.json").read_text("utf-8"))
     assert len(table) >= 53
     for old, (new, *_) in table.items():
         assert find_filter(new).name == new

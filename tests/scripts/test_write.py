@@ -33,7 +33,7 @@ from pymeshfair.declaration import (
     String,
 )
 from pymeshfair.errors import PymeshfairError
-from pymeshfair.meshlab_facts import meshlab_filters
+from pymeshfair.meshlab.facts import meshlab_filters
 from pymeshfair.registry import find_filter
 from pymeshfair.scripts import Script, Step, format_script, parse_script, read_script, write_script
 from pymeshfair.scripts.expressions import is_expression

@@ -25,8 +25,8 @@ def demo(
 
     It is the face of 85,849 vertices from a laser scanner that the pymeshlab wheel carries.
     """
+    from ..files.errors import OutputError
     from ..recipe import load_recipe
-    from ..running.errors import OutputError
     from ..running.job import Job
 
     scan = sample_scan()
@@ -50,7 +50,7 @@ def sample_scan() -> Path:
     Raises:
         InputError: pymeshlab is not installed, or came without its samples.
     """
-    from ..running.errors import InputError
+    from ..files.errors import InputError
 
     spec = importlib.util.find_spec("pymeshlab")
     if spec is None or spec.origin is None:

@@ -1,4 +1,4 @@
-"""What this machine has, what is wrong with it, and what to do about that: one look after the other."""
+"""Checks of this machine: what it has, what is wrong, and what to do about that."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def look_at_pymeshlab() -> Iterator[Finding]:
 
 def look_at_facts() -> Iterator[Finding]:
     """Whether MeshLab's filters are those that scripts and calls are checked against."""
-    from ..meshlab_facts import differences_from_installed, table_version
+    from ..meshlab.facts import differences_from_installed, table_version
 
     differences = differences_from_installed()
     about_filters = [d for d in differences if d.startswith("filter ")]

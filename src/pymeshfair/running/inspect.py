@@ -7,10 +7,10 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
+from ..files.inputs import check_input
 from ..recipe import Recipe
 from ..scripts.script import Script
 from .child import WorkerProcess
-from .inputs import check_input
 from .interrupts import Interrupts
 from .job import Job
 from .messages import Assignment

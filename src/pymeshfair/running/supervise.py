@@ -1,4 +1,4 @@
-"""Runs a job in a worker process, and answers for everything that may happen to it."""
+"""Runs a job in a worker process, and puts its output in place when all went well."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
+from ..files.errors import OutputError
+from ..files.inputs import check_input
+from ..files.outputs import StagedFile, check_output, commit, write_whole
+from ..files.provenance import formatted, provenance_path
+from ..files.staging import staging_folder
 from .child import WorkerProcess
-from .errors import OutputError
-from .inputs import check_input
 from .interrupts import Interrupts
 from .job import Event, Job, RunResult
 from .messages import Assignment
-from .outputs import StagedFile, check_output, commit, write_whole
-from .provenance import formatted, provenance_path
 from .record import record_of, result_of
-from .staging import staging_folder
 from .watch import Watch
 
 
@@ -28,12 +28,12 @@ def run_job(job: Job, on_event: Callable[[Event], None] = lambda event: None) ->
 
     Args:
         job: what to do.
-        on_event: told what goes on, in this thread. An exception that it raises stops the run and is passed on.
+        on_event: called with each event, in this thread. An exception that it raises stops the run and is passed on.
 
     Raises:
         InputError: the input cannot be read.
         OutputError: the output cannot or must not be written.
-        StepFailed: a filter could not do its work.
+        StepFailedError: a filter could not do its work.
         WorkerDied: the worker process crashed or was killed.
         RunTimeout, OutOfMemory: the run needed more than it was given.
         KeyboardInterrupt: Ctrl-C, within a second, after everything has been cleaned up.

@@ -1,0 +1,1 @@
+"""Mesh files: what a file declares, reading and writing it whole, and what a format cannot keep."""

@@ -1,0 +1,35 @@
+"""Files that cannot be read or written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ..errors import RunError
+
+
+class InputError(RunError):
+    """The input cannot be read, or what was read is no mesh.
+
+    Attributes:
+        path: the input, or the file that it names.
+        reason: one sentence.
+    """
+
+    def __init__(self, path: Path, reason: str) -> None:
+        super().__init__(f"cannot read {path}: {reason}")
+        self.path = path
+        self.reason = reason
+
+
+class OutputError(RunError):
+    """The output cannot be written, or must not be.
+
+    Attributes:
+        path: the output, or a file beside it.
+        reason: one sentence.
+    """
+
+    def __init__(self, path: Path, reason: str) -> None:
+        super().__init__(f"cannot write {path}: {reason}")
+        self.path = path
+        self.reason = reason

@@ -1,0 +1,64 @@
+"""``OUTPUT.provenance.json``: how an output came about, so that it can be made again and compared.
+
+The document is the same for the same run on the same machine, byte for byte, but for what stands under ``"run"``: the times, the
+memory and the command line.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+#: what a provenance file calls itself; the number grows when the meaning of a field changes
+SCHEMA = "pymeshfair-provenance-1"
+
+
+def provenance_path(output: Path) -> Path:
+    """The file that says how `output` came about: ``scan.ply.provenance.json`` beside ``scan.ply``."""
+    return output.with_name(f"{output.name}.provenance.json")
+
+
+def read_provenance(output: Path) -> dict[str, Any] | None:
+    """What the file beside `output` says, or None if there is none or it is none of ours."""
+    try:
+        record = json.loads(provenance_path(output).read_bytes())
+    except (OSError, ValueError):
+        return None
+    if not isinstance(record, dict) or record.get("schema") != SCHEMA:
+        return None
+    return record if all(isinstance(record.get(part), dict) for part in ("input", "output")) else None
+
+
+def recorded_digest(record: Mapping[str, Any] | None, path: Path) -> str | None:
+    """The SHA-256 digest that a record gives for the output or a side file of it, by the file's name; None if it gives none."""
+    if record is None:
+        return None
+    files = [record["output"], *(f for f in record["output"].get("side_files", ()) if isinstance(f, dict))]
+    return next((str(f.get("sha256")) for f in files if Path(str(f.get("path"))).name == path.name), None)
+
+
+def sha256_of(path: Path) -> str:
+    """The SHA-256 digest of a file in hexadecimal."""
+    digest = hashlib.sha256()
+    with path.open("rb", buffering=0) as file:
+        while chunk := file.read(1 << 20):
+            digest.update(chunk)
+    return digest.hexdigest()
+
+
+def described_file(path: Path, *, named: Path | None = None) -> dict[str, Any]:
+    """The entry of one file in a record: its absolute path, size and digest.
+
+    Args:
+        path: the file as it is now.
+        named: the path to write down, if the file will be moved there.
+    """
+    return {"path": str((named or path).absolute()), "bytes": path.stat().st_size, "sha256": sha256_of(path)}
+
+
+def formatted(record: Mapping[str, Any]) -> bytes:
+    """The record as the bytes of its file."""
+    return (json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode("utf-8", "surrogateescape")

@@ -1,0 +1,87 @@
+"""The hidden folder beside an output in which it is written: on the same file system, so that a rename puts it in place.
+
+It is removed with the run. One that was left behind, because the power failed or everything was killed at once, is removed by the
+next run in the same folder: a process that works in it holds a lock, and a dead one holds none. On a system without such locks it
+stays until a user removes it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+from ..operating_system import this_system
+from .errors import OutputError
+
+#: what the name of the folder begins with
+STAGE_PREFIX = ".pymeshfair-run-"
+_LOCK = "lock"
+#: seconds after which a folder without a lock file counts as abandoned; a younger one may just be being made or removed
+_GRACE = 3600.0
+
+
+@contextlib.contextmanager
+def staging_folder(output: Path) -> Iterator[Path]:
+    """A new folder beside `output` with the empty folders ``new`` and ``old``; it is gone afterwards with all that is in it.
+
+    Raises:
+        OutputError: it cannot be made.
+    """
+    system = this_system()
+    _remove_abandoned(output.parent)
+    stage: Path | None = None
+    try:
+        try:
+            stage = Path(tempfile.mkdtemp(prefix=STAGE_PREFIX, dir=output.parent))
+            # The file gets its final name once it is locked, so that no other run sees an unlocked one.
+            lock = (stage / f"{_LOCK}.new").open("xb")
+        except OSError as error:
+            raise OutputError(output, f"cannot make a temporary folder beside it: {error.strerror or error}") from error
+        with lock:
+            system.try_lock(lock, alone=False)
+            system.move_open_file(lock, Path(lock.name), stage / _LOCK)
+            for name in ("new", "old"):
+                (stage / name).mkdir()
+            yield stage
+    finally:
+        if stage is not None:
+            remove_folder(stage)
+
+
+def hold(stage: Path) -> BinaryIO:
+    """Hold the lock of a staging folder for as long as the file that is given back is open."""
+    lock = (stage / _LOCK).open("rb")
+    this_system().try_lock(lock, alone=False)
+    return lock
+
+
+def remove_folder(folder: Path) -> None:
+    """Remove a staging folder, even while something still wants to put files into it."""
+    gone = folder.with_name(f"{folder.name}-gone")
+    try:
+        folder.replace(gone)
+    except OSError:
+        gone = folder
+    shutil.rmtree(gone, ignore_errors=True)
+
+
+def _remove_abandoned(parent: Path) -> None:
+    """Remove the staging folders that no process uses any more."""
+    with contextlib.suppress(OSError):
+        for folder in parent.glob(f"{STAGE_PREFIX}*"):
+            with contextlib.suppress(OSError):
+                if _is_abandoned(folder):
+                    remove_folder(folder)
+
+
+def _is_abandoned(folder: Path) -> bool:
+    try:
+        with (folder / _LOCK).open("rb") as lock:
+            return this_system().try_lock(lock, alone=True)
+    except FileNotFoundError:
+        return time.time() - folder.stat().st_mtime > _GRACE

@@ -1,0 +1,135 @@
+"""Textures beside an output: byte for byte those of the input, in the output's folder alone, never over a file that no run wrote.
+
+MeshLab itself writes where a material file points (``../evil.png`` lands above the output), encodes unchanged images anew, over
+their source if that is where the output goes, and writes a placeholder for a texture that does not exist.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from .errors import OutputError
+from .inputs import Announced
+from .outputs import StagedFile
+from .provenance import recorded_digest, sha256_of
+
+#: the name under which MeshLab keeps its placeholder for a texture that it did not find
+PLACEHOLDER = "dummy.png"
+#: the kinds of image that MeshLab writes
+_ENCODED = frozenset((".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff"))
+
+
+@dataclass(frozen=True)
+class TexturePlan:
+    """What to do about the textures of a mesh.
+
+    Attributes:
+        files: those to put in place with the output.
+        reused: those that are already in place.
+        new_names: the names that MeshLab writes into the output, and what must stand there instead.
+        missing: the textures that the input names and that do not exist.
+    """
+
+    files: tuple[StagedFile, ...]
+    reused: tuple[Path, ...]
+    new_names: Mapping[str, str]
+    missing: tuple[str, ...]
+
+
+def stage_textures(
+    images: Mapping[str, Any],
+    announced: Announced,
+    output: Path,
+    stage: Path,
+    *,
+    changed: bool,
+    record: Mapping[str, Any] | None,
+) -> TexturePlan:
+    """Write the textures of a mesh to the staging folder.
+
+    Args:
+        images: the textures of the mesh by name, from pymeshlab's ``Mesh.textures()``.
+        announced: what the input named.
+        output: the file that will name them.
+        stage: the staging folder.
+        changed: whether a step may have painted on textures that came with the input.
+        record: the provenance of the former output, if that is to be replaced.
+    """
+    sources = {key: file for name, file in announced.textures if file for key in (_file_name(name), name)}
+    missing = tuple(name for name, file in announced.textures if file is None)
+    # MeshLab does not find a file whose name has backslashes; its bytes are read here.
+    unread = [name for name, _ in announced.textures if name not in images and _file_name(name) not in images]
+    files: list[StagedFile] = []
+    reused: list[Path] = []
+    new_names: dict[str, str] = {}
+    for number, (name, image) in enumerate(images.items()):
+        meant = unread[0] if name == PLACEHOLDER and unread else name
+        if meant in missing:
+            new_names[name] = _file_name(meant)
+            continue
+        source = sources.get(meant)
+        staged = stage / f"texture-{number}{Path(_file_name(meant)).suffix or '.png'}"
+        if source is not None and (meant != name or not changed):
+            shutil.copyfile(source, staged)
+        else:
+            if staged.suffix.lower() not in _ENCODED:
+                staged = staged.with_suffix(".png")
+                meant += ".png"
+            image.save(str(staged))
+        target, in_place = _free_target(output, _file_name(meant), staged, record, {f.target for f in files})
+        new_names[name] = target.name
+        if in_place:
+            reused.append(target)
+        else:
+            files.append(StagedFile(staged, target))
+    changes = {old: new for old, new in new_names.items() if old != new}
+    return TexturePlan(tuple(files), tuple(reused), changes, missing)
+
+
+def _file_name(name: str) -> str:
+    """The last part of a texture's path, without characters that file systems refuse."""
+    last = re.sub(r'[\x00-\x1f<>:"|?*]', "_", name.replace("\\", "/").rpartition("/")[2]).strip()
+    return last if last.strip(".") else "texture.png"
+
+
+def _free_target(output: Path, name: str, staged: Path, record: Mapping[str, Any] | None, taken: set[Path]) -> tuple[Path, bool]:
+    """Where a texture is to be written, and whether an identical file is there already."""
+    names = [name, f"{output.stem}-{name}", *(f"{output.stem}-{k}-{name}" for k in range(2, 100))]
+    digest = sha256_of(staged)
+    for target in (output.with_name(n) for n in names):
+        if target in taken or target == output:
+            continue
+        if not os.path.lexists(target):
+            return target, False
+        if target.is_file() and not target.is_symlink():
+            there = sha256_of(target)
+            if there == digest:
+                return target, True
+            if there == recorded_digest(record, target):
+                return target, False
+    raise OutputError(output, f"no free name for the texture {name!r} beside it; clear the folder, or name another")
+
+
+def rename_in_materials(path: Path, new_names: Mapping[str, str]) -> None:
+    """Give textures other names in a material file that MeshLab wrote."""
+    lines = path.read_bytes().split(b"\n")
+    changed = {b"map_Kd " + os.fsencode(old): b"map_Kd " + os.fsencode(new) for old, new in new_names.items()}
+    path.write_bytes(b"\n".join(changed.get(line.rstrip(), line) for line in lines))
+
+
+def rename_in_ply(path: Path, header_size: int, new_names: Mapping[str, str]) -> None:
+    """Give textures other names in the header of a PLY file."""
+    fresh = path.with_name(f"{path.name}.renamed")
+    with path.open("rb") as source, fresh.open("xb") as target:
+        lines = source.read(header_size).split(b"\n")
+        word = b"comment TextureFile "
+        changed = {word + os.fsencode(old): word + os.fsencode(new) for old, new in new_names.items()}
+        target.write(b"\n".join(changed.get(line.rstrip(), line) for line in lines))
+        shutil.copyfileobj(source, target, 1 << 20)
+    fresh.replace(path)

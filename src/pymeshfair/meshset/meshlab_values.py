@@ -1,0 +1,118 @@
+"""Converts values of parameters between declarations and pymeshlab."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import pymeshlab
+
+from ..declaration import Color, Enum, Filter, Float, Layer, Length, Matrix, Parameter, Percentage, Point
+from ..errors import ParameterError
+
+#: Asks MeshLab for all values of one filter, from those given.
+AskMeshLab = Callable[..., Mapping[str, Any]]
+
+
+def as_length(value: Any) -> Any:
+    """A length in pymeshlab's classes or as text as a `Length`; anything else as it is.
+
+    pymeshlab keeps numbers in single precision; ``PercentageValue(0.1)`` becomes 0.1 %, not 0.10000000149011612 %.
+    """
+    if isinstance(value, pymeshlab.PercentageValue):
+        return Length(shortest(value.value()), "percent")
+    if isinstance(value, pymeshlab.PureValue):
+        return Length(shortest(value.value()))
+    return Length.parse(value) if isinstance(value, str) else value
+
+
+def shortest(single: float) -> float:
+    """The number with the fewest digits that is the same one in single precision."""
+    return float(str(np.float32(single)))
+
+
+def for_meshlab(known: Filter, values: Mapping[str, Any], ask: AskMeshLab, layer: Layer) -> dict[str, Any]:
+    """The values of a built-in filter as pymeshlab takes them.
+
+    Values that pymeshlab takes anyway stay what they are; `Length`, lengths as text, and colours, points and matrices as tuples
+    are put in its classes.
+
+    Raises:
+        ParameterError: a length is a bare number or no length.
+    """
+    parameters = {p.name: p for p in known.parameters}
+    return {
+        name: _for_meshlab(known, parameters[name], value, ask, layer) if name in parameters else value
+        for name, value in values.items()
+    }
+
+
+def _for_meshlab(known: Filter, parameter: Parameter, value: Any, ask: AskMeshLab, layer: Layer) -> Any:
+    if isinstance(parameter, Percentage) and not isinstance(value, pymeshlab.PercentageValue | pymeshlab.PureValue):
+        length = value if isinstance(value, Length) else parameter.check(value)
+        if length.unit == "percent" and 0.0 <= length.amount <= 100.0 and _is_of_diagonal(known, parameter, ask, layer):
+            return pymeshlab.PercentageValue(length.amount)
+        return pymeshlab.PureValue(length.resolve(diagonal=layer.diagonal, mean_edge=lambda: layer.mean_edge))
+    if isinstance(parameter, Color) and isinstance(value, tuple):
+        return pymeshlab.Color(*value)
+    if isinstance(parameter, Point | Matrix) and isinstance(value, tuple):
+        return np.array(value, dtype=np.float64)
+    return value
+
+
+def _is_of_diagonal(known: Filter, parameter: Parameter, ask: AskMeshLab, layer: Layer) -> bool:
+    """Whether MeshLab's percentages of this parameter are of the bounding box's diagonal; of a few they are of something else."""
+    zero, hundred = (ask(known.python_name, **{parameter.name: pymeshlab.PercentageValue(p)})[parameter.name] for p in (0, 100))
+    return zero == 0.0 and math.isclose(hundred, layer.diagonal, rel_tol=1e-6)
+
+
+def from_meshlab(
+    known: Filter, told: Mapping[str, Any], given: Mapping[str, Any], ask: AskMeshLab, layer: Layer
+) -> dict[str, Any]:
+    """What a built-in filter ran with, as declared values.
+
+    Args:
+        known: the filter.
+        told: what MeshLab says that it ran with.
+        given: what the user gave, as the user gave it; relative lengths stay relative, and numbers keep their digits.
+        ask: see `AskMeshLab`.
+        layer: the mesh that the filter met.
+
+    Returns:
+        The values by name; one that no script can say (a camera, a number that is not finite) is absent.
+    """
+    values = {}
+    for parameter in known.parameters:
+        if parameter.name not in told:
+            continue
+        try:
+            values[parameter.name] = _from_meshlab(known, parameter, told[parameter.name], given.get(parameter.name), ask, layer)
+        except (ParameterError, IndexError):
+            continue
+    return values
+
+
+def _from_meshlab(known: Filter, parameter: Parameter, told: Any, given: Any, ask: AskMeshLab, layer: Layer) -> Any:
+    if isinstance(parameter, Percentage):
+        length = as_length(given)
+        if isinstance(length, Length) and (length.unit != "percent" or _is_of_diagonal(known, parameter, ask, layer)):
+            return parameter.check(length)
+        if isinstance(given, str | Length):
+            return parameter.check(length)
+        return parameter.check(Length(shortest(told)))
+    if isinstance(parameter, Enum):
+        return parameter.check(parameter.choices[told])
+    if isinstance(parameter, Color):
+        return parameter.check((told.red(), told.green(), told.blue(), told.alpha()))
+    if isinstance(parameter, Float):
+        as_given = isinstance(given, float | int) and np.float32(given) == np.float32(told)
+        # MeshLab clamps what has a slider, and its own defaults may lie a rounding outside.
+        number = float(given) if as_given else shortest(told)
+        return parameter.check(min(max(number, _or(parameter.minimum, number)), _or(parameter.maximum, number)))
+    return parameter.check(told)
+
+
+def _or(bound: float | None, otherwise: float) -> float:
+    return otherwise if bound is None else bound

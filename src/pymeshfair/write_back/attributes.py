@@ -1,0 +1,198 @@
+"""Brings arrays into a mesh as custom attributes, where MeshLab's "by function" filters can read them.
+
+pymeshlab can add a custom attribute of given values, but neither change nor remove one, and it does not give back the memory
+of one when its mesh goes (8 bytes a number). So at most `MOST` stay on a layer: when they are used up, `refill` overwrites them,
+which takes longer. Point attributes are never used: MeshLab reads freed memory for them.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from itertools import chain, combinations, islice, product
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+import pymeshlab
+
+from ..declaration import Floats
+from ..errors import MeshError
+from .arrays import read_array
+from .refill import refill_faces, refill_vertices
+from .workbench import Workbench
+
+Element: TypeAlias = Literal["vertex", "face"]
+ELEMENTS: tuple[Element, Element] = ("vertex", "face")
+
+#: Every helper attribute's name begins with this.
+PREFIX = "pymeshfair_helper_"
+#: Most helper attributes for the vertices of a layer, and for its faces. A full edit needs nine, overwriting needs three more.
+MOST = 12
+#: How many of them are used up while others are overwritten.
+SPARE = 3
+
+_SAVED_AS: dict[Element, str] = {"vertex": "__ca_vs__", "face": "__ca_fs__"}
+_POINTS_SAVED_AS: dict[Element, str] = {"vertex": "__ca_vp__", "face": "__ca_fp__"}
+
+
+#: Names that can stand in an expression, apart from the constants of muParser.
+_WORD = re.compile("[A-Za-z_][A-Za-z0-9_]*")
+_CONSTANTS = {"_pi", "_e"}
+_ALLOWED = "a name may have the letters a to z, digits and _, and no digit first"
+#: The variables of MeshLab that the expressions of a write-back use.
+_VARIABLES: dict[Element, set[str]] = {
+    "vertex": {"vi", "x", "y", "z", "nx", "ny", "nz"},
+    "face": {"fi", "ti", *(f"n{axis}{corner}" for axis in "xyz" for corner in range(3))},
+}
+#: How many spellings of each kind are tried, ten microseconds each; enough for every one of a name of twelve letters.
+_MOST_SPELLINGS = 2**12
+
+
+def bring_in(bench: Workbench, mesh: Any, element: Element, arrays: Sequence[Floats]) -> list[str]:
+    """Helper attributes of the current layer that hold these arrays of one number a vertex (or face).
+
+    Returns:
+        The attributes' names; their values stay until the next call for the same kind of element.
+    """
+    if has_room(bench, element, len(arrays)):
+        count = len(helper_names(bench, element))
+        fresh = _names(count, count + len(arrays))
+        add = mesh.add_vertex_custom_scalar_attribute if element == "vertex" else mesh.add_face_custom_scalar_attribute
+        for name, values in zip(fresh, arrays, strict=True):
+            add(np.ascontiguousarray(values, dtype=np.float64), name)
+        return fresh
+    filled = _names(SPARE, SPARE + len(arrays))
+    if element == "face":
+        refill_faces(bench, mesh, spare_names(), filled, arrays)
+        return filled
+    normals = read_array(mesh, "face_normals")
+    refill_vertices(bench, mesh, spare_names(), filled, arrays)
+    if not np.array_equal(read_array(mesh, "face_normals"), normals):
+        x, y, z = bring_in(bench, mesh, "face", list(normals.T))
+        bench.apply("compute_normal_by_function_per_face", x=x, y=y, z=z)
+    return filled
+
+
+def has_room(bench: Workbench, element: Element, count: int) -> bool:
+    """Whether the current layer may get that many more helper attributes."""
+    return len(helper_names(bench, element)) + count <= MOST
+
+
+def spare_names() -> list[str]:
+    """The helper attributes that hold normals while others are overwritten."""
+    return _names(0, SPARE)
+
+
+def _names(start: int, stop: int) -> list[str]:
+    return [f"{PREFIX}{i}" for i in range(start, stop)]
+
+
+def helper_names(bench: Workbench, element: Element) -> list[str]:
+    """The helper attributes that the current layer has."""
+    return [name for name in attribute_names(bench, element) if name.startswith(PREFIX)]
+
+
+def attribute_names(bench: Workbench, element: Element) -> list[str]:
+    """All custom scalar attributes of the current layer."""
+    return _saved(bench, _SAVED_AS[element])
+
+
+def _saved(bench: Workbench, prefix: str) -> list[str]:
+    """The custom attributes of one kind; MeshLab tells them as parameters of saving a PLY file."""
+    offered = pymeshlab.MeshSet.filter_parameter_values(bench.meshset, "ply")
+    return [key.removeprefix(prefix) for key in offered if key.startswith(prefix)]
+
+
+def check_names(bench: Workbench, mesh: Any) -> None:
+    """Raise `MeshError` if MeshLab cannot compute on the current layer because of what its custom attributes are called."""
+    for element, told, points, name in _own(bench, mesh):
+        if name is None:
+            what = "MeshLab lists it in lower case, and it cannot be found by any other spelling that was tried"
+        elif not _WORD.fullmatch(name) or (not points and name in _CONSTANTS):
+            what = f"MeshLab cannot compute on a mesh with it: {_ALLOWED}"
+        elif not points and name in _VARIABLES[element]:
+            what = "it hides what MeshLab calls so in its own expressions"
+        else:
+            continue
+        raise MeshError(
+            f"nothing can be added to {mesh.label()!r} because of the name of its custom {element} attribute "
+            f"{name or told!r}; {what}; save the mesh without it, or give it another name"
+        )
+
+
+def clear_beyond(bench: Workbench, mesh: Any, element: Element, kept: int) -> None:
+    """Make the custom attributes of the current layer 0 from element `kept` on, where MeshLab may leave anything.
+
+    The layer has passed `check_names`.
+    """
+    index = {"vertex": "vi", "face": "fi"}[element]
+    for of, _, points, name in list(_own(bench, mesh)):
+        if of != element or name is None:
+            continue
+        values = _reader(mesh, element, points=points)(name)
+        if not values[kept:].any():
+            continue
+        if points:
+            values[kept:] = 0.0
+            x, y, z = bring_in(bench, mesh, element, list(values.T))
+            bench.apply(f"compute_new_custom_point_attribute_per_{element}", name=name, x_expr=x, y_expr=y, z_expr=z)
+        else:
+            new = f"{index}<{kept}?{name}:0"
+            bench.apply(f"compute_new_custom_scalar_attribute_per_{element}", name=name, expr=new)
+
+
+def _own(bench: Workbench, mesh: Any) -> Iterator[tuple[Element, str, bool, str | None]]:
+    """The custom attributes that are not helpers: of what, as MeshLab tells them, whether of points, and their names if found."""
+    for element in ELEMENTS:
+        for points, prefixes in ((False, _SAVED_AS), (True, _POINTS_SAVED_AS)):
+            for told in _saved(bench, prefixes[element]):
+                if points or not told.startswith(PREFIX):
+                    yield element, told, points, _spelled(_reader(mesh, element, points=points), told)
+
+
+def _reader(mesh: Any, element: Element, *, points: bool) -> Callable[[str], Floats]:
+    read: Callable[[str], Floats] = getattr(
+        mesh, f"{element}_custom_point_attribute_matrix" if points else f"{element}_custom_scalar_attribute_array"
+    )
+    return read
+
+
+def _spelled(read: Callable[[str], Floats], told: str) -> str | None:
+    """The name of which MeshLab tells this much: in lower case, and with _ for a blank or a hyphen; None if it is not found."""
+    for name in _spellings(told):
+        try:
+            read(name)
+        except pymeshlab.PyMeshLabException:
+            continue
+        return name
+    return None
+
+
+def _spellings(told: str) -> Iterator[str]:
+    """Names that MeshLab would tell so: words with capitals first, then few capitals anywhere, then other separators."""
+    words = [(word, word.capitalize(), word.upper()) for word in told.split("_")]
+    letters = [place for place, letter in enumerate(told) if letter != letter.upper()]
+    capitals = chain.from_iterable(combinations(letters, count) for count in range(1, len(letters) + 1))
+    yield from islice(map("_".join, product(*words)), _MOST_SPELLINGS)
+    for chosen in islice(capitals, _MOST_SPELLINGS):
+        yield "".join(letter.upper() if place in chosen else letter for place, letter in enumerate(told))
+    for other in " -":
+        yield from islice(map(other.join, product(*words)), _MOST_SPELLINGS)
+
+
+def without_helpers(parameters: dict[str, Any]) -> dict[str, Any]:
+    """The parameters of saving a file without those that stand for helper attributes."""
+    ours = tuple(prefix + PREFIX for prefix in _SAVED_AS.values())
+    return {name: value for name, value in parameters.items() if not name.startswith(ours)}
+
+
+def explain(bench: Workbench, error: Exception) -> MeshError:
+    """The error to raise when one of MeshLab's "by function" filters has failed during a write-back."""
+    mesh = pymeshlab.MeshSet.current_mesh(bench.meshset)
+    own = [name or told for _, told, _, name in _own(bench, mesh)]
+    if own and "unknown exception" in str(error):
+        return MeshError(
+            f"MeshLab cannot compute on this mesh, most likely because of its custom attributes ({', '.join(map(repr, own))}): "
+            f"{_ALLOWED}; save the mesh without the one that has others"
+        )
+    return MeshError(f"MeshLab could not take the result: {error}")

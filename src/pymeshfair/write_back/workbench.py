@@ -1,0 +1,105 @@
+"""Applies MeshLab's filters for the write-back: silently, outside the filter script, on the current layer."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+import pymeshlab
+from numpy.typing import NDArray
+
+from .aftermath import after_failure
+
+
+class Workbench:
+    """Applies MeshLab's filters to a mesh set; its filter script and the screen show nothing of it.
+
+    It calls `pymeshlab.MeshSet` itself, never what a subclass makes of it.
+
+    Attributes:
+        meshset: the mesh set at work.
+        helper_ids: ids that MeshLab has given to helper layers, ascending. MeshLab never gives an id twice, so every helper layer
+            leaves a gap behind.
+        verbose: whether the mesh set tells on the screen what it does, but for what happens here.
+        tells_parameters: the same for parameters alone.
+    """
+
+    def __init__(self, meshset: Any) -> None:
+        self.meshset = meshset
+        self.helper_ids: list[int] = []
+        self.verbose = False
+        self.tells_parameters = False
+
+    def apply(self, filter_name: str, /, **parameters: Any) -> dict[str, Any]:
+        """Apply a filter of MeshLab to the current layer; what it reports."""
+        with self._silence():
+            try:
+                told: dict[str, Any] = pymeshlab.MeshSet.apply_filter(self.meshset, filter_name, **parameters)
+            except Exception:
+                after_failure(self.meshset, verbose=False)
+                raise
+        pymeshlab.MeshSet.clear_filter_script(self.meshset)
+        return told
+
+    @contextmanager
+    def helper_layer(self, mesh: Any) -> Iterator[int]:
+        """Another layer for as long as the context lasts; gives its id. The current layer stays the current one."""
+        base = pymeshlab.MeshSet
+        current = base.current_mesh_id(self.meshset)
+        base.add_mesh(self.meshset, mesh, "", False)
+        helper: int = [m.id() for m in base.__iter__(self.meshset)][-1]
+        self.helper_ids.append(helper)
+        try:
+            yield helper
+        finally:
+            base.set_current_mesh(self.meshset, helper)
+            self.apply("delete_current_mesh")
+            base.set_current_mesh(self.meshset, current)
+
+    @contextmanager
+    def matrix_aside(self, mesh: Any) -> Iterator[None]:
+        """A layer without its matrix for as long as the context lasts.
+
+        pymeshlab's face_normal_matrix() applies the matrix, scaled by the cube root of its determinant; of a mirrored layer it
+        gives NaN. Everything else it gives is free of the matrix.
+        """
+        matrix = mesh.transform_matrix()
+        if np.array_equal(matrix, np.eye(4)):
+            yield
+            return
+        self._set_matrix(mesh, np.eye(4))
+        try:
+            yield
+        finally:
+            self._set_matrix(mesh, matrix)
+
+    def _set_matrix(self, mesh: Any, matrix: NDArray[np.float64]) -> None:
+        base = pymeshlab.MeshSet
+        current = base.current_mesh_id(self.meshset)
+        base.set_current_mesh(self.meshset, mesh.id())
+        self.apply("set_matrix", transformmatrix=matrix, compose=False, freeze=False)
+        base.set_current_mesh(self.meshset, current)
+
+    @contextmanager
+    def _silence(self) -> Iterator[None]:
+        base = pymeshlab.MeshSet
+        base.set_verbosity(self.meshset, False)
+        base.set_parameter_verbosity(self.meshset, False)
+        try:
+            yield
+        finally:
+            base.set_verbosity(self.meshset, self.verbose)
+            base.set_parameter_verbosity(self.meshset, self.tells_parameters)
+
+    def without_helpers(self, mesh_id: int) -> int:
+        """The id that a layer would have if no helper layer had ever taken one: what a script should say."""
+        return mesh_id - sum(helper < mesh_id for helper in self.helper_ids)
+
+    def with_helpers(self, mesh_id: int) -> int:
+        """The layer's id in this mesh set, from the one in a script; undoes `without_helpers`."""
+        for helper in self.helper_ids:
+            if helper <= mesh_id:
+                mesh_id += 1
+        return mesh_id

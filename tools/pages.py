@@ -1,0 +1,103 @@
+"""The pages that follow from the code.
+
+``docs/filters.md`` comes from the declarations and the bibliography, ``docs/recipes.md`` from the head comments of the recipes.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+from unicodedata import normalize
+
+from pymeshfair.declaration import Filter, Parameter, Percentage, nearest
+from pymeshfair.errors import UnknownNameError
+from pymeshfair.recipe import load_recipe, shipped_recipes
+from pymeshfair.registry import custom_filters
+
+DOCS = Path(__file__).parents[1] / "docs"
+BIBLIOGRAPHY = DOCS / "bibliography.bib"
+#: LaTeX's accents as those of Unicode that follow their letter
+ACCENTS = {'"': "\u0308", "'": "\u0301", "`": "\u0300", "v": "\u030c"}
+
+
+def filters_page() -> str:
+    """The reference of every filter that pymeshfair declares."""
+    own = [f for f in custom_filters() if f.origin == "pymeshfair"]
+    parts = [
+        "# Filters\n",
+        "Each is a method of `pymeshfair.MeshSet`, a step of an .mlx script under its menu name, and known to `pymeshfair info`. "
+        "Written by `python tools/generate.py pages` from the declarations.\n",
+        "Lengths are `'1%'` of the bounding box's diagonal, `'0.5edge'` (mean edges) or `'0.3'` (mesh units); pymeshlab's "
+        "`PercentageValue` and `PureValue` work too.\n",
+        *(f"* [{f.name}](#{f.python_name}): {f.summary}" for f in own),
+        "",
+        *(filter_section(f) for f in own),
+    ]
+    return "\n".join(parts)
+
+
+def filter_section(declared: Filter) -> str:
+    """One filter: what it does, its parameters as a table, its sources."""
+    lines = [f'<a id="{declared.python_name}"></a>\n## {declared.name}\n', f"`{declared.python_name}`\n", f"{declared.info}\n"]
+    if declared.parameters:
+        lines += ["| parameter | allowed | default | meaning |", "|---|---|---|---|"]
+        lines += [f"| `{p.name}` | {allowed(p)} | `{p.default}` | {p.help} |" for p in declared.parameters]
+        lines.append("")
+    if declared.references:
+        lines += ["Sources: " + "; ".join(cited(declared.references, declared.python_name)) + ".\n"]
+    return "\n".join(lines)
+
+
+def allowed(parameter: Parameter) -> str:
+    """What the parameter takes, without the words about lengths that head the page."""
+    if isinstance(parameter, Percentage):
+        return "a length"
+    return parameter.describe_allowed().replace("|", "\\|")
+
+
+def cited(keys: Iterable[str], filter_name: str) -> list[str]:
+    """Authors, title and year of each key that a filter cites, from the bibliography.
+
+    Raises:
+        UnknownNameError: the bibliography has no such key.
+    """
+    text = BIBLIOGRAPHY.read_text(encoding="utf-8")
+    entries = {match[1]: match[2] for match in re.finditer(r"@\w+\{(\w+),(.*?)\n\}", text, re.DOTALL)}
+    for key in keys:
+        if key not in entries:
+            near = nearest(key, entries)
+            hint = f"; did you mean {near!r}?" if near else ""
+            raise UnknownNameError(f"{BIBLIOGRAPHY} has no entry {key!r}, which {filter_name} cites{hint}", suggestion=near)
+    return [_citation(entries[key]) for key in keys]
+
+
+def _citation(entry: str) -> str:
+    authors = _value(entry, "author").replace(" and ", "; ")
+    return f"{authors}: *{_value(entry, 'title')}*, {_value(entry, 'year')}"
+
+
+def _value(entry: str, key: str) -> str:
+    found = re.search(rf"\b{key}\s*=\s*\{{(.*)\}},?\n", entry + "\n")
+    if found is None:
+        raise ValueError(f"the bibliography entry has no {key}: {entry}")
+    text = re.sub(r"""\{\\(["'`v])\{?(\w)\}?\}""", lambda accent: normalize("NFC", accent[2] + ACCENTS[accent[1]]), found[1])
+    return re.sub(r"[{}]", "", text)
+
+
+def recipes_page() -> str:
+    """What each shipped recipe is for, does and lets the user tune, with its steps."""
+    parts = [
+        "# Recipes\n",
+        "`pymeshfair run NAME scan.ply -o clean.ply`. Written by `python tools/generate.py pages` from the scripts' "
+        "head comments.\n",
+    ]
+    for name in shipped_recipes():
+        recipe = load_recipe(name)
+        parts += [f"## {name}\n", f"**{recipe.title}**\n", f"{recipe.description}\n", "Steps:\n"]
+        parts += [f"{i}. {step.filter.name}" for i, step in enumerate(recipe.script.steps, start=1)]
+        parts.append("")
+    return "\n".join(parts)
+
+
+PAGES = {"filters.md": filters_page, "recipes.md": recipes_page}
