@@ -83,7 +83,8 @@ def normal_filtering(
         border=border,
         progress=lambda share: progress((finished + 0.9 * share) / outer),
     )
-    for finished, now in enumerate(islice(results, outer), 1):
+    for finished, result in enumerate(islice(results, outer), 1):
+        now = result
         progress(finished / outer)
     return mesh.restored(now)
 

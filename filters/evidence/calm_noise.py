@@ -26,8 +26,8 @@ def calm_noise(points: Floats, faces: Ints, *, normals: Floats, scored: Bools) -
         scored: (n,) the vertices that count.
 
     Returns:
-        The level in the unit of the points; up to a fifth below the standard deviation of even noise, since it is the calmest
-        part. 0 if no vertex counts.
+        The level in the unit of the points; a fifth to a third below the standard deviation of even noise, since it is that of
+        the calmest part. 0 if no vertex counts.
     """
     which = np.flatnonzero(scored).astype(np.int32)
     if not len(which):

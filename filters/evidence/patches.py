@@ -11,7 +11,7 @@ from ..topology import edges, vertex_faces
 
 # Larger meshes are sampled by so many patches of about so many faces: ten large ones have misled, since shapes differ from place
 # to place.
-_WHOLE, _PATCHES, _FACES = 30_000, 40, 450
+_WHOLE, _PATCHES, _FACES = 20_000, 40, 450
 # Random numbers are the fractions of so many times a length of the geometry.
 _MULTIPLE = 1013.0
 
@@ -31,7 +31,7 @@ class Sample(NamedTuple):
 
 
 def sample_of(vertices: Floats, faces: Ints) -> Sample:
-    """All of a mesh of up to 30,000 faces, or else 40 patches of about 450 faces each.
+    """All of a mesh of up to 20,000 faces, or else 40 patches of about 450 faces each.
 
     A patch is whole rings around a face. The faces are those with the least random numbers, made of their perimeters over the
     mean edge: renumbering, moving, turning and scaling the mesh changes none of them by more than rounding.

@@ -52,7 +52,7 @@ def _predict(
     matrix, side, terms, solution = np.empty((6, 6)), np.empty(6), np.empty(6), np.empty(6)
     for k in range(which.shape[0]):
         i = which[k]
-        scale = _ring_distance(points, offsets, neighbours, i)
+        scale = _ring_distance(points, offsets, neighbours, normals, i)
         if scale == 0.0:
             continue
         count = _gather(points, offsets, neighbours, normals, hidden, i, scale, seen, u, v, h, w)
@@ -84,14 +84,14 @@ def _predict(
 
 
 @njit(cache=True, nogil=True)
-def _ring_distance(points: Floats, offsets: Longs, neighbours: Ints, i: int) -> float:
-    """The mean distance of the one-ring."""
+def _ring_distance(points: Floats, offsets: Longs, neighbours: Ints, normals: Floats, i: int) -> float:
+    """The mean distance of the one-ring along the surface, in which the height of i has no part."""
     total = 0.0
     for k in range(offsets[i], offsets[i + 1]):
         j = neighbours[k]
-        total += math.sqrt(
-            (points[j, 0] - points[i, 0]) ** 2 + (points[j, 1] - points[i, 1]) ** 2 + (points[j, 2] - points[i, 2]) ** 2
-        )
+        x, y, z = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
+        h = normals[i, 0] * x + normals[i, 1] * y + normals[i, 2] * z
+        total += math.sqrt(max(0.0, x * x + y * y + z * z - h * h))
     return total / (offsets[i + 1] - offsets[i]) if offsets[i + 1] > offsets[i] else 0.0
 
 
