@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit, prange
 
 from ..checks import FilterInputError
-from ..execution import threads_for
+from ..execution import PARTS, SERIAL_BELOW, threads_for
 from ..mesh import Bools, Floats, Ints, Longs
 from ..topology import VertexFaces
 
@@ -57,10 +57,13 @@ def fit_vertices(
     if update == "conjugate_gradient":
         return _descend(vertices, at_vertices, normals, iterations, moves, bound, faces)
     now, then = vertices.copy(), np.empty_like(vertices)
-    with threads_for(len(vertices)):
-        for _ in range(iterations):
-            _step(now, at_vertices.offsets, at_vertices.rows, normals, moves, bound, update == "ohtake", avoid_flips, then)
-            now, then = then, now
+    for _ in range(iterations):
+        arguments = (now, at_vertices.offsets, at_vertices.rows, normals, moves, bound, update == "ohtake", avoid_flips, then)
+        if len(vertices) < SERIAL_BELOW:
+            _step(*arguments, 0, len(vertices))
+        else:
+            _step_in_parallel(*arguments)
+        now, then = then, now
     return now
 
 
@@ -73,7 +76,7 @@ def fitting_energy(vertices: Floats, faces: Ints, normals: Floats) -> float:
 
 
 @njit(cache=True, parallel=True)
-def _step(
+def _step_in_parallel(
     now: Floats,
     offsets: Longs,
     rows: Ints,
@@ -84,7 +87,26 @@ def _step(
     avoid_flips: bool,
     then: Floats,
 ) -> None:
-    for i in prange(now.shape[0]):
+    for part in prange(PARTS):
+        first, last = part * now.shape[0] // PARTS, (part + 1) * now.shape[0] // PARTS
+        _step(now, offsets, rows, normals, moves, bound, by_area, avoid_flips, then, first, last)
+
+
+@njit(cache=True, nogil=True)
+def _step(
+    now: Floats,
+    offsets: Longs,
+    rows: Ints,
+    normals: Floats,
+    moves: Bools,
+    bound: Bools,
+    by_area: bool,
+    avoid_flips: bool,
+    then: Floats,
+    first: int,
+    last: int,
+) -> None:
+    for i in range(first, last):
         px, py, pz = now[i, 0], now[i, 1], now[i, 2]
         then[i, 0], then[i, 1], then[i, 2] = px, py, pz
         if not moves[i] or offsets[i] == offsets[i + 1]:

@@ -19,6 +19,7 @@ FOUNDATION = (
     "geometry",
     "neighbours",
     "robust",
+    "evidence",
     "operators",
     "linear_solvers",
 )

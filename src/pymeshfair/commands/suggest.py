@@ -79,11 +79,11 @@ def _explicit(scan: Path, values: dict[str, Any]) -> Recipe | None:
 
     known = find_filter(FILTER)
     given = {parameter.name: values[parameter.name] for parameter in known.parameters if parameter.name in values}
-    if not given:
+    if values["shape"] == "clean":
         return None
     name = scan.name.replace("--", "- ").strip("-")
     comment = f"Denoises scans such as {name}\n\nFor: {_kind(values)}, with noise of {values['noise']:.2g} edges."
-    steps = [Step(known).with_values(given)]
+    steps = [Step(known).with_values(given)] if given else []
     if values["relaxation"]:
         steps.insert(0, Step(find_filter(RELAXES)).with_values({"iterations": int(values["relaxation"])}))
     return Recipe("suggestion", Script(tuple(steps), comment))
@@ -100,10 +100,8 @@ def _words(scan: Path, values: dict[str, Any]) -> str:
 
 def _kind(values: dict[str, Any]) -> str:
     kinds = {
-        "sharp": "flat parts that meet at edges",
-        "smooth": "a smooth or finely detailed shape",
+        "noisy": "a shape with noise of its own at every vertex",
         "range map": "a range map with noise that neighbours share",
-        "scattered": "a shape with noise in all directions",
         "clean": "a shape without noise",
     }
     return kinds.get(values["shape"], str(values["shape"]))
