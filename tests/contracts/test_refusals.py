@@ -90,8 +90,9 @@ ALONG: dict[tuple[str, str | None], dict[str, Any]] = {
 def functions_of(declared: Filter) -> Iterator[Callable[..., Any]]:
     """The functions of arrays in `pymeshfair.filters` that the filter calls, itself or through its module's own."""
     assert declared.function is not None
-    module = inspect.getmodule(declared.function)
-    ahead, seen = [declared.function.__code__], set[CodeType]()
+    own: Any = inspect.unwrap(declared.function)  # of one whose parameters are the fields of a dataclass
+    module = inspect.getmodule(own)
+    ahead, seen = [own.__code__], set[CodeType]()
     while ahead:
         code = ahead.pop()
         if code in seen:
@@ -103,7 +104,7 @@ def functions_of(declared: Filter) -> Iterator[Callable[..., Any]]:
                 continue
             if called.__module__.startswith("pymeshfair.filters."):
                 yield called
-            elif called.__module__ == declared.function.__module__:
+            elif called.__module__ == own.__module__:
                 ahead.append(called.__code__)
 
 
