@@ -28,7 +28,7 @@ def descended(
     moves: Bools,
     along_normal: Bools,
 ) -> Floats:
-    """(n, 3) the vertices after steps of conjugate gradients (Polak and Ribiere), whose line search halves until the energy falls enough.
+    """(n, 3) the vertices after steps of conjugate gradients (Polak and Ribiere) with a line search by halving.
 
     Args:
         vertices: (n, 3) coordinates of ordinary size.
