@@ -6,11 +6,11 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 from numba import njit, prange
 
-from ..checks import check_choice
+from ..checks import FilterInputError
 from ..execution import PARTS, SERIAL_BELOW
 from ..mesh import Bools, Floats, Ints, Longs
 from ..topology import VertexFaces
-from .fitting_energy import descended
+from .vertex_descent import descend
 
 #: "sun": the mean of the projections onto the planes of the faces around a vertex [sun2007]; "ohtake": their mean by area
 #: [ohtake2001]; "conjugate_gradient": descent on the energy sum A |n - m|^2.
@@ -52,10 +52,11 @@ def fit_vertices(
         avoid_flips: halve, and in the end leave out, a step that turns a face that looks to the side of its wanted normal away
             from it.
     """
-    check_choice("vertex_update", update, VERTEX_UPDATES)
+    if update not in VERTEX_UPDATES:
+        raise FilterInputError(f"vertex_update {update!r} is not one of {', '.join(map(repr, VERTEX_UPDATES))}")
     bound = np.zeros(len(vertices), dtype=np.bool_) if along_normal is None else along_normal
     if update == "conjugate_gradient":
-        return descended(vertices, faces, at_vertices, normals, iterations=iterations, moves=moves, along_normal=bound)
+        return descend(vertices, at_vertices, normals, iterations, moves, bound, faces)
     now, then = vertices.copy(), np.empty_like(vertices)
     for _ in range(iterations):
         arguments = (now, at_vertices.offsets, at_vertices.rows, normals, moves, bound, update == "ohtake", avoid_flips, then)

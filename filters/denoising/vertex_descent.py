@@ -1,4 +1,4 @@
-"""The energy of normals that differ from those wanted, and its descent."""
+"""Vertices moved by descent on the energy of faces that deviate from the normals that are wanted."""
 
 import math
 
@@ -18,26 +18,12 @@ def fitting_energy(vertices: Floats, faces: Ints, normals: Floats) -> float:
     return float(terms.sum())
 
 
-def descended(
-    vertices: Floats,
-    faces: Ints,
-    at_vertices: VertexFaces,
-    normals: Floats,
-    *,
-    iterations: int,
-    moves: Bools,
-    along_normal: Bools,
+def descend(
+    vertices: Floats, at_vertices: VertexFaces, normals: Floats, iterations: int, moves: Bools, bound: Bools, faces: Ints
 ) -> Floats:
-    """(n, 3) the vertices after steps of conjugate gradients (Polak and Ribiere) with a line search by halving.
+    """(n, 3) the vertices after conjugate gradients of Polak and Ribiere; arguments as of `fit_vertices`.
 
-    Args:
-        vertices: (n, 3) coordinates of ordinary size.
-        faces: (m, 3) triangles.
-        at_vertices: the faces at every vertex.
-        normals: (m, 3) the unit normals that are wanted.
-        iterations: number of steps at most.
-        moves: (n,) which vertices move.
-        along_normal: (n,) which of them move along the mean of their faces' wanted normals only.
+    Each has a line search that halves until the energy falls enough.
     """
     now = vertices.copy()
     gradient, direction = np.zeros_like(now), np.zeros_like(now)
@@ -47,7 +33,7 @@ def descended(
     for iteration in range(iterations):
         fresh = np.zeros_like(now)
         with threads_for(len(vertices)):
-            _gradients(now, at_vertices.offsets, at_vertices.rows, normals, moves, along_normal, fresh)
+            _gradients(now, at_vertices.offsets, at_vertices.rows, normals, moves, bound, fresh)
         square = float((fresh * fresh).sum())
         if not square > 0.0:
             break
