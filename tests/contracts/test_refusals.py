@@ -6,7 +6,6 @@ import inspect
 import math
 import re
 from collections.abc import Callable, Iterator
-from types import CodeType
 from typing import Any
 
 import numpy as np
@@ -88,24 +87,21 @@ ALONG: dict[tuple[str, str | None], dict[str, Any]] = {
 
 
 def functions_of(declared: Filter) -> Iterator[Callable[..., Any]]:
-    """The functions of arrays in `pymeshfair.filters` that the filter calls, itself or through its module's own."""
-    assert declared.function is not None
-    own: Any = inspect.unwrap(declared.function)  # of one whose parameters are the fields of a dataclass
-    module = inspect.getmodule(own)
-    ahead, seen = [own.__code__], set[CodeType]()
+    """The functions of arrays in `pymeshfair.filters` that the filter calls, itself or through functions of plugins."""
+    ahead, seen = [declared.function], set[Callable[..., Any]]()
     while ahead:
-        code = ahead.pop()
-        if code in seen:
+        caller = ahead.pop()
+        if not inspect.isfunction(caller) or caller in seen:
             continue
-        seen.add(code)
-        for name in code.co_names:
-            called = getattr(module, name, None)
+        seen.add(caller)
+        for name in caller.__code__.co_names:
+            called = caller.__globals__.get(name)
             if not inspect.isfunction(called):
                 continue
             if called.__module__.startswith("pymeshfair.filters."):
                 yield called
-            elif called.__module__ == own.__module__:
-                ahead.append(called.__code__)
+            elif called.__module__.startswith("pymeshfair.plugins."):
+                ahead.append(called)
 
 
 def arguments(function: Callable[..., Any], declared: Filter, parameter: str | None = None) -> dict[str, Any] | None:
