@@ -42,13 +42,13 @@ class Scene:
     @property
     def chosen(self) -> Bools:
         """(n,) the vertices that `apply` selects if it selects any."""
-        chosen: Bools = self.scalars < CHOSEN_BELOW
+        chosen: Bools = np.asarray(self.scalars < CHOSEN_BELOW)
         return chosen
 
     @property
     def chosen_faces(self) -> Bools:
         """(m,) the faces that `apply` selects: those of which all vertices are."""
-        chosen: Bools = self.chosen[self.faces].all(axis=1)
+        chosen: Bools = np.asarray(self.chosen[self.faces].all(axis=1))
         return chosen
 
     def with_stray(self, at: int, position: Floats) -> Scene:
@@ -149,7 +149,7 @@ def mesh_set(scene: Scene, *, select: bool = False) -> pymeshfair.MeshSet:
         meshes.set_selection_all()
         meshes.meshing_remove_selected_vertices()
         return meshes
-    given = {
+    given: dict[str, Floats | Ints] = {
         "vertex_matrix": scene.vertices,
         "face_matrix": scene.faces,
         "edge_matrix": scene.edges,

@@ -87,12 +87,18 @@ VARIANTS: list[Variant] = [variant for declared in FILTERS for variant in varian
 
 def each_filter(test: Callable[..., None]) -> Callable[..., None]:
     """Run a test for every filter, as its parameter `declared`."""
-    return pytest.mark.parametrize("declared", FILTERS, ids=lambda d: d.python_name)(test)
+    mark: Callable[[Callable[..., None]], Callable[..., None]] = pytest.mark.parametrize(
+        "declared", FILTERS, ids=lambda d: d.python_name
+    )
+    return mark(test)
 
 
 def each_variant(test: Callable[..., None]) -> Callable[..., None]:
     """Run a test for every way to call every filter, as its parameter `variant`."""
-    return pytest.mark.parametrize("variant", VARIANTS, ids=lambda v: v.name)(test)
+    mark: Callable[[Callable[..., None]], Callable[..., None]] = pytest.mark.parametrize(
+        "variant", VARIANTS, ids=lambda v: v.name
+    )
+    return mark(test)
 
 
 @functools.cache
