@@ -14,9 +14,6 @@ DEFECTS: dict[str, str] = {
     r"rises.*bilaplacian|rises.*region_fairing|rises.*bridge": "progress ends before 1",
     r"rises.*spectral_filter-method=eigenvectors": "progress goes back",
     r"same_words\[bilaplacian_smoothing-weight": "a weight that is no number says nothing of itself",
-    r"same_words\[(improve_triangles|tangential_smoothing)-iterations": "2.0 iterations are an error of range",
-    r"same_words\[(spectral_filter-order|one_harmonic-mode|close_holes-rounds)": "2.0 is taken for 2, and True for 1",
-    r"same_words\[local_outlier": "other words",
 }
 
 
