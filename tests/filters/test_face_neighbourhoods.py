@@ -109,9 +109,9 @@ def test_ways_on_a_plane_are_little_longer_than_straight() -> None:
         centres = np.ascontiguousarray(vertices[faces].mean(axis=1))
         middle = int(np.argmin(np.linalg.norm(centres - centres.mean(axis=0), axis=1)))
         distances = np.linalg.norm(centres - centres[middle], axis=1)
-        corners = vertex_faces(faces, len(vertices))
+        at_vertices = vertex_faces(faces, len(vertices))
         for radius in radii:
-            around = face_neighbourhoods(faces, corners, "geodesic", centres=centres, radius=float(radius))
+            around = face_neighbourhoods(faces, at_vertices, "geodesic", centres=centres, radius=float(radius))
             found = around.neighbours[around.offsets[middle] : around.offsets[middle + 1]].tolist()
             assert distances[found].max() <= radius + 1e-12
             assert set(found) >= set(np.flatnonzero(distances < radius / 1.04).tolist()) - {middle}
