@@ -1,0 +1,111 @@
+"""How far a surface lies from another one, and on which side."""
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..checks import FilterInputError, check_choice
+from ..mesh import Floats, Ints, bounding_box, check_mesh, unit_scale
+from .closest_points import closest_points
+from .corner_angles import vertex_normals
+
+#: "vertex": vertex i belongs to vertex i. "surface": every vertex belongs to the nearest place of the reference. "auto": the first
+#: if both have the same vertices in number and the same faces, at least one; else the second.
+Correspondence: TypeAlias = Literal["auto", "vertex", "surface"]
+CORRESPONDENCES: tuple[Correspondence, ...] = get_args(Correspondence)
+
+
+@dataclass(frozen=True, eq=False)
+class Displacement:
+    """What lies between n vertices and their counterparts on a reference.
+
+    Attributes:
+        vectors: (n, 3) from the counterpart to the vertex, in mesh units.
+        distances: (n,) their lengths.
+        signs: (n,) 1 on the side to which the normals of the reference point, and where they tell nothing; -1 on the other.
+        by_vertex: whether vertices were compared with those of the same number.
+    """
+
+    vectors: Floats
+    distances: Floats
+    signs: Floats
+    by_vertex: bool
+
+    @property
+    def signed(self) -> Floats:
+        """(n,) the distances, negative on the inner side."""
+        return self.signs * self.distances
+
+
+def displacement(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    reference_vertices: ArrayLike,
+    reference_faces: ArrayLike,
+    *,
+    correspondence: Correspondence = "auto",
+) -> Displacement:
+    """Measure how far the vertices of a mesh or a cloud lie from a reference.
+
+    Exact to the digits that the coordinates have, far from the origin, too: differences come before squares.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles, none for a cloud; they only tell whether vertices correspond.
+        reference_vertices: (k, 3) coordinates.
+        reference_faces: (l, 3) triangles, none for a cloud.
+        correspondence: see `Correspondence`.
+
+    Raises:
+        FilterInputError: not a mesh, an empty reference, or vertices that cannot correspond as they differ in number.
+    """
+    check_choice("correspondence", correspondence, CORRESPONDENCES)
+    points, triangles = check_mesh(vertices, faces)
+    targets, target_faces = check_mesh(reference_vertices, reference_faces)
+    if len(targets) == 0:
+        raise FilterInputError("the reference has no vertices: there is nothing to measure from")
+    same = len(points) == len(targets)
+    if correspondence == "vertex" and not same:
+        raise FilterInputError(
+            f"the mesh has {len(points)} vertices and the reference {len(targets)}: vertices of the same number are no "
+            "counterparts; take the correspondence 'surface'"
+        )
+    by_vertex = correspondence == "vertex" or (
+        correspondence == "auto" and same and len(triangles) > 0 and np.array_equal(triangles, target_faces)
+    )
+    low, high = bounding_box(targets)
+    middle, scale = low * 0.5 + high * 0.5, unit_scale(low, high)
+    ground = (targets - middle) * scale
+    normals = vertex_normals(ground, _proper(target_faces))
+    if by_vertex:
+        vectors = points - targets
+        distances = np.linalg.norm(vectors * scale, axis=1) / scale
+    else:
+        queries = (points - middle) * scale
+        closest = closest_points(queries, ground, _proper(target_faces))
+        vectors, distances = (queries - closest.places) / scale, closest.distances / scale
+        normals = _normals_at(closest.places, closest.elements, ground, _proper(target_faces), normals)
+    outwards = np.einsum("ij,ij->i", vectors * scale, normals)
+    return Displacement(vectors, distances, np.where(outwards < 0.0, -1.0, 1.0), by_vertex)
+
+
+def _proper(faces: Ints) -> Ints:
+    """The faces that name no vertex twice."""
+    a, b, c = faces.T
+    proper: Ints = faces[(a != b) & (b != c) & (c != a)]
+    return proper
+
+
+def _normals_at(places: Floats, elements: Ints, points: Floats, faces: Ints, normals: Floats) -> Floats:
+    """(q, 3) the normals of the vertices, interpolated to places on faces; those of a cloud are 0."""
+    if len(faces) == 0:
+        return np.zeros_like(places)
+    corners = faces[elements]
+    a, b, c = (points[corners[:, k]] for k in range(3))
+    # Areas of the three triangles that the place makes with the edges, up to a factor that does not matter.
+    weights = [np.linalg.norm(np.cross(q - places, r - places), axis=1) for q, r in ((b, c), (c, a), (a, b))]
+    mixed = sum(w[:, None] * normals[corners[:, k]] for k, w in enumerate(weights))
+    flat = sum(weights) == 0.0
+    return np.asarray(np.where(flat[:, None], normals[corners].sum(axis=1), mixed))
