@@ -67,8 +67,8 @@ def perona_malik(
         FilterInputError: shapes that do not fit, values that are not finite, a parameter out of range.
         UnstableStepError: the step is longer than 1 / d; the error names that.
     """
-    given = np.asarray(values, dtype=np.float64)
-    start, triangles = _checked(given, np.asarray(faces))
+    unchanged = np.asarray(values, dtype=np.float64)
+    start, triangles = _checked(unchanged, np.asarray(faces))
     moves = check_movable(movable, len(start))
     check_choice("edge_stop", edge_stop, EDGE_STOPS)
     steps = check_whole_number("iterations", iterations, least=0)
@@ -98,7 +98,7 @@ def perona_malik(
     # A sum that is rounded may end one bit outside the range.
     result = np.clip(now, start.min(axis=0), start.max(axis=0)) if len(start) else now
     # Adding 0 would turn -0.0 into 0.0.
-    return np.asarray(np.where(result == start, start, result).reshape(given.shape))
+    return np.asarray(np.where(result == start, start, result).reshape(unchanged.shape))
 
 
 def longest_step(faces: ArrayLike) -> float:

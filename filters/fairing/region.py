@@ -63,7 +63,7 @@ def fair_region(
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
         free: (n,) bool, the vertices to place. Those on the border of the mesh stay, like vertices without a triangle: a border
-            that nothing holds would tend to shrink the region. At such a held border a thin plate has no slope given and L p = 0
+            that nothing holds would tend to shrink the region. At such a fixed border a thin plate has no slope given and L p = 0
             there ("simply supported").
         energy: "membrane": k = 1, the region meets its rim at any angle. "thin_plate": k = 2, tangents continue across the rim.
             "minimum_variation": k = 3, curvatures do too, and the region bulges as its surroundings suggest.
@@ -90,7 +90,7 @@ def fair_region(
         return FairedRegion(points.copy(), np.zeros(len(points), dtype=np.bool_), 0.0, 0.0, 0)
     mesh = normalised_mesh(part.points, part.faces)
     system = _system(part._replace(points=mesh.points), order, dense)
-    _check_held(system.stiffness, part._replace(points=system.points), order)
+    _check_anchored(system.stiffness, part._replace(points=system.points), order)
     extent = float(np.linalg.norm(np.ptp(system.points, axis=0)))
     solution = refined_solution(
         system.matrix(), system.residual, system.points[part.free], extent=extent, method=method, progress=progress
@@ -167,21 +167,21 @@ def _area(points: Floats, faces: Ints) -> float:
     return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
 
 
-def _check_held(stiffness: sparse.csr_matrix, part: Submesh, rings: int) -> None:
+def _check_anchored(stiffness: sparse.csr_matrix, part: Submesh, rings: int) -> None:
     """Refuses free vertices that are connected with no fixed one, or with less than a triangle of them."""
     graph = stiffness[part.free][:, part.free]
     count, labels = sparse.csgraph.connected_components(graph, directed=False)
-    held = np.zeros(count, dtype=np.bool_)
+    anchored = np.zeros(count, dtype=np.bool_)
     touching = (stiffness[part.free][:, ~part.free] != 0.0).sum(axis=1)
-    held[labels[np.asarray(touching).ravel() > 0]] = True
-    if held.all():
+    anchored[labels[np.asarray(touching).ravel() > 0]] = True
+    if anchored.all():
         _check_spanned(stiffness, part, rings, labels, count)
         return
-    loose = int(np.flatnonzero(~held)[0])
+    loose = int(np.flatnonzero(~anchored)[0])
     members: Ints = part.vertices[part.free][labels == loose]
     raise FilterInputError(
-        f"the {len(members)} free vertices connected with vertex {members[0]} touch no fixed vertex ({int((~held).sum())} such "
-        "parts), so nothing says where they belong: select less than a whole component"
+        f"the {len(members)} free vertices connected with vertex {members[0]} touch no fixed vertex "
+        f"({int((~anchored).sum())} such parts), so nothing says where they belong: select less than a whole component"
     )
 
 
