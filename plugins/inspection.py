@@ -112,7 +112,7 @@ def compute_scalar_by_gaussian_curvature_per_vertex(
         Enum(
             label="Measure",
             choices=GAUSSIAN_MEASURES,
-            help="'per_area' is the curvature, in 1 / squared mesh unit; 'deficit' is the angle that is missing at the vertex, in "
+            help="'per_area' is the curvature, in 1 / squared mesh unit; 'deficit' is the angle that is missing there, in "
             "radians, which adds up to 2 pi times the Euler characteristic.",
         ),
     ] = "per_area",
@@ -167,7 +167,7 @@ def compute_color_by_reflection_lines_per_vertex(
             help="How many lamps there are all round. More show smaller defects; too many for the mesh flicker from vertex to "
             "vertex.",
         ),
-    ] = 16.0,
+    ] = 8.0,
     direction: Annotated[
         tuple[float, float, float], Direction(label="Direction", help="Along the lamps, which are parallel and infinitely far.")
     ] = (0.0, 1.0, 0.0),
@@ -201,8 +201,8 @@ def compute_scalar_by_displacement_per_vertex(
         Enum(
             label="Correspondence",
             choices=CORRESPONDENCES,
-            help="'vertex' measures from the vertex of the same number, 'surface' from the nearest place of the reference; 'auto' "
-            "takes 'vertex' where the two layers have the same faces.",
+            help="'vertex' measures from the vertex of the same number, 'surface' from the nearest place of the reference; "
+            "'auto' takes 'vertex' where the two layers have the same faces.",
         ),
     ] = "auto",
     signed: Annotated[
@@ -216,9 +216,9 @@ def compute_scalar_by_displacement_per_vertex(
 ) -> Edit:
     """Gives every vertex how far it lies from another layer: what a clean-up has moved.
 
-    In mesh units. Signed: positive on the side to which the reference's faces look, blue below and orange above nearly white
-    at 0. Otherwise from dark violet to yellow. The limits enclose 98 % of the vertices. Returns the limits, the mean distance, the
-    root of the mean square, the distance that 95 % keep below, the largest one with its vertex, and whether vertices were
+    In mesh units. Signed: positive on the side to which the reference's faces look; blue below 0, nearly white there, orange
+    above. Otherwise from dark violet to yellow. The limits enclose 98 % of the vertices. Returns the limits, the mean distance,
+    the root of the mean square, the distance that 95 % keep below, the largest one with its vertex, and whether vertices were
     compared by number.
     """
     other = layer.other(reference)

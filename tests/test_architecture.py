@@ -32,6 +32,7 @@ FLOORS = [
     {"scripts"},
     {"meshset", "recipe"},
     {"running"},
+    {"looking"},
     {"commands"},
     {"__main__"},
 ]

@@ -1,7 +1,7 @@
 """Colours for numbers: maps that grow evenly in lightness, and the limits between which they are spread.
 
 Both maps are paths through the perceptual space Oklab [ottosson2020] along which lightness is linear, so that equal steps of the
-number look equal, also in grey and to those who cannot tell red from green: the two ends of the diverging one are blue and orange.
+number look equal, in grey and to those who cannot tell red from green, too: the ends of the diverging one are blue and orange.
 """
 
 from collections.abc import Iterable

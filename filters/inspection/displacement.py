@@ -11,8 +11,8 @@ from ..mesh import Floats, Ints, bounding_box, check_mesh, unit_scale
 from .closest_points import closest_points
 from .corner_angles import vertex_normals
 
-#: "vertex": vertex i belongs to vertex i. "surface": every vertex belongs to the nearest place of the reference. "auto": the first
-#: if both have the same vertices in number and the same faces, at least one; else the second.
+#: "vertex": vertex i belongs to vertex i. "surface": every vertex belongs to the nearest place of the reference. "auto": the
+#: first if both have as many vertices and the same faces, at least one; else the second.
 Correspondence: TypeAlias = Literal["auto", "vertex", "surface"]
 CORRESPONDENCES: tuple[Correspondence, ...] = get_args(Correspondence)
 

@@ -10,7 +10,7 @@ from ..mesh import Floats
 _SOFTNESS = 0.25
 
 
-def reflection_stripes(normals: Floats, *, view: ArrayLike, direction: ArrayLike, stripes: float = 16.0) -> Floats:
+def reflection_stripes(normals: Floats, *, view: ArrayLike, direction: ArrayLike, stripes: float = 8.0) -> Floats:
     """(n,) how bright each place of a polished surface is, from 0 to 1.
 
     The lamps are infinitely far and parallel to `direction`, evenly spread round it. The eye is infinitely far in the direction

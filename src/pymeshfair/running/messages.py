@@ -46,6 +46,8 @@ class Assignment:
         output: the file to write in the end, an absolute path; None if the mesh is only to be measured.
         stage: the staging folder, whose subfolder ``new`` takes what the worker writes; None without an output.
         memory_limit: bytes, or None.
+        arrays: the .npz file to write the mesh as read to, for an assignment without an output; None if that is not wanted.
+        self_intersections: whether to write there, too, which faces cut others.
     """
 
     steps: tuple[Step, ...]
@@ -53,6 +55,8 @@ class Assignment:
     output: Path | None = None
     stage: Path | None = None
     memory_limit: int | None = None
+    arrays: Path | None = None
+    self_intersections: bool = False
 
     @classmethod
     def of(cls, job: Job, stage: Path) -> Assignment:
@@ -67,6 +71,8 @@ class Assignment:
             "output": None if self.output is None else str(self.output),
             "stage": None if self.stage is None else str(self.stage),
             "memory_limit": self.memory_limit,
+            "arrays": None if self.arrays is None else str(self.arrays),
+            "self_intersections": self.self_intersections,
         }
 
     @classmethod
@@ -76,8 +82,18 @@ class Assignment:
         for given in document["steps"]:
             known = find_filter(given["filter"])
             steps.append(Step(known, known.check(given["values"]), given["line"]))
-        output, stage = (None if document[name] is None else Path(document[name]) for name in ("output", "stage"))
-        return cls(tuple(steps), Path(document["input"]), output, stage, document["memory_limit"])
+        output, stage, arrays = (
+            None if document[name] is None else Path(document[name]) for name in ("output", "stage", "arrays")
+        )
+        return cls(
+            tuple(steps),
+            Path(document["input"]),
+            output,
+            stage,
+            document["memory_limit"],
+            arrays,
+            document["self_intersections"],
+        )
 
 
 def _sent(values: Mapping[str, Any]) -> dict[str, Any]:

@@ -24,6 +24,7 @@ from ..filters.inspection.surface_measures import SurfaceMeasures, surface_measu
 from ..meshset import MeshSet
 from ..scripts.script import Step
 from .job import Event, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
+from .mesh_arrays import write_arrays
 from .messages import Assignment, encode_event, mark
 from .plain_values import plain
 
@@ -67,6 +68,8 @@ class Session:
         before = self._measured(InputError(self._assignment.input, "it has coordinates that are not finite"))
         present = attributes_of(self._meshes, announced)
         if self._assignment.output is None:
+            if self._assignment.arrays is not None:
+                write_arrays(self._meshes, present, self._assignment.arrays, intersections=self._assignment.self_intersections)
             attributes = [a for a in ATTRIBUTES if a in present]
             return {"input": source, "before": plain(asdict(before)), "attributes": attributes, "warnings": self._warnings}
         with self._meshes.deferred():
