@@ -15,6 +15,9 @@ import meshlab_table
 import pages
 import stubs
 
+from pymeshfair.errors import PymeshfairError
+from pymeshfair.registry import broken_plugins
+
 #: by target, the files with the text that each should have
 TARGETS: Mapping[str, Callable[[], dict[Path, str]]] = {
     "stubs": lambda: {stubs.STUB: stubs.format_stub()},
@@ -30,8 +33,15 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("targets", nargs="*", choices=[*TARGETS, "all", []], metavar="|".join([*TARGETS, "all"]))
     parser.add_argument("--check", action="store_true", help="write nothing; fail if a file is not current")
     options = parser.parse_args(arguments)
+    if broken := [plugin for plugin in broken_plugins() if plugin.distribution == "pymeshfair"]:
+        print("\n".join(["nothing is written, because filters would be missing:", *map(str, broken)]), file=sys.stderr)
+        return 1
     targets = TARGETS if "all" in options.targets else options.targets or DEFAULT
-    wanted = {path: text for target in targets for path, text in TARGETS[target]().items()}
+    try:
+        wanted = {path: text for target in targets for path, text in TARGETS[target]().items()}
+    except PymeshfairError as error:
+        print(f"nothing is written: {error}", file=sys.stderr)
+        return 1
     stale = [path for path, text in wanted.items() if not path.exists() or path.read_text(encoding="utf-8") != text]
     for path in stale:
         if not options.check:

@@ -162,7 +162,7 @@ def test_what_cannot_be_read_or_written_is_a_failed_run(tmp_path: Path, scan: Pa
     assert files(tmp_path) == before
 
 
-@pytest.mark.parametrize(("step", "kind"), [("refused", "StepFailed"), ("deadly", "WorkerDied")])
+@pytest.mark.parametrize(("step", "kind"), [("refused", "StepFailedError"), ("deadly", "WorkerDied")])
 def test_a_step_that_fails_or_kills_the_worker_is_named(tmp_path: Path, scan: Path, step: str, kind: str) -> None:
     """The message names the step, its filter, file and line; nothing is left beside the input."""
     recipe = write_recipe(tmp_path, smoothing(1), STEPS[step])

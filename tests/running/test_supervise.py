@@ -20,11 +20,11 @@ import numpy as np
 import pymeshlab
 import pytest
 
-from pymeshfair.errors import RunError
+from pymeshfair.errors import RunError, StepFailedError
 from pymeshfair.files.errors import InputError, OutputError
 from pymeshfair.files.provenance import sha256_of
 from pymeshfair.running.child import WorkerProcess
-from pymeshfair.running.errors import OutOfMemory, RunTimeout, StepFailed, WorkerDied, WorkerError
+from pymeshfair.running.errors import OutOfMemory, RunTimeout, WorkerDied, WorkerError
 from pymeshfair.running.inspect import inspect_mesh
 from pymeshfair.running.job import Event, Job, Message, PhaseStarted, RunResult, StepFinished, StepProgress, StepStarted
 from pymeshfair.running.supervise import run_job
@@ -232,12 +232,12 @@ def test_a_killed_worker_is_an_error_too(tmp_path: Path, workers: list[WorkerPro
 
 def test_a_filter_that_refuses_is_an_error_that_names_the_step(tmp_path: Path) -> None:
     """A refusal comes in the filter's own words, MeshLab's and ours."""
-    with pytest.raises(StepFailed, match=r"step 1 of 1, 'Transfer: .*' \(test.mlx:3\): Source mesh doesn't have") as caught:
+    with pytest.raises(StepFailedError, match=r"step 1 of 1, 'Transfer: .*' \(test.mlx:3\): Source mesh doesn't have") as caught:
         run_job(job_of(tmp_path / "out.ply", ("transfer_texture_to_color_per_vertex", {})))
     assert caught.value.place.step == 1
     cloud = tmp_path / "cloud.ply"
     cloud.write_bytes(ply_bytes(xyz(np.random.default_rng(0).random((50, 3))), faces=()))
-    with pytest.raises(StepFailed, match="step 1 of 1, 'Taubin Fairing'"):
+    with pytest.raises(StepFailedError, match="step 1 of 1, 'Taubin Fairing'"):
         run_job(job_of(tmp_path / "out.ply", ("apply_coord_taubin_fairing", {}), source=cloud))
     assert names_in(tmp_path) == {"cloud.ply"}
 

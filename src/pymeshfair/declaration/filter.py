@@ -13,7 +13,8 @@ from ..errors import DeclarationError, ParameterError, UnknownNameError
 from .elements import Arity, FilterClass, MeshElement
 from .layer import Edit
 from .names import nearest
-from .parameters import Enum, Parameter
+from .parameter import Parameter
+from .parameters import Enum
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,8 +75,16 @@ class Filter:
 
     def with_defaults(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """As `check`, with the default of every parameter that is absent."""
-        checked = self.check(values)
-        return {p.name: checked.get(p.name, p.default) for p in self.parameters}
+        return {**self.defaults, **self.check(values)}
+
+    def in_order(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Values by parameter name, in declared order; they are not checked."""
+        return {p.name: values[p.name] for p in self.parameters if p.name in values}
+
+    @property
+    def defaults(self) -> dict[str, Any]:
+        """The default of every parameter by name; None where MeshLab computes it for the mesh."""
+        return {p.name: p.default for p in self.parameters}
 
 
 def mesh_filter(

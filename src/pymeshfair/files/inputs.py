@@ -1,4 +1,4 @@
-"""The input before MeshLab opens it: whether it may be opened, what it declares, and what MeshLab will not keep of it."""
+"""Checks an input before MeshLab opens it: whether it is safe to open, what it declares, and what MeshLab will drop."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _NO_POLYLINES = Polylines(0, 0)
 
 @dataclass(frozen=True)
 class Announced:
-    """What the input and the files that it names say about the mesh.
+    """What the input, and the files that it names, declare about the mesh.
 
     Attributes:
         vertices: how many are declared, or None if the format does not say.

@@ -1,4 +1,4 @@
-"""Looks through an OBJ file and its material files before MeshLab opens them.
+"""Scans an OBJ file and its material files before MeshLab opens them.
 
 MeshLab opens whatever ``mtllib`` names, a device or a pipe included, and drops groups, maps and whatever else it does not know
 without a word.
@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-#: material files are short; a longer one is something else
+#: bytes; a longer file is no material file
 MATERIAL_LIMIT = 16 << 20
 _CHUNK = 16 << 20
 #: the first two bytes of a line that begins with a keyword of interest, and what it counts as

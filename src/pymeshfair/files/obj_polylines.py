@@ -7,6 +7,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..errors import PymeshfairError
 from .obj import whole_lines
 
 # A backslash at its end continues a line.
@@ -15,7 +16,7 @@ _CONTINUED = re.compile(rb"\\\r?\n")
 _VERTEX = re.compile(rb"\nv[ \t]")
 
 
-class PolylineError(ValueError):
+class PolylineError(PymeshfairError, ValueError):
     """A polyline names no vertex of the file; the message gives it."""
 
 
@@ -33,10 +34,10 @@ class Polylines:
 
 
 def scan_polylines(path: Path, n_vertices: int) -> Polylines:
-    """Look through the polylines of a file of so many vertices.
+    """Check the polylines of a file that has so many vertices.
 
     Raises:
-        PolylineError: one of them is not made of its vertices; MeshLab would read past their end.
+        PolylineError: one of them names a vertex that is not there; MeshLab would read past the end of its array.
     """
     edges = misread = before = 0
     for chunk in whole_lines(path):

@@ -1,4 +1,4 @@
-"""Textures beside an output: byte for byte those of the input, never outside the output's folder, never over a stranger's file.
+"""Textures beside an output: byte for byte those of the input, in the output's folder alone, never over a file that no run wrote.
 
 MeshLab itself writes where a material file points (``../evil.png`` lands above the output), encodes unchanged images anew, over
 their source if that is where the output goes, and writes a placeholder for a texture that does not exist.
@@ -63,7 +63,7 @@ def stage_textures(
     """
     sources = {key: file for name, file in announced.textures if file for key in (_file_name(name), name)}
     missing = tuple(name for name, file in announced.textures if file is None)
-    # MeshLab finds no file by a name with backslashes, which we do.
+    # MeshLab does not find a file whose name has backslashes; its bytes are read here.
     unread = [name for name, _ in announced.textures if name not in images and _file_name(name) not in images]
     files: list[StagedFile] = []
     reused: list[Path] = []
@@ -93,13 +93,13 @@ def stage_textures(
 
 
 def _file_name(name: str) -> str:
-    """The last part of a texture's path, without what no file system takes."""
+    """The last part of a texture's path, without characters that file systems refuse."""
     last = re.sub(r'[\x00-\x1f<>:"|?*]', "_", name.replace("\\", "/").rpartition("/")[2]).strip()
     return last if last.strip(".") else "texture.png"
 
 
 def _free_target(output: Path, name: str, staged: Path, record: Mapping[str, Any] | None, taken: set[Path]) -> tuple[Path, bool]:
-    """Where a texture goes, and whether the very same file is there already."""
+    """Where a texture is to be written, and whether an identical file is there already."""
     names = [name, f"{output.stem}-{name}", *(f"{output.stem}-{k}-{name}" for k in range(2, 100))]
     digest = sha256_of(staged)
     for target in (output.with_name(n) for n in names):

@@ -1,4 +1,4 @@
-"""What a run is given, what it tells while it goes on, and what it gives back."""
+"""The input of a run, its events, and its result."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 from ..recipe import Recipe
+from ..scripts.guards import NO_GUARDS, Guards
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,9 @@ class Job:
         threads: that a filter may use; None means all processors, or what OMP_NUM_THREADS says.
         overrides: the texts ``STEP.PARAM=VALUE`` that the recipe was changed by, for the record alone.
         command: the command line that asked for the run, for the record alone.
+        guards: limits over those of the recipe.
+        keep_broken: write the output even if a guard was broken.
+        map: the .ply file for the intervention map, or None.
     """
 
     recipe: Recipe
@@ -36,6 +40,14 @@ class Job:
     threads: int | None = None
     overrides: tuple[str, ...] = ()
     command: tuple[str, ...] = ()
+    guards: Guards = NO_GUARDS
+    keep_broken: bool = False
+    map: Path | None = None
+
+    @property
+    def all_guards(self) -> Guards:
+        """The limits of the recipe and of the job."""
+        return self.recipe.script.guards.overridden(self.guards)
 
 
 # ------------------------------------------------------------------------------------------------------------------- events
@@ -43,7 +55,7 @@ class Job:
 
 @dataclass(frozen=True)
 class PhaseStarted:
-    """The run goes on to something that is no step: ``"reading"`` or ``"writing"``."""
+    """The run begins to read the input or to write the output."""
 
     phase: Literal["reading", "writing"]
 
@@ -65,7 +77,7 @@ class StepStarted:
 
 @dataclass(frozen=True)
 class StepProgress:
-    """How far a step is: `fraction` from 0 to 1. Not every filter tells, and some tell more than one run from 0 to 1."""
+    """How far a step is: `fraction` from 0 to 1. Not every filter reports it, and some go from 0 to 1 several times."""
 
     index: int
     fraction: float
@@ -130,6 +142,8 @@ class RunResult:
         warnings: everything that was in the input and is not in the output, or needs to be known about it.
         seconds: from start to end.
         peak_memory: bytes that the worker took at most, or None where the system does not say.
+        breaches: the guards that were broken, as `pymeshfair.running.guarding.Breach` by name; the output is kept all the same.
+        maps: the files of the intervention map.
     """
 
     output: Path
@@ -141,3 +155,5 @@ class RunResult:
     warnings: tuple[str, ...]
     seconds: float
     peak_memory: int | None
+    breaches: tuple[Mapping[str, Any], ...] = ()
+    maps: tuple[Path, ...] = ()

@@ -1,4 +1,4 @@
-"""What supervisor and worker say to each other: one JSON document a line, and marks among MeshLab's talk on stderr."""
+"""The protocol between supervisor and worker: one JSON document a line, and marks between MeshLab's lines on stderr."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from typing import Any, Literal
 
 from ..declaration import Length
 from ..registry import find_filter
+from ..scripts.guards import NO_GUARDS, Guards
 from ..scripts.script import Step
 from .job import Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
-from .plain_values import plain
 
 _EVENTS: Mapping[str, type[Event]] = {
     kind.__name__: kind for kind in (PhaseStarted, StepStarted, StepProgress, StepFinished, Message)
@@ -48,6 +48,9 @@ class Assignment:
         memory_limit: bytes, or None.
         arrays: the .npz file to write the mesh as read to, for an assignment without an output; None if that is not wanted.
         self_intersections: whether to write there, too, which faces cut others.
+        guards: what the result must not do.
+        keep_broken: whether to write the output even if a guard was broken.
+        map: the file for the intervention map, an absolute path; None if none is wanted.
     """
 
     steps: tuple[Step, ...]
@@ -57,11 +60,23 @@ class Assignment:
     memory_limit: int | None = None
     arrays: Path | None = None
     self_intersections: bool = False
+    guards: Guards = NO_GUARDS
+    keep_broken: bool = False
+    map: Path | None = None
 
     @classmethod
     def of(cls, job: Job, stage: Path) -> Assignment:
-        """What `job` means for its worker."""
-        return cls(job.recipe.script.steps, job.input.absolute(), job.output.absolute(), stage.absolute(), job.memory_limit)
+        """The assignment for the worker of `job`."""
+        return cls(
+            job.recipe.script.steps,
+            job.input.absolute(),
+            job.output.absolute(),
+            stage.absolute(),
+            job.memory_limit,
+            guards=job.all_guards,
+            keep_broken=job.keep_broken,
+            map=None if job.map is None else job.map.absolute(),
+        )
 
     def to_document(self) -> dict[str, Any]:
         """The assignment as a document that `from_document` reads."""
@@ -73,18 +88,17 @@ class Assignment:
             "memory_limit": self.memory_limit,
             "arrays": None if self.arrays is None else str(self.arrays),
             "self_intersections": self.self_intersections,
+            "guards": self.guards.texts(),
+            "keep_broken": self.keep_broken,
+            "map": None if self.map is None else str(self.map),
         }
 
     @classmethod
     def from_document(cls, document: Mapping[str, Any]) -> Assignment:
-        """The assignment in a document; every value is checked again."""
-        steps = []
-        for given in document["steps"]:
-            known = find_filter(given["filter"])
-            steps.append(Step(known, known.check(given["values"]), given["line"]))
-        output, stage, arrays = (
-            None if document[name] is None else Path(document[name]) for name in ("output", "stage", "arrays")
-        )
+        """The assignment in a document; its values were checked when the recipe was read."""
+        steps = (Step(find_filter(s["filter"]), _received(s["values"]), s["line"]) for s in document["steps"])
+        paths = (document[name] for name in ("output", "stage", "arrays", "map"))
+        output, stage, arrays, map = (None if path is None else Path(path) for path in paths)
         return cls(
             tuple(steps),
             Path(document["input"]),
@@ -93,20 +107,34 @@ class Assignment:
             document["memory_limit"],
             arrays,
             document["self_intersections"],
+            Guards.parse(document["guards"]),
+            document["keep_broken"],
+            map,
         )
 
 
 def _sent(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Values as `Filter.check` takes them: a bare number is no length."""
-    return {name: str(value) if isinstance(value, Length) else plain(value) for name, value in values.items()}
+    """Checked values in the types of JSON: a length as a dictionary, a tuple as a list."""
+    return {name: asdict(value) if isinstance(value, Length) else value for name, value in values.items()}
 
 
-#: how a run failed, as a worker tells it; the supervisor makes the exception of it
+def _received(values: Mapping[str, Any]) -> dict[str, Any]:
+    """What was sent, in the types of checked values again."""
+    return {name: _as_checked(value) for name, value in values.items()}
+
+
+def _as_checked(value: Any) -> Any:
+    if isinstance(value, dict):
+        return Length(**value)
+    return tuple(_as_checked(part) for part in value) if isinstance(value, list) else value
+
+
+#: how a run failed, as a worker reports it; the supervisor turns it into the exception
 FailureKind = Literal["input", "output", "step", "memory", "import", "internal"]
 
 
 def failure(kind: FailureKind, reason: str, *, path: Path | None = None, details: str = "") -> dict[str, Any]:
-    """The document by which a worker tells that it gives up."""
+    """The document that reports a failure of the worker."""
     return {"failed": kind, "reason": reason, "path": None if path is None else str(path), "details": details}
 
 
@@ -117,7 +145,7 @@ _LOG = re.compile(r"LOG: (\d+) (.*?)\s*(?:\[ (\d{1,3})% \])?\s*")
 
 
 def mark(step: int) -> bytes:
-    """The line on stderr after which MeshLab's words belong to a step; 0 for none."""
+    """The line on stderr after which MeshLab's lines belong to that step; 0 for none."""
     return f"\n{_MARK} {step}\n".encode("ascii")
 
 
@@ -139,7 +167,7 @@ class Talk:
 
 
 def parse_talk(line: str) -> Talk:
-    """Take one line of stderr apart."""
+    """Parse one line of stderr."""
     words = line.split()
     if len(words) == 2 and words[0] == _MARK and words[1].isdigit():
         return Talk("", step=int(words[1]))

@@ -28,23 +28,23 @@ ELEMENTS: tuple[Element, Element] = ("vertex", "face")
 PREFIX = "pymeshfair_helper_"
 #: Most helper attributes for the vertices of a layer, and for its faces. A full edit needs nine, overwriting needs three more.
 MOST = 12
-#: As many of them are used up while others are overwritten.
+#: How many of them are used up while others are overwritten.
 SPARE = 3
 
 _SAVED_AS: dict[Element, str] = {"vertex": "__ca_vs__", "face": "__ca_fs__"}
 _POINTS_SAVED_AS: dict[Element, str] = {"vertex": "__ca_vp__", "face": "__ca_fp__"}
 
 
-#: What can be computed with, apart from the constants of muParser.
+#: Names that can stand in an expression, apart from the constants of muParser.
 _WORD = re.compile("[A-Za-z_][A-Za-z0-9_]*")
 _CONSTANTS = {"_pi", "_e"}
 _ALLOWED = "a name may have the letters a to z, digits and _, and no digit first"
-#: What the expressions of a write-back ask MeshLab for.
+#: The variables of MeshLab that the expressions of a write-back use.
 _VARIABLES: dict[Element, set[str]] = {
     "vertex": {"vi", "x", "y", "z", "nx", "ny", "nz"},
     "face": {"fi", "ti", *(f"n{axis}{corner}" for axis in "xyz" for corner in range(3))},
 }
-#: As many are tried of each kind, ten microseconds each: all those of twelve letters.
+#: How many spellings of each kind are tried, ten microseconds each; enough for every one of a name of twelve letters.
 _MOST_SPELLINGS = 2**12
 
 
@@ -187,7 +187,7 @@ def without_helpers(parameters: dict[str, Any]) -> dict[str, Any]:
 
 
 def explain(bench: Workbench, error: Exception) -> MeshError:
-    """What it means that one of MeshLab's "by function" filters failed during a write-back."""
+    """The error to raise when one of MeshLab's "by function" filters has failed during a write-back."""
     mesh = pymeshlab.MeshSet.current_mesh(bench.meshset)
     own = [name or told for _, told, _, name in _own(bench, mesh)]
     if own and "unknown exception" in str(error):

@@ -1,4 +1,4 @@
-"""MeshLab's own filters at work for the write-back: silent, unrecorded, on the current layer."""
+"""Applies MeshLab's filters for the write-back: silently, outside the filter script, on the current layer."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .aftermath import after_failure
 
 
 class Workbench:
-    """Runs MeshLab's filters on a mesh set without leaving a trace in its script or on the screen.
+    """Applies MeshLab's filters to a mesh set; its filter script and the screen show nothing of it.
 
     It calls `pymeshlab.MeshSet` itself, never what a subclass makes of it.
 

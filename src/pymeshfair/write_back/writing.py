@@ -1,4 +1,4 @@
-"""Writes an `Edit` to the current layer of a pymeshlab mesh set, in place and to the bit, and touches nothing else."""
+"""Writes an `Edit` to the current layer of a pymeshlab mesh set, in place and exactly, and changes nothing else."""
 
 from __future__ import annotations
 

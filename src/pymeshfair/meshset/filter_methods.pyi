@@ -1,16 +1,13 @@
 # Written by `python tools/generate.py stubs` from the declarations of the filters; change those instead.
-"""`MeshSet`: pymeshlab's mesh set with the filters of plugins as methods beside MeshLab's own."""
+"""The filters of plugins as methods, for `MeshSet` to inherit."""
 
 from typing import Any, Literal
 
 from .methods import LengthLike
-from .script import ScriptedMeshSet
 
-class MeshSet(ScriptedMeshSet):
-    """A set of meshes that filters are applied to, a drop-in for `pymeshlab.MeshSet`."""
+class FilterMethods:
+    """One method for each filter of a plugin."""
 
-    @staticmethod
-    def filter_list() -> list[str]: ...
     def __getattr__(self, name: str) -> Any: ...
     def apply_color_anisotropic_diffusion_per_vertex(
         self,
