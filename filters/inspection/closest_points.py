@@ -3,9 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..mesh import Floats, Ints
+from ..mesh import Floats, Ints, Longs
 
 
 class ClosestPoints(NamedTuple):
@@ -19,7 +18,7 @@ class ClosestPoints(NamedTuple):
 
     places: Floats
     distances: Floats
-    elements: NDArray[np.int64]
+    elements: Longs
 
 
 def closest_points(queries: Floats, points: Floats, faces: Ints) -> ClosestPoints:

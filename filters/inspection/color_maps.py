@@ -39,7 +39,8 @@ def robust_limits(values: Floats) -> Limits:
     finite = values[np.isfinite(values)]
     if not len(finite):
         return Limits(0.0, 0.0)
-    low, high = np.quantile(finite, [(1.0 - ENCLOSED) / 2, (1.0 + ENCLOSED) / 2])
+    # Halved first: between two large numbers of either sign quantiles are interpolated by their difference.
+    low, high = 2.0 * np.quantile(0.5 * finite, [(1.0 - ENCLOSED) / 2, (1.0 + ENCLOSED) / 2])
     return Limits(float(low), float(high))
 
 

@@ -25,9 +25,10 @@ def mean_curvature(vertices: ArrayLike, faces: ArrayLike, *, operator: Curvature
 
     Positive where the surface bulges towards its normals, negative in hollows. With n_i the angle-weighted normal of the vertex:
     cotangent, H_i = -n_i . (L p)_i / 2 with L = M^-1 C, C the cotangent stiffness and M the mixed Voronoi areas [meyer2003];
-    uniform, H_i = -2 n_i . (mean of the one-ring - p_i) / (mean squared length of its edges), the same up to higher order where
-    the directions of the edges are spread evenly. On smooth surfaces with regular triangles both are of second order in the
-    edge. 0 on borders, where neither is defined, and at vertices without a face.
+    uniform, H_i = -2 n_i . (mean of the one-ring - p_i) / (mean squared length of its edges), which is the mean of the normal
+    curvatures along the edges, weighted with their squared lengths: H where edges are spread evenly. The error of the cotangent
+    operator falls with the square of the edge on regular meshes, and it is exact on cylinders. 0 on borders, where neither is
+    defined, and at vertices without a face.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -94,9 +95,9 @@ def _uniform(points: Floats, faces: Ints) -> Floats:
     for k, sign in ((0, 1.0), (1, -1.0)):
         np.add.at(sums, pairs[:, k], sign * towards)
         lengths += np.bincount(pairs[:, k], squares, minlength=len(points))
-    # Both means have the same valence below, which cancels.
+    # Sums over the ring for means: the valence cancels.
     bulges = -2.0 * np.einsum("ij,ij->i", vertex_normals(points, faces), sums)
-    return np.divide(bulges, lengths, out=np.zeros_like(bulges), where=lengths > 0.0)
+    return np.asarray(np.divide(bulges, lengths, out=np.zeros_like(bulges), where=lengths > 0.0))
 
 
 def _at_vertices(mesh: NormalisedMesh, local: Floats) -> Floats:

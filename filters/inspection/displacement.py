@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import FilterInputError, check_choice
-from ..mesh import Floats, Ints, bounding_box, check_mesh, unit_scale
+from ..mesh import Floats, Ints, Longs, bounding_box, check_mesh, unit_scale
 from .closest_points import closest_points
 from .corner_angles import vertex_normals
 
@@ -98,7 +98,7 @@ def _proper(faces: Ints) -> Ints:
     return proper
 
 
-def _normals_at(places: Floats, elements: Ints, points: Floats, faces: Ints, normals: Floats) -> Floats:
+def _normals_at(places: Floats, elements: Longs, points: Floats, faces: Ints, normals: Floats) -> Floats:
     """(q, 3) the normals of the vertices, interpolated to places on faces; those of a cloud are 0."""
     if len(faces) == 0:
         return np.zeros_like(places)

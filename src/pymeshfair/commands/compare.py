@@ -48,23 +48,18 @@ def _show(found: Comparison) -> None:
     from .tables import console, table
 
     console().print(measures_table({"before": found.before, "after": found.after}))
-    rows = []
-    if (moved := found.displacement) is not None:
-        how = "vertex by vertex" if moved.by_vertex else "to the nearest place"
-        x, y, z = moved.place
-        rows += [
-            _length(f"displacement, mean ({how})", moved.mean),
-            _length("displacement, root mean square", moved.rms),
-            _length("displacement that 95 % keep below", moved.most),
-            _length(f"largest displacement, vertex {moved.vertex} at {x:.6g}, {y:.6g}, {z:.6g}", moved.largest),
-        ]
-    for words, value in (
-        ("farthest vertex of AFTER from BEFORE", found.after_from_before),
-        ("farthest vertex of BEFORE from AFTER", found.before_from_after),
-        ("Hausdorff distance", found.hausdorff),
-    ):
-        if value is not None:
-            rows.append(_length(words, value))
+    moved = found.displacement
+    how = "vertex by vertex" if moved.by_vertex else "to the nearest place"
+    x, y, z = moved.place
+    rows = [
+        _length(f"displacement, mean ({how})", moved.mean),
+        _length("displacement, root mean square", moved.rms),
+        _length("displacement that 95 % keep below", moved.most),
+        _length(f"largest displacement, vertex {moved.vertex} at {x:.6g}, {y:.6g}, {z:.6g}", moved.largest),
+        _length("farthest vertex of AFTER from BEFORE", found.after_from_before),
+        _length("farthest vertex of BEFORE from AFTER", found.before_from_after),
+        _length("Hausdorff distance", found.hausdorff),
+    ]
     typer.echo("")
     console().print(table(["", "mesh units", "mean edges", "% of diagonal"], rows, numbers=(1, 2, 3)))
     typer.echo("")

@@ -83,7 +83,7 @@ def view_rows(azimuth: float, elevation: float, up: str = "y") -> Floats:
     if up == "y":
         return rows
     if up == "z":
-        return rows @ np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+        return np.asarray(rows @ np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]))
     raise ParameterError(f"{up!r} is no upright axis: it is y or z")
 
 

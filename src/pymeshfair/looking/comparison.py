@@ -64,7 +64,7 @@ class Comparison:
     Attributes:
         before: `MeshState.measures` of the first.
         after: those of the second.
-        displacement: what has moved; None if one of them has no vertices.
+        displacement: what has moved.
         after_from_before: the largest distance of a vertex of the second from the nearest place of the first.
         before_from_after: the other way round.
         hausdorff: the larger of the two.
@@ -84,10 +84,10 @@ class Comparison:
 
     before: dict[str, Any]
     after: dict[str, Any]
-    displacement: Moved | None
-    after_from_before: LengthIn | None
-    before_from_after: LengthIn | None
-    hausdorff: LengthIn | None
+    displacement: Moved
+    after_from_before: LengthIn
+    before_from_after: LengthIn
+    hausdorff: LengthIn
     area_change: float | None
     volume_change: float | None
     normal_deviation: float | None

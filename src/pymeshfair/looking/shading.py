@@ -149,7 +149,7 @@ def _weights(screen: Floats, faces: Ints, elements: Ints, seen: Bools) -> Floats
     u = (b[0] - x) * (c[1] - y) - (b[1] - y) * (c[0] - x)
     v = (c[0] - x) * (a[1] - y) - (c[1] - y) * (a[0] - x)
     w = (a[0] - x) * (b[1] - y) - (a[1] - y) * (b[0] - x)
-    return np.column_stack([u, v, w]) / (u + v + w)[:, None]
+    return np.asarray(np.column_stack([u, v, w]) / (u + v + w)[:, None])
 
 
 def _dots(scene: Scene, screen: Floats) -> tuple[Floats, Ints]:

@@ -46,8 +46,9 @@ def run_job(job: Job, on_event: Callable[[Event], None] = lambda event: None) ->
     check_input(job.input)
     check_output(job.output, job.input, overwrite=job.overwrite)
     if job.map is not None:
-        job = replace(job, map=Path(job.map).absolute())
-        check_maps((job.map, removed_path(job.map)), job.output, job.input, overwrite=job.overwrite)
+        map = Path(job.map).absolute()
+        job = replace(job, map=map)
+        check_maps((map, removed_path(map)), job.output, job.input, overwrite=job.overwrite)
     queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
     with Interrupts(queue) as interrupts, staging_folder(job.output) as stage:
         with WorkerProcess(Assignment.of(job, stage).to_document(), queue, threads=job.threads) as worker:
