@@ -22,43 +22,33 @@ from pymeshfair.declaration import (
     MeshElement,
     mesh_filter,
 )
-from pymeshfair.filters.inspection.color_maps import (
-    Limits,
-    diverging_colors,
-    robust_limits,
-    sequential_colors,
-    symmetric_limits,
-)
-from pymeshfair.filters.inspection.corner_angles import mesh_normals
-from pymeshfair.filters.inspection.curvature import (
+from pymeshfair.filters.inspection import (
+    CORRESPONDENCES,
     CURVATURE_OPERATORS,
     GAUSSIAN_MEASURES,
+    Correspondence,
     CurvatureOperator,
     GaussianMeasure,
+    Limits,
+    displacement,
+    diverging_colors,
     gaussian_curvature,
     mean_curvature,
+    mesh_normals,
+    reflection_stripes,
+    robust_limits,
+    sequential_colors,
+    surface_measures,
+    symmetric_limits,
+    triangle_shapes,
 )
-from pymeshfair.filters.inspection.displacement import CORRESPONDENCES, Correspondence, displacement
-from pymeshfair.filters.inspection.reflection_lines import reflection_stripes
-from pymeshfair.filters.inspection.surface_measures import surface_measures
-from pymeshfair.filters.inspection.triangle_shape import triangle_shapes
-
-Colored = Annotated[
-    bool,
-    Bool(
-        label="Colour",
-        help="Colour the mesh by the scalar, too, which replaces its colours. Without it only the scalar is written.",
-    ),
-]
-
-_LOOKS_AT_VERTICES = MeshElement.VERTQUALITY | MeshElement.VERTCOLOR
 
 
 @mesh_filter(name="Surface Measures", classes=FilterClass.MEASURE)
 def get_surface_measures(layer: Layer) -> Edit:
     """Counts, topology, size, roughness and triangle quality of the mesh.
 
-    Counts vertices, faces, edges, border edges, non-manifold edges and vertices, degenerate faces and components; tells
+    Counts vertices, faces, edges, border edges, non-manifold edges and vertices, degenerate faces and components; says
     whether the surface is closed and oriented, its genus and Euler characteristic; measures area, volume (of closed
     surfaces), the mean edge (of polylines, too), roughness (the mean angle in degrees between faces that share an edge) and
     the mean triangle quality (1 for equilateral ones); of a point cloud the mean distance to the nearest point. Changes

@@ -1,7 +1,7 @@
 """Writes the files that follow from the declarations, the recipes and MeshLab.
 
-``python tools/generate.py [stubs|pages|meshlab-table|all] [--check]``. Without a name it writes stubs and pages; the table takes
-minutes and changes only with pymeshlab. ``--check`` writes nothing and fails if a file is not current.
+``python tools/generate.py [stubs|pages|public-names|meshlab-table|all] [--check]``. Without a name it writes all but the table,
+which takes minutes and changes only with pymeshlab. ``--check`` writes nothing and fails if a file is not current.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from pathlib import Path
 
 import meshlab_table
 import pages
+import public_names
 import stubs
 
 from pymeshfair.errors import PymeshfairError
@@ -22,9 +23,10 @@ from pymeshfair.registry import broken_plugins
 TARGETS: Mapping[str, Callable[[], dict[Path, str]]] = {
     "stubs": lambda: {stubs.STUB: stubs.format_stub()},
     "pages": lambda: {pages.DOCS / name: page() for name, page in pages.PAGES.items()},
+    "public-names": lambda: {public_names.LIST: public_names.list_text()},
     "meshlab-table": lambda: {meshlab_table.TABLE: meshlab_table.table_text()},
 }
-DEFAULT = ("stubs", "pages")
+DEFAULT = ("stubs", "pages", "public-names")
 
 
 def main(arguments: list[str] | None = None) -> int:

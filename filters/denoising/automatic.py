@@ -16,12 +16,13 @@ from numpy.typing import ArrayLike
 from ..diffusion.taubin import taubin_fairing
 from ..execution import Progress, ignore_progress
 from ..geometry import face_normals, mean_edge_length
-from ..mesh import Floats, Ints, check_mesh, enter, ordered_frame
+from ..mesh import Floats, Ints, check_mesh, enter, normalised_mesh, ordered_frame
 from ..robust import KernelName
 from ..topology import BorderPolicy, border_vertices, edges, face_adjacency
 from .face_neighbourhoods import Neighborhood
 from .noise_level import NoiseEstimate, estimate_noise, shared_noise, smooth_normals
-from .normal_filtering import NormalFilterMethod, normal_filtering
+from .normal_filter import NormalFilterMethod
+from .normal_filtering import normal_filtering
 from .surroundings import Surroundings
 
 
@@ -164,7 +165,7 @@ def _denoise(
     noise = estimate_noise(points, triangles)
     if noise.deviation < _NOTHING or _is_designed(points, triangles):
         return AutomaticChoice(None, "clean", noise, 0.0), points.copy()
-    known = Surroundings.of(triangles, len(points))
+    known = Surroundings.of(normalised_mesh(points, triangles))
 
     def run(start: Floats, setting: AutomaticParameters, share: Progress) -> Floats:
         return normal_filtering(

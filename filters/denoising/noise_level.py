@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from ..diffusion.taubin import taubin_fairing
 from ..geometry import NORMAL, mean_edge_length, measure_faces
 from ..mesh import Bools, Floats, Ints, check_mesh, enter, ordered_frame
-from ..topology import BorderPolicy, border_vertices, edges, vertex_corners
+from ..topology import BorderPolicy, border_vertices, edges, vertex_faces
 from .face_neighbourhoods import face_neighbourhoods
 from .normal_filters import mean_normals
 
@@ -169,8 +169,7 @@ def _ring_means(pairs: Ints, n: int) -> sp.csr_matrix:
 def smooth_normals(points: Floats, faces: Ints) -> Floats:
     """(n, 3) unit normals of the vertices of a smoothed copy of the mesh; 0 where no face is."""
     smooth = taubin_fairing(points, faces, iterations=_STEPS, border=_BORDER)
-    corners = vertex_corners(faces, len(points))
-    around = face_neighbourhoods(faces, corners, "vertex")
+    around = face_neighbourhoods(faces, vertex_faces(faces, len(points)), "vertex")
     frame = ordered_frame(points[np.unique(faces)], None)
     table = measure_faces(enter(smooth, frame), faces)
     normals = np.ascontiguousarray(table[:, NORMAL])

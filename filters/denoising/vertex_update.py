@@ -9,7 +9,7 @@ from numba import njit, prange
 from ..checks import FilterInputError
 from ..execution import threads_for
 from ..mesh import Bools, Floats, Ints, Longs
-from ..topology import Corners
+from ..topology import VertexFaces
 
 #: "sun": the mean of the projections onto the planes of the faces around a vertex [sun2007]; "ohtake": their mean by area
 #: [ohtake2001]; "conjugate_gradient": descent on the energy sum A |n - m|^2.
@@ -25,7 +25,7 @@ _SAFE = 0.999
 def fit_vertices(
     vertices: Floats,
     faces: Ints,
-    corners: Corners,
+    at_vertices: VertexFaces,
     normals: Floats,
     *,
     update: VertexUpdate = "sun",
@@ -42,7 +42,7 @@ def fit_vertices(
     Args:
         vertices: (n, 3) coordinates of ordinary size.
         faces: (m, 3) triangles.
-        corners: of `vertex_corners`.
+        at_vertices: the faces at every vertex, of `vertex_faces`.
         normals: (m, 3) the unit normals that are wanted.
         update: the rule.
         iterations: number of steps. More fit more closely.
@@ -55,11 +55,11 @@ def fit_vertices(
         raise FilterInputError(f"vertex_update {update!r} is not one of {', '.join(map(repr, VERTEX_UPDATES))}")
     bound = np.zeros(len(vertices), dtype=np.bool_) if along_normal is None else along_normal
     if update == "conjugate_gradient":
-        return _descend(vertices, corners, normals, iterations, moves, bound, faces)
+        return _descend(vertices, at_vertices, normals, iterations, moves, bound, faces)
     now, then = vertices.copy(), np.empty_like(vertices)
     with threads_for(len(vertices)):
         for _ in range(iterations):
-            _step(now, corners.offsets, corners.corners, normals, moves, bound, update == "ohtake", avoid_flips, then)
+            _step(now, at_vertices.offsets, at_vertices.rows, normals, moves, bound, update == "ohtake", avoid_flips, then)
             now, then = then, now
     return now
 
@@ -76,7 +76,7 @@ def fitting_energy(vertices: Floats, faces: Ints, normals: Floats) -> float:
 def _step(
     now: Floats,
     offsets: Longs,
-    corners: Ints,
+    rows: Ints,
     normals: Floats,
     moves: Bools,
     bound: Bools,
@@ -93,7 +93,7 @@ def _step(
         mx = my = mz = 0.0
         smallest, longest = math.inf, 0.0
         for k in range(offsets[i], offsets[i + 1]):
-            f, a, b = corners[k, 0], corners[k, 1], corners[k, 2]
+            f, a, b = rows[k, 0], rows[k, 1], rows[k, 2]
             ux, uy, uz = now[a, 0] - px, now[a, 1] - py, now[a, 2] - pz
             vx, vy, vz = now[b, 0] - px, now[b, 1] - py, now[b, 2] - pz
             nx, ny, nz = normals[f, 0], normals[f, 1], normals[f, 2]
@@ -125,7 +125,7 @@ def _step(
         # A step s changes (u x v) . n by at most |s| |v - u|. Most steps are too short to turn any face: no need to look again.
         if avoid_flips and not (x * x + y * y + z * z) * longest < _SAFE * smallest * smallest:
             for trial in range(_HALVINGS + 1):
-                if not _flips(now, offsets[i], offsets[i + 1], corners, normals, px, py, pz, x, y, z):
+                if not _flips(now, offsets[i], offsets[i + 1], rows, normals, px, py, pz, x, y, z):
                     break
                 if trial == _HALVINGS:
                     x = y = z = 0.0
@@ -144,7 +144,7 @@ def _flips(
     now: Floats,
     start: int,
     stop: int,
-    corners: Ints,
+    rows: Ints,
     normals: Floats,
     px: float,
     py: float,
@@ -155,7 +155,7 @@ def _flips(
 ) -> bool:
     """Whether the step (x, y, z) of the vertex p turns a face that looks the right way to the other side."""
     for k in range(start, stop):
-        f, a, b = corners[k, 0], corners[k, 1], corners[k, 2]
+        f, a, b = rows[k, 0], rows[k, 1], rows[k, 2]
         nx, ny, nz = normals[f, 0], normals[f, 1], normals[f, 2]
         ux, uy, uz = now[a, 0] - px, now[a, 1] - py, now[a, 2] - pz
         vx, vy, vz = now[b, 0] - px, now[b, 1] - py, now[b, 2] - pz
@@ -169,7 +169,7 @@ def _flips(
 
 
 def _descend(
-    vertices: Floats, corners: Corners, normals: Floats, iterations: int, moves: Bools, bound: Bools, faces: Ints
+    vertices: Floats, at_vertices: VertexFaces, normals: Floats, iterations: int, moves: Bools, bound: Bools, faces: Ints
 ) -> Floats:
     """Conjugate gradients of Polak and Ribiere, each with a line search that halves until the energy falls enough."""
     now = vertices.copy()
@@ -180,7 +180,7 @@ def _descend(
     for iteration in range(iterations):
         fresh = np.zeros_like(now)
         with threads_for(len(vertices)):
-            _gradients(now, corners.offsets, corners.corners, normals, moves, bound, fresh)
+            _gradients(now, at_vertices.offsets, at_vertices.rows, normals, moves, bound, fresh)
         square = float((fresh * fresh).sum())
         if not square > 0.0:
             break
@@ -216,7 +216,7 @@ def _energies(vertices: Floats, faces: Ints, normals: Floats, terms: Floats) -> 
 
 
 @njit(cache=True, parallel=True)
-def _gradients(now: Floats, offsets: Longs, corners: Ints, normals: Floats, moves: Bools, bound: Bools, result: Floats) -> None:
+def _gradients(now: Floats, offsets: Longs, rows: Ints, normals: Floats, moves: Bools, bound: Bools, result: Floats) -> None:
     """The derivative of A |n - m|^2 by a corner is (n - m) x (the opposite side)."""
     for i in prange(now.shape[0]):
         if not moves[i]:
@@ -224,7 +224,7 @@ def _gradients(now: Floats, offsets: Longs, corners: Ints, normals: Floats, move
         x = y = z = 0.0
         mx = my = mz = 0.0
         for k in range(offsets[i], offsets[i + 1]):
-            f, a, b = corners[k, 0], corners[k, 1], corners[k, 2]
+            f, a, b = rows[k, 0], rows[k, 1], rows[k, 2]
             ux, uy, uz = now[a, 0] - now[i, 0], now[a, 1] - now[i, 1], now[a, 2] - now[i, 2]
             wx, wy, wz = now[b, 0] - now[a, 0], now[b, 1] - now[a, 1], now[b, 2] - now[a, 2]
             cx, cy, cz = uy * wz - uz * wy, uz * wx - ux * wz, ux * wy - uy * wx

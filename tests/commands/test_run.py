@@ -191,6 +191,7 @@ def test_timeout_stops_the_run(tmp_path: Path, scan: Path) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals to a process group")
+@pytest.mark.usefixtures("terminal_signals")
 def test_ctrl_c_within_a_filter_ends_with_130_within_a_second(tmp_path: Path, scan: Path) -> None:
     """The terminal's SIGINT, which goes to the whole process group, stops the worker too, and nothing is left."""
     recipe = write_recipe(tmp_path, smoothing(100_000))

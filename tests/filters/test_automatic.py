@@ -12,7 +12,8 @@ from pymeshfair.filters.denoising.automatic import SHARP, automatic_parameters, 
 from pymeshfair.filters.denoising.noise_level import smooth_normals
 from pymeshfair.filters.denoising.normal_filtering import normal_filtering
 from pymeshfair.filters.diffusion.taubin import taubin_fairing
-from pymeshfair.filters.geometry import face_normals, mean_angle, mean_edge_length
+from pymeshfair.filters.geometry import face_normals, mean_edge_length
+from tests.angles import mean_angle
 from tests.meshes import cube, grid, icosphere, irregular_grid, noisy, renumbered, rotation, single_triangle, subdivided, torus
 
 FINE_CUBE = subdivided(*subdivided(*subdivided(*subdivided(*cube()))))

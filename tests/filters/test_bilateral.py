@@ -227,6 +227,17 @@ def test_a_border_that_is_filtered_along_sees_itself_alone() -> None:
     assert np.abs(along[1] - free[1]).max() > 1e-4
 
 
+@pytest.mark.parametrize("distance", [1e9, 1e16])
+@pytest.mark.parametrize("apply", FILTERS)
+def test_a_far_vertex_that_no_face_uses_changes_no_bit(apply: Filter, distance: float) -> None:
+    """With the vertex before or behind the others they come out as without it, bit by bit, and so does the vertex."""
+    vertices, faces = noisy(icosphere(3), 0.01)
+    far = np.array([[distance, 0.0, 0.0]])
+    alone = apply(vertices, faces)
+    assert apply(np.concatenate([vertices, far]), faces).tobytes() == np.concatenate([alone, far]).tobytes()
+    assert apply(np.concatenate([far, vertices]), faces + 1).tobytes() == np.concatenate([far, alone]).tobytes()
+
+
 @pytest.mark.parametrize("apply", FILTERS)
 @pytest.mark.parametrize("name", AWKWARD)
 def test_awkward_meshes_stay_finite(name: str, apply: Filter) -> None:

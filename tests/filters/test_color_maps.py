@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pymeshfair.filters.inspection.color_maps import (
+from pymeshfair.filters.inspection import (
     Limits,
     diverging_colors,
     robust_limits,

@@ -10,9 +10,13 @@ import pymeshlab
 import pytest
 
 from pymeshfair.errors import FilterInputError
-from pymeshfair.filters.inspection.corner_angles import angle_deficits
-from pymeshfair.filters.inspection.curvature import CURVATURE_OPERATORS, gaussian_curvature, mean_curvature
-from pymeshfair.filters.inspection.surface_measures import surface_measures
+from pymeshfair.filters.inspection import (
+    CURVATURE_OPERATORS,
+    angle_deficits,
+    gaussian_curvature,
+    mean_curvature,
+    surface_measures,
+)
 from tests.meshes import AWKWARD, cube, grid, icosphere, irregular_grid, noisy, rotation, sample, tetrahedron, torus, tube
 
 CLOSED: dict[str, Any] = {
@@ -47,7 +51,7 @@ def test_deficit_of_a_cube_is_a_right_angle() -> None:
 
 
 def test_mean_curvature_of_a_tube_is_exact() -> None:
-    """On a cylinder of squares cut in two, the cotangent operator gives 1 / (2 r): 2 r (1 - cos a) / chord^2 = 1 / r for any a."""
+    """On a cylinder of squares cut in two, the cotangent operator gives 1 / (2 r), whatever the number of sides."""
     vertices, faces = tube(16, 16, radius=2.0, length=4.0 * math.pi)
     inner = (vertices[:, 2] > 0.1) & (vertices[:, 2] < vertices[:, 2].max() - 0.1)
     np.testing.assert_allclose(mean_curvature(vertices, faces)[inner], 0.25, rtol=1e-12)
@@ -118,7 +122,7 @@ def test_turned_over_faces_change_the_sign_of_the_mean_curvature_alone() -> None
 
 
 def test_gaussian_curvature_agrees_with_meshlab() -> None:
-    """MeshLab's discrete Gaussian curvature is the deficit over the mixed area as well; where triangles are acute the areas agree."""
+    """MeshLab's discrete Gaussian curvature is the deficit over the mixed area, too; of acute triangles the areas agree."""
     vertices, faces = icosphere(3)
     meshes = pymeshlab.MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(vertices, faces))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pymeshfair.errors import FilterInputError
-from pymeshfair.filters.inspection.displacement import displacement
+from pymeshfair.filters.inspection import displacement
 from tests.meshes import grid, icosphere, noisy, renumbered, sample
 
 NO_FACES = np.empty((0, 3), dtype=np.int32)

@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 from pymeshfair.errors import FilterInputError
-from pymeshfair.filters.inspection.reflection_lines import reflection_stripes
-from pymeshfair.filters.inspection.sharp_edges import share_kept, sharp_edges
-from pymeshfair.filters.inspection.triangle_shape import triangle_shapes
+from pymeshfair.filters.inspection import reflection_stripes, share_kept, sharp_edges, triangle_shapes
 from tests.meshes import cube, icosphere, noisy, single_triangle, tetrahedron
 
 
@@ -49,7 +47,7 @@ def test_sharp_edges_of_a_cube() -> None:
 
 
 def test_share_of_sharp_edges_that_is_kept() -> None:
-    """A cube shifted a little keeps all of them, one cut from above a third, a sphere none; where there were none it is unknown."""
+    """A cube shifted a little keeps all of them, one cut from above a third, a sphere none; without any it is unknown."""
     vertices, faces = cube()
     before = sharp_edges(vertices, faces)
     assert share_kept(before, sharp_edges(vertices + 0.01, faces), within=0.1) == 1.0

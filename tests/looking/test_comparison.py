@@ -101,7 +101,7 @@ def test_utm_coordinates_change_nothing(tmp_path: Path, same_faces: bool) -> Non
 def test_what_was_removed_and_added(tmp_path: Path) -> None:
     """Without one of two spheres its area counts as removed, the other way round as added."""
     vertices, faces = icosphere(3)
-    two = (np.concatenate([vertices, vertices + [5.0, 0, 0]]), np.concatenate([faces, faces + len(vertices)]))
+    two = (np.concatenate([vertices, vertices + np.array([5.0, 0, 0])]), np.concatenate([faces, faces + len(vertices)]))
     area = trimesh.Trimesh(vertices, faces, process=False).area
     gone = compared(tmp_path, two, (vertices, faces))
     # The middles of faces nearer than a mean edge to the other sphere: there are none, it is 3 away.
@@ -123,7 +123,7 @@ def test_flips_holes_and_cuts_are_counted(tmp_path: Path) -> None:
     holed = compared(tmp_path, (vertices, faces), (vertices, faces[3:]))
     assert holed.before["holes"] == 0
     assert holed.after["holes"] == holed.after["border_loops"] > 0
-    crossing = (np.concatenate([vertices, vertices + [1.0, 0, 0]]), np.concatenate([faces, faces + len(vertices)]))
+    crossing = (np.concatenate([vertices, vertices + np.array([1.0, 0, 0])]), np.concatenate([faces, faces + len(vertices)]))
     cut = compared(tmp_path, (vertices, faces), crossing)
     assert cut.before["self_intersecting_faces"] == 0
     assert cut.after["self_intersecting_faces"] > 20

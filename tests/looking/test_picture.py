@@ -112,7 +112,7 @@ def test_far_from_the_origin_the_picture_is_the_same() -> None:
     """At UTM coordinates, given ones that can be moved exactly, hardly a pixel changes."""
     vertices, faces = sample("bunny.obj")
     vertices = np.round(vertices * 2.0**18) / 2.0**18
-    near, far = pixels(mesh_of(vertices, faces)), pixels(mesh_of(vertices + [5e5, 5.5e6, 300.0], faces))
+    near, far = pixels(mesh_of(vertices, faces)), pixels(mesh_of(vertices + np.array([5e5, 5.5e6, 300.0]), faces))
     assert np.mean(np.abs(near.astype(int) - far).max(axis=2) > 2) < 1e-3
 
 

@@ -10,12 +10,12 @@ import pytest
 
 from pymeshfair.declaration import Bools, Edit, Filter, FilterClass, Layer, MeshElement
 from pymeshfair.errors import ParameterError
-from pymeshfair.filters.denoising.automatic import denoise_automatically
-from pymeshfair.filters.denoising.normal_filtering import filter_face_normals, folded_faces, normal_filtering
-from pymeshfair.filters.geometry import face_normals, mean_angle, mean_edge_length
+from pymeshfair.filters.denoising import denoise_automatically, filter_face_normals, folded_faces, normal_filtering
+from pymeshfair.filters.geometry import face_normals, mean_edge_length
 from pymeshfair.meshlab.facts import meshlab_filters
 from pymeshfair.plugins.denoising import DEFAULTS, STEP_ONE, apply_coord_normal_filtering, apply_normal_robust_filtering_per_face
 from pymeshfair.registry import find_filter
+from tests.angles import mean_angle
 from tests.meshes import Floats, Ints, Mesh, cube, irregular_grid, subdivided
 
 

@@ -47,7 +47,7 @@ def job(folder: Path, recipe: Recipe = TAUBIN, source: Path = BONE, **more: Any)
 
 
 def test_broken_displacement_names_vertex_place_and_amount(tmp_path: Path) -> None:
-    """The error names the vertex that moved furthest, where it is, how far it moved and how far was allowed; nothing is written."""
+    """The error names the vertex that moved furthest, where it is, how far it moved and how far was allowed."""
     with pytest.raises(GuardBroken) as caught:
         run_job(job(tmp_path, guards={"max_displacement": "0.01edge"}))
     assert names_in(tmp_path) == set()
@@ -170,7 +170,7 @@ def test_map_replaces_no_file_of_others(tmp_path: Path) -> None:
         run_job(job(tmp_path, map=tmp_path / "mine.ply"))
     with pytest.raises(OutputError, match="name another file for the map"):
         run_job(job(tmp_path, map=tmp_path / "out.ply"))
-    with pytest.raises(OutputError, match="an intervention map is a .ply file"):
+    with pytest.raises(OutputError, match=r"an intervention map is a \.ply file"):
         run_job(job(tmp_path, map=tmp_path / "map.obj"))
     run_job(job(tmp_path, map=tmp_path / "map.ply"))
     run_job(job(tmp_path, map=tmp_path / "map.ply"))  # what a run wrote, the same run replaces
@@ -234,7 +234,8 @@ def test_wrong_guards_are_refused(guards: dict[str, str], words: str) -> None:
         Guards.parse(guards)
     names = {"max_displacement": "maxDisplacement", "max_volume_change": "maxVolumeChange", "keep_sharp": "keepSharp"}
     ((name, text),) = guards.items()
-    script = f'<!DOCTYPE FilterScript>\n<FilterScript {names.get(name, name)}="{text}"><filter name="Laplacian Smooth"/></FilterScript>'
+    head = f'<FilterScript {names.get(name, name)}="{text}">'
+    script = f'<!DOCTYPE FilterScript>\n{head}<filter name="Laplacian Smooth"/></FilterScript>'
     with pytest.raises(ScriptError, match=words):
         parse_script(script.encode(), "x.mlx")
 

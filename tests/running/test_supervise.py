@@ -383,7 +383,7 @@ except KeyboardInterrupt:
 
 
 @pytest.fixture
-def supervisor(tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
+def supervisor(tmp_path: Path, terminal_signals: None) -> Iterator[subprocess.Popen[str]]:
     """A program that is in the middle of a long run to out/clean.ply, in a session of its own."""
     (tmp_path / "out").mkdir()
     tests = str(Path(__file__).parent.parent.parent)

@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from ..declaration import Floats
-from ..filters.inspection.color_maps import Limits
+from ..filters.inspection import Limits
 
 INK = (40, 44, 52)
 #: heights in pixels of the strip for titles and of that for the colour bar

@@ -10,10 +10,17 @@ import numpy as np
 
 from ..declaration import Floats, Ints, nearest
 from ..errors import MeshError, ParameterError
-from ..filters.inspection.color_maps import Limits, diverging_colors, robust_limits, sequential_colors, symmetric_limits
-from ..filters.inspection.curvature import gaussian_curvature, mean_curvature
-from ..filters.inspection.displacement import displacement
-from ..filters.inspection.triangle_shape import triangle_shapes
+from ..filters.inspection import (
+    Limits,
+    displacement,
+    diverging_colors,
+    gaussian_curvature,
+    mean_curvature,
+    robust_limits,
+    sequential_colors,
+    symmetric_limits,
+    triangle_shapes,
+)
 
 
 class Colorable(Protocol):

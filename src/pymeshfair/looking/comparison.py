@@ -9,9 +9,7 @@ import numpy as np
 
 from ..declaration import Floats, Ints
 from ..filters.geometry import AREA, CENTRE, NORMAL, measure_faces
-from ..filters.inspection.closest_points import closest_points
-from ..filters.inspection.displacement import Displacement, displacement
-from ..filters.inspection.sharp_edges import SHARP, share_kept
+from ..filters.inspection import SHARP, Displacement, closest_points, displacement, share_kept
 from .mesh_state import MeshState
 
 #: mean edges of the first mesh: a place further than that from the other surface was added or removed

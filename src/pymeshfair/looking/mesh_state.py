@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from ..filters.denoising.noise_level import estimate_noise
+from ..filters.denoising import estimate_noise
 from ..filters.holes.islands import outer_borders
-from ..filters.holes.rims import find_rims
-from ..filters.inspection.sharp_edges import SharpEdges, sharp_edges
+from ..filters.inspection import SharpEdges, sharp_edges
+from ..filters.topology import boundary_loops
 from ..running.read import ReadMesh
 
 
@@ -44,12 +44,12 @@ def state_of(mesh: ReadMesh) -> MeshState:
     """Measure a mesh."""
     # About the middle: what follows takes squares of coordinates.
     local = mesh.vertices - mesh.vertices.mean(axis=0)
-    rims, open_rims = find_rims(local, mesh.faces)
-    holes = [outer for outer in outer_borders(rims, local, mesh.faces) if outer == "no"]
+    border = boundary_loops(local, mesh.faces)
+    holes = [outer for outer in outer_borders(border.loops, local, mesh.faces) if outer == "no"]
     sharp = sharp_edges(mesh.vertices, mesh.faces)
     cuts = mesh.self_intersecting
     more = {
-        "border_loops": len(rims) + len(open_rims),
+        "border_loops": len(border.loops) + len(border.broken),
         "holes": len(holes),
         "self_intersecting_faces": None if cuts is None else int(cuts.sum()),
         "noise": estimate_noise(mesh.vertices, mesh.faces).length if len(mesh.faces) else None,

@@ -11,8 +11,7 @@ from PIL import Image
 
 from ..declaration import Floats
 from ..errors import MeshError, ParameterError
-from ..filters.inspection.color_maps import Limits
-from ..filters.inspection.reflection_lines import reflection_stripes
+from ..filters.inspection import Limits, reflection_stripes
 from ..running.read import ReadMesh
 from .annotation import BAR_STRIP, TITLE_STRIP, draw_color_bar, draw_scale_bar, write_title
 from .camera import Camera, close_up, fitting_camera, view_rows

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..declaration import Bools, Floats, Ints
 from ..filters.geometry import face_normals
-from ..filters.inspection.corner_angles import mesh_normals
+from ..filters.inspection import mesh_normals
 from .camera import Camera
 from .rasterizer import DepthBuffer, draw_dots, draw_triangles
 

@@ -412,7 +412,7 @@ class FilterMethods:
             range_sigma: The deviation of normals at which the range kernel falls, in the unit of the range measure; 0.5 is
                 about 30 degrees. Larger smooths more, and across sharper edges. 0: automatic. Takes a number of at least 0.
             range_floor: Smaller deviations count as this one. Above 0, such as 0.03, it keeps 'l1' and 'truncated_l1' from
-                letting two faces that happen to agree hold each other. -1: automatic. Takes a number from -1 to 4.
+                locking the normals of two faces that happen to agree. -1: automatic. Takes a number from -1 to 4.
             space_sigma: The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres.
                 Larger smooths larger details. 0: automatic. Takes a number of at least 0.
             neighborhood: Which faces are averaged over: those across the edges, those at the vertices, those in two or three
@@ -487,9 +487,9 @@ class FilterMethods:
 
         A surface is a sum of waves, the modes of its Laplace-Beltrami operator, from its largest parts to the finest noise. The
         filter multiplies each by a factor that depends on its wavelength alone, whatever the sampling. Components are filtered
-        one by one, and their centroids stay. Open borders are natural: no vertex of theirs is held, and they get as smooth as
-        the surface. Returns the route that was taken, the number of modes or the degree of the polynomial, the wavelength at
-        the cutoff, and a bound of the error in mesh units.
+        one by one, and their centroids stay. Open borders are natural: their vertices are free, and they get as smooth as the
+        surface. Returns the route that was taken, the number of modes or the degree of the polynomial, the wavelength at the
+        cutoff, and a bound of the error in mesh units.
 
         Args:
             response: 'low_pass' removes waves shorter than the detail size; 'enhance' multiplies those from the detail size to
@@ -539,8 +539,8 @@ class FilterMethods:
 
         Open borders stay. No triangle folds over. Colours and texture coordinates move along with their vertices. Triangles
         whose edges are flipped come last; they take colour and scalar from the old ones near them, and their custom attributes
-        are 0. Returns the mean quality of the triangles before and after, as Surface Measures tells it (1 for equilateral ones,
-        0 for those without area), how many triangles flips have changed, how many vertices moved and how far the furthest went.
+        are 0. Returns the mean quality of the triangles before and after, as Surface Measures has it (1 for equilateral ones, 0
+        for those without area), how many triangles flips have changed, how many vertices moved and how far the furthest went.
 
         Args:
             weight: How strongly vertices are held to their places. Larger moves them less in each iteration. Takes a number
@@ -642,7 +642,7 @@ class FilterMethods:
             range_sigma: The deviation of normals at which the range kernel falls, in the unit of the range measure; 0.5 is
                 about 30 degrees. Larger smooths more, and across sharper edges. 0: automatic. Takes a number of at least 0.
             range_floor: Smaller deviations count as this one. Above 0, such as 0.03, it keeps 'l1' and 'truncated_l1' from
-                letting two faces that happen to agree hold each other. -1: automatic. Takes a number from -1 to 4.
+                locking the normals of two faces that happen to agree. -1: automatic. Takes a number from -1 to 4.
             space_sigma: The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres.
                 Larger smooths larger details. 0: automatic. Takes a number of at least 0.
             neighborhood: Which faces are averaged over: those across the edges, those at the vertices, those in two or three
@@ -758,7 +758,7 @@ class FilterMethods:
     def get_surface_measures(self) -> dict[str, Any] | None:
         """Counts, topology, size, roughness and triangle quality of the mesh.
 
-        Counts vertices, faces, edges, border edges, non-manifold edges and vertices, degenerate faces and components; tells
+        Counts vertices, faces, edges, border edges, non-manifold edges and vertices, degenerate faces and components; says
         whether the surface is closed and oriented, its genus and Euler characteristic; measures area, volume (of closed
         surfaces), the mean edge (of polylines, too), roughness (the mean angle in degrees between faces that share an edge) and
         the mean triangle quality (1 for equilateral ones); of a point cloud the mean distance to the nearest point. Changes
@@ -784,8 +784,8 @@ class FilterMethods:
         of the mesh.
 
         Args:
-            modes: How many modes are told one by one, from the lowest. More reach higher frequencies and take longer; the
-                energies of bands do not need them. Takes a whole number from 0 to 100000.
+            modes: How many modes are listed, from the lowest. More reach higher frequencies and take longer; the energies of
+                bands do not need them. Takes a whole number from 0 to 100000.
             operator: 'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same for slivers and
                 non-manifold meshes; 'auto' takes the robust one where it is needed.
 
@@ -844,7 +844,7 @@ class FilterMethods:
         afterwards, so that a next step can delete, smooth or measure them. They take colours, scalars and texture from the rim.
         A mark is written if a hole was closed: "scalar" overwrites the scalars of all faces, "color" the colours of the new
         ones. Returns how many holes were closed and the edges of each rim, how many vertices and faces are new, how many holes
-        were filled by a lower energy, and how many rims were left open, why and with how many edges; the largest are told one
+        were filled by a lower energy, and how many rims were left open, why and with how many edges; the largest are named one
         by one.
 
         Args:
@@ -864,9 +864,9 @@ class FilterMethods:
                 if that cannot be done; 'leave' fills the hole without regard to them.
             selected: Close only holes whose rim has a selected vertex, or a vertex of a selected face, those too that otherwise
                 count as outer borders by their area.
-            mark: How new faces are told from the others in a saved file: 'scalar' gives each the number of the hole that it
-                closes, from 1, and all others 0, in place of the scalars that faces had; 'color' paints them orange, and the
-                others white if faces had no colours; 'none' leaves both as they are.
+            mark: How new faces are marked in a saved file: 'scalar' gives each the number of the hole that it closes, from 1,
+                and all others 0, in place of the scalars that faces had; 'color' paints them orange, and the others white if
+                faces had no colours; 'none' leaves both as they are.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.

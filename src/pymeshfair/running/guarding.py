@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..declaration import Floats, Ints
-from ..filters.inspection.sharp_edges import SHARP, share_kept, sharp_edges
+from ..filters.inspection import SHARP, share_kept, sharp_edges
 from ..scripts.guards import Guards
 from .origins import InputMesh, Origins
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..declaration import Bools, Floats, Ints
 from ..files.saving import UNSAVED as ORIGIN
-from ..filters.inspection.displacement import displacement
+from ..filters.inspection import displacement
 
 
 @dataclass(frozen=True, eq=False)
