@@ -43,6 +43,16 @@ from pymeshfair.filters.inspection import (
     triangle_shapes,
 )
 
+Colored = Annotated[
+    bool,
+    Bool(
+        label="Colour",
+        help="Colour the mesh by the scalar, too, which replaces its colours. Without it only the scalar is written.",
+    ),
+]
+
+_LOOKS_AT_VERTICES = MeshElement.VERTQUALITY | MeshElement.VERTCOLOR
+
 
 @mesh_filter(name="Surface Measures", classes=FilterClass.MEASURE)
 def get_surface_measures(layer: Layer) -> Edit:

@@ -1,13 +1,13 @@
-"""The angles at the corners of the faces, and how far those around a vertex are from those of a plane."""
+"""What the angles at the corners of the faces tell: how curved a vertex is, and where its normal looks."""
 
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
+from ..geometry import corner_angles, cross_products
 from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
-from ..topology import border_vertices
+from ..topology import border_vertices, proper_faces
 
 
 def angle_deficits(vertices: ArrayLike, faces: ArrayLike) -> Floats:
@@ -25,7 +25,7 @@ def angle_deficits(vertices: ArrayLike, faces: ArrayLike) -> Floats:
         FilterInputError: not a mesh.
     """
     points, triangles = check_mesh(vertices, faces)
-    mesh = normalised_mesh(points, triangles)
+    mesh = normalised_mesh(points, triangles[proper_faces(triangles)])
     deficits = np.zeros(len(points))
     if len(mesh.cells):
         deficits[mesh.used] = deficits_of(mesh.points, mesh.cells, border_vertices(mesh.cells, len(mesh)))
@@ -33,14 +33,20 @@ def angle_deficits(vertices: ArrayLike, faces: ArrayLike) -> Floats:
 
 
 def deficits_of(points: Floats, faces: Ints, on_border: Bools) -> Floats:
-    """(k,) the angle deficits of `angle_deficits`, of (k, 3) points of ordinary size that all have a face."""
-    deficits = np.where(on_border, math.pi, 2.0 * math.pi)
-    _subtract_angles(points, faces, deficits)
-    return deficits
+    """(k,) the angle deficits of `angle_deficits`, of (k, 3) points of ordinary size that all have a face.
+
+    Args:
+        points: (k, 3) coordinates.
+        faces: (m, 3) triangles, none of which names a vertex twice.
+        on_border: (k,) which points lie on the border.
+    """
+    angles = _angles(points, faces)
+    full = np.where(on_border, math.pi, 2.0 * math.pi)
+    return np.asarray(full - np.bincount(faces.ravel(), angles.ravel(), minlength=len(points)))
 
 
 def mesh_normals(vertices: ArrayLike, faces: ArrayLike) -> Floats:
-    """(n, 3) the `vertex_normals` of a mesh of any size and place.
+    """(n, 3) the `vertex_normals` of a mesh of any size and place; 0 at vertices without a face.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -50,7 +56,7 @@ def mesh_normals(vertices: ArrayLike, faces: ArrayLike) -> Floats:
         FilterInputError: not a mesh.
     """
     points, triangles = check_mesh(vertices, faces)
-    mesh = normalised_mesh(points, triangles)
+    mesh = normalised_mesh(points, triangles[proper_faces(triangles)])
     normals = np.zeros((len(points), 3))
     if len(mesh.cells):
         normals[mesh.used] = vertex_normals(mesh.points, mesh.cells)
@@ -66,61 +72,24 @@ def vertex_normals(points: Floats, faces: Ints) -> Floats:
         points: (n, 3) coordinates of ordinary size.
         faces: (m, 3) triangles.
     """
-    normals = np.zeros((len(points), 3))
-    _add_normals(points, faces, normals)
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    return np.asarray(np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0.0))
+    if not len(faces):
+        return np.zeros((len(points), 3))
+    directions = _unit(cross_products(points, faces))
+    angles = _angles(points, faces)
+    sums = [np.bincount(faces.ravel(), (angles * directions[:, [axis]]).ravel(), minlength=len(points)) for axis in range(3)]
+    return _unit(np.column_stack(sums))
 
 
-@njit(cache=True)
-def corner_angles(points: Floats, a: int, b: int, c: int) -> tuple[float, float, float]:
-    """The angles at the corners of a triangle, which add up to pi.
+def _angles(points: Floats, faces: Ints) -> Floats:
+    """(m, 3) the angles of the faces, which add up to pi in each of them.
 
-    Coincident corners have the angles of the thin triangle that becomes them: two right angles, or three of 60 degrees.
+    Where corners coincide the angle that is missing is spread over the three, and elsewhere the rounding.
     """
-    ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
-    vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
-    wx, wy, wz = points[c, 0] - points[b, 0], points[c, 1] - points[b, 1], points[c, 2] - points[b, 2]
-    uu, vv, ww = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, wx * wx + wy * wy + wz * wz
-    if uu == 0.0 or vv == 0.0 or ww == 0.0:
-        if uu == 0.0 and vv == 0.0:
-            return math.pi / 3, math.pi / 3, math.pi / 3
-        if uu == 0.0:
-            return math.pi / 2, math.pi / 2, 0.0
-        if vv == 0.0:
-            return math.pi / 2, 0.0, math.pi / 2
-        return 0.0, math.pi / 2, math.pi / 2
-    cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    doubled = math.sqrt(cx * cx + cy * cy + cz * cz)
-    at_a = math.atan2(doubled, ux * vx + uy * vy + uz * vz)
-    at_b = math.atan2(doubled, -(ux * wx + uy * wy + uz * wz))
-    at_c = math.atan2(doubled, vx * wx + vy * wy + vz * wz)
-    return at_a, at_b, at_c
+    angles = corner_angles(points, faces)
+    return np.asarray(angles + (math.pi - angles.sum(axis=1, keepdims=True)) / 3.0)
 
 
-@njit(cache=True)
-def _subtract_angles(points: Floats, faces: Ints, deficits: Floats) -> None:
-    for f in range(faces.shape[0]):
-        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        if a != b and b != c and c != a:
-            at_a, at_b, at_c = corner_angles(points, a, b, c)
-            deficits[a] -= at_a
-            deficits[b] -= at_b
-            deficits[c] -= at_c
-
-
-@njit(cache=True)
-def _add_normals(points: Floats, faces: Ints, normals: Floats) -> None:
-    for f in range(faces.shape[0]):
-        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
-        vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
-        x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-        length = math.sqrt(x * x + y * y + z * z)
-        if length > 0.0:
-            angles = corner_angles(points, a, b, c)
-            for k in range(3):
-                share, i = angles[k] / length, faces[f, k]
-                normals[i, 0] += share * x
-                normals[i, 1] += share * y
-                normals[i, 2] += share * z
+def _unit(vectors: Floats) -> Floats:
+    """(n, 3) the vectors at length 1; those of length 0 as they are."""
+    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.asarray(np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0.0))

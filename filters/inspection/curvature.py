@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from ..checks import check_choice
 from ..mesh import Floats, Ints, NormalisedMesh, check_mesh, normalised_mesh
 from ..operators import cotangent_stiffness, mixed_voronoi_areas
-from ..topology import border_vertices, edges
+from ..topology import border_vertices, edges, proper_faces
 from .corner_angles import deficits_of, vertex_normals
 
 #: "cotangent": the Laplace-Beltrami operator, exact in the limit on every mesh. "uniform": the mean of the one-ring, which needs
@@ -84,7 +84,7 @@ def gaussian_curvature(vertices: ArrayLike, faces: ArrayLike, *, measure: Gaussi
 
 def _normalised(vertices: ArrayLike, faces: ArrayLike) -> NormalisedMesh:
     points, triangles = check_mesh(vertices, faces)
-    return normalised_mesh(points, triangles)
+    return normalised_mesh(points, triangles[proper_faces(triangles)])
 
 
 def _uniform(points: Floats, faces: Ints) -> Floats:

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..checks import FilterInputError, check_choice
 from ..mesh import Floats, Ints, Longs, bounding_box, check_mesh, unit_scale
+from ..topology import proper_faces
 from .closest_points import closest_points
 from .corner_angles import vertex_normals
 
@@ -78,24 +79,18 @@ def displacement(
     low, high = bounding_box(targets)
     middle, scale = low * 0.5 + high * 0.5, unit_scale(low, high)
     ground = (targets - middle) * scale
-    normals = vertex_normals(ground, _proper(target_faces))
+    surface = target_faces[proper_faces(target_faces)]
+    normals = vertex_normals(ground, surface)
     if by_vertex:
         vectors = points - targets
         distances = np.linalg.norm(vectors * scale, axis=1) / scale
     else:
         queries = (points - middle) * scale
-        closest = closest_points(queries, ground, _proper(target_faces))
+        closest = closest_points(queries, ground, surface)
         vectors, distances = (queries - closest.places) / scale, closest.distances / scale
-        normals = _normals_at(closest.places, closest.elements, ground, _proper(target_faces), normals)
+        normals = _normals_at(closest.places, closest.elements, ground, surface, normals)
     outwards = np.einsum("ij,ij->i", vectors * scale, normals)
     return Displacement(vectors, distances, np.where(outwards < 0.0, -1.0, 1.0), by_vertex)
-
-
-def _proper(faces: Ints) -> Ints:
-    """The faces that name no vertex twice."""
-    a, b, c = faces.T
-    proper: Ints = faces[(a != b) & (b != c) & (c != a)]
-    return proper
 
 
 def _normals_at(places: Floats, elements: Longs, points: Floats, faces: Ints, normals: Floats) -> Floats:

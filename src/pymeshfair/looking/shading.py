@@ -126,8 +126,8 @@ def _lit_dots(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuffer,
         return _lit(np.where(normals[:, 2:] < 0.0, -normals, normals), colors, _NUMBERS_LIGHT)
     # Without normals the depth gives shape: what is far is paler.
     depths = screen[:, 2]
-    near = (buffer.depths[seen] - depths.min()) / (np.ptp(depths) or 1.0)
-    strength = (0.45 + 0.55 * near)[:, None]
+    far = (depths.max() - buffer.depths[seen]) / (np.ptp(depths) or 1.0)
+    strength = (1.0 - 0.55 * far)[:, None]
     return np.asarray(_BACKGROUND + strength * ((0.8 if scene.colors is None else 1.0) * colors - _BACKGROUND))
 
 
