@@ -28,6 +28,8 @@ def test_pages_are_current(name: str) -> None:
         "docs/spectral.md",
         "docs/curves.md",
         "docs/fairing.md",
+        "docs/robust.md",
+        "docs/solvers.md",
     ],
 )
 def test_links_lead_somewhere(page: str) -> None:

@@ -3,11 +3,9 @@
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from ..checks import FilterInputError, check_positive
 from ..mesh import Floats
-from ..robust import MAD_TO_DEVIATION, SIGMA_IN_DEVIATIONS, KernelName, kernel_code
+from ..robust import SIGMA_IN_DEVIATIONS, KernelName, kernel_code, robust_deviation
 
 #: How far a space kernel reaches, in its sigma. A Gaussian exp(-x^2 / (2 s^2)) is our kernel "gaussian" with sigma = sqrt(2) s:
 #: this is the distance 2 s at which the papers cut it off.
@@ -41,10 +39,7 @@ def range_term(kernel: KernelName, sigma: float | None, scale: float, heights: F
     0: there is nothing to remove.
     """
     code = kernel_code(kernel)
-    deviation = 0.0
-    if sigma is None and len(heights):
-        sizes = np.abs(heights)
-        deviation = float(MAD_TO_DEVIATION * np.median(sizes) or sizes.mean())
+    deviation = robust_deviation(heights) if sigma is None and len(heights) else 0.0
     return Term(code, _scaled("range_sigma", sigma, scale, share * SIGMA_IN_DEVIATIONS[kernel] * deviation))
 
 

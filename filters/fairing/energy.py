@@ -47,7 +47,7 @@ def bilaplacian_smoothing(
 
     A wave of frequency omega = 2 pi / l keeps w / (w + omega^4) of its amplitude: against an implicit step, longer waves keep
     more and shorter ones less. One linear system and no time to march; the area shrinks much less than by diffusion. L is the
-    Laplace-Beltrami operator of the input, taken at the vertices inside the surface; S and M are its stiffness and mass.
+    Laplace-Beltrami operator of the input, taken at the vertices inside the surface; S = -C with C its stiffness, M its mass.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -101,7 +101,7 @@ def bilaplacian_smoothing(
         operator = surface_operator(start, triangles)
         # A border vertex has no whole star to take a Laplacian on.
         bending = np.where(at_border, 0.0, features / operator.mass)
-        quadratic = BendingEnergy(operator.stiffness, operator.mass, bending, w)
+        quadratic = BendingEnergy(operator.dirichlet, operator.mass, bending, w)
         displacement = quadratic.minimiser(start, displacement, inside, diagonal, _Rising(progress, 0.1, 1.0))
     return mesh.restored(start + displacement)
 
