@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from ..checks import check_choice
 from ..mesh import Floats, Ints, NormalisedMesh, check_mesh, normalised_mesh
-from ..operators import cotangent_stiffness, mixed_voronoi_areas
+from ..operators import laplace_beltrami, mixed_voronoi_areas
 from ..topology import border_vertices, edges, proper_faces
 from .corner_angles import deficits_of, vertex_normals
 
@@ -44,10 +44,8 @@ def mean_curvature(vertices: ArrayLike, faces: ArrayLike, *, operator: Curvature
         return np.zeros(len(mesh.vertices))
     points = mesh.points
     if operator == "cotangent":
-        moves = cotangent_stiffness(points, mesh.cells) @ points
-        areas = mixed_voronoi_areas(points, mesh.cells)
-        halves = -0.5 * np.einsum("ij,ij->i", vertex_normals(points, mesh.cells), moves)
-        local = np.divide(halves, areas, out=np.zeros_like(halves), where=areas > 0.0)
+        moves = laplace_beltrami(points, mesh.cells).apply(points)
+        local = -0.5 * np.einsum("ij,ij->i", vertex_normals(points, mesh.cells), moves)
     else:
         local = _uniform(points, mesh.cells)
     local[border_vertices(mesh.cells, len(mesh))] = 0.0

@@ -67,8 +67,8 @@ def test_far_from_the_origin_nothing_is_lost() -> None:
     moved = np.round(noisy((vertices, faces), 0.5)[0] * 2.0**16) / 2.0**16
     offset = np.array([5e5, 5.5e6, 300.0])
     for correspondence in ("vertex", "surface"):
-        near = displacement(moved, faces, vertices, faces, correspondence=correspondence).distances  # type: ignore[arg-type]
-        far = displacement(moved + offset, faces, vertices + offset, faces, correspondence=correspondence).distances  # type: ignore[arg-type]
+        near = displacement(moved, faces, vertices, faces, correspondence=correspondence).distances
+        far = displacement(moved + offset, faces, vertices + offset, faces, correspondence=correspondence).distances
         np.testing.assert_allclose(far, near, rtol=1e-9, atol=1e-9 * near.max())
 
 

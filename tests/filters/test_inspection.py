@@ -16,7 +16,7 @@ def test_shapes_in_closed_form() -> None:
     """Equilateral triangles have 1; the right triangle 3, 4, 5 has R = 2.5 and 3 / (2.5 sqrt 3); no area has 0."""
     np.testing.assert_allclose(triangle_shapes(*tetrahedron()), 1.0, rtol=1e-14)
     np.testing.assert_allclose(triangle_shapes(*single_triangle()), 3 / (2.5 * math.sqrt(3)), rtol=1e-14)
-    assert triangle_shapes([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2], [0, 0, 1]]).tolist() == [0.0, 0.0]
+    assert triangle_shapes(np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]]), np.array([[0, 1, 2], [0, 0, 1]])).tolist() == [0.0, 0.0]
 
 
 def test_lines_of_a_cylinder_are_straight() -> None:

@@ -41,7 +41,7 @@ def test_hausdorff_distance_agrees_with_meshlab(tmp_path: Path) -> None:
         meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
     for first, second, ours in ((1, 0, found.after_from_before), (0, 1, found.before_from_after)):
         theirs = meshes.get_hausdorff_distance(
-            sampledmesh=first, targetmesh=second, samplevert=True, samplenum=10**7, maxdist=pymeshlab.PercentageValue(1000)
+            sampledmesh=first, targetmesh=second, samplevert=True, samplenum=10**7, maxdist=pymeshlab.PureValue(100.0)
         )
         assert ours.mesh_units == pytest.approx(theirs["max"], rel=1e-6)
         if first == 1:

@@ -219,7 +219,7 @@ def test_wrong_command_lines_are_refused(tmp_path: Path) -> None:
         (["-o", tmp_path / "x.png", "--zoom", "vertex=99999999,1%"], "N below the"),
         (["-o", tmp_path / "x.png", "--zoom", "0,0,0,0"], "above 0"),
     ):
-        result = invoke("picture", bunny, *wrong)
+        result = invoke("picture", bunny, *map(str, wrong))
         assert result.exit_code == 2, wrong
         assert words in result.stderr
     assert not list(tmp_path.iterdir())
