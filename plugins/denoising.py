@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import inspect
 from dataclasses import asdict, fields
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal, TypeAlias, get_args
 
 import numpy as np
 
 from pymeshfair.declaration import Bool, Edit, Enum, FilterClass, Floats, Int, Layer, MeshElement, mesh_filter
 from pymeshfair.filters.denoising import (
+    FIXED,
     VERTEX_UPDATES,
     AutomaticChoice,
     AutomaticParameters,
     NormalFilter,
     VertexUpdate,
-    automatic_parameters,
+    automatic_choice,
     denoise_automatically,
     filter_face_normals,
     folded_faces,
@@ -26,6 +27,15 @@ from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy
 
 from .moving_vertices import MOVES_VERTICES, Selected, movable_vertices
 from .normal_filter_parameters import Auto, NormalFilterParameters
+
+#: how parameters that are not given are found
+Chooser: TypeAlias = Literal["held_out", "fixed"]
+CHOICE = Enum(
+    label="Choice",
+    choices=get_args(Chooser),
+    help="How what is not given is found. 'held_out': some 140 settings are tried on the mesh, or on patches of a large one, and "
+    "the one is taken that best predicts vertices which it has not seen. 'fixed': all-round values, at once.",
+)
 
 #: the parameters of `filter_face_normals`; the others are those of the vertices
 STEP_ONE = tuple(field.name for field in fields(NormalFilterParameters))
@@ -81,6 +91,7 @@ def apply_coord_normal_filtering(
             "weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.",
         ),
     ] = "auto",
+    choice: Annotated[Chooser, CHOICE] = "held_out",
     border: Annotated[
         BorderPolicy,
         Enum(
@@ -95,9 +106,10 @@ def apply_coord_normal_filtering(
 ) -> Edit:
     """Removes noise and keeps edges: filters the normals of the faces robustly, then moves the vertices so that the faces follow.
 
-    Without any parameter the noise is measured and the parameters are chosen for it; what is given replaces that choice. Returns
-    the parameters that were used, what the mesh was found to be, the mean displacement of the vertices in mean edges ("drift"),
-    and the number of faces that look away from those around them, before and after ("folded_before", "folded_after").
+    Without any parameter many settings are tried, and the one is taken that best predicts vertices which it has not seen; what is
+    given replaces a part of that. Returns the parameters that were used, the pairs of Taubin's steps before them ("relaxation"),
+    what the mesh was found to be, what was tried, the mean displacement of the vertices in mean edges ("drift"), and the number
+    of faces that look away from those around them, before and after ("folded_before", "folded_after").
     """
     given = _given(
         **asdict(normals),
@@ -107,14 +119,15 @@ def apply_coord_normal_filtering(
     )
     movable = movable_vertices(layer, selected)
     notes: tuple[str, ...] = ()
-    if given:
-        effective, found = _completed(layer, given)
+    if given or choice == "fixed":
+        effective, found = _completed(layer, given, choice)
         vertices = normal_filtering(layer.vertices, layer.faces, **effective, border=border, movable=movable, progress=progress)
     else:
-        vertices, choice = denoise_automatically(layer.vertices, layer.faces, border=border, movable=movable, progress=progress)
-        found = _findings(choice)
-        effective = {} if choice.parameters is None else {**DEFAULTS, **asdict(choice.parameters)}
-        if choice.parameters is None:
+        vertices, made = denoise_automatically(layer.vertices, layer.faces, border=border, movable=movable, progress=progress)
+        found = _findings(made)
+        parameters = made.setting.parameters
+        effective = {} if parameters is None else {**DEFAULTS, **asdict(parameters)}
+        if made.kind == "clean":
             notes = ("there is no noise to remove: the vertices stay where they are",)
     return Edit(
         vertices=vertices,
@@ -140,6 +153,7 @@ def apply_normal_robust_filtering_per_face(
     layer: Layer,
     *,
     normals: NormalFilterParameters,
+    choice: Annotated[Chooser, CHOICE] = "held_out",
     selected: Annotated[
         bool,
         Bool(
@@ -156,7 +170,7 @@ def apply_normal_robust_filtering_per_face(
     parameters that were used.
     """
     given = _given(**asdict(normals))
-    effective, found = _completed(layer, given)
+    effective, found = _completed(layer, given, choice)
     if "normal_iterations" not in given:
         effective["normal_iterations"] *= effective["outer_iterations"]
     effective = {name: effective[name] for name in STEP_ONE}
@@ -171,23 +185,30 @@ def _given(**values: Any) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value != (-1.0 if name == "range_floor" else 0) and value != "auto"}
 
 
-def _completed(layer: Layer, given: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+def _completed(layer: Layer, given: dict[str, Any], choice: Chooser) -> tuple[dict[str, Any], dict[str, Any]]:
     """The given parameters and those that are chosen for the mesh where none is given; and what the choice rests on.
 
     The mesh is only looked at if the choice has a say. Steps of Taubin's before the filter are part of the whole choice alone.
     """
     if {f.name for f in fields(AutomaticParameters)} <= given.keys():
         return {**DEFAULTS, **given}, {}
-    choice = automatic_parameters(layer.vertices, layer.faces)._replace(relaxation=0)
-    # A mesh without noise asks for nothing; what is given is then completed as the authors of the filter would.
-    chosen = {} if choice.parameters is None else asdict(choice.parameters)
-    return {**DEFAULTS, **chosen, **given}, _findings(choice)
+    if choice == "fixed":
+        return {**DEFAULTS, **asdict(FIXED), **given}, {}
+    made = automatic_choice(layer.vertices, layer.faces)
+    # A mesh that asks for no normal filtering: what is given is then completed as the authors of the filter would.
+    chosen = {} if made.setting.parameters is None else asdict(made.setting.parameters)
+    return {**DEFAULTS, **chosen, **given}, {**_findings(made), "relaxation": 0}
 
 
-def _findings(choice: AutomaticChoice) -> dict[str, Any]:
+def _findings(made: AutomaticChoice) -> dict[str, Any]:
     """What the mesh was found to be, and the numbers that this rests on."""
-    numbers = {name: value for name, value in choice._asdict().items() if isinstance(value, int | float)}
-    return {"shape": choice.kind, "noise": choice.noise.deviation, **numbers}
+    found: dict[str, Any] = {"shape": made.kind, "noise": made.noise.deviation, "relaxation": made.setting.relaxation}
+    if made.evidence is not None:
+        found["tried"] = [
+            {**asdict(trial.label), **{name: value for name, value in trial._asdict().items() if name != "label"}}
+            for trial in made.evidence.trials
+        ]
+    return found
 
 
 def _mean_displacement(layer: Layer, vertices: Floats) -> float:

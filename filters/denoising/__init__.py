@@ -1,7 +1,8 @@
 """Denoising that keeps features: robust statistics of normals and of neighbours, one technique a module."""
 
-from .automatic import AutomaticChoice, AutomaticParameters, automatic_parameters, denoise_automatically
+from .automatic import AutomaticChoice, automatic_choice, denoise_automatically
 from .bilateral import JONES_BORDERS, JonesBorder, bilateral_fleishman, bilateral_jones
+from .candidates import FIXED, AutomaticParameters, Setting
 from .clouds import bilateral_projection
 from .face_neighbourhoods import NEIGHBORHOODS, Neighborhood
 from .folded_faces import folded_faces
@@ -12,6 +13,7 @@ from .normal_filters import RANGE_MEASURES, SPACE_KERNELS, RangeMeasure, SpaceKe
 from .vertex_update import VERTEX_UPDATES, VertexUpdate
 
 __all__ = [
+    "FIXED",
     "JONES_BORDERS",
     "NEIGHBORHOODS",
     "NORMAL_FILTER_METHODS",
@@ -26,9 +28,10 @@ __all__ = [
     "NormalFilter",
     "NormalFilterMethod",
     "RangeMeasure",
+    "Setting",
     "SpaceKernel",
     "VertexUpdate",
-    "automatic_parameters",
+    "automatic_choice",
     "bilateral_fleishman",
     "bilateral_jones",
     "bilateral_projection",

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit, prange
 
 from ..checks import FilterInputError
-from ..execution import threads_for
+from ..execution import PARTS, SERIAL_BELOW
 from ..geometry import CENTRE
 from ..mesh import Floats, Ints, Longs
 from ..topology import VertexFaces
@@ -69,9 +69,11 @@ def mean_centre_distance(table: Floats, edge_neighbours: FaceNeighbourhoods) -> 
         table: (m, 8) of `measure_faces`.
         edge_neighbours: the neighbourhoods "edge".
     """
-    with threads_for(len(edge_neighbours.neighbours)):
-        sums = np.empty(len(table))
-        _sum_distances(table[:, CENTRE], edge_neighbours.offsets, edge_neighbours.neighbours, sums)
+    sums = np.empty(len(table))
+    if len(table) < SERIAL_BELOW:
+        _sum_distances(table[:, CENTRE], edge_neighbours.offsets, edge_neighbours.neighbours, 0, len(table), sums)
+    else:
+        _sum_distances_in_parallel(table[:, CENTRE], edge_neighbours.offsets, edge_neighbours.neighbours, sums)
     return float(sums.sum()) / len(edge_neighbours.neighbours) if len(edge_neighbours.neighbours) else 0.0
 
 
@@ -155,8 +157,15 @@ def _squared_distance(centres: Floats, i: int, j: int) -> float:
 
 
 @njit(cache=True, parallel=True)
-def _sum_distances(centres: Floats, offsets: Longs, neighbours: Ints, sums: Floats) -> None:
-    for i in prange(sums.shape[0]):
+def _sum_distances_in_parallel(centres: Floats, offsets: Longs, neighbours: Ints, sums: Floats) -> None:
+    for part in prange(PARTS):
+        first, last = part * sums.shape[0] // PARTS, (part + 1) * sums.shape[0] // PARTS
+        _sum_distances(centres, offsets, neighbours, first, last, sums)
+
+
+@njit(cache=True, nogil=True)
+def _sum_distances(centres: Floats, offsets: Longs, neighbours: Ints, first: int, last: int, sums: Floats) -> None:
+    for i in range(first, last):
         total = 0.0
         for k in range(offsets[i], offsets[i + 1]):
             total += np.sqrt(_squared_distance(centres, i, neighbours[k]))

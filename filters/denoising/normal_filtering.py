@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import islice
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,11 +12,12 @@ from ..checks import check_choice, check_whole_number
 from ..execution import Progress, ignore_progress
 from ..geometry import measure_faces
 from ..mesh import Floats, check_mesh, normalised_mesh
-from ..topology import BORDER_POLICIES, BorderPolicy, border_vertices
+from ..topology import BORDER_POLICIES, BorderPolicy
 from .normal_filter import NormalFilter, NormalFilterKeywords
 from .normal_passes import NormalPasses
+from .rounds import rounds
 from .surroundings import Surroundings
-from .vertex_update import VERTEX_UPDATES, VertexUpdate, fit_vertices
+from .vertex_update import VERTEX_UPDATES, VertexUpdate
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -64,39 +66,26 @@ def normal_filtering(
     """
     points, triangles = check_mesh(vertices, faces)
     check_whole_number("vertex_iterations", vertex_iterations)
-    rounds = check_whole_number("outer_iterations", outer_iterations)
+    outer = check_whole_number("outer_iterations", outer_iterations)
     check_choice("vertex_update", vertex_update, VERTEX_UPDATES)
     check_choice("border", border, BORDER_POLICIES)
     settings = NormalFilter(**normal_filter)
     mesh = normalised_mesh(points, triangles, movable)
     known = Surroundings.of(mesh) if surroundings is None else surroundings
     mesh = mesh.in_order(known.places)
-    moves = np.diff(known.at_vertices.offsets) > 0
-    if mesh.movable is not None:
-        moves &= mesh.movable
-    on_border = border_vertices(known.faces, len(mesh))
-    if border == "fixed":
-        moves &= ~on_border
-    passes = NormalPasses.over(mesh.points, known, settings)
-    now = mesh.points
-    table = None
-    for outer in range(rounds if moves.any() else 0):
-
-        def partial(share: float, done: int = outer) -> None:
-            progress((done + 0.9 * share) / rounds)
-
-        table = measure_faces(now, known.faces, table)
-        now = fit_vertices(
-            now,
-            known.faces,
-            known.at_vertices,
-            passes.filtered(now, table, partial),
-            update=vertex_update,
-            iterations=vertex_iterations,
-            moves=moves,
-            along_normal=on_border if border == "along" else None,
-        )
-        progress((outer + 1) / rounds)
+    finished, now = 0, mesh.points
+    results = rounds(
+        mesh,
+        known,
+        settings,
+        vertex_iterations=vertex_iterations,
+        vertex_update=vertex_update,
+        border=border,
+        progress=lambda share: progress((finished + 0.9 * share) / outer),
+    )
+    for finished, result in enumerate(islice(results, outer), 1):
+        now = result
+        progress(finished / outer)
     return mesh.restored(now)
 
 

@@ -3,9 +3,10 @@
 from .abandonable import abandonable
 from .progress import Progress, ignore_progress, part_of
 from .tasks import in_parallel
-from .threads import SERIAL_BELOW, threads_for
+from .threads import PARTS, SERIAL_BELOW, threads_for
 
 __all__ = [
+    "PARTS",
     "SERIAL_BELOW",
     "Progress",
     "abandonable",

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit, prange
 
-from ..execution import threads_for
+from ..execution import PARTS, SERIAL_BELOW
 from ..mesh import Floats, Ints
 from .triangles import cross_product
 
@@ -22,8 +22,10 @@ def measure_faces(vertices: Floats, faces: Ints, table: Floats | None = None) ->
         table: (m, 8) a table to overwrite and return; None for a new one.
     """
     table = np.zeros((len(faces), 8)) if table is None else table
-    with threads_for(len(faces)):
-        _measure(vertices, faces, table)
+    if len(faces) < SERIAL_BELOW:
+        _measure(vertices, faces, 0, len(faces), table)
+    else:
+        _measure_in_parallel(vertices, faces, table)
     return table
 
 
@@ -39,8 +41,14 @@ def cross_products(vertices: Floats, faces: Ints) -> Floats:
 
 
 @njit(cache=True, parallel=True)
-def _measure(vertices: Floats, faces: Ints, table: Floats) -> None:
-    for f in prange(faces.shape[0]):
+def _measure_in_parallel(vertices: Floats, faces: Ints, table: Floats) -> None:
+    for part in prange(PARTS):
+        _measure(vertices, faces, part * faces.shape[0] // PARTS, (part + 1) * faces.shape[0] // PARTS, table)
+
+
+@njit(cache=True, nogil=True)
+def _measure(vertices: Floats, faces: Ints, first: int, last: int, table: Floats) -> None:
+    for f in range(first, last):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         x, y, z = cross_product(vertices, a, b, c)
         length = np.sqrt(x * x + y * y + z * z)

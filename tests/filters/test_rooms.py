@@ -19,8 +19,10 @@ FOUNDATION = (
     "geometry",
     "neighbours",
     "robust",
+    "evidence",
     "operators",
     "linear_solvers",
+    "evidence",
 )
 #: the families, and which others each of them may import besides the foundation
 FAMILIES = {

@@ -388,15 +388,17 @@ class FilterMethods:
         vertex_iterations: int = 0,
         outer_iterations: int = 0,
         vertex_update: Literal["auto", "sun", "ohtake", "conjugate_gradient"] = "auto",
+        choice: Literal["held_out", "fixed"] = "held_out",
         border: Literal["fixed", "along", "free"] = "along",
         selected: bool = False,
     ) -> dict[str, Any] | None:
         """Removes noise and keeps edges: filters the normals of the faces robustly, then moves the vertices so that the faces
         follow.
 
-        Without any parameter the noise is measured and the parameters are chosen for it; what is given replaces that choice.
-        Returns the parameters that were used, what the mesh was found to be, the mean displacement of the vertices in mean
-        edges ("drift"), and the number of faces that look away from those around them, before and after ("folded_before",
+        Without any parameter many settings are tried, and the one is taken that best predicts vertices which it has not seen;
+        what is given replaces a part of that. Returns the parameters that were used, the pairs of Taubin's steps before them
+        ("relaxation"), what the mesh was found to be, what was tried, the mean displacement of the vertices in mean edges
+        ("drift"), and the number of faces that look away from those around them, before and after ("folded_before",
         "folded_after").
 
         Args:
@@ -427,6 +429,9 @@ class FilterMethods:
                 edges better than once 20. 0: automatic. Takes a whole number from 0 to 10000.
             vertex_update: How vertices follow: 'sun' by the mean of the projections onto their faces' planes, 'ohtake' by their
                 mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
+            choice: How what is not given is found. 'held_out': some 140 settings are tried on the mesh, or on patches of a
+                large one, and the one is taken that best predicts vertices which it has not seen. 'fixed': all-round values, at
+                once.
             border: What the vertices of open borders do: 'fixed' stay; 'along' move up and down along the normal alone, so that
                 the outline stays; 'free' move like any other vertex.
             selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
@@ -621,6 +626,7 @@ class FilterMethods:
         space_sigma: float = 0.0,
         neighborhood: Literal["auto", "edge", "vertex", "two_ring", "three_ring", "radius", "geodesic"] = "auto",
         normal_iterations: int = 0,
+        choice: Literal["held_out", "fixed"] = "held_out",
         selected: bool = False,
     ) -> dict[str, Any] | None:
         """Averages the normals of the faces without rounding edges, and leaves the vertices where they are.
@@ -651,6 +657,9 @@ class FilterMethods:
                 ('geodesic'), which does not jump across a thin wall. Larger smooths larger details and is slower.
             normal_iterations: How often the normals are filtered before the vertices follow. More smooth more. 0: automatic.
                 Takes a whole number from 0 to 10000.
+            choice: How what is not given is found. 'held_out': some 140 settings are tried on the mesh, or on patches of a
+                large one, and the one is taken that best predicts vertices which it has not seen. 'fixed': all-round values, at
+                once.
             selected: Only the selected faces get a new normal; the others are seen by their neighbours but keep theirs.
 
         Returns:
