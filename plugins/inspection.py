@@ -11,6 +11,7 @@ import numpy as np
 from pymeshfair.declaration import (
     Arity,
     Bool,
+    Bools,
     Direction,
     Edit,
     Enum,
@@ -42,6 +43,7 @@ from pymeshfair.filters.inspection import (
     symmetric_limits,
     triangle_shapes,
 )
+from pymeshfair.filters.topology import referenced_vertices
 
 Colored = Annotated[
     bool,
@@ -94,7 +96,8 @@ def compute_scalar_by_mean_curvature_per_vertex(
     enclose 98 % of the vertices. The sign follows the orientation of the faces. Returns the limits, the lowest, the highest and
     the mean value.
     """
-    return _seen(mean_curvature(layer.vertices, layer.faces, operator=operator), symmetric_limits, diverging_colors, color)
+    values = mean_curvature(layer.vertices, layer.faces, operator=operator)
+    return _seen(layer, values, symmetric_limits, diverging_colors, color)
 
 
 @mesh_filter(
@@ -125,7 +128,7 @@ def compute_scalar_by_gaussian_curvature_per_vertex(
     limits, the lowest, the highest and the mean value, and the sum.
     """
     values = gaussian_curvature(layer.vertices, layer.faces, measure=measure)
-    return _seen(values, symmetric_limits, diverging_colors, color, sum=float(values.sum()))
+    return _seen(layer, values, symmetric_limits, diverging_colors, color, sum=float(values[_used(layer)].sum()))
 
 
 @mesh_filter(
@@ -218,12 +221,11 @@ def compute_scalar_by_displacement_per_vertex(
 
     In mesh units. Signed: positive on the side to which the reference's faces look; blue below 0, nearly white there, orange
     above. Otherwise from dark violet to yellow. The limits enclose 98 % of the vertices. Returns the limits, the mean distance,
-    the root of the mean square, the distance that 95 % keep below, the largest one with its vertex, and whether vertices were
-    compared by number.
+    the root of the mean square, the distance that 95 % keep below, the largest one, and whether vertices were compared by number.
     """
     other = layer.other(reference)
     found = displacement(layer.vertices, layer.faces, other.vertices, other.faces, correspondence=correspondence)
-    d = found.distances
+    d = found.distances[_used(layer)]
     told: dict[str, Any] = {"by_vertex": found.by_vertex}
     if len(d):
         told |= {
@@ -231,14 +233,19 @@ def compute_scalar_by_displacement_per_vertex(
             "rms_distance": float(np.sqrt((d**2).mean())),
             "distance_95": float(np.quantile(d, 0.95)),
             "largest_distance": float(d.max()),
-            "farthest_vertex": int(d.argmax()),
         }
     if signed:
-        return _seen(found.signed, symmetric_limits, diverging_colors, color, **told)
-    return _seen(d, robust_limits, sequential_colors, color, **told)
+        return _seen(layer, found.signed, symmetric_limits, diverging_colors, color, **told)
+    return _seen(layer, found.distances, robust_limits, sequential_colors, color, **told)
+
+
+def _used(layer: Layer) -> Bools:
+    """(n,) the vertices that count: those of triangles, or all of a mesh without any."""
+    return referenced_vertices(layer.faces, len(layer.vertices)) if len(layer.faces) else np.ones(len(layer.vertices), dtype=bool)
 
 
 def _seen(
+    layer: Layer,
     values: Floats,
     limits_of: Callable[[Floats], Limits],
     colors_of: Callable[[Floats, Limits], Floats],
@@ -246,11 +253,12 @@ def _seen(
     **more: Any,
 ) -> Edit:
     """Values of vertices as their scalar and, if asked for, their colour."""
-    limits = limits_of(values)
+    counted = values[_used(layer)]
+    limits = limits_of(counted)
     return Edit(
         vertex_scalars=values,
         vertex_colors=colors_of(values, limits) if color else None,
-        values=_told(values, limits) | more,
+        values=_told(counted, limits) | more,
     )
 
 

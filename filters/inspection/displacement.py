@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import FilterInputError, check_choice
-from ..mesh import Floats, Ints, Longs, bounding_box, check_mesh, unit_scale
+from ..mesh import Floats, Ints, Longs, check_mesh, normalised_mesh
 from ..topology import proper_faces
 from .closest_points import closest_points
 from .corner_angles import vertex_normals
@@ -76,20 +76,20 @@ def displacement(
     by_vertex = correspondence == "vertex" or (
         correspondence == "auto" and same and len(triangles) > 0 and np.array_equal(triangles, target_faces)
     )
-    low, high = bounding_box(targets)
-    middle, scale = low * 0.5 + high * 0.5, unit_scale(low, high)
-    ground = (targets - middle) * scale
-    surface = target_faces[proper_faces(target_faces)]
-    normals = vertex_normals(ground, surface)
+    ground = normalised_mesh(targets, target_faces[proper_faces(target_faces)])
+    normals = vertex_normals(ground.points, ground.cells)
     if by_vertex:
         vectors = points - targets
-        distances = np.linalg.norm(vectors * scale, axis=1) / scale
+        distances = np.linalg.norm(vectors * ground.scale, axis=1) / ground.scale
+        at_vertices = np.zeros_like(targets)
+        at_vertices[ground.used] = normals
+        normals = at_vertices
     else:
-        queries = (points - middle) * scale
-        closest = closest_points(queries, ground, surface)
-        vectors, distances = (queries - closest.places) / scale, closest.distances / scale
-        normals = _normals_at(closest.places, closest.elements, ground, surface, normals)
-    outwards = np.einsum("ij,ij->i", vectors * scale, normals)
+        queries = (points - ground.middle) * ground.scale
+        closest = closest_points(queries, ground.points, ground.cells)
+        vectors, distances = (queries - closest.places) / ground.scale, closest.distances / ground.scale
+        normals = _normals_at(closest.places, closest.elements, ground.points, ground.cells, normals)
+    outwards = np.einsum("ij,ij->i", vectors * ground.scale, normals)
     return Displacement(vectors, distances, np.where(outwards < 0.0, -1.0, 1.0), by_vertex)
 
 

@@ -739,8 +739,8 @@ class FilterMethods:
 
         In mesh units. Signed: positive on the side to which the reference's faces look; blue below 0, nearly white there,
         orange above. Otherwise from dark violet to yellow. The limits enclose 98 % of the vertices. Returns the limits, the
-        mean distance, the root of the mean square, the distance that 95 % keep below, the largest one with its vertex, and
-        whether vertices were compared by number.
+        mean distance, the root of the mean square, the distance that 95 % keep below, the largest one, and whether vertices
+        were compared by number.
 
         Args:
             reference: The layer from which the displacement is measured, such as the mesh before cleaning. Takes the id of a
