@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from . import check, demo, doctor, info, list, run, spectrum, suggest
+from . import check, compare, demo, doctor, info, list, picture, run, spectrum, suggest
 from .group import CommandGroup
 
 app = typer.Typer(
@@ -28,6 +28,8 @@ app.add_typer(list.app, name="list")
 app.command()(info.info)
 app.command()(suggest.suggest)
 app.command()(spectrum.spectrum)
+app.command()(compare.compare)
+app.command()(picture.picture)
 app.command()(doctor.doctor)
 
 

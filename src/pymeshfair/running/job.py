@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 from ..recipe import Recipe
+from ..scripts.guards import NO_GUARDS, Guards
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,9 @@ class Job:
         threads: that a filter may use; None means all processors, or what OMP_NUM_THREADS says.
         overrides: the texts ``STEP.PARAM=VALUE`` that the recipe was changed by, for the record alone.
         command: the command line that asked for the run, for the record alone.
+        guards: limits over those of the recipe.
+        keep_broken: write the output even if a guard was broken.
+        map: the .ply file for the intervention map, or None.
     """
 
     recipe: Recipe
@@ -36,6 +40,14 @@ class Job:
     threads: int | None = None
     overrides: tuple[str, ...] = ()
     command: tuple[str, ...] = ()
+    guards: Guards = NO_GUARDS
+    keep_broken: bool = False
+    map: Path | None = None
+
+    @property
+    def all_guards(self) -> Guards:
+        """The limits of the recipe and of the job."""
+        return self.recipe.script.guards.overridden(self.guards)
 
 
 # ------------------------------------------------------------------------------------------------------------------- events
@@ -130,6 +142,8 @@ class RunResult:
         warnings: everything that was in the input and is not in the output, or needs to be known about it.
         seconds: from start to end.
         peak_memory: bytes that the worker took at most, or None where the system does not say.
+        breaches: the guards that were broken, as `pymeshfair.running.guarding.Breach` by name; the output is kept all the same.
+        maps: the files of the intervention map.
     """
 
     output: Path
@@ -141,3 +155,5 @@ class RunResult:
     warnings: tuple[str, ...]
     seconds: float
     peak_memory: int | None
+    breaches: tuple[Mapping[str, Any], ...] = ()
+    maps: tuple[Path, ...] = ()

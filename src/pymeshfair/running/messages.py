@@ -11,6 +11,7 @@ from typing import Any, Literal
 
 from ..declaration import Length
 from ..registry import find_filter
+from ..scripts.guards import NO_GUARDS, Guards
 from ..scripts.script import Step
 from .job import Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
 
@@ -45,6 +46,11 @@ class Assignment:
         output: the file to write in the end, an absolute path; None if the mesh is only to be measured.
         stage: the staging folder, whose subfolder ``new`` takes what the worker writes; None without an output.
         memory_limit: bytes, or None.
+        arrays: the .npz file to write the mesh as read to, for an assignment without an output; None if that is not wanted.
+        self_intersections: whether to write there, too, which faces cut others.
+        guards: what the result must not do.
+        keep_broken: whether to write the output even if a guard was broken.
+        map: the file for the intervention map, an absolute path; None if none is wanted.
     """
 
     steps: tuple[Step, ...]
@@ -52,11 +58,25 @@ class Assignment:
     output: Path | None = None
     stage: Path | None = None
     memory_limit: int | None = None
+    arrays: Path | None = None
+    self_intersections: bool = False
+    guards: Guards = NO_GUARDS
+    keep_broken: bool = False
+    map: Path | None = None
 
     @classmethod
     def of(cls, job: Job, stage: Path) -> Assignment:
         """The assignment for the worker of `job`."""
-        return cls(job.recipe.script.steps, job.input.absolute(), job.output.absolute(), stage.absolute(), job.memory_limit)
+        return cls(
+            job.recipe.script.steps,
+            job.input.absolute(),
+            job.output.absolute(),
+            stage.absolute(),
+            job.memory_limit,
+            guards=job.all_guards,
+            keep_broken=job.keep_broken,
+            map=None if job.map is None else job.map.absolute(),
+        )
 
     def to_document(self) -> dict[str, Any]:
         """The assignment as a document that `from_document` reads."""
@@ -66,14 +86,31 @@ class Assignment:
             "output": None if self.output is None else str(self.output),
             "stage": None if self.stage is None else str(self.stage),
             "memory_limit": self.memory_limit,
+            "arrays": None if self.arrays is None else str(self.arrays),
+            "self_intersections": self.self_intersections,
+            "guards": self.guards.texts(),
+            "keep_broken": self.keep_broken,
+            "map": None if self.map is None else str(self.map),
         }
 
     @classmethod
     def from_document(cls, document: Mapping[str, Any]) -> Assignment:
         """The assignment in a document; its values were checked when the recipe was read."""
         steps = (Step(find_filter(s["filter"]), _received(s["values"]), s["line"]) for s in document["steps"])
-        output, stage = (None if document[name] is None else Path(document[name]) for name in ("output", "stage"))
-        return cls(tuple(steps), Path(document["input"]), output, stage, document["memory_limit"])
+        paths = (document[name] for name in ("output", "stage", "arrays", "map"))
+        output, stage, arrays, map = (None if path is None else Path(path) for path in paths)
+        return cls(
+            tuple(steps),
+            Path(document["input"]),
+            output,
+            stage,
+            document["memory_limit"],
+            arrays,
+            document["self_intersections"],
+            Guards.parse(document["guards"]),
+            document["keep_broken"],
+            map,
+        )
 
 
 def _sent(values: Mapping[str, Any]) -> dict[str, Any]:

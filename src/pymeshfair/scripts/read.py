@@ -13,6 +13,9 @@ from pathlib import Path
 from xml.parsers import expat
 
 from ..declaration import nearest
+from ..errors import ParameterError
+from .guards import ATTRIBUTES as GUARDS
+from .guards import Guards
 from .problems import Problem, ScriptError, shortened
 from .script import Script, clean_comment
 from .step_builder import StepBuilder
@@ -54,7 +57,7 @@ def parse_script(data: bytes, name: str, *, path: Path | None = None) -> Script:
     reader.read(data)
     if reader.problems:
         raise ScriptError(reader.problems)
-    return Script(tuple(reader.steps.steps), clean_comment("\n\n".join(reader.comments)), path)
+    return Script(tuple(reader.steps.steps), clean_comment("\n\n".join(reader.comments)), path, reader.guards)
 
 
 def read_head(data: bytes) -> tuple[str, int]:
@@ -78,6 +81,7 @@ class _Reader:
         self.problems: list[Problem] = []
         self.steps = StepBuilder(self._problem)
         self.comments: list[str] = []
+        self.guards = Guards()
         self._open: list[str] = []
         self._parser = expat.ParserCreate("utf-8")
         self._parser.buffer_text = True
@@ -185,6 +189,7 @@ class _Reader:
         if depth == 1:
             if tag != "FilterScript":
                 self._fatal(f"is no filter script: it begins with <{shortened(tag)}> instead of <FilterScript>")
+            self._read_guards(attributes)
         elif self._open[1:-1] and self._open[1] == "xmlfilter":
             pass  # said once, at the xmlfilter itself
         elif depth == 2:
@@ -206,6 +211,17 @@ class _Reader:
         if self.steps.filters == MOST_FILTERS:
             self._fatal(f"has more than {MOST_FILTERS} filters")
         self.steps.start_filter(tag, attributes.get("name"), self._parser.CurrentLineNumber)
+
+    def _read_guards(self, attributes: dict[str, str]) -> None:
+        texts = {name: attributes[attribute] for name, attribute in GUARDS.items() if attribute in attributes}
+        try:
+            self.guards = Guards.parse(texts)
+        except ParameterError as error:
+            self._problem(str(error))
+        for attribute in attributes:
+            near = None if attribute in GUARDS.values() else nearest(attribute, GUARDS.values())
+            if near is not None:
+                self._problem(f"<FilterScript> has no attribute {shortened(attribute)!r}", suggestion=near)
 
     def _unknown_element(self, tag: str, expected: str | None) -> None:
         meant = expected if expected and nearest(tag, [expected]) else None

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..declaration import Filter
+from .guards import NO_GUARDS, Guards
 
 
 @dataclass(frozen=True)
@@ -52,11 +53,13 @@ class Script:
         steps: in the order in which they run.
         comment: the words at the head of the file, without the marks of a comment.
         path: where it was read from; it does not count when scripts are compared.
+        guards: what the result must not do.
     """
 
     steps: tuple[Step, ...]
     comment: str = ""
     path: Path | None = field(default=None, compare=False)
+    guards: Guards = NO_GUARDS
 
     def with_defaults(self) -> Script:
         """The script with every value said that is known without a mesh."""

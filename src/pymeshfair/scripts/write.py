@@ -16,6 +16,7 @@ from xml.sax.saxutils import quoteattr
 
 from ..declaration import Bool, Color, Enum, FileOpen, Float, Matrix, Parameter, Percentage, Point
 from ..errors import PymeshfairError
+from .guards import ATTRIBUTES as GUARDS
 from .script import Script
 
 #: The bounding-box diagonal that absolute values are written for unless a mesh is given: "1%" then reads as 1 of 100.
@@ -49,7 +50,8 @@ def _lines(script: Script, diagonal: float, mean_edge: float) -> Iterator[str]:
     yield "<!DOCTYPE FilterScript>"
     if script.comment:
         yield f"<!--\n{_comment(script.comment)}\n-->"
-    yield "<FilterScript>"
+    guards = script.guards.texts()
+    yield "<FilterScript" + "".join(f" {GUARDS[name]}={_quoted(text)}" for name, text in guards.items()) + ">"
     for step in script.steps:
         given = [p for p in step.filter.parameters if p.name in step.values]
         yield f"  <filter name={_quoted(step.filter.name)}{'>' if given else '/>'}"
