@@ -28,6 +28,9 @@ def run(
         ),
     ] = None,
     timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop the run after that time.", min=0.001)] = None,
+    allow_outside: Annotated[
+        bool, typer.Option("--allow-outside", help="Let INPUT name textures, materials and buffers outside its folder.")
+    ] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace OUTPUT, even if it is the input.")] = False,
     json: Json = False,
     debug: Debug = False,
@@ -46,6 +49,7 @@ def run(
         output=output,
         overwrite=overwrite,
         timeout=timeout,
+        allow_outside=allow_outside,
         overrides=overrides,
         command=tuple(sys.argv),
     )

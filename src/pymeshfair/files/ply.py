@@ -77,8 +77,8 @@ class PlyHeader:
     @property
     def textures(self) -> tuple[str, ...]:
         """The texture files that it names, as written there."""
-        words = (comment.partition(" ") for comment in self.comments)
-        return tuple(name.strip() for keyword, _, name in words if keyword.lower() == "texturefile" and name.strip())
+        words = (comment.split(maxsplit=1) for comment in self.comments)
+        return tuple(w[1].strip() for w in words if len(w) == 2 and w[0].lower() == "texturefile")
 
 
 def read_header(path: Path) -> PlyHeader:
@@ -110,7 +110,7 @@ def parse_header(data: bytes) -> PlyHeader:
     size = end + len(b"end_header")
     size += 2 if data[size : size + 2] == b"\r\n" else 1
     # A carriage return alone ends the lines of files from old Macs.
-    lines = data[:end].decode("utf-8", "replace").replace("\r\n", "\n").replace("\r", "\n").split("\n")[1:]
+    lines = data[:end].decode("utf-8", "surrogateescape").replace("\r\n", "\n").replace("\r", "\n").split("\n")[1:]
     format_, comments, elements = "", [], []
     for number, line in enumerate(lines, 2):
         match line.split():

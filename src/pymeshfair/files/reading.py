@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +9,7 @@ import numpy as np
 
 from .errors import InputError
 from .formats import extension
-from .inputs import Announced
-from .obj_polylines import write_single_edges
+from .announced import Announced
 
 
 def load_mesh(meshes: Any, path: Path, announced: Announced) -> list[str]:
@@ -32,10 +30,7 @@ def load_mesh(meshes: Any, path: Path, announced: Announced) -> list[str]:
     # Layers of one file would otherwise be left behind when one of them is written.
     options = {"load_in_a_single_layer": True} if extension(path) in ("3ds", "glb", "gltf") else {}
     try:
-        if announced.polylines.misread and not announced.side_files:
-            _load_polylines(meshes, path, announced)
-        else:
-            meshes.load_new_mesh(str(path), **options)
+        meshes.load_new_mesh(str(announced.reading or path), **options)
     except MemoryError:
         raise
     except Exception as error:  # pymeshlab raises several unrelated types
@@ -55,14 +50,6 @@ def load_mesh(meshes: Any, path: Path, announced: Announced) -> list[str]:
     if announced.not_kept:
         warnings.append(f"MeshLab does not keep of {path.name}: {'; '.join(announced.not_kept)}")
     return warnings
-
-
-def _load_polylines(meshes: Any, path: Path, announced: Announced) -> None:
-    """Load an OBJ file without materials whose polylines MeshLab would misread, with every edge in a line of its own."""
-    with tempfile.TemporaryDirectory(prefix="pymeshfair-") as folder:
-        copy = Path(folder) / path.name
-        write_single_edges(path, copy, announced.vertices or 0)
-        meshes.load_new_mesh(str(copy))
 
 
 def apply_matrix(meshes: Any) -> bool:

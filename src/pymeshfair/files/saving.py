@@ -11,7 +11,7 @@ import numpy as np
 
 from .errors import OutputError
 from .formats import ATTRIBUTES, WRITABLE, Format, extension
-from .inputs import Announced
+from .announced import Announced
 from .outputs import StagedFile, flush, material_path
 from .ply import read_header
 from .ply_edges import append_edges

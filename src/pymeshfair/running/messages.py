@@ -44,20 +44,29 @@ class Assignment:
         steps: Python names of filters and their values, as `Step` has them.
         input: the file to read, an absolute path.
         output: the file to write in the end, an absolute path; None if the mesh is only to be measured.
-        stage: the staging folder, whose subfolder ``new`` takes what the worker writes; None without an output.
+        stage: the staging folder, whose subfolder ``new`` takes what the worker writes.
         memory_limit: bytes, or None.
+        allow_outside: let the input name files outside its own folder.
     """
 
     steps: tuple[Step, ...]
     input: Path
+    stage: Path
     output: Path | None = None
-    stage: Path | None = None
     memory_limit: int | None = None
+    allow_outside: bool = False
 
     @classmethod
     def of(cls, job: Job, stage: Path) -> Assignment:
         """What `job` means for its worker."""
-        return cls(job.recipe.script.steps, job.input.absolute(), job.output.absolute(), stage.absolute(), job.memory_limit)
+        return cls(
+            job.recipe.script.steps,
+            job.input.absolute(),
+            stage.absolute(),
+            job.output.absolute(),
+            job.memory_limit,
+            job.allow_outside,
+        )
 
     def to_document(self) -> dict[str, Any]:
         """The assignment as a document that `from_document` reads."""
@@ -65,8 +74,9 @@ class Assignment:
             "steps": [{"filter": s.filter.python_name, "values": _sent(s.values), "line": s.line} for s in self.steps],
             "input": str(self.input),
             "output": None if self.output is None else str(self.output),
-            "stage": None if self.stage is None else str(self.stage),
+            "stage": str(self.stage),
             "memory_limit": self.memory_limit,
+            "allow_outside": self.allow_outside,
         }
 
     @classmethod
@@ -76,8 +86,9 @@ class Assignment:
         for given in document["steps"]:
             known = find_filter(given["filter"])
             steps.append(Step(known, known.check(given["values"]), given["line"]))
-        output, stage = (None if document[name] is None else Path(document[name]) for name in ("output", "stage"))
-        return cls(tuple(steps), Path(document["input"]), output, stage, document["memory_limit"])
+        output = None if document["output"] is None else Path(document["output"])
+        limits = document["memory_limit"], document["allow_outside"]
+        return cls(tuple(steps), Path(document["input"]), Path(document["stage"]), output, *limits)
 
 
 def _sent(values: Mapping[str, Any]) -> dict[str, Any]:

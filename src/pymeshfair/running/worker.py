@@ -30,8 +30,8 @@ def main() -> None:
     if not line.endswith(b"\n"):
         os._exit(1)
     document = json.loads(line)
-    stage = None if document["stage"] is None else Path(document["stage"])
-    lock = None if stage is None else hold(stage)
+    stage = Path(document["stage"])
+    lock = hold(stage)
     ending = threading.Lock()
     threading.Thread(target=_end_with_supervisor, args=(orders, stage, ending), daemon=True).start()
     limit_process(document["memory_limit"])
@@ -58,12 +58,11 @@ def _take_over_streams() -> tuple[BinaryIO, BinaryIO]:
     return orders, reports
 
 
-def _end_with_supervisor(orders: BinaryIO, stage: Path | None, ending: threading.Lock) -> None:
+def _end_with_supervisor(orders: BinaryIO, stage: Path, ending: threading.Lock) -> None:
     while orders.read(4096):
         pass
     ending.acquire()
-    if stage is not None:
-        remove_folder(stage)
+    remove_folder(stage)
     os._exit(1)
 
 
