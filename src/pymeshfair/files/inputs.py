@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import struct
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,9 +13,12 @@ from .formats import READABLE, extension, listed
 from .given import Given, find_textures
 from .gltf import inspect_gltf
 from .obj_input import inspect_obj
+from .off import OffError, read_off
 from .ply_given import given_header, must_be_altered
 from .ply_losses import not_kept
+from .points import PointsError, as_ply, read_points
 from .references import References, check_regular
+from .stl import StlError, read_stl
 
 
 def check_input(path: Path) -> None:
@@ -85,33 +87,48 @@ def _inspect_ply(path: Path, references: References, given: Given) -> Announced:
 
 
 def _inspect_off(path: Path, references: References, given: Given) -> Announced:
-    with path.open("rb") as file:
-        head = file.read(4096)
-    lines = (line.partition(b"#")[0].split() for line in head.splitlines())
-    words = [word for line in lines for word in line]
-    numbers = [int(w) for w in words[1:4] if w.isdigit() and len(w) < 20]
-    if not words or not words[0].endswith(b"OFF") or len(numbers) < 2:
-        return Announced()
-    needed, size = 6 * numbers[0] + 4 * numbers[1], path.stat().st_size
-    if needed > size:
-        raise InputError(
-            path, f"it declares {numbers[0]:,} vertices and {numbers[1]:,} faces, which do not fit into its {size:,} bytes"
-        )
-    return Announced(vertices=numbers[0], faces=numbers[1], normals=b"N" in words[0])
+    try:
+        contents = read_off(path.read_bytes())
+    except OffError as error:
+        raise InputError(path, str(error)) from error
+    return Announced(
+        vertices=len(contents.points),
+        faces=contents.faces,
+        count_triangles=lambda: contents.triangles,
+        normals=contents.normals,
+        not_kept=("comments",) if contents.comments else (),
+        points=contents.points,
+        reading=given.write(contents.text) if contents.altered else None,
+    )
 
 
 def _inspect_stl(path: Path, references: References, given: Given) -> Announced:
-    size = path.stat().st_size
-    with path.open("rb") as file:
-        head = file.read(84)
-    if len(head) < 84:
-        return Announced()
-    declared = int(struct.unpack_from("<I", head, 80)[0])
-    if size == 84 + 50 * declared:
-        return Announced(faces=declared, count_triangles=lambda: declared)
-    if head.lstrip()[:5].lower() == b"solid":
-        return Announced()
-    raise InputError(path, f"it declares {declared:,} triangles, which take {84 + 50 * declared:,} bytes, but it has {size:,}")
+    try:
+        contents = read_stl(path.read_bytes())
+    except StlError as error:
+        raise InputError(path, str(error)) from error
+    return Announced(
+        faces=contents.faces,
+        count_triangles=lambda: contents.faces,
+        not_kept=(f"its head {contents.note[:60]!r}",) if contents.note else (),
+        reading=None if contents.text is None else given.write(contents.text),
+    )
+
+
+def _inspect_points(path: Path, references: References, given: Given) -> Announced:
+    try:
+        contents = read_points(path.read_bytes())
+    except PointsError as error:
+        raise InputError(path, str(error)) from error
+    as_it_is = contents.plain and extension(path) in ("xyz", "pts", "apts")
+    return Announced(
+        vertices=len(contents.points),
+        faces=0,
+        normals=contents.normals is not None,
+        not_kept=(f"its titles {contents.note[:60]!r}",) if contents.note else (),
+        points=contents.points,
+        reading=None if as_it_is else given.write_beside(f"{path.stem}.ply", *as_ply(contents)),
+    )
 
 
 _INSPECT: dict[str, Callable[[Path, References, Given], Announced]] = {
@@ -121,4 +138,5 @@ _INSPECT: dict[str, Callable[[Path, References, Given], Announced]] = {
     "stl": _inspect_stl,
     "glb": inspect_gltf,
     "gltf": inspect_gltf,
+    **dict.fromkeys(("xyz", "pts", "apts", "asc", "txt"), _inspect_points),
 }

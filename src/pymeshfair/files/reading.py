@@ -6,10 +6,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .errors import InputError
 from .formats import extension
 from .announced import Announced
+
+#: how far a coordinate that was read twice may differ: some units in the last place
+_SAME = 1e-14
 
 
 def load_mesh(meshes: Any, path: Path, announced: Announced) -> list[str]:
@@ -46,10 +50,29 @@ def load_mesh(meshes: Any, path: Path, announced: Announced) -> list[str]:
     mesh = meshes.current_mesh()
     if mesh.vertex_number() == 0:
         raise InputError(path, "no vertex could be read from it")
+    _compare_places(path, announced, mesh.vertex_matrix())
     warnings += _differences(path.name, announced, mesh.vertex_number(), mesh.face_number())
     if announced.not_kept:
         warnings.append(f"MeshLab does not keep of {path.name}: {'; '.join(announced.not_kept)}")
     return warnings
+
+
+def _compare_places(path: Path, announced: Announced, vertices: NDArray[np.float64]) -> None:
+    """Refuse vertices that are not where the file says."""
+    points = announced.points
+    if points is None:
+        return
+    if len(points) != len(vertices):  # those that are not finite are left out
+        points = points[np.isfinite(points).all(axis=1)]
+    if len(points) != len(vertices):
+        raise InputError(
+            path, f"it says where {len(points):,} vertices are, but MeshLab read {len(vertices):,}; this is a defect"
+        )
+    tolerance = _SAME * np.abs(points).max(initial=0.0)
+    same = np.isclose(vertices, points, rtol=_SAME, atol=min(tolerance, 1e-300), equal_nan=True).all(axis=1)
+    if not same.all():
+        k = int(np.argmin(same))
+        raise InputError(path, f"its vertex {k + 1:,} is at {points[k].tolist()}, but MeshLab read {vertices[k].tolist()}")
 
 
 def apply_matrix(meshes: Any) -> bool:

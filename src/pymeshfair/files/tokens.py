@@ -7,7 +7,7 @@ number is a number to its last character, and whatever a line holds is seen by t
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -90,6 +90,25 @@ def tokenise(data: bytes, *, slashes: bool = False) -> Iterator[Tokens]:
         t, k, line, oddities = _lex(piece, slashes, kinds, values, first, starts, numbers, keywords, seconds, line)
         yield Tokens(piece, kinds[:t], values[:t], first[: k + 1], keywords[:k], seconds[:k], starts[:k], numbers[:k], oddities)
         start = end
+
+
+def joined_pieces(pieces: Iterable[Tokens]) -> Tokens:
+    """All pieces of a text as one; nothing of no text."""
+    parts = list(pieces)
+    tokens = np.cumsum([0, *(len(p.kinds) for p in parts)])
+    sizes = np.cumsum([0, *(len(p.text) for p in parts)])
+
+    def joined(name: str, shifts: NDArray[np.int64] | None = None) -> NDArray[Any]:
+        arrays = [getattr(p, name) if shifts is None else getattr(p, name) + shifts[k] for k, p in enumerate(parts)]
+        return np.concatenate(arrays) if arrays else np.empty(0, np.int64)
+
+    first = np.concatenate([*(p.first[:-1] + tokens[k] for k, p in enumerate(parts)), tokens[-1:]])
+    oddities = 0
+    for p in parts:
+        oddities |= p.oddities
+    plain_arrays = (joined(name) for name in ("text", "kinds", "values"))
+    words = (joined(name) for name in ("keywords", "seconds"))
+    return Tokens(*plain_arrays, first, *words, joined("starts", sizes), joined("numbers"), oddities)
 
 
 def _line_end(data: bytes, position: int) -> int:
