@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pymeshfair.files.errors import InputError
 from pymeshfair.files.announced import Announced
+from pymeshfair.files.errors import InputError
 from pymeshfair.files.inputs import check_input
 from pymeshfair.files.inputs import inspect_input as inspect_into
 from pymeshfair.files.obj import read_obj
@@ -211,12 +211,13 @@ def test_declarations_that_no_file_can_hold(tmp_path: Path, name: str, data: byt
 
 
 def test_honest_counts_are_taken(tmp_path: Path) -> None:
-    """The counts of OFF and STL headers are those of the mesh; a text STL declares none."""
+    """The counts of OFF and STL headers are those of the mesh, and those of a text STL are counted."""
     (tmp_path / "a.off").write_text("# words\nNOFF # more\n3 1 0\n" + "0 0 0 0 0 1\n" * 3 + "3 0 1 2\n")
     off = inspect_input(tmp_path / "a.off")
     assert (off.vertices, off.faces, off.normals) == (3, 1, True)
     (tmp_path / "a.stl").write_bytes(b"solid it is not".ljust(80) + struct.pack("<I", 2) + bytes(100))
     assert inspect_input(tmp_path / "a.stl").faces == 2
-    (tmp_path / "b.stl").write_text("solid x\n" + "facet normal 0 0 1\n" * 9 + "endsolid\n")
-    assert inspect_input(tmp_path / "b.stl").faces is None
-    assert inspect_into(SAMPLES / "chameleon.pts", tmp_path).vertices is None
+    corners = "outer loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n"
+    (tmp_path / "b.stl").write_text("solid x\n" + f"facet normal 0 0 1\n{corners}endfacet\n" * 9 + "endsolid\n")
+    assert inspect_input(tmp_path / "b.stl").faces == 9
+    assert inspect_into(SAMPLES / "chameleon.pts", tmp_path).vertices == 4594

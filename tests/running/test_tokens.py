@@ -38,6 +38,7 @@ def expected(text: str) -> list[list[tuple[int, float]]]:
 
 
 def kind_of(token: str) -> int:
+    """What a token is."""
     if token == "":
         return EMPTY
     if re.fullmatch(r"[+-]?(nan|inf|infinity)", token, re.IGNORECASE):
@@ -48,6 +49,7 @@ def kind_of(token: str) -> int:
 
 
 def value_of(token: str) -> float:
+    """The number that a token is, or 0."""
     return float(token) if kind_of(token) not in (WORD, EMPTY) else 0.0
 
 

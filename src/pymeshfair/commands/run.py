@@ -28,6 +28,10 @@ def run(
         ),
     ] = None,
     timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop the run after that time.", min=0.001)] = None,
+    memory: Annotated[
+        str | None,
+        typer.Option(metavar="SIZE", help="Memory that the run may take, such as 4GB; by default 80 % of the machine's."),
+    ] = None,
     allow_outside: Annotated[
         bool, typer.Option("--allow-outside", help="Let INPUT name textures, materials and buffers outside its folder.")
     ] = False,
@@ -41,14 +45,20 @@ def run(
     """
     from ..recipe import load_recipe
     from ..running.job import Job
+    from ..running.memory import parse_memory
 
     overrides = tuple(set or ())
+    try:
+        limit = None if memory is None else parse_memory(memory)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="--memory") from None
     job = Job(
         recipe=load_recipe(recipe).override(overrides),
         input=input,
         output=output,
         overwrite=overwrite,
         timeout=timeout,
+        memory_limit=limit,
         allow_outside=allow_outside,
         overrides=overrides,
         command=tuple(sys.argv),

@@ -122,7 +122,7 @@ def _inspect_points(path: Path, references: References, given: Given) -> Announc
         raise InputError(path, str(error)) from error
     as_it_is = contents.plain and extension(path) in ("xyz", "pts", "apts")
     return Announced(
-        vertices=len(contents.points),
+        vertices=contents.count,
         faces=0,
         normals=contents.normals is not None,
         not_kept=(f"its titles {contents.note[:60]!r}",) if contents.note else (),

@@ -163,7 +163,8 @@ def _vertices(piece: Tokens, width: list[int], contents: ObjContents) -> NDArray
     if width[0] == 4 and (piece.values[first + 4] != 1).any():
         note = "weights of vertices"
         contents.notes += [note] if note not in contents.notes else []
-    return piece.values[first[:, None] + np.arange(1, 4)]
+    places: NDArray[np.float64] = piece.values[first[:, None] + np.arange(1, 4)]
+    return places
 
 
 def _texture_coordinates(piece: Tokens, contents: ObjContents) -> None:

@@ -10,11 +10,13 @@ from .errors import InputError
 from .given import Given, find_textures
 from .obj import ObjContents, ObjError, read_obj
 from .obj_materials import Materials, find_material_files, format_materials, read_materials
-from .references import References, shown
+from .references import References
 
 #: what MeshLab drops without a word
-_LOST = ("groups", "objects", "smoothing groups", "point elements", "parameter space vertices", "curves", "surfaces")
-_LOST += ("uses of maps", "map files", "display attributes")
+_LOST = (
+    *("groups", "objects", "smoothing groups", "point elements", "parameter space vertices", "curves", "surfaces"),
+    *("uses of maps", "map files", "display attributes"),
+)
 _MATERIALS = "materials.mtl"
 
 

@@ -122,12 +122,12 @@ def _faces(piece: Tokens, line: int, m: int, n: int) -> tuple[int, int]:
     if m == 0:
         return 0, 0
     lengths, first = piece.lengths[line : line + m], piece.first[line : line + m]
-    counts = piece.values[first]
-    whole = (piece.kinds[first] == INTEGER) & (counts >= 2) & (counts <= lengths - 1)
+    said = piece.values[first]
+    whole = (piece.kinds[first] == INTEGER) & (said >= 2) & (said <= lengths - 1)
     if not whole.all():
         k = int(np.argmax(~whole))
         raise _fail(piece, line + k, "is no face: the number of its vertices and as many indices")
-    counts = counts.astype(np.int64)
+    counts: NDArray[np.int64] = said.astype(np.int64)
     extra = lengths - 1 - counts
     wrong = ~np.isin(extra, (0, 3, 4))
     if wrong.any():

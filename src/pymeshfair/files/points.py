@@ -15,6 +15,7 @@ from .references import shown
 from .tokens import INTEGER, NOT_FINITE, REAL, WORD, Tokens, joined_pieces, plain, tokenise
 
 #: what rows of so many numbers are, besides a place
+_EXPE = b"[Expe/PointSet/"
 _COLUMNS = {3: "", 4: "i", 6: "?", 7: "ic"}
 
 
@@ -27,7 +28,8 @@ class PointsContents:
     """What is in a file of points.
 
     Attributes:
-        points: (n, 3) their places.
+        points: (n, 3) their places, or None if they were not read.
+        count: how many.
         intensity: (n,) or None.
         colours: (n, 3) in 0 to 255, or None.
         normals: (n, 3) or None.
@@ -35,7 +37,8 @@ class PointsContents:
         plain: whether MeshLab's readers of .xyz files understand it alike.
     """
 
-    points: NDArray[np.float64]
+    points: NDArray[np.float64] | None
+    count: int
     intensity: NDArray[np.float64] | None
     colours: NDArray[np.uint8] | None
     normals: NDArray[np.float64] | None
@@ -49,6 +52,8 @@ def read_points(data: bytes) -> PointsContents:
     Raises:
         PointsError: it is none, or says what cannot be.
     """
+    if data.startswith(_EXPE):
+        return _expe(data)
     if b"\0" in data[:4096]:
         raise PointsError("it is no text")
     text = _separated(data.removeprefix(b"\xef\xbb\xbf"))
@@ -78,6 +83,20 @@ def read_points(data: bytes) -> PointsContents:
     if strange.any():
         raise _fail(piece, int(rows[np.argmax(strange)]), "has something else than numbers; decimals are written with a point")
     return _contents(text, piece, tokens, note, declared is not None or text is not data)
+
+
+def _expe(data: bytes) -> PointsContents:
+    """A binary point set of Expe, which MeshLab reads: a header with the bytes of each property, then the points."""
+    head, mark, _body = data[:4096].partition(b"\ndata.\n")
+    words = [line.split() for line in head.decode("latin-1").splitlines()[1:]]
+    sizes = [w[2] for w in words if len(w) == 3 and w[0] == "property" and w[2].isdigit()]
+    counts = [w[1] for w in words if len(w) == 2 and w[0] == "nofpoints" and w[1].isdigit()]
+    if not mark or not data.startswith(_EXPE + b"Binary/0.1]\n") or len(sizes) + len(counts) != len(words) or len(counts) != 1:
+        raise PointsError("it is a point set of Expe of a kind that is not known")
+    n, row = int(counts[0]), sum(map(int, sizes))
+    if n * row != len(data) - len(head) - len(mark) or not n:
+        raise PointsError(f"it declares {n:,} points of {row} bytes, but {len(data) - len(head) - len(mark):,} bytes follow")
+    return PointsContents(None, n, None, None, None, "", plain=True)
 
 
 def _fail(piece: Tokens, k: int, why: str) -> PointsError:
@@ -121,13 +140,14 @@ def _contents(text: bytes, piece: Tokens, tokens: NDArray[np.int64], note: str, 
         values = _exact(text, piece, tokens)
         return PointsContents(
             values[:, :3],
+            len(values),
             values[:, 3] if "i" in kind else None,
             values[:, -3:].astype(np.uint8) if "c" in kind else None,
             values[:, 3:] if kind == "n" else None,
             note,
             plain=False,
         )
-    return PointsContents(values[:, :3], None, None, values[:, 3:] if kind == "n" else None, note, plain=True)
+    return PointsContents(values[:, :3], len(values), None, None, values[:, 3:] if kind == "n" else None, note, plain=True)
 
 
 def _exact(text: bytes, piece: Tokens, tokens: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -141,6 +161,7 @@ def _exact(text: bytes, piece: Tokens, tokens: NDArray[np.int64]) -> NDArray[np.
 def as_ply(contents: PointsContents) -> list[bytes]:
     """The points as a binary PLY file, which MeshLab reads to the last bit."""
     fields = [("x", "<f8"), ("y", "<f8"), ("z", "<f8")]
+    assert contents.points is not None
     columns: list[NDArray[np.float64] | NDArray[np.uint8]] = list(contents.points.T)
     if contents.normals is not None:
         fields += [("nx", "<f8"), ("ny", "<f8"), ("nz", "<f8")]

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .announced import Announced
 from .errors import InputError
 from .formats import extension
-from .announced import Announced
 
 #: how far a coordinate that was read twice may differ: some units in the last place
 _SAME = 1e-14

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from .announced import Announced
 from .errors import OutputError
 from .formats import ATTRIBUTES, WRITABLE, Format, extension
-from .announced import Announced
 from .outputs import StagedFile, flush, material_path
 from .ply import read_header
 from .ply_edges import append_edges

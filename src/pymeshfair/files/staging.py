@@ -19,6 +19,8 @@ from .errors import OutputError
 #: what the name of the folder begins with
 STAGE_PREFIX = ".pymeshfair-run-"
 _LOCK = "lock"
+#: what the name of one ends with that is being removed
+_GONE = "-gone"
 #: seconds after which a folder without a lock is abandoned: it gets its lock at once, and loses it while it is removed
 _GRACE = 3600.0
 
@@ -59,7 +61,7 @@ def hold(stage: Path) -> BinaryIO:
 
 def remove_folder(folder: Path) -> None:
     """Remove a staging folder, even while something still wants to put files into it."""
-    gone = folder.with_name(f"{folder.name}-gone")
+    gone = folder if folder.name.endswith(_GONE) else folder.with_name(f"{folder.name}{_GONE}")
     try:
         folder.replace(gone)
     except OSError:
@@ -77,6 +79,8 @@ def _remove_abandoned(parent: Path) -> None:
 
 
 def _is_abandoned(folder: Path) -> bool:
+    if folder.name.endswith(_GONE):
+        return True  # whoever removes it as well does no harm
     try:
         with (folder / _LOCK).open("rb") as lock:
             return _try_lock(lock, alone=True)

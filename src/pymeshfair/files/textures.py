@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .errors import OutputError
 from .announced import Announced
+from .errors import OutputError
 from .outputs import StagedFile
 from .provenance import recorded_digest, sha256_of
 

@@ -106,9 +106,17 @@ def joined_pieces(pieces: Iterable[Tokens]) -> Tokens:
     oddities = 0
     for p in parts:
         oddities |= p.oddities
-    plain_arrays = (joined(name) for name in ("text", "kinds", "values"))
-    words = (joined(name) for name in ("keywords", "seconds"))
-    return Tokens(*plain_arrays, first, *words, joined("starts", sizes), joined("numbers"), oddities)
+    return Tokens(
+        text=joined("text"),
+        kinds=joined("kinds"),
+        values=joined("values"),
+        first=first,
+        keywords=joined("keywords"),
+        seconds=joined("seconds"),
+        starts=joined("starts", sizes),
+        numbers=joined("numbers"),
+        oddities=oddities,
+    )
 
 
 def _line_end(data: bytes, position: int) -> int:
@@ -170,7 +178,7 @@ def _not_finite(text: Bytes, i: int, end: int) -> tuple[int, float]:
 
 @njit(cache=True)
 def _scaled(mantissa: int, power: int) -> float:
-    """mantissa * 10 ** power, in two steps so that neither leaves the range of a double before the result does."""
+    """Mantissa * 10 ** power, in two steps so that neither leaves the range of a double before the result does."""
     value = float(mantissa)
     if power < 0:
         value /= _POWERS[min(-power, 300)]

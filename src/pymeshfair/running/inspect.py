@@ -15,6 +15,7 @@ from ..scripts.script import Script
 from .child import WorkerProcess
 from .interrupts import Interrupts
 from .job import Job
+from .memory import default_memory
 from .messages import Assignment
 from .watch import Watch
 
@@ -37,7 +38,7 @@ def inspect_mesh(path: Path, *, timeout: float | None = None, allow_outside: boo
     path = Path(path).absolute()
     check_input(path)
     queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
-    job = Job(Recipe("measures", Script(())), path, path, timeout=timeout)
+    job = Job(Recipe("measures", Script(())), path, path, timeout=timeout, memory_limit=default_memory())
     with Interrupts(queue), staging_folder(Path(tempfile.gettempdir()) / "measures") as stage:
         assignment = Assignment((), path, stage, memory_limit=job.memory_limit, allow_outside=allow_outside)
         with WorkerProcess(assignment.to_document(), queue, threads=None) as worker:

@@ -13,9 +13,9 @@ from dataclasses import asdict
 from typing import Any
 
 from ..declaration import FilterClass, Length
+from ..files.announced import Announced
 from ..files.errors import InputError
 from ..files.formats import ATTRIBUTES
-from ..files.announced import Announced
 from ..files.inputs import inspect_input
 from ..files.provenance import described_file, read_provenance
 from ..files.reading import apply_matrix, load_mesh

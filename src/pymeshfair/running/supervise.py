@@ -12,12 +12,14 @@ from typing import Any
 
 from ..files.errors import OutputError
 from ..files.inputs import check_input
+from ..files.output_lock import output_lock
 from ..files.outputs import StagedFile, check_output, commit, write_whole
 from ..files.provenance import formatted, provenance_path
 from ..files.staging import staging_folder
 from .child import WorkerProcess
 from .interrupts import Interrupts
 from .job import Event, Job, RunResult
+from .memory import default_memory
 from .messages import Assignment
 from .record import record_of, result_of
 from .watch import Watch
@@ -41,9 +43,12 @@ def run_job(job: Job, on_event: Callable[[Event], None] = lambda event: None) ->
     started, clock = datetime.now(timezone.utc), time.monotonic()
     job = replace(job, input=Path(job.input).absolute(), output=Path(job.output).absolute())
     check_input(job.input)
+    if job.memory_limit is None:
+        job = replace(job, memory_limit=default_memory())
     check_output(job.output, job.input, overwrite=job.overwrite)
     queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
-    with Interrupts(queue) as interrupts, staging_folder(job.output) as stage:
+    with Interrupts(queue) as interrupts, output_lock(job.output), staging_folder(job.output) as stage:
+        check_output(job.output, job.input, overwrite=job.overwrite)  # again, now that nobody else writes it
         with WorkerProcess(Assignment.of(job, stage).to_document(), queue, threads=job.threads) as worker:
             watch = Watch(job, worker, queue, on_event)
             report = watch.until_done(clock)
