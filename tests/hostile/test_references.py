@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import shutil
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -29,7 +28,7 @@ TARGETS = ("/dev/zero", "pipe", "../secret.txt", "{outside}/secret.txt", "link",
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Iterator[Path]:
+def folder(tmp_path: Path) -> Path:
     """The folder of a mesh, with a pipe, a link to a secret and a folder; the secret is outside."""
     (tmp_path / "secret.txt").write_text("newmtl a\nmap_Kd t.png\n# secret\n")
     shutil.copy(SAMPLES / "TextureDouble_A.png", tmp_path / "secret.png")

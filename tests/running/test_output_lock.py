@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import subprocess
 import sys
@@ -57,14 +58,11 @@ def test_never_two_at_once(tmp_path: Path) -> None:
     def work() -> None:
         nonlocal inside, most, rounds
         for _ in range(200):
-            try:
-                with output_lock(tmp_path / "out.ply"):
-                    inside += 1
-                    most = max(most, inside)
-                    rounds += 1
-                    inside -= 1
-            except OutputError:
-                pass
+            with contextlib.suppress(OutputError), output_lock(tmp_path / "out.ply"):
+                inside += 1
+                most = max(most, inside)
+                rounds += 1
+                inside -= 1
 
     threads = [threading.Thread(target=work) for _ in range(4)]
     for thread in threads:

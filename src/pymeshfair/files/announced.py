@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +26,9 @@ class Announced:
         side_files: the existing files that belong to it.
         textures: the textures that it names.
         points: (n, 3) the coordinates that it declares, in order, or None where they were not read.
+        precision: by what share of its amount MeshLab may read one of them otherwise.
+        vertex_attributes: by name what its vertices have that MeshLab does not read and that is kept as custom attributes.
+        face_attributes: the same of its faces.
         reading: what MeshLab is given to read in place of the file, with everything that it names; None is the file itself.
     """
 
@@ -38,4 +41,7 @@ class Announced:
     side_files: tuple[Path, ...] = ()
     textures: tuple[Texture, ...] = ()
     points: NDArray[np.float64] | None = None
+    precision: float = 1e-14
+    vertex_attributes: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    face_attributes: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     reading: Path | None = None

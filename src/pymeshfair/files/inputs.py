@@ -14,8 +14,9 @@ from .given import Given, find_textures
 from .gltf import inspect_gltf
 from .obj_input import inspect_obj
 from .off import OffError, read_off
-from .ply_given import given_header, must_be_altered
-from .ply_losses import not_kept
+from .ply_body import read_body
+from .ply_given import given_header, kept_name, must_be_altered
+from .ply_losses import carried, not_kept
 from .points import PointsError, as_ply, read_points
 from .references import References, check_regular
 from .stl import StlError, read_stl
@@ -62,8 +63,28 @@ def inspect_input(path: Path, folder: Path, *, allow_outside: bool = False) -> A
 def _inspect_ply(path: Path, references: References, given: Given) -> Announced:
     try:
         header = ply.read_header(path)
+        kept = carried(header)
+        body = read_body(path, header, kept)
     except ply.PlyError as error:
         raise InputError(path, str(error)) from error
+    if body.triangles != header.element("face").count:  # of split polygons nobody knows what is whose
+        kept = frozenset(k for k in kept if k[0] == "vertex")
+    kept &= body.columns.keys()
+    attributes = {
+        element: {
+            kept_name(element, p): body.columns[element, p.name]
+            for p in header.element(element).properties
+            if (element, p.name) in kept
+        }
+        for element in ("vertex", "face")
+    }
+    renamed = [
+        f"{e} property {name!r} under that name: it is kept as 'kept_{name}', as MeshLab takes it for something else"
+        for e, values in attributes.items()
+        for name in (n.removeprefix("kept_") for n in values)
+        if (e, name) in kept and f"kept_{name}" in values
+    ]
+    single = header.format == "ascii" and any(p.type == "float" for p in header.element("vertex").properties if p.name in "xyz")
     grid = header.element("tristrips").count or header.element("range_grid").count
     textures = find_textures(header.textures, references)
     names = {p.name for p in header.element("vertex").properties}
@@ -76,12 +97,16 @@ def _inspect_ply(path: Path, references: References, given: Given) -> Announced:
     return Announced(
         vertices=header.element("vertex").count,
         faces=None if grid else header.element("face").count,
-        count_triangles=lambda: ply.count_triangles(path, header),
+        count_triangles=lambda: body.triangles,
         normals={"nx", "ny", "nz"} <= names,
         vertex_texture={"texture_u", "texture_v"} <= names or {"s", "t"} <= names,
-        not_kept=tuple(not_kept(header)),
+        not_kept=(*not_kept(header, kept), *renamed),
         side_files=tuple(t.file for t in textures if t.file),
         textures=textures,
+        points=body.points,
+        precision=2.0**-22 if single else 1e-14,
+        vertex_attributes=attributes["vertex"],
+        face_attributes=attributes["face"],
         reading=reading,
     )
 

@@ -5,11 +5,9 @@ MeshLab believes a header: 306 bytes that declare 10 million vertices cost it 83
 
 from __future__ import annotations
 
-import mmap
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 #: the bytes of a value of each type, under both of its names
 SIZES: Mapping[str, int] = {
@@ -153,28 +151,3 @@ def _check_size(header: PlyHeader, file_size: int) -> None:
                 f"but only {max(left, 0):,} follow"
             )
         left -= needed
-
-
-def count_triangles(path: Path, header: PlyHeader) -> int | None:
-    """How many triangles the polygons of a file make, a polygon of k corners k - 2; None where that is not easily counted."""
-    face = header.element("face")
-    if header.format == "ascii" or not face.count:
-        return 0 if not face.count else None
-    before = header.elements[: header.elements.index(face)]
-    lists = [i for i, p in enumerate(face.properties) if p.count_type is not None]
-    if lists != [0] or any(p.count_type for e in before for p in e.properties):
-        return None
-    corners = face.properties[0]
-    count_size, corner_size = SIZES[corners.count_type or ""], SIZES[corners.type]
-    tail = face.smallest_row - count_size
-    order: Literal["little", "big"] = "little" if header.format == "binary_little_endian" else "big"
-    position = header.size + sum(e.count * e.smallest_row for e in before)
-    triangles = 0
-    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
-        for _ in range(face.count):
-            k = int.from_bytes(data[position : position + count_size], order)
-            position += count_size + k * corner_size + tail
-            if position > len(data):
-                return None
-            triangles += max(k - 2, 0)
-    return triangles

@@ -50,6 +50,11 @@ def given_header(header: PlyHeader, textures: Sequence[Texture]) -> bytes:
     return "\n".join([*lines, "end_header", ""]).encode("utf-8", "surrogateescape")
 
 
+def kept_name(element: str, p: PlyProperty) -> str:
+    """The name under which a property is given to MeshLab, and kept."""
+    return f"{_SET_ASIDE}{p.name}" if is_misread(element, p) else p.name
+
+
 def _declared(element: PlyElement, p: PlyProperty) -> str:
-    name = f"{_SET_ASIDE}{p.name}" if is_misread(element.name, p) else p.name
+    name = kept_name(element.name, p)
     return f"property {p.type} {name}" if p.count_type is None else f"property list {p.count_type} {p.type} {name}"

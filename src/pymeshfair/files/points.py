@@ -87,7 +87,7 @@ def read_points(data: bytes) -> PointsContents:
 
 def _expe(data: bytes) -> PointsContents:
     """A binary point set of Expe, which MeshLab reads: a header with the bytes of each property, then the points."""
-    head, mark, _body = data[:4096].partition(b"\ndata.\n")
+    head, mark, _body = data[:4096].partition(b"\ndata\n")
     words = [line.split() for line in head.decode("latin-1").splitlines()[1:]]
     sizes = [w[2] for w in words if len(w) == 3 and w[0] == "property" and w[2].isdigit()]
     counts = [w[1] for w in words if len(w) == 2 and w[0] == "nofpoints" and w[1].isdigit()]

@@ -12,9 +12,6 @@ from .announced import Announced
 from .errors import InputError
 from .formats import extension
 
-#: how far a coordinate that was read twice may differ: some units in the last place
-_SAME = 1e-14
-
 
 def load_mesh(meshes: Any, path: Path, announced: Announced) -> list[str]:
     """Load a file as the current mesh.
@@ -52,6 +49,7 @@ def load_mesh(meshes: Any, path: Path, announced: Announced) -> list[str]:
         raise InputError(path, "no vertex could be read from it")
     _compare_places(path, announced, mesh.vertex_matrix())
     warnings += _differences(path.name, announced, mesh.vertex_number(), mesh.face_number())
+    warnings += _attach(mesh, path.name, announced)
     if announced.not_kept:
         warnings.append(f"MeshLab does not keep of {path.name}: {'; '.join(announced.not_kept)}")
     return warnings
@@ -68,11 +66,25 @@ def _compare_places(path: Path, announced: Announced, vertices: NDArray[np.float
         raise InputError(
             path, f"it says where {len(points):,} vertices are, but MeshLab read {len(vertices):,}; this is a defect"
         )
-    tolerance = _SAME * np.abs(points).max(initial=0.0)
-    same = np.isclose(vertices, points, rtol=_SAME, atol=min(tolerance, 1e-300), equal_nan=True).all(axis=1)
+    same = np.isclose(vertices, points, rtol=announced.precision, atol=1e-300, equal_nan=True).all(axis=1)
     if not same.all():
         k = int(np.argmin(same))
         raise InputError(path, f"its vertex {k + 1:,} is at {points[k].tolist()}, but MeshLab read {vertices[k].tolist()}")
+
+
+def _attach(mesh: Any, name: str, announced: Announced) -> list[str]:
+    """Give the mesh what MeshLab's reader passes over; what cannot be given, in words."""
+    lost = []
+    for kind, attributes, n in (
+        ("vertex", announced.vertex_attributes, mesh.vertex_number()),
+        ("face", announced.face_attributes, mesh.face_number()),
+    ):
+        for attribute, values in attributes.items():
+            if len(values) == n:
+                getattr(mesh, f"add_{kind}_custom_scalar_attribute")(values, attribute)
+            else:
+                lost.append(f"{kind} property {attribute!r}")
+    return [f"of {name} were not kept, as MeshLab left some vertices or faces out: {'; '.join(lost)}"] if lost else []
 
 
 def apply_matrix(meshes: Any) -> bool:
