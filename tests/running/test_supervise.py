@@ -310,7 +310,7 @@ def test_a_declaration_bomb_costs_little(tmp_path: Path) -> None:
 def test_a_defect_in_the_worker_is_called_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """An exception that nobody thought of comes with its traceback and asks to be reported."""
     (tmp_path / "lib").mkdir()
-    sabotage = "import pymeshfair.files.inputs as i\ni.inspect_input = lambda path: 1 / 0\n"
+    sabotage = "import pymeshfair.files.inputs as i\ni.inspect_input = lambda *a, **k: 1 / 0\n"
     (tmp_path / "lib" / "sitecustomize.py").write_text(sabotage)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path / "lib"))
     with pytest.raises(WorkerError, match=r"reading bone\.ply: ZeroDivisionError: division by zero; this is a defect") as caught:
@@ -357,7 +357,7 @@ def test_a_full_disk_leaves_what_was_there(small_disk: Path, extension: str) -> 
 def test_no_format_takes_a_torn_file_for_a_whole_one(small_disk: Path, extension: str) -> None:
     """What a worker could not write whole is an error in every format, also where MeshLab says nothing (.xyz)."""
     with pytest.raises(OutputError, match=r"MeshLab could not write it|what was written is not whole"):
-        session_report(BONE, small_disk / f"out.{extension}")
+        session_report(SAMPLES / "airplane.obj", small_disk / f"out.{extension}")
 
 
 # ------------------------------------------------------------------------------------------------------------------- signals

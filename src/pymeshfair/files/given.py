@@ -10,6 +10,7 @@ import shutil
 from collections.abc import Iterable
 from pathlib import Path
 
+from .errors import OutputError
 from .references import References, Texture
 
 
@@ -31,12 +32,19 @@ class Given:
         return self.write_beside(self.path.name, *parts)
 
     def write_beside(self, name: str, *parts: bytes | memoryview) -> Path:
-        """Write a file beside it, and return its path."""
-        self.folder.mkdir(parents=True, exist_ok=True)
+        """Write a file beside it, and return its path.
+
+        Raises:
+            OutputError: there is no room for it.
+        """
         path = self.folder / name
-        with path.open("xb") as file:
-            for part in parts:
-                file.write(part)
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            with path.open("xb") as file:
+                for part in parts:
+                    file.write(part)
+        except OSError as error:
+            raise OutputError(path, f"MeshLab needs a copy of the input there: {(error.strerror or str(error)).lower()}") from error
         return path
 
     def link(self, textures: Iterable[Texture]) -> None:

@@ -71,8 +71,6 @@ def not_kept(header: PlyHeader, kept: frozenset[tuple[str, str]] = frozenset()) 
         header: of the file.
         kept: (element, property) of what is kept in another way.
     """
-    own_marks = any(c.startswith("VCGLIB") for c in header.comments)
-    kept = kept | ({("vertex", "flags"), ("face", "flags")} if own_marks else frozenset())
     lost = []
     for element in header.elements:
         known = _KNOWN.get(element.name)

@@ -38,9 +38,9 @@ def inspect_mesh(path: Path, *, timeout: float | None = None, allow_outside: boo
     path = Path(path).absolute()
     check_input(path)
     queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
-    job = Job(Recipe("measures", Script(())), path, path, timeout=timeout, memory_limit=default_memory())
+    job = Job(Recipe("measures", Script(())), path, path, timeout=timeout)
     with Interrupts(queue), staging_folder(Path(tempfile.gettempdir()) / "measures") as stage:
-        assignment = Assignment((), path, stage, memory_limit=job.memory_limit, allow_outside=allow_outside)
+        assignment = Assignment((), path, stage, memory_limit=default_memory(), allow_outside=allow_outside)
         with WorkerProcess(assignment.to_document(), queue, threads=None) as worker:
             report = Watch(job, worker, queue, lambda event: None).until_done(started)
     return {**report["before"], "attributes": report["attributes"], "warnings": report["warnings"]}

@@ -13,6 +13,7 @@ from ..declaration import Length
 from ..registry import find_filter
 from ..scripts.script import Step
 from .job import Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
+from .memory import default_memory
 from .plain_values import plain
 
 _EVENTS: Mapping[str, type[Event]] = {
@@ -64,7 +65,7 @@ class Assignment:
             job.input.absolute(),
             stage.absolute(),
             job.output.absolute(),
-            job.memory_limit,
+            default_memory() if job.memory_limit is None else job.memory_limit,
             job.allow_outside,
         )
 

@@ -19,7 +19,6 @@ from ..files.staging import staging_folder
 from .child import WorkerProcess
 from .interrupts import Interrupts
 from .job import Event, Job, RunResult
-from .memory import default_memory
 from .messages import Assignment
 from .record import record_of, result_of
 from .watch import Watch
@@ -43,8 +42,6 @@ def run_job(job: Job, on_event: Callable[[Event], None] = lambda event: None) ->
     started, clock = datetime.now(timezone.utc), time.monotonic()
     job = replace(job, input=Path(job.input).absolute(), output=Path(job.output).absolute())
     check_input(job.input)
-    if job.memory_limit is None:
-        job = replace(job, memory_limit=default_memory())
     check_output(job.output, job.input, overwrite=job.overwrite)
     queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
     with Interrupts(queue) as interrupts, output_lock(job.output), staging_folder(job.output) as stage:

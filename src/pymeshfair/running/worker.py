@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from ..files.errors import InputError, OutputError
+from ..files.output_lock import output_lock
 from ..files.staging import hold, remove_folder
 from .limits import limit_process, peak_memory
 from .messages import Assignment, failure, to_line
@@ -33,7 +34,7 @@ def main() -> None:
     stage = Path(document["stage"])
     lock = hold(stage)
     ending = threading.Lock()
-    threading.Thread(target=_end_with_supervisor, args=(orders, stage, ending), daemon=True).start()
+    threading.Thread(target=_end_with_supervisor, args=(orders, stage, document["output"], ending), daemon=True).start()
     limit_process(document["memory_limit"])
 
     def tell(report: Mapping[str, Any]) -> None:
@@ -58,11 +59,14 @@ def _take_over_streams() -> tuple[BinaryIO, BinaryIO]:
     return orders, reports
 
 
-def _end_with_supervisor(orders: BinaryIO, stage: Path, ending: threading.Lock) -> None:
+def _end_with_supervisor(orders: BinaryIO, stage: Path, output: str | None, ending: threading.Lock) -> None:
     while orders.read(4096):
         pass
     ending.acquire()
     remove_folder(stage)
+    if output is not None:
+        with contextlib.suppress(OutputError), output_lock(Path(output)):
+            pass  # which removes the file that the supervisor had locked
     os._exit(1)
 
 
