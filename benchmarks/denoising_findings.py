@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from denoising_metrics import Floats, Ints, angles_to_truth, area_vectors
 
-from pymeshfair.filters.denoising.normal_filtering import NormalFilterMethod, normal_filtering
+from pymeshfair.filters.denoising import NormalFilterMethod, normal_filtering
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.robust import KERNEL_NAMES, KernelName
 from pymeshfair.filters.topology import face_adjacency

@@ -4,19 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pymeshfair.declaration import (
-    Edit,
-    Enum,
-    FilterClass,
-    Float,
-    Int,
-    Layer,
-    MeshElement,
-    Percentage,
-    mesh_filter,
-)
+from pymeshfair.declaration import Edit, Enum, FilterClass, Int, Layer, MeshElement, mesh_filter
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.curves.curve_smoothing import (
+from pymeshfair.filters.curves import (
     CURVE_BORDERS,
     CURVE_METHODS,
     CURVE_WEIGHTS,
@@ -27,7 +17,15 @@ from pymeshfair.filters.curves.curve_smoothing import (
 )
 from pymeshfair.filters.execution import Progress, ignore_progress
 
-from .moving_vertices import MOVES_VERTICES, SELECTED, movable_vertices
+from .moving_vertices import (
+    MOVES_VERTICES,
+    Selected,
+    detail_size_parameter,
+    movable_vertices,
+    no_amount,
+    time_step_parameter,
+)
+from .taubin_steps import taubin_mu, taubin_pass_band, taubin_step
 
 
 @mesh_filter(
@@ -61,53 +59,33 @@ def apply_coord_curve_smoothing(
     ] = "inverse_length",
     detail_size: Annotated[
         float,
-        Percentage(
-            label="Detail size",
-            default="12edge",
-            of_edges=True,
-            help="Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay. Larger is "
-            "smoother. Mean edges are those of the curves. For 'implicit' with 'inverse_length'; not used when a time step is "
-            "given.",
+        detail_size_parameter(
+            "For 'implicit' with 'inverse_length'; not used when a time step is given.", default="12edge", of_edges=True
         ),
     ],
     time_step: Annotated[
         float,
-        Float(
-            label="Time step",
-            minimum=0,
-            advanced=True,
-            help="For 'implicit': how strong one iteration is, a pure number; with uniform weights it must be given. Larger is "
-            "smoother; any value is stable. 0: not used, the detail size decides.",
-        ),
+        time_step_parameter("For 'implicit': how strong one iteration is, a pure number; with uniform weights it must be given."),
     ] = 0.0,
     step: Annotated[
         float,
-        Float(
-            label="Step (lambda)",
-            minimum=0,
-            maximum=1,
-            help="For 'explicit' and 'taubin': the share of the way towards the neighbours' mean that a vertex goes, above 0. "
-            "Larger is smoother.",
+        taubin_step(
+            "For 'explicit' and 'taubin': the share of the way towards the neighbours' mean that a vertex goes, above 0. Larger "
+            "is smoother."
         ),
     ] = 0.5,
     mu: Annotated[
         float,
-        Float(
-            label="Step back (mu)",
-            minimum=-1.5,
-            maximum=0,
-            help="For 'taubin': the step back, below minus the first one. Nearer to -lambda is smoother; not used when a pass "
-            "band is given.",
+        taubin_mu(
+            "For 'taubin': the step back, below minus the first one. Nearer to -lambda is smoother; not used when a pass band is "
+            "given."
         ),
     ] = -0.53,
     pass_band: Annotated[
         float,
-        Float(
-            label="Pass band",
-            minimum=0,
-            maximum=2,
-            help="For 'taubin': frequencies below it are kept, above it damped; on a closed curve of n vertices a wave that runs "
-            "m times round it has 1 - cos(2 pi m / n). Smaller is smoother. 0: not used, mu decides.",
+        taubin_pass_band(
+            "For 'taubin': frequencies below it are kept, above it damped; on a closed curve of n vertices a wave that runs m "
+            "times round it has 1 - cos(2 pi m / n). Smaller is smoother. 0: not used, mu decides."
         ),
     ] = 0.0,
     iterations: Annotated[
@@ -127,7 +105,7 @@ def apply_coord_curve_smoothing(
             help="What the ends of open curves do: 'fixed' stay; 'free' draw in towards their neighbours.",
         ),
     ] = "fixed",
-    selected: Annotated[bool, SELECTED] = False,
+    selected: Selected = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
     """Smooths polylines: sections, contours, borders; open or closed, several in one layer, in the plane or in space.
@@ -139,7 +117,7 @@ def apply_coord_curve_smoothing(
     if by_size and weights == "uniform":
         raise FilterInputError("uniform weights know no lengths: give a time_step, for example 10, or take 'inverse_length'")
     if by_size and detail_size == 0.0:
-        raise FilterInputError("detail_size is 0 and so is time_step: nothing to do; give one of them")
+        raise no_amount("time_step")
     vertices = curve_smoothing(
         layer.vertices,
         layer.edges,

@@ -4,132 +4,50 @@ from __future__ import annotations
 
 import inspect
 from dataclasses import asdict, fields
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, Literal, TypeAlias, get_args
 
 import numpy as np
 
-from pymeshfair.declaration import (
-    Bool,
-    Edit,
-    Enum,
-    FilterClass,
-    Float,
-    Floats,
-    Int,
-    Layer,
-    MeshElement,
-    mesh_filter,
-)
-from pymeshfair.filters.denoising.automatic import (
+from pymeshfair.declaration import Bool, Edit, Enum, FilterClass, Floats, Int, Layer, MeshElement, mesh_filter
+from pymeshfair.filters.denoising import (
+    FIXED,
+    VERTEX_UPDATES,
     AutomaticChoice,
     AutomaticParameters,
-    automatic_parameters,
+    NormalFilter,
+    VertexUpdate,
+    automatic_choice,
     denoise_automatically,
-)
-from pymeshfair.filters.denoising.face_neighbourhoods import NEIGHBORHOODS, Neighborhood
-from pymeshfair.filters.denoising.normal_filtering import (
-    NORMAL_FILTER_METHODS,
-    NormalFilterMethod,
     filter_face_normals,
     folded_faces,
     normal_filtering,
 )
-from pymeshfair.filters.denoising.normal_filters import RANGE_MEASURES, SPACE_KERNELS, RangeMeasure, SpaceKernel
-from pymeshfair.filters.denoising.vertex_update import VERTEX_UPDATES, VertexUpdate
 from pymeshfair.filters.execution import Progress, ignore_progress
-from pymeshfair.filters.robust import KERNEL_NAMES, KernelName
-from pymeshfair.filters.topology import BorderPolicy
+from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy
 
-from .moving_vertices import MOVES_VERTICES, SELECTED, movable_vertices
+from .moving_vertices import MOVES_VERTICES, Selected, movable_vertices
+from .normal_filter_parameters import Auto, NormalFilterParameters
 
-Auto: TypeAlias = Literal["auto"]
+#: how parameters that are not given are found
+Chooser: TypeAlias = Literal["held_out", "fixed"]
+CHOICE = Enum(
+    label="Choice",
+    choices=get_args(Chooser),
+    help="How what is not given is found. 'held_out': some 140 settings are tried on the mesh, or on patches of a large one, and "
+    "the one is taken that best predicts vertices which it has not seen. 'fixed': all-round values, at once.",
+)
 
 #: the parameters of `filter_face_normals`; the others are those of the vertices
-STEP_ONE = (
-    "method",
-    "range_kernel",
-    "space_kernel",
-    "range_measure",
-    "range_sigma",
-    "range_floor",
-    "space_sigma",
-    "neighborhood",
-    "normal_iterations",
-)
+STEP_ONE = tuple(field.name for field in fields(NormalFilterParameters))
 
 #: what `normal_filtering` does where neither the caller nor the mesh decides
 DEFAULTS: dict[str, Any] = {
-    parameter.name: parameter.default
-    for parameter in inspect.signature(normal_filtering).parameters.values()
-    if parameter.name in (*STEP_ONE, "vertex_iterations", "outer_iterations", "vertex_update")
+    **{field.name: field.default for field in fields(NormalFilter) if field.name in STEP_ONE},
+    **{
+        name: inspect.signature(normal_filtering).parameters[name].default
+        for name in ("vertex_iterations", "outer_iterations", "vertex_update")
+    },
 }
-
-METHOD = Enum(
-    label="Method",
-    choices=("auto", *NORMAL_FILTER_METHODS),
-    help="What the weight of a neighbouring face is made of, besides its area. 'mean': nothing else, which rounds every edge. "
-    "'unilateral': how far its normal deviates. 'bilateral': and how far away it is. 'averaged': bilateral, deviations measured "
-    "on normals averaged before, for strong noise. 'guided': on the normals of the most even patches, for sharp edges. "
-    "'vertex_normals': bilateral on the normals of vertices, which loses edges; to compare with.",
-)
-RANGE_KERNEL = Enum(
-    label="Range kernel",
-    choices=("auto", *KERNEL_NAMES),
-    help="How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2' and 'tukey' reach 0 and keep edges; "
-    "'huber', 'lorentzian' and 'gaussian' suit smooth shapes.",
-)
-SPACE_KERNEL = Enum(
-    label="Space kernel",
-    choices=("auto", *SPACE_KERNELS),
-    advanced=True,
-    help="How weight falls with distance; 'constant' does not.",
-)
-RANGE_MEASURE = Enum(
-    label="Range measure",
-    choices=("auto", *RANGE_MEASURES),
-    advanced=True,
-    help="How the deviation of two normals is measured: 'euclidean', the length of their difference, up to 2; 'angle' in "
-    "radians; 'squared', the square of that length.",
-)
-RANGE_SIGMA = Float(
-    label="Range sigma",
-    minimum=0,
-    help="The deviation of normals at which the range kernel falls, in the unit of the range measure; 0.5 is about 30 degrees. "
-    "Larger smooths more, and across sharper edges. 0: automatic.",
-)
-RANGE_FLOOR = Float(
-    label="Range floor",
-    minimum=-1,
-    maximum=4,
-    advanced=True,
-    help="Smaller deviations count as this one. Above 0, such as 0.03, it keeps 'l1' and 'truncated_l1' from letting two faces "
-    "that happen to agree hold each other. -1: automatic.",
-)
-SPACE_SIGMA = Float(
-    label="Space sigma",
-    minimum=0,
-    help="The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres. Larger smooths "
-    "larger details. 0: automatic.",
-)
-NEIGHBORHOOD = Enum(
-    label="Neighborhood",
-    choices=("auto", *NEIGHBORHOODS),
-    help="Which faces are averaged over: those across the edges, those at the vertices, those in two or three rings, or those "
-    "within a radius of twice the mean distance of centres, straight ('radius') or along the surface ('geodesic'), which does "
-    "not jump across a thin wall. Larger smooths larger details and is slower.",
-)
-NORMAL_ITERATIONS = Int(
-    label="Normal iterations",
-    minimum=0,
-    maximum=10_000,
-    help="How often the normals are filtered before the vertices follow. More smooth more. 0: automatic.",
-)
-DENOISING_BORDER = Enum(
-    label="Border",
-    choices=("fixed", "along", "free"),
-    help="What the vertices of open borders do: 'fixed' stay; 'along' move up and down along the normal alone, so that the "
-    "outline stays; 'free' move like any other vertex.",
-)
 
 
 @mesh_filter(
@@ -142,15 +60,7 @@ DENOISING_BORDER = Enum(
 def apply_coord_normal_filtering(
     layer: Layer,
     *,
-    method: Annotated[Auto | NormalFilterMethod, METHOD] = "auto",
-    range_kernel: Annotated[Auto | KernelName, RANGE_KERNEL] = "auto",
-    space_kernel: Annotated[Auto | SpaceKernel, SPACE_KERNEL] = "auto",
-    range_measure: Annotated[Auto | RangeMeasure, RANGE_MEASURE] = "auto",
-    range_sigma: Annotated[float, RANGE_SIGMA] = 0.0,
-    range_floor: Annotated[float, RANGE_FLOOR] = -1.0,
-    space_sigma: Annotated[float, SPACE_SIGMA] = 0.0,
-    neighborhood: Annotated[Auto | Neighborhood, NEIGHBORHOOD] = "auto",
-    normal_iterations: Annotated[int, NORMAL_ITERATIONS] = 0,
+    normals: NormalFilterParameters,
     vertex_iterations: Annotated[
         int,
         Int(
@@ -181,40 +91,43 @@ def apply_coord_normal_filtering(
             "weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.",
         ),
     ] = "auto",
-    border: Annotated[BorderPolicy, DENOISING_BORDER] = "along",
-    selected: Annotated[bool, SELECTED] = False,
+    choice: Annotated[Chooser, CHOICE] = "held_out",
+    border: Annotated[
+        BorderPolicy,
+        Enum(
+            label="Border",
+            choices=BORDER_POLICIES,
+            help="What the vertices of open borders do: 'fixed' stay; 'along' move up and down along the normal alone, so that "
+            "the outline stays; 'free' move like any other vertex.",
+        ),
+    ] = "along",
+    selected: Selected = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
     """Removes noise and keeps edges: filters the normals of the faces robustly, then moves the vertices so that the faces follow.
 
-    Without any parameter the noise is measured and the parameters are chosen for it; what is given replaces that choice. Returns
-    the parameters that were used, what the mesh was found to be, the mean displacement of the vertices in mean edges ("drift"),
-    and the number of faces that look away from those around them, before and after ("folded_before", "folded_after").
+    Without any parameter many settings are tried, and the one is taken that best predicts vertices which it has not seen; what is
+    given replaces a part of that. Returns the parameters that were used, the pairs of Taubin's steps before them ("relaxation"),
+    what the mesh was found to be, what was tried, the mean displacement of the vertices in mean edges ("drift"), and the number
+    of faces that look away from those around them, before and after ("folded_before", "folded_after").
     """
     given = _given(
-        method=method,
-        range_kernel=range_kernel,
-        space_kernel=space_kernel,
-        range_measure=range_measure,
-        range_sigma=range_sigma,
-        range_floor=range_floor,
-        space_sigma=space_sigma,
-        neighborhood=neighborhood,
-        normal_iterations=normal_iterations,
+        **asdict(normals),
         vertex_iterations=vertex_iterations,
         outer_iterations=outer_iterations,
         vertex_update=vertex_update,
     )
     movable = movable_vertices(layer, selected)
     notes: tuple[str, ...] = ()
-    if given:
-        effective, found = _completed(layer, given)
+    if given or choice == "fixed":
+        effective, found = _completed(layer, given, choice)
         vertices = normal_filtering(layer.vertices, layer.faces, **effective, border=border, movable=movable, progress=progress)
     else:
-        vertices, choice = denoise_automatically(layer.vertices, layer.faces, border=border, movable=movable, progress=progress)
-        found = _findings(choice)
-        effective = {} if choice.parameters is None else {**DEFAULTS, **asdict(choice.parameters)}
-        if choice.parameters is None:
+        vertices, made = denoise_automatically(layer.vertices, layer.faces, border=border, movable=movable, progress=progress)
+        found = _findings(made)
+        parameters = made.setting.parameters
+        effective = {} if parameters is None else {**DEFAULTS, **asdict(parameters)}
+        if made.kind == "clean":
             notes = ("there is no noise to remove: the vertices stay where they are",)
     return Edit(
         vertices=vertices,
@@ -239,15 +152,8 @@ def apply_coord_normal_filtering(
 def apply_normal_robust_filtering_per_face(
     layer: Layer,
     *,
-    method: Annotated[Auto | NormalFilterMethod, METHOD] = "auto",
-    range_kernel: Annotated[Auto | KernelName, RANGE_KERNEL] = "auto",
-    space_kernel: Annotated[Auto | SpaceKernel, SPACE_KERNEL] = "auto",
-    range_measure: Annotated[Auto | RangeMeasure, RANGE_MEASURE] = "auto",
-    range_sigma: Annotated[float, RANGE_SIGMA] = 0.0,
-    range_floor: Annotated[float, RANGE_FLOOR] = -1.0,
-    space_sigma: Annotated[float, SPACE_SIGMA] = 0.0,
-    neighborhood: Annotated[Auto | Neighborhood, NEIGHBORHOOD] = "auto",
-    normal_iterations: Annotated[int, NORMAL_ITERATIONS] = 0,
+    normals: NormalFilterParameters,
+    choice: Annotated[Chooser, CHOICE] = "held_out",
     selected: Annotated[
         bool,
         Bool(
@@ -263,25 +169,15 @@ def apply_normal_robust_filtering_per_face(
     chosen from the noise that is measured; 0 normal iterations are as many as Normal Filtering takes in all. Returns the
     parameters that were used.
     """
-    given = _given(
-        method=method,
-        range_kernel=range_kernel,
-        space_kernel=space_kernel,
-        range_measure=range_measure,
-        range_sigma=range_sigma,
-        range_floor=range_floor,
-        space_sigma=space_sigma,
-        neighborhood=neighborhood,
-        normal_iterations=normal_iterations,
-    )
-    effective, found = _completed(layer, given)
+    given = _given(**asdict(normals))
+    effective, found = _completed(layer, given, choice)
     if "normal_iterations" not in given:
         effective["normal_iterations"] *= effective["outer_iterations"]
     effective = {name: effective[name] for name in STEP_ONE}
-    normals = filter_face_normals(layer.vertices, layer.faces, **effective, progress=progress)
+    filtered = filter_face_normals(layer.vertices, layer.faces, **effective, progress=progress)
     if selected:
-        normals = np.where(layer.face_selection[:, None], normals, layer.face_normals)
-    return Edit(face_normals=normals, values={**effective, **found})
+        filtered = np.where(layer.face_selection[:, None], filtered, layer.face_normals)
+    return Edit(face_normals=filtered, values={**effective, **found})
 
 
 def _given(**values: Any) -> dict[str, Any]:
@@ -289,23 +185,30 @@ def _given(**values: Any) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value != (-1.0 if name == "range_floor" else 0) and value != "auto"}
 
 
-def _completed(layer: Layer, given: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+def _completed(layer: Layer, given: dict[str, Any], choice: Chooser) -> tuple[dict[str, Any], dict[str, Any]]:
     """The given parameters and those that are chosen for the mesh where none is given; and what the choice rests on.
 
     The mesh is only looked at if the choice has a say. Steps of Taubin's before the filter are part of the whole choice alone.
     """
     if {f.name for f in fields(AutomaticParameters)} <= given.keys():
         return {**DEFAULTS, **given}, {}
-    choice = automatic_parameters(layer.vertices, layer.faces)._replace(relaxation=0)
-    # A mesh without noise asks for nothing; what is given is then completed as the authors of the filter would.
-    chosen = {} if choice.parameters is None else asdict(choice.parameters)
-    return {**DEFAULTS, **chosen, **given}, _findings(choice)
+    if choice == "fixed":
+        return {**DEFAULTS, **asdict(FIXED), **given}, {}
+    made = automatic_choice(layer.vertices, layer.faces)
+    # A mesh that asks for no normal filtering: what is given is then completed as the authors of the filter would.
+    chosen = {} if made.setting.parameters is None else asdict(made.setting.parameters)
+    return {**DEFAULTS, **chosen, **given}, {**_findings(made), "relaxation": 0}
 
 
-def _findings(choice: AutomaticChoice) -> dict[str, Any]:
+def _findings(made: AutomaticChoice) -> dict[str, Any]:
     """What the mesh was found to be, and the numbers that this rests on."""
-    numbers = {name: value for name, value in choice._asdict().items() if isinstance(value, int | float)}
-    return {"shape": choice.kind, "noise": choice.noise.deviation, **numbers}
+    found: dict[str, Any] = {"shape": made.kind, "noise": made.noise.deviation, "relaxation": made.setting.relaxation}
+    if made.evidence is not None:
+        found["tried"] = [
+            {**asdict(trial.label), **{name: value for name, value in trial._asdict().items() if name != "label"}}
+            for trial in made.evidence.trials
+        ]
+    return found
 
 
 def _mean_displacement(layer: Layer, vertices: Floats) -> float:

@@ -9,8 +9,7 @@ import numpy as np
 
 from pymeshfair.declaration import Bool, Bools, Edit, Enum, FilterClass, Int, Layer, MeshElement, mesh_filter
 from pymeshfair.filters.execution import Progress, ignore_progress
-from pymeshfair.filters.holes.close_holes import HOLE_ENERGIES, HoleEnergy, close_holes
-from pymeshfair.filters.holes.filling import HoleFilling, OpenRim
+from pymeshfair.filters.holes import HOLE_ENERGIES, HoleEnergy, HoleFilling, OpenRim, close_holes
 from pymeshfair.filters.topology import non_manifold_edges
 
 Mark: TypeAlias = Literal["none", "scalar", "color"]
@@ -20,8 +19,8 @@ ISLANDS: tuple[Islands, ...] = ("join", "leave")
 
 #: red, green, blue, opacity of marked faces
 ORANGE = (1.0, 128 / 255, 0.0, 1.0)
-#: as many rims that were left open are told one by one
-MOST_TOLD = 5
+#: at most so many rims that were left open get a note of their own
+MOST_NAMED = 5
 
 _CHANGES = (
     MeshElement.VERTCOORD
@@ -108,7 +107,7 @@ def meshing_close_holes_by_fairing(
         Enum(
             label="Mark new faces",
             choices=MARKS,
-            help="How new faces are told from the others in a saved file: 'scalar' gives each the number of the hole that it "
+            help="How new faces are marked in a saved file: 'scalar' gives each the number of the hole that it "
             "closes, from 1, and all others 0, in place of the scalars that faces had; 'color' paints them orange, and the "
             "others white if faces had no colours; 'none' leaves both as they are.",
         ),
@@ -121,7 +120,7 @@ def meshing_close_holes_by_fairing(
     that a next step can delete, smooth or measure them. They take colours, scalars and texture from the rim. A mark is written if
     a hole was closed: "scalar" overwrites the scalars of all faces, "color" the colours of the new ones. Returns how many holes
     were closed and the edges of each rim, how many vertices and faces are new, how many holes were filled by a lower energy, and
-    how many rims were left open, why and with how many edges; the largest are told one by one.
+    how many rims were left open, why and with how many edges; the largest are named one by one.
     """
     filling = close_holes(
         layer.vertices,
@@ -195,10 +194,10 @@ def _lowered(filling: HoleFilling, energy: HoleEnergy) -> tuple[str, ...]:
     notes = [
         f"the filling of the rim of {len(filling.closed[k])} edges through vertex {filling.closed[k][0]} was placed with energy "
         f"{filling.energies[k]!r}: the equations of {energy!r} are too ill-conditioned there, as at triangles without area"
-        for k in holes[:MOST_TOLD]
+        for k in holes[:MOST_NAMED]
     ]
-    if len(holes) > MOST_TOLD:
-        notes.append(f"{len(holes) - MOST_TOLD} more fillings were placed with a lower energy")
+    if len(holes) > MOST_NAMED:
+        notes.append(f"{len(holes) - MOST_NAMED} more fillings were placed with a lower energy")
     return tuple(notes)
 
 
@@ -217,12 +216,12 @@ def _no_hole(layer: Layer, filling: HoleFilling) -> tuple[str, ...]:
 
 def _notes(filling: HoleFilling) -> tuple[str, ...]:
     """One sentence a rim for those that somebody may want closed, the largest first."""
-    told: list[OpenRim] = [rim for rim in filling.left_open if rim.reason not in ("selection", "outer")]
-    told.sort(key=lambda rim: -len(rim.vertices))
-    notes = [rim.message for rim in told[:MOST_TOLD]]
-    if len(told) > MOST_TOLD:
-        notes.append(f"{len(told) - MOST_TOLD} more rims were left open, of at most {len(told[MOST_TOLD].vertices)} edges")
-    if not filling.closed and filling.left_open and not told:
+    named: list[OpenRim] = [rim for rim in filling.left_open if rim.reason not in ("selection", "outer")]
+    named.sort(key=lambda rim: -len(rim.vertices))
+    notes = [rim.message for rim in named[:MOST_NAMED]]
+    if len(named) > MOST_NAMED:
+        notes.append(f"{len(named) - MOST_NAMED} more rims were left open, of at most {len(named[MOST_NAMED].vertices)} edges")
+    if not filling.closed and filling.left_open and not named:
         notes.append("no hole was closed: there are only outer borders" + _or_unselected(filling.left_open))
     return tuple(notes)
 

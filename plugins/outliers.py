@@ -8,7 +8,7 @@ import numpy as np
 
 from pymeshfair.declaration import Edit, FilterClass, Float, Int, Layer, MeshElement, mesh_filter
 from pymeshfair.filters.execution import Progress, ignore_progress
-from pymeshfair.filters.outliers.local_outlier_probability import local_outlier_probability
+from pymeshfair.filters.outliers import local_outlier_probability
 
 
 @mesh_filter(

@@ -9,15 +9,22 @@ from typing import Annotated
 import numpy as np
 
 from pymeshfair.declaration import Edit, Enum, FilterClass, Float, Int, Layer, MeshElement, Percentage, mesh_filter
-from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.execution import Progress, ignore_progress
-from pymeshfair.filters.spectral.one_harmonic import one_harmonic
-from pymeshfair.filters.spectral.problem import SPECTRAL_OPERATORS, SpectralOperator
-from pymeshfair.filters.spectral.responses import DEFAULT_ORDER, ORDERS, RESPONSE_NAMES, ResponseName
-from pymeshfair.filters.spectral.spectral_filter import SPECTRAL_METHODS, SpectralMethod, spectral_filter
-from pymeshfair.filters.spectral.spectrum import spectrum
+from pymeshfair.filters.spectral import (
+    DEFAULT_ORDER,
+    ORDERS,
+    RESPONSE_NAMES,
+    SPECTRAL_METHODS,
+    SPECTRAL_OPERATORS,
+    ResponseName,
+    SpectralMethod,
+    SpectralOperator,
+    one_harmonic,
+    spectral_filter,
+    spectrum,
+)
 
-from .moving_vertices import MOVES_VERTICES, SELECTED, movable_vertices
+from .moving_vertices import MOVES_VERTICES, Selected, detail_size_parameter, movable_vertices, no_amount
 
 OPERATOR = Enum(
     label="Operator",
@@ -50,12 +57,9 @@ def apply_coord_spectral_filter(
     ] = "low_pass",
     detail_size: Annotated[
         float,
-        Percentage(
-            label="Detail size",
-            default="6edge",
-            help="Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay. With "
-            "'enhance' and 'band_pass' the shortest wave of the band: choose it above the size of the noise. Larger is smoother. "
+        detail_size_parameter(
             "Not used when a number of modes is given.",
+            of_band="With 'enhance' and 'band_pass' the shortest wave of the band: choose it above the size of the noise.",
         ),
     ],
     largest_size: Annotated[
@@ -106,19 +110,19 @@ def apply_coord_spectral_filter(
         ),
     ] = "auto",
     operator: Annotated[SpectralOperator, OPERATOR] = "auto",
-    selected: Annotated[bool, SELECTED] = False,
+    selected: Selected = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
     """Removes, keeps or exaggerates details by their size, as an equaliser does with sound.
 
     A surface is a sum of waves, the modes of its Laplace-Beltrami operator, from its largest parts to the finest noise. The
     filter multiplies each by a factor that depends on its wavelength alone, whatever the sampling. Components are filtered one by
-    one, and their centroids stay. Open borders are natural: no vertex of theirs is held, and they get as smooth as the surface.
+    one, and their centroids stay. Open borders are natural: their vertices are free, and they get as smooth as the surface.
     Returns the route that was taken, the number of modes or the degree of the polynomial, the wavelength at the cutoff, and a
     bound of the error in mesh units.
     """
     if modes == 0 and detail_size == 0.0:
-        raise FilterInputError("detail_size is 0 and so is modes: nothing to do; give one of them")
+        raise no_amount("modes")
     found = spectral_filter(
         layer.vertices,
         layer.faces,
@@ -133,8 +137,8 @@ def apply_coord_spectral_filter(
         movable=movable_vertices(layer, selected),
         progress=progress,
     )
-    told = {f.name: getattr(found, f.name) for f in fields(found) if f.name not in ("vertices", "explanation")}
-    return Edit(vertices=found.vertices, values=told, notes=(found.explanation,))
+    report = {f.name: getattr(found, f.name) for f in fields(found) if f.name not in ("vertices", "explanation")}
+    return Edit(vertices=found.vertices, values=report, notes=(found.explanation,))
 
 
 @mesh_filter(
@@ -200,7 +204,7 @@ def get_surface_spectrum(
             label="Modes",
             minimum=0,
             maximum=100_000,
-            help="How many modes are told one by one, from the lowest. More reach higher frequencies and take longer; "
+            help="How many modes are listed, from the lowest. More reach higher frequencies and take longer; "
             "the energies of bands do not need them.",
         ),
     ] = 50,
@@ -215,6 +219,6 @@ def get_surface_spectrum(
     """
     found = spectrum(layer.vertices, layer.faces, modes=modes, operator=operator, progress=progress)
     # Lists, not arrays: a run hands them over whole.
-    told = {f.name: getattr(found, f.name) for f in fields(found)}
-    values = {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in told.items()}
+    report = {f.name: getattr(found, f.name) for f in fields(found)}
+    values = {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in report.items()}
     return Edit(values={**values, "diagonal": layer.diagonal, "mean_edge": layer.mean_edge})

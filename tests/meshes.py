@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int32]
+Bools: TypeAlias = NDArray[np.bool_]
 Mesh: TypeAlias = tuple[Floats, Ints]
 
 # ------------------------------------------------------------------------------------------------------------------- closed

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+import builtins
+import importlib
 import os
 import re
 import subprocess
@@ -13,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from pymeshfair.declaration import Filter
+from pymeshfair.errors import PymeshfairError
 from pymeshfair.registry import broken_plugins, custom_filters
 
 ROOT = Path(__file__).parent.parent
@@ -25,9 +28,9 @@ FOLDERS = {
 }
 #: from the ground up: a part of the host imports parts of a lower floor or of its own part
 FLOORS = [
-    {"errors"},
+    {"errors", "operating_system"},
     {"declaration", "files"},
-    {"meshlab", "write_back"},
+    {"meshlab", "write_back", "plugin_loading"},
     {"registry"},
     {"scripts"},
     {"meshset", "recipe"},
@@ -35,6 +38,10 @@ FLOORS = [
     {"commands"},
     {"__main__"},
 ]
+#: the most lines of a module of the host, and the most that half of them have
+MOST_LINES, MEDIAN_LINES = 250, 120
+#: as many lines in a row stand in one place only
+SAME_LINES = 8
 #: the parts that may import pymeshlab, all others leave it to them; '' is the package itself, which does so when asked for a name
 TOUCH_PYMESHLAB = {"", "meshlab", "meshset", "write_back"}
 #: what plugins may know of the host
@@ -137,6 +144,57 @@ def test_host_never_names_a_plugin(module: str) -> None:
     """The host finds plugins through entry points: no text of its own holds the name of one, imports included."""
     names = "|".join(m.removeprefix("pymeshfair.plugins.") for m in PLUGINS if m != "pymeshfair.plugins")
     assert not re.search(rf"\bplugins[./]({names})\b", MODULES[module].read_text("utf-8"))
+
+
+def test_contributing_lists_the_floors() -> None:
+    """CONTRIBUTING.md tells the order of imports in the host as it is held here, from the top down."""
+    text = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
+    (row,) = [line for line in text.splitlines() if line.startswith("| `src/pymeshfair/` |")]
+    told = row.split("|")[3].partition("downwards only: ")[2].strip()
+    assert told == ", ".join(" and ".join(f"`{name}`" for name in sorted(floor)) for floor in reversed(FLOORS[:-1]))
+
+
+def test_modules_of_the_host_are_short() -> None:
+    """A module can be read at one sitting."""
+    lengths = sorted(len(MODULES[m].read_text("utf-8").splitlines()) for m in HOST)
+    assert lengths[-1] <= MOST_LINES
+    assert lengths[len(lengths) // 2] < MEDIAN_LINES
+
+
+def test_no_run_of_lines_stands_twice_in_host_and_plugins() -> None:
+    """What two places need is written once: no eight lines in a row, blank ones aside, are the same at two places."""
+    seen: dict[tuple[str, ...], str] = {}
+    for module in (*HOST, *PLUGINS):
+        lines = [(n, line.strip()) for n, line in enumerate(MODULES[module].read_text("utf-8").splitlines(), 1) if line.strip()]
+        for start in range(len(lines) - SAME_LINES + 1):
+            run = tuple(line for _, line in lines[start : start + SAME_LINES])
+            place = f"{module}:{lines[start][0]}"
+            assert run not in seen, f"{place} repeats {seen[run]}"
+            seen[run] = place
+
+
+def test_every_error_of_ours_is_a_pymeshfair_error() -> None:
+    """Whoever catches `PymeshfairError` catches every exception that is not private to its module."""
+    kinds = []
+    for module in (*HOST, *FILTERS):
+        for node in ast.parse(MODULES[module].read_text("utf-8")).body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                kind = getattr(importlib.import_module(module), node.name, None) if node.bases else None
+                if isinstance(kind, type) and issubclass(kind, Exception):
+                    kinds.append(kind)
+    assert len(kinds) > 15
+    assert not [kind for kind in kinds if not issubclass(kind, PymeshfairError)]
+
+
+@pytest.mark.parametrize("module", HOST)
+def test_the_host_raises_errors_of_its_own(module: str) -> None:
+    """No error leaves the host as a bare exception of Python's, but for the one that Python asks of attributes."""
+    raised = {
+        node.exc.func.id
+        for node in ast.walk(ast.parse(MODULES[module].read_text("utf-8")))
+        if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call) and isinstance(node.exc.func, ast.Name)
+    }
+    assert not (raised & set(dir(builtins))) - {"AttributeError"}
 
 
 def test_no_module_is_a_drawer() -> None:

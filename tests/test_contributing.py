@@ -12,7 +12,7 @@ import pytest
 
 PROJECT = Path(__file__).parents[1]
 BLOCK = re.compile(
-    r"^```(?:python|xml)\n(?:# |<!-- )(\S+?\.(?:py|mlx))( \(append\))?(?: -->)?\n(.*?)^```$", re.MULTILINE | re.DOTALL
+    r"^```(?:python|xml)\n(?:# |<!-- )(\S+?\.(?:py|mlx))( \(sort in\))?(?: -->)?\n(.*?)^```$", re.MULTILINE | re.DOTALL
 )
 
 
@@ -28,13 +28,26 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
         else:
             shutil.copy(source, copy / name)
     blocks = BLOCK.findall((PROJECT / "CONTRIBUTING.md").read_text(encoding="utf-8"))
-    assert len(blocks) == 4
-    for name, append, code in blocks:
+    assert len(blocks) == 6
+    for name, is_part, code in blocks:
         file = copy / name
+        if is_part:
+            file.write_text(with_lines(file.read_text(encoding="utf-8"), code), encoding="utf-8")
+            continue
         file.parent.mkdir(parents=True, exist_ok=True)
-        with file.open("a" if append else "x", encoding="utf-8") as opened:
-            opened.write(("\n\n" if append else "") + code)
+        with file.open("x", encoding="utf-8") as opened:
+            opened.write(code)
     return copy
+
+
+def with_lines(text: str, part: str) -> str:
+    """The text of a package's ``__init__.py`` with the imports and the public names of a part, each in its alphabetical place."""
+    lines = text.splitlines()
+    for line in part.splitlines():
+        for kind in ("from .", '    "'):
+            if line.startswith(kind):
+                lines.insert(next(i for i, other in enumerate(lines) if other.startswith(kind) and other > line), line)
+    return "\n".join(lines) + "\n"
 
 
 def run(project: Path, *arguments: str) -> str:
@@ -54,7 +67,7 @@ def run(project: Path, *arguments: str) -> str:
         timeout=300,
         check=False,
     )
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 
 
@@ -63,6 +76,24 @@ def test_the_proof_of_step_three_passes(project: Path) -> None:
     assert "1 passed" in run(
         project, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--import-mode=importlib", "tests/filters/test_grid.py"
     )
+
+
+def test_the_new_files_pass_the_checks_of_code(project: Path) -> None:
+    """What the steps add passes ruff and the strict type checker as it stands."""
+    for tool in ("ruff", "mypy"):
+        pytest.importorskip(tool)
+    written = [
+        "filters/diffusion/grid.py",
+        "filters/diffusion/__init__.py",
+        "plugins/smoothing/grid.py",
+        "plugins/smoothing/__init__.py",
+        "tests/filters/test_grid.py",
+    ]
+    for command in (["check", "--fix"], ["format"], ["check"], ["format", "--check"]):
+        run(project, "-m", "ruff", *command, "--no-cache", *written)
+    if (PROJECT / ".mypy_cache").is_dir():  # files that have not changed need not be checked again
+        shutil.copytree(PROJECT / ".mypy_cache", project / ".mypy_cache")
+    run(project, "-m", "mypy", "-m", "pymeshfair.filters.diffusion.grid", "-m", "pymeshfair.plugins.smoothing.grid")
 
 
 def test_the_new_filter_is_a_method_a_script_step_and_known_to_the_command(project: Path, tmp_path: Path) -> None:
@@ -86,5 +117,5 @@ def test_the_new_filter_is_a_method_a_script_step_and_known_to_the_command(proje
 def test_step_five_writes_the_new_filter_into_stubs_and_pages(project: Path) -> None:
     """The command of step 5 makes the stubs and the reference name the new filter."""
     run(project, "tools/generate.py")
-    assert "apply_coord_round_to_grid" in (project / "src/pymeshfair/meshset/mesh_set.pyi").read_text(encoding="utf-8")
+    assert "apply_coord_round_to_grid" in (project / "src/pymeshfair/meshset/filter_methods.pyi").read_text(encoding="utf-8")
     assert "apply_coord_round_to_grid" in (project / "docs/filters.md").read_text(encoding="utf-8")

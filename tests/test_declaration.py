@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, cast
 
 import numpy as np
 import pytest
@@ -232,6 +234,37 @@ def test_a_decorated_function_becomes_a_declaration() -> None:
     assert known.with_defaults({}) == {"distance": Length(1.0, "percent"), "axis": "x", "times": 2}
     assert not known.is_builtin
     assert known.function is not None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Step:
+    """Parameters that filters share."""
+
+    size: Annotated[float, Float(label="Size", help="How long.", minimum=0)] = 0.5
+    length: Annotated[float, Percentage(label="Length", help="How far.", default="2%")]
+
+
+def test_fields_of_a_dataclass_are_parameters_in_its_place() -> None:
+    """Users see the fields of a shared dataclass as parameters; the function gets the dataclass; progress is still its own."""
+
+    @mesh_filter(name="Grouped", classes=FilterClass.OTHER)
+    def grouped(
+        layer: Layer,
+        *,
+        first: Annotated[int, Int(label="First", help="Number.")] = 1,
+        step: Step,
+        last: Annotated[int, Int(label="Last", help="Number.")] = 9,
+        progress: object = None,
+    ) -> Edit:
+        """Does."""
+        return Edit(values={"first": first, "step": step, "last": last, "progress": progress})
+
+    assert [p.name for p in grouped.parameters] == ["first", "size", "length", "last"]
+    assert grouped.with_defaults({"size": 1}) == {"first": 1, "size": 1.0, "length": Length(2.0, "percent"), "last": 9}
+    assert grouped.function is not None
+    edit = grouped.function(cast(Layer, None), first=2, size=0.25, length=3.0, last=4, progress="told")
+    assert edit.values == {"first": 2, "step": Step(size=0.25, length=3.0), "last": 4, "progress": "told"}
+    assert "progress" in inspect.signature(grouped.function).parameters
 
 
 def test_given_values_are_checked_in_declared_order() -> None:

@@ -21,12 +21,15 @@ def test_pages_are_current(name: str) -> None:
     [
         "README.md",
         "CONTRIBUTING.md",
+        "docs/architecture.md",
         "docs/filters.md",
         "docs/recipes.md",
         "docs/denoising.md",
         "docs/spectral.md",
         "docs/curves.md",
         "docs/fairing.md",
+        "docs/robust.md",
+        "docs/solvers.md",
     ],
 )
 def test_links_lead_somewhere(page: str) -> None:
@@ -38,3 +41,20 @@ def test_links_lead_somewhere(page: str) -> None:
         assert file.exists(), target
         if anchor:
             assert f'id="{anchor}"' in file.read_text(encoding="utf-8"), target
+
+
+def test_the_way_of_a_parameter_is_short_and_its_modules_exist() -> None:
+    """The page on architecture names at most 15 modules between the command and the kernel, each of which is there."""
+    way = re.findall(r"^\| \d+ \| `(\S+)` \|", (DOCS / "architecture.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert 10 <= len(way) <= 15
+    assert not [module for module in way if not (PROJECT / module).is_file()]
+
+
+def test_the_diagram_of_the_host_is_complete() -> None:
+    """The diagram has every room of the host, and every room of the diagram is there."""
+    text = (DOCS / "architecture.md").read_text(encoding="utf-8")
+    labels = " ".join(re.findall(r'\["([^":=]+):', text))
+    drawn = set(re.findall(r"\w+", labels)) - {"plugins", "filters"}
+    host = PROJECT / "src/pymeshfair"
+    there = {p.stem for p in host.iterdir() if p.suffix == ".py" or (p / "__init__.py").exists()}
+    assert drawn == there - {"__init__", "__main__", "filters", "plugins", "mlx_scripts", "__pycache__"}

@@ -18,7 +18,7 @@ from pymeshfair.declaration import Enum, FilterClass, Float, Int, Length, Mesh, 
 from pymeshfair.errors import ParameterError
 from pymeshfair.meshlab import facts
 from pymeshfair.meshlab.facts import differences_from_installed, meshlab_filters, python_name, table_version
-from pymeshfair.meshlab.survey import InstalledParameter, Survey, survey_installed
+from pymeshfair.meshlab.survey import InstalledParameter, Survey, SurveyError, survey_installed
 
 BY_NAME = {f.python_name: f for f in meshlab_filters()}
 
@@ -224,7 +224,7 @@ def test_a_program_that_cannot_be_asked_is_an_error(monkeypatch: pytest.MonkeyPa
     (tmp_path / "pymeshlab").mkdir()
     (tmp_path / "pymeshlab" / "__init__.py").write_text("raise ImportError('libGL.so.1: cannot open shared object file')")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
-    with pytest.raises(RuntimeError, match=r"libGL\.so\.1: cannot open"):
+    with pytest.raises(SurveyError, match=r"libGL\.so\.1: cannot open"):
         survey_installed()
 
 

@@ -10,8 +10,11 @@ from pathlib import Path
 
 import pytest
 
+import pymeshfair
 from pymeshfair import registry
+from pymeshfair.commands.findings import look_at_plugins
 from pymeshfair.errors import UnknownNameError
+from tests.commands.command_line import invoke
 
 Install = Callable[..., None]
 
@@ -97,7 +100,11 @@ def test_an_entry_point_may_name_one_filter(install: Install) -> None:
             "has no function",
         ),
         (OTHER_NAME, "lab = broken_filters", "'apply_coord_taubin_smoothing' is taken"),
-        (GOOD.replace("Scan Lab Nothing", "Taubin Smooth"), "lab = broken_filters", "'Taubin Smooth' is taken by another filter"),
+        (
+            GOOD.replace("Scan Lab Nothing", "Taubin Smooth"),
+            "lab = broken_filters",
+            "'Taubin Smooth' is taken by 'apply_coord_taubin_smoothing' of MeshLab",
+        ),
         (GOOD.replace("Scan Lab Nothing", " "), "lab = broken_filters", "needs a Python name and a name for menus"),
         (GOOD.replace('"Does nothing."', ""), "lab = broken_filters", "DeclarationError: .* has no docstring"),
     ],
@@ -112,6 +119,54 @@ def test_a_broken_plugin_is_reported_and_stops_nothing(install: Install, source:
     assert re.search(reason, broken[0].reason)
     assert registry.find_filter("Taubin Smooth").origin == "MeshLab"
     assert registry.find_filter("Zeal Nothing").origin == "zealous"
+
+
+def test_a_filter_of_a_plugin_that_fails_is_not_there_for_a_reason_that_is_told(install: Install, tmp_path: Path) -> None:
+    """Wherever a filter of a plugin that cannot be imported is asked for, the plugin and its error are named."""
+    install("broken", GOOD + "\n    import no_such_package\n", "lab = broken_filters")
+    cause = "plugin 'lab' of broken cannot be used: ModuleNotFoundError: No module named 'no_such_package'"
+    for name in ("apply_coord_scan_lab_nothing", "Scan Lab Nothing"):
+        with pytest.raises(UnknownNameError) as caught:
+            registry.find_filter(name)
+        assert str(caught.value) == f"filter {name!r} is not there: {cause}"
+        assert (caught.value.cause, caught.value.suggestion) == (cause, None)
+    with pytest.raises(AttributeError, match=f"no attribute 'apply_coord_scan_lab_nothing'; {re.escape(cause)}$"):
+        pymeshfair.MeshSet().apply_coord_scan_lab_nothing()
+    script = tmp_path / "nothing.mlx"
+    script.write_text('<FilterScript>\n<filter name="Scan Lab Nothing"/>\n</FilterScript>\n')
+    assert f":2: filter 'Scan Lab Nothing': there is no filter of that name: {cause}\n" in invoke("check", script).stdout
+    asked = invoke("info", "apply_coord_scan_lab_nothing")
+    assert (asked.exit_code, asked.stderr.strip().endswith(f"no file; {cause}")) == (2, True)
+    assert f"warning: {cause}" in invoke("list", "filters", "taubin").stderr
+
+
+def test_an_unknown_name_tells_of_plugins_that_may_have_it(install: Install) -> None:
+    """A name that the source of a failed plugin does not show gets its suggestion, and the plugin is named all the same."""
+    install("broken", "import no_such_package", "lab = broken_filters")
+    with pytest.raises(UnknownNameError, match=r"did you mean 'Taubin Smooth'\? \(plugin 'lab' of broken cannot be used"):
+        registry.find_filter("Taubin Smoothh")
+
+
+@pytest.mark.parametrize("lost", ["apply_coord_scan_lab_nothing", "Scan Lab Nothing"])
+def test_a_refused_filter_is_known_by_its_other_name(install: Install, lost: str) -> None:
+    """A filter one of whose two names is taken is asked for by the other: the error says who took which name."""
+    install("first", GOOD, "lab = first_filters")
+    other = {"apply_coord_scan_lab_nothing": "apply_coord_other", "Scan Lab Nothing": "Other"}[lost]
+    install("second", GOOD.replace(lost, other).partition("\n    the_same")[0], "lab = second_filters")
+    with pytest.raises(UnknownNameError, match="taken by 'apply_coord_scan_lab_nothing' of first"):
+        registry.find_filter(other)
+
+
+def test_a_taken_name_is_answered_with_a_warning(install: Install, caplog: pytest.LogCaptureFixture) -> None:
+    """Asking for a name that two packages declare gives the filter of the first and warns once that there is another."""
+    install("first", GOOD, "lab = first_filters")
+    install("second", GOOD, "lab = second_filters")
+    for _ in range(2):
+        assert registry.find_filter("Scan Lab Nothing").origin == "first"
+    (record,) = caplog.records
+    assert "'Scan Lab Nothing' is that of first; plugin 'lab' of second cannot be used: filter" in record.getMessage()
+    (finding,) = [f for f in look_at_plugins() if not f.ok]
+    assert "taken by 'apply_coord_scan_lab_nothing' of first" in finding.detail
 
 
 def test_packages_with_broken_metadata_are_reported(install: Install, tmp_path: Path) -> None:
@@ -129,7 +184,7 @@ def test_no_package_can_take_a_name_of_ours(install: Install) -> None:
     """A package whose name sorts before ours declares a filter under our name: ours stays, theirs is reported."""
     install("aaa", GOOD.replace("apply_coord_scan_lab_nothing", "apply_coord_taubin_fairing"), "lab = aaa_filters")
     assert registry.find_filter("apply_coord_taubin_fairing").origin == "pymeshfair"
-    assert "is taken by another filter" in _reasons("aaa")[0]
+    assert "is taken by 'apply_coord_taubin_fairing' of pymeshfair" in _reasons("aaa")[0]
 
 
 def test_a_filter_imported_from_another_plugin_is_not_a_second_one(install: Install) -> None:

@@ -10,11 +10,13 @@ from collections.abc import Iterable
 from pathlib import Path
 from unicodedata import normalize
 
-from pymeshfair.declaration import Filter, Parameter, Percentage
+from pymeshfair.declaration import Filter, Parameter, Percentage, nearest
+from pymeshfair.errors import UnknownNameError
 from pymeshfair.recipe import load_recipe, shipped_recipes
 from pymeshfair.registry import custom_filters
 
 DOCS = Path(__file__).parents[1] / "docs"
+BIBLIOGRAPHY = DOCS / "bibliography.bib"
 #: LaTeX's accents as those of Unicode that follow their letter
 ACCENTS = {'"': "\u0308", "'": "\u0301", "`": "\u0300", "v": "\u030c"}
 
@@ -43,7 +45,7 @@ def filter_section(declared: Filter) -> str:
         lines += [f"| `{p.name}` | {allowed(p)} | `{p.default}` | {p.help} |" for p in declared.parameters]
         lines.append("")
     if declared.references:
-        lines += ["Sources: " + "; ".join(cited(declared.references)) + ".\n"]
+        lines += ["Sources: " + "; ".join(cited(declared.references, declared.python_name)) + ".\n"]
     return "\n".join(lines)
 
 
@@ -54,10 +56,19 @@ def allowed(parameter: Parameter) -> str:
     return parameter.describe_allowed().replace("|", "\\|")
 
 
-def cited(keys: Iterable[str]) -> list[str]:
-    """Authors, title and year of each key, from the bibliography."""
-    text = (DOCS / "bibliography.bib").read_text(encoding="utf-8")
+def cited(keys: Iterable[str], filter_name: str) -> list[str]:
+    """Authors, title and year of each key that a filter cites, from the bibliography.
+
+    Raises:
+        UnknownNameError: the bibliography has no such key.
+    """
+    text = BIBLIOGRAPHY.read_text(encoding="utf-8")
     entries = {match[1]: match[2] for match in re.finditer(r"@\w+\{(\w+),(.*?)\n\}", text, re.DOTALL)}
+    for key in keys:
+        if key not in entries:
+            near = nearest(key, entries)
+            hint = f"; did you mean {near!r}?" if near else ""
+            raise UnknownNameError(f"{BIBLIOGRAPHY} has no entry {key!r}, which {filter_name} cites{hint}", suggestion=near)
     return [_citation(entries[key]) for key in keys]
 
 

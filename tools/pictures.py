@@ -14,11 +14,9 @@ import pymeshlab
 
 from pymeshfair import MeshSet
 from pymeshfair.commands.spectrum_picture import draw_spectra
-from pymeshfair.filters.fairing.blend import blend_parts
-from pymeshfair.filters.fairing.region import ENERGIES, fair_region
-from pymeshfair.filters.holes.close_holes import close_holes
-from pymeshfair.filters.spectral.harmonics import manifold_harmonics
-from pymeshfair.filters.spectral.responses import low_pass
+from pymeshfair.filters.fairing import ENERGIES, blend_parts, fair_region
+from pymeshfair.filters.holes import close_holes
+from pymeshfair.filters.spectral import low_pass, manifold_harmonics
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 from denoising_findings import chest

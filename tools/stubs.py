@@ -9,24 +9,21 @@ from pymeshfair.declaration import Enum, Filter, Parameter
 from pymeshfair.meshset.methods import annotation_text, method_docstring, shown_default
 from pymeshfair.registry import custom_filters
 
-STUB = Path(__file__).parents[1] / "src/pymeshfair/meshset/mesh_set.pyi"
+STUB = Path(__file__).parents[1] / "src/pymeshfair/meshset/filter_methods.pyi"
 
 _LINE = 130
 _HEAD = '''\
 # Written by `python tools/generate.py stubs` from the declarations of the filters; change those instead.
-"""`MeshSet`: pymeshlab's mesh set with the filters of plugins as methods beside MeshLab's own."""
+"""The filters of plugins as methods, for `MeshSet` to inherit."""
 
 from collections.abc import Sequence
 from typing import Any, Literal
 
 from .methods import LengthLike
-from .script import ScriptedMeshSet
 
-class MeshSet(ScriptedMeshSet):
-    """A set of meshes that filters are applied to, a drop-in for `pymeshlab.MeshSet`."""
+class FilterMethods:
+    """One method for each filter of a plugin."""
 
-    @staticmethod
-    def filter_list() -> list[str]: ...
     def __getattr__(self, name: str) -> Any: ...
 '''
 

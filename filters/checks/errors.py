@@ -1,7 +1,11 @@
 """What a filter raises when it cannot do what was asked."""
 
 
-class FilterInputError(ValueError):
+class PymeshfairError(Exception):
+    """Base of all errors of pymeshfair that a caller may want to catch; `pymeshfair.errors` has it, too."""
+
+
+class FilterInputError(PymeshfairError, ValueError):
     """The mesh or a parameter is not one that the technique is defined for; the message says which, why and what to do."""
 
 
@@ -17,5 +21,5 @@ class UnstableStepError(FilterInputError):
         self.largest_stable = largest_stable
 
 
-class ConvergenceError(RuntimeError):
+class ConvergenceError(PymeshfairError, RuntimeError):
     """An iterative solver ended above its tolerance; the message gives the residual that it reached."""

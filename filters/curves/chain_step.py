@@ -7,7 +7,7 @@ from ..mesh import Bools, Floats, Ints, Longs
 from ..operators import Laplacian
 from .chains import Chains
 
-# Squared lengths of a mesh of ordinary size times this overflow nowhere, and diffuse it to a point to the last bit.
+# Times the squared lengths of a mesh of ordinary size this does not overflow, and longer steps give the same result to rounding.
 _LONGEST_STEP = 1e100
 
 
@@ -15,9 +15,9 @@ class ChainStep:
     """The backward Euler step (M - t C) d = t C p on unbranched curves, for the displacement d of the free vertices; others stay.
 
     M - t C is a network of conductances: t w_ij between neighbours, M_i from each vertex to the ground. Eliminating a vertex of a
-    chain leaves such a network, whose conductances are sums, products and quotients of positive numbers, and so every one of
-    them is right to rounding however large t is and however long the chain. What cancels is the current: in a chain that floats
-    the currents sum up to 0, so that which leaves at the last vertex is minus that which has gone to the ground before.
+    chain leaves such a network again. Its conductances are sums, products and quotients of positive numbers, so each is exact to
+    rounding, however large t is and however long the chain. In a chain without fixed neighbour the currents sum up to 0: the
+    current at its last vertex is minus the sum of those before.
     """
 
     def __init__(self, laplacian: Laplacian, chains: Chains, time_step: float) -> None:
@@ -95,7 +95,7 @@ def _eliminate(
 def _ground(
     offsets: Longs, columns: Ints, weights: Floats, mass: Floats, order: Ints, start: int, stop: int, k: int, ring: bool
 ) -> float:
-    """The conductance from a vertex to the ground and to held vertices, which is the same to it."""
+    """The conductance from a vertex to the ground and to fixed vertices, which it cannot tell apart."""
     i = order[k]
     before = order[k - 1] if k > start else (order[stop - 1] if ring else -1)
     after = order[k + 1] if k + 1 < stop else (order[start] if ring else -1)

@@ -15,7 +15,7 @@ class Chains(NamedTuple):
         order: (f,) int32; those of chain c are ``order[starts[c]:starts[c + 1]]``, each the neighbour of the next.
         starts: (c + 1,) int64.
         closed: (c,) bool, whether the last vertex of a chain is the neighbour of its first.
-        floating: (c,) bool, whether no vertex of a chain has a held neighbour.
+        floating: (c,) bool, whether no vertex of a chain has a fixed neighbour.
     """
 
     order: Ints

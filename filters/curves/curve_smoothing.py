@@ -27,7 +27,7 @@ CURVE_WEIGHTS: tuple[CurveWeights, ...] = get_args(CurveWeights)
 CurveBorder: TypeAlias = Literal["fixed", "free"]
 CURVE_BORDERS: tuple[CurveBorder, ...] = get_args(CurveBorder)
 
-# Detail sizes in a box of size 1 outside these do what they do: nothing, and all there is to do. Squared they are numbers.
+# Smaller detail sizes, in a box of size 1, smooth nothing, and larger ones everything; the squares of these are finite.
 _SMALLEST_SIZE, _LARGEST_SIZE = 1e-100, 1e50
 
 
@@ -64,7 +64,7 @@ def curve_smoothing(
         method: how L is applied, see above. "implicit" takes strong smoothing in one step.
         weights: "uniform" evens out the distances of vertices along the curve. "inverse_length" leaves a straight line as it is
             however unevenly it is sampled; its weights are those of each moment, with "implicit" those of the input. Vertices
-            very near each other hold each other fast then, unless a detail size is given.
+            very near each other then hardly move apart, unless a detail size is given.
         step: lambda, for "explicit" and "taubin", above 0 and at most 1. Larger is smoother.
         mu: for "taubin", the step back, below -step. Nearer to -step is smoother.
         pass_band: for "taubin", k_PB = 1/step + 1/mu, above 0 and below 1/step; if given, it decides on mu. Smaller is smoother.

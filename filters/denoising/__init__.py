@@ -1,1 +1,43 @@
 """Denoising that keeps features: robust statistics of normals and of neighbours, one technique a module."""
+
+from .automatic import AutomaticChoice, automatic_choice, denoise_automatically
+from .bilateral import JONES_BORDERS, JonesBorder, bilateral_fleishman, bilateral_jones
+from .candidates import FIXED, AutomaticParameters, Setting
+from .clouds import bilateral_projection
+from .face_neighbourhoods import NEIGHBORHOODS, Neighborhood
+from .folded_faces import folded_faces
+from .noise_level import NoiseEstimate, estimate_noise
+from .normal_filter import NORMAL_FILTER_METHODS, NormalFilter, NormalFilterMethod
+from .normal_filtering import filter_face_normals, normal_filtering
+from .normal_filters import RANGE_MEASURES, SPACE_KERNELS, RangeMeasure, SpaceKernel
+from .vertex_update import VERTEX_UPDATES, VertexUpdate
+
+__all__ = [
+    "FIXED",
+    "JONES_BORDERS",
+    "NEIGHBORHOODS",
+    "NORMAL_FILTER_METHODS",
+    "RANGE_MEASURES",
+    "SPACE_KERNELS",
+    "VERTEX_UPDATES",
+    "AutomaticChoice",
+    "AutomaticParameters",
+    "JonesBorder",
+    "Neighborhood",
+    "NoiseEstimate",
+    "NormalFilter",
+    "NormalFilterMethod",
+    "RangeMeasure",
+    "Setting",
+    "SpaceKernel",
+    "VertexUpdate",
+    "automatic_choice",
+    "bilateral_fleishman",
+    "bilateral_jones",
+    "bilateral_projection",
+    "denoise_automatically",
+    "estimate_noise",
+    "filter_face_normals",
+    "folded_faces",
+    "normal_filtering",
+]

@@ -1,8 +1,8 @@
 """Bilateral filters of vertex positions: along the vertex normal [fleishman2003], and by the planes of triangles [jones2003].
 
-Both are means of what the neighbours say about a place, weighted by a space kernel of their distance and by a range kernel of how
-far their opinion is from what is there: neighbours across a feature disagree, and count little. Any M-estimator serves as either
-kernel. The papers' exp(-x^2 / (2 s^2)) is the kernel "gaussian" with sigma = sqrt(2) s.
+Both move a vertex to a weighted mean of the places that its neighbours predict for it. A space kernel weights by their distance,
+a range kernel by how far the predicted place is from the vertex: predictions from across a feature are far off, and count little.
+Any M-estimator serves as either kernel. The papers' exp(-x^2 / (2 s^2)) is the kernel "gaussian" with sigma = sqrt(2) s.
 """
 
 from typing import Literal, TypeAlias, get_args
@@ -10,15 +10,15 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError
+from ..checks import check_choice, check_whole_number
 from ..execution import Progress, ignore_progress, threads_for
 from ..geometry import mean_edge_length
-from ..mesh import Bools, Floats, Ints, check_mesh, check_movable, enter, leave, ordered_frame
+from ..mesh import Floats, Ints, NormalisedMesh, check_mesh, normalised_mesh
 from ..robust import KernelName
 from ..topology import BORDER_POLICIES, BorderPolicy, border_edges, border_vertices, one_rings, referenced_vertices, ring_ends
-from .kernel_terms import REACH, Term, check_iterations, range_term, space_term
+from .kernel_terms import REACH, Term, range_term, space_term
 from .triangle_predictors import heights_of_corners, mollified, predicted, triangles_in_cells
-from .vertex_heights import Surroundings, bilateral_step, heights_of_rings
+from .vertex_heights import HeightNeighbours, bilateral_step, heights_of_rings
 
 #: What `bilateral_jones` can do on borders: the planes of triangles predict no curve, so that there is no "along".
 JonesBorder: TypeAlias = Literal["fixed", "free"]
@@ -71,23 +71,21 @@ def bilateral_fleishman(
     Raises:
         FilterInputError: not a mesh, no such kernel or policy, a scale or number out of range.
     """
-    given, triangles = check_mesh(vertices, faces)
-    steps = check_iterations(iterations)
-    if border not in BORDER_POLICIES:
-        raise FilterInputError(f"border {border!r} is not one of {', '.join(map(repr, BORDER_POLICIES))}")
-    moves = _moving(triangles, len(given), border, movable)
-    frame = ordered_frame(given, None)
-    start = enter(given, frame)
-    with threads_for(len(given)):
-        around = _surroundings(triangles, moves, border)
-        space = space_term(space_kernel, _scaled(space_sigma, frame.scale), REACH * mean_edge_length(start, triangles))
-        height = range_term(range_kernel, _scaled(range_sigma, frame.scale), heights_of_rings(start, around), _SHARE_OF_RINGS)
-        now, following = start.copy(), start.copy()
+    points, triangles = check_mesh(vertices, faces)
+    steps = check_whole_number("iterations", iterations)
+    check_choice("border", border, BORDER_POLICIES)
+    mesh = normalised_mesh(points, triangles, movable)
+    with threads_for(len(mesh)):
+        around = _height_neighbours(mesh, border)
+        space = space_term(space_kernel, space_sigma, mesh.scale, REACH * mean_edge_length(mesh.points, mesh.cells))
+        heights = heights_of_rings(mesh.points, around)
+        height = range_term(range_kernel, range_sigma, mesh.scale, heights, _SHARE_OF_RINGS)
+        now, following = mesh.points.copy(), mesh.points.copy()
         for iteration in range(steps if _acts(space, height) else 0):
             bilateral_step(now, following, around, space, height)
             now, following = following, now
             progress((iteration + 1) / steps)
-    return leave(given, start, now, frame)
+    return mesh.restored(now)
 
 
 def bilateral_jones(
@@ -129,41 +127,44 @@ def bilateral_jones(
     Raises:
         FilterInputError: not a mesh, no such kernel or policy, or a scale out of range.
     """
-    given, triangles = check_mesh(vertices, faces)
-    if border not in JONES_BORDERS:
-        raise FilterInputError(f"border {border!r} is not one of {', '.join(map(repr, JONES_BORDERS))}")
-    which = np.flatnonzero(_moving(triangles, len(given), border, movable)).astype(np.int32)
-    used = np.flatnonzero(referenced_vertices(triangles, len(given))).astype(np.int32)
-    frame = ordered_frame(given, None)
-    start = enter(given, frame)
-    with threads_for(len(given)):
-        space = space_term(space_kernel, _scaled(space_sigma, frame.scale), 2.0 * mean_edge_length(start, triangles))
+    points, triangles = check_mesh(vertices, faces)
+    check_choice("border", border, JONES_BORDERS)
+    mesh = normalised_mesh(points, triangles, movable)
+    start, triangles = mesh.points, mesh.cells
+    with threads_for(len(mesh)):
+        space = space_term(space_kernel, space_sigma, mesh.scale, 2.0 * mean_edge_length(start, triangles))
         narrow = Term(space.code, space.sigma / 2.0)
         shape = start
         if narrow.sigma > 0.0:
-            shape = mollified(start, used, triangles_in_cells(start, triangles, REACH * narrow.sigma), narrow)
+            everywhere = np.arange(len(mesh), dtype=np.int32)
+            shape = mollified(start, everywhere, triangles_in_cells(start, triangles, REACH * narrow.sigma), narrow)
         progress(0.3)
-        height = range_term(
-            range_kernel, _scaled(range_sigma, frame.scale), heights_of_corners(start, triangles, shape), _SHARE_OF_CORNERS
-        )
+        heights = heights_of_corners(start, triangles, shape)
+        height = range_term(range_kernel, range_sigma, mesh.scale, heights, _SHARE_OF_CORNERS)
         now = start
         if _acts(space, height):
-            now = predicted(start, which, triangles_in_cells(start, triangles, REACH * space.sigma, shape), space, height)
+            near = triangles_in_cells(start, triangles, REACH * space.sigma, shape)
+            now = predicted(start, _moving(mesh, border), near, space, height)
     progress(1.0)
-    return leave(given, start, now, frame)
+    return mesh.restored(now)
 
 
-def _moving(faces: Ints, n: int, border: BorderPolicy, movable: ArrayLike | None) -> Bools:
-    moves: Bools = check_movable(movable, n) & referenced_vertices(faces, n)
-    return moves & ~border_vertices(faces, n) if border == "fixed" else moves
+def _moving(mesh: NormalisedMesh, border: BorderPolicy) -> Ints:
+    """The points that move."""
+    moves = referenced_vertices(mesh.cells, len(mesh))
+    if mesh.movable is not None:
+        moves &= mesh.movable
+    if border == "fixed":
+        moves &= ~border_vertices(mesh.cells, len(mesh))
+    return np.flatnonzero(moves).astype(np.int32)
 
 
-def _surroundings(faces: Ints, moves: Bools, border: BorderPolicy) -> Surroundings:
-    n = len(moves)
+def _height_neighbours(mesh: NormalisedMesh, border: BorderPolicy) -> HeightNeighbours:
+    faces, n = mesh.cells, len(mesh)
     rings, curves = one_rings(faces, n), one_rings(border_edges(faces), n)
     on_curve = border_vertices(faces, n) if border == "along" else np.zeros(n, dtype=np.bool_)
-    return Surroundings(
-        np.flatnonzero(moves).astype(np.int32),
+    return HeightNeighbours(
+        _moving(mesh, border),
         rings.offsets,
         rings.neighbours,
         on_curve,
@@ -171,11 +172,6 @@ def _surroundings(faces: Ints, moves: Bools, border: BorderPolicy) -> Surroundin
         curves.neighbours,
         *ring_ends(faces, n),
     )
-
-
-def _scaled(sigma: float | None, scale: float) -> float | None:
-    # What is not a number of mesh units is reported as it was given.
-    return sigma * scale if sigma is not None and 0.0 < sigma < np.inf else sigma
 
 
 def _acts(space: Term, height: Term) -> bool:

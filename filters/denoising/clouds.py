@@ -4,14 +4,16 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError
+from ..checks import FilterInputError, check_whole_number
 from ..execution import Progress, ignore_progress, threads_for
-from ..mesh import Bools, Floats, Ints, check_movable, check_points, enter, leave, ordered_frame
+from ..mesh import Bools, Floats, Ints, check_points, normalised_mesh
 from ..neighbours import nearest_neighbours
 from ..robust import KernelName, kernel_weight
-from .kernel_terms import REACH, check_iterations, range_term, space_term
+from .kernel_terms import REACH, range_term, space_term
 
 _CHUNK = 100_000  # covariances decomposed at a time
+# Of the sigma of 95 % efficiency, as for the heights of one-rings in `bilateral_fleishman`.
+_SHARE = 0.5
 
 
 def bilateral_projection(
@@ -35,7 +37,7 @@ def bilateral_projection(
     Args:
         points: (n, 3) coordinates.
         normals: (n, 3) of any length and sign, kept through all iterations; a point whose normal is 0 stays. None: estimated
-            anew in every iteration, see `estimated_normals`.
+            anew in every iteration, see `normals_of`.
         neighbors: how many, less than n. More average over more and take longer.
         range_kernel: g; see `bilateral_fleishman`.
         space_kernel: f.
@@ -55,20 +57,19 @@ def bilateral_projection(
     """
     given = check_points(points)
     directions = None if normals is None else _unit(normals, len(given))
-    steps, moves = check_iterations(iterations), check_movable(movable, len(given))
-    frame = ordered_frame(given, None)
-    start = enter(given, frame)
-    now = start
+    steps = check_whole_number("iterations", iterations)
+    cloud = normalised_mesh(given, np.empty((0, 3), dtype=np.int32), movable)
+    moves = np.ones(len(cloud), dtype=np.bool_) if cloud.movable is None else cloud.movable
+    now = cloud.points
     space = height = None
     for iteration in range(steps):
         distances, indices = nearest_neighbours(now, neighbors)
         axes = normals_of(now, indices) if directions is None else directions
         if space is None or height is None:
-            farthest = float(distances[:, -1].mean())
-            space = space_term(space_kernel, None if space_sigma is None else space_sigma * frame.scale, farthest / REACH)
+            space = space_term(space_kernel, space_sigma, cloud.scale, float(distances[:, -1].mean()) / REACH)
             heights = np.zeros(distances.shape)
             _heights(now, axes, indices, heights)
-            height = range_term(range_kernel, None if range_sigma is None else range_sigma * frame.scale, heights.ravel(), 0.5)
+            height = range_term(range_kernel, range_sigma, cloud.scale, heights.ravel(), _SHARE)
             if space.sigma <= 0.0 or height.sigma <= 0.0:
                 break
         following = now.copy()
@@ -76,28 +77,18 @@ def bilateral_projection(
             _project(now, following, axes, moves, distances, indices, *space, *height)
         now = following
         progress((iteration + 1) / steps)
-    return leave(given, start, now, frame)
+    return cloud.restored(now)
 
 
-def estimated_normals(points: ArrayLike, *, neighbors: int = 18) -> Floats:
-    """(n, 3) unit normals of a cloud, each the direction in which the point and its nearest neighbours vary least.
+def normals_of(points: Floats, indices: Ints) -> Floats:
+    """(n, 3) unit normals, each the direction in which a point and its neighbours vary least.
 
     Signs are arbitrary. Where neighbours coincide, or lie on a line, so is the direction.
 
     Args:
-        points: (n, 3) coordinates.
-        neighbors: how many, at least 2 and less than n. More are steadier and round off edges.
-
-    Raises:
-        FilterInputError: not a cloud, or too few points.
+        points: (n, 3) coordinates of ordinary size.
+        indices: (n, k) the neighbours of every point, at least 2. More are steadier and round off edges.
     """
-    given = check_points(points)
-    scaled = enter(given, ordered_frame(given, None))
-    return normals_of(scaled, nearest_neighbours(scaled, neighbors)[1])
-
-
-def normals_of(points: Floats, indices: Ints) -> Floats:
-    """(n, 3) the normals of points whose neighbours are the (n, k) indices."""
     normals = np.empty_like(points)
     for first in range(0, len(points), _CHUNK):
         last = min(first + _CHUNK, len(points))

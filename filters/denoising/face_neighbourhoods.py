@@ -2,20 +2,20 @@
 
 from typing import Literal, NamedTuple, TypeAlias, get_args
 
-import numba
 import numpy as np
 from numba import njit, prange
 
 from ..checks import FilterInputError
-from ..execution import threads_for
+from ..execution import PARTS, SERIAL_BELOW
 from ..geometry import CENTRE
 from ..mesh import Floats, Ints, Longs
-from ..topology import Corners
+from ..topology import VertexFaces
+from .found_in_parts import found_in_parts
 from .geodesic_radius import within_geodesic_radius
 
-#: "edge": the faces that share an edge with it, "vertex": those that share a vertex, "two_ring": and those that share one with
-#: them, "three_ring": and so once more. "radius": those whose centres lie within a distance, reached through such faces alone.
-#: "geodesic": those within a distance along the surface, see `within_geodesic_radius`.
+#: "edge": the faces that share an edge with it. "vertex": those that share a vertex. "two_ring" and "three_ring": two and three
+#: steps between faces that share a vertex. "radius": those whose centres lie within a distance, reached by steps between such
+#: faces alone. "geodesic": those within a distance along the surface, see `within_geodesic_radius`.
 Neighborhood: TypeAlias = Literal["edge", "vertex", "two_ring", "three_ring", "radius", "geodesic"]
 NEIGHBORHOODS: tuple[Neighborhood, ...] = get_args(Neighborhood)
 
@@ -36,13 +36,13 @@ class FaceNeighbourhoods(NamedTuple):
 
 
 def face_neighbourhoods(
-    faces: Ints, corners: Corners, kind: Neighborhood, *, centres: Floats | None = None, radius: float = 0.0
+    faces: Ints, at_vertices: VertexFaces, kind: Neighborhood, *, centres: Floats | None = None, radius: float = 0.0
 ) -> FaceNeighbourhoods:
     """The neighbourhood of every face, in time linear in the neighbours.
 
     Args:
         faces: (m, 3) triangles.
-        corners: of `vertex_corners`.
+        at_vertices: the faces at every vertex, of `vertex_faces`.
         kind: which faces are neighbours.
         centres: (m, 3) centres of the faces, for "radius" and "geodesic".
         radius: the largest distance of two centres, for these, in the unit of the centres. Larger is slower, by its square.
@@ -56,38 +56,39 @@ def face_neighbourhoods(
         if centres is None or not radius > 0.0:
             raise FilterInputError(f"radius {radius} is not above 0")
         if kind == "geodesic":
-            near = _gather(faces, corners, _RINGS["vertex"], np.empty((0, 3)), 0.0)
+            near = _gather(faces, at_vertices, _RINGS["vertex"], np.empty((0, 3)), 0.0)
             return FaceNeighbourhoods(*within_geodesic_radius(*near, np.ascontiguousarray(centres), radius))
-        return _gather(faces, corners, _WITHOUT_LIMIT, np.ascontiguousarray(centres), radius * radius)
-    return _gather(faces, corners, _RINGS[kind], np.empty((0, 3)), 0.0)
+        return _gather(faces, at_vertices, _WITHOUT_LIMIT, np.ascontiguousarray(centres), radius * radius)
+    return _gather(faces, at_vertices, _RINGS[kind], np.empty((0, 3)), 0.0)
 
 
 def mean_centre_distance(table: Floats, edge_neighbours: FaceNeighbourhoods) -> float:
-    """The mean distance of the centres of two faces that share an edge, from the table of `measure_faces`; 0 if none do."""
-    with threads_for(len(edge_neighbours.neighbours)):
-        sums = np.empty(len(table))
-        _sum_distances(table[:, CENTRE], edge_neighbours.offsets, edge_neighbours.neighbours, sums)
+    """The mean distance of the centres of two faces that share an edge, in mesh units; 0 if no two faces do.
+
+    Args:
+        table: (m, 8) of `measure_faces`.
+        edge_neighbours: the neighbourhoods "edge".
+    """
+    sums = np.empty(len(table))
+    if len(table) < SERIAL_BELOW:
+        _sum_distances(table[:, CENTRE], edge_neighbours.offsets, edge_neighbours.neighbours, 0, len(table), sums)
+    else:
+        _sum_distances_in_parallel(table[:, CENTRE], edge_neighbours.offsets, edge_neighbours.neighbours, sums)
     return float(sums.sum()) / len(edge_neighbours.neighbours) if len(edge_neighbours.neighbours) else 0.0
 
 
-def _gather(faces: Ints, corners: Corners, rings: int, centres: Floats, squared_radius: float) -> FaceNeighbourhoods:
-    offsets = np.zeros(len(faces) + 1, dtype=np.int64)
-    nothing = np.empty(0, dtype=np.int32)
-    with threads_for(len(faces)):
-        # Each thread has its own marks, so there are as many parts as threads; what is found does not depend on the parts.
-        parts = numba.get_num_threads()
-        _visit(faces, corners.offsets, corners.corners, rings, centres, squared_radius, parts, offsets, nothing)
-        np.cumsum(offsets, out=offsets)
-        neighbours = np.empty(offsets[-1], dtype=np.int32)
-        _visit(faces, corners.offsets, corners.corners, rings, centres, squared_radius, parts, offsets, neighbours)
-    return FaceNeighbourhoods(offsets, neighbours)
+def _gather(faces: Ints, at_vertices: VertexFaces, rings: int, centres: Floats, squared_radius: float) -> FaceNeighbourhoods:
+    def visit(parts: int, offsets: Longs, neighbours: Ints) -> None:
+        _visit(faces, at_vertices.offsets, at_vertices.rows, rings, centres, squared_radius, parts, offsets, neighbours)
+
+    return FaceNeighbourhoods(*found_in_parts(len(faces), visit))
 
 
 @njit(cache=True, parallel=True)
 def _visit(
     faces: Ints,
-    corner_offsets: Longs,
-    corners: Ints,
+    row_offsets: Longs,
+    rows: Ints,
     rings: int,
     centres: Floats,
     squared_radius: float,
@@ -95,17 +96,17 @@ def _visit(
     offsets: Longs,
     neighbours: Ints,
 ) -> None:
-    """Count the neighbours of face i at ``offsets[i + 1]``, or if there is room for them write them from ``offsets[i]`` on."""
+    """`found_in_parts` asks for it."""
     for part in prange(parts):
         first, last = part * faces.shape[0] // parts, (part + 1) * faces.shape[0] // parts
-        _visit_some(faces, corner_offsets, corners, rings, centres, squared_radius, first, last, offsets, neighbours)
+        _visit_some(faces, row_offsets, rows, rings, centres, squared_radius, first, last, offsets, neighbours)
 
 
 @njit(cache=True)
 def _visit_some(
     faces: Ints,
-    corner_offsets: Longs,
-    corners: Ints,
+    row_offsets: Longs,
+    rows: Ints,
     rings: int,
     centres: Floats,
     squared_radius: float,
@@ -123,15 +124,15 @@ def _visit_some(
         seen[i] = i
         queue[0] = i
         begin, end, found = 0, 1, 1
-        # Across edges is a ring of its own, in which a face must share both ends of a side.
+        # For "edge", 0 rings, one step, in which a face must share both ends of a side.
         for _ in range(max(rings, 1)):
             for at in range(begin, end):
                 g = queue[at]
                 for side in range(3):
                     v, w = faces[g, side], faces[g, (side + 1) % 3]
-                    for k in range(corner_offsets[v], corner_offsets[v + 1]):
-                        h = corners[k, 0]
-                        if seen[h] == i or (rings == 0 and corners[k, 1] != w and corners[k, 2] != w):
+                    for k in range(row_offsets[v], row_offsets[v + 1]):
+                        h = rows[k, 0]
+                        if seen[h] == i or (rings == 0 and rows[k, 1] != w and rows[k, 2] != w):
                             continue
                         seen[h] = i
                         if centres.shape[0] and _squared_distance(centres, i, h) > squared_radius:
@@ -156,8 +157,15 @@ def _squared_distance(centres: Floats, i: int, j: int) -> float:
 
 
 @njit(cache=True, parallel=True)
-def _sum_distances(centres: Floats, offsets: Longs, neighbours: Ints, sums: Floats) -> None:
-    for i in prange(sums.shape[0]):
+def _sum_distances_in_parallel(centres: Floats, offsets: Longs, neighbours: Ints, sums: Floats) -> None:
+    for part in prange(PARTS):
+        first, last = part * sums.shape[0] // PARTS, (part + 1) * sums.shape[0] // PARTS
+        _sum_distances(centres, offsets, neighbours, first, last, sums)
+
+
+@njit(cache=True, nogil=True)
+def _sum_distances(centres: Floats, offsets: Longs, neighbours: Ints, first: int, last: int, sums: Floats) -> None:
+    for i in range(first, last):
         total = 0.0
         for k in range(offsets[i], offsets[i + 1]):
             total += np.sqrt(_squared_distance(centres, i, neighbours[k]))

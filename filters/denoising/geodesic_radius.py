@@ -1,19 +1,19 @@
-"""The faces within a distance along the surface, as far as steps from centre to centre measure it."""
+"""The faces within a distance along the surface, measured by steps from centre to centre."""
 
-import numba
 import numpy as np
 from numba import njit, prange
 
-from ..execution import threads_for
 from ..mesh import Floats, Ints, Longs
+from .found_in_parts import found_in_parts
 
 
 def within_geodesic_radius(near_offsets: Longs, near: Ints, centres: Floats, radius: float) -> tuple[Longs, Ints]:
-    """The faces j around every face i with d(i, j) <= radius, d the length of the shortest way of steps from centre to centre.
+    """The faces j around every face i with d(i, j) <= radius, d the length of the shortest path of steps from centre to centre.
 
-    A step goes straight to the centre of a face that shares a vertex. On a plane of equal triangles such ways are up to 3.6 %
-    longer than straight lines, 2.2 % in the mean; over an edge a step is shorter than the way on the surface, at a right angle by
-    up to 29 %, at the rim of a thin wall by more. Two sheets that lie close are otherwise as far apart as the way round is long.
+    A step goes straight to the centre of a face that shares a vertex. On a plane of equal triangles such paths are up to 3.6 %
+    longer than straight lines, 2.2 % in the mean. Across a crease a step is shorter than the path on the surface, at a right
+    angle by up to 29 %, at the rim of a thin wall by more. Two sheets that lie close together without being connected nearby are
+    as far apart as the path along the surface is long.
 
     Args:
         near_offsets: (m + 1,) the faces that share a vertex with face i are ``near[near_offsets[i]:near_offsets[i + 1]]``.
@@ -23,23 +23,18 @@ def within_geodesic_radius(near_offsets: Longs, near: Ints, centres: Floats, rad
 
     Returns:
         offsets: (m + 1,) int64.
-        neighbours: int32, those of face i between its two offsets, each once and without i, as they are met.
+        neighbours: int32, those of face i between its two offsets, each once and without i, in the order of the search.
     """
-    offsets = np.zeros(len(centres) + 1, dtype=np.int64)
-    nothing = np.empty(0, dtype=np.int32)
-    with threads_for(len(centres)):
-        # Each thread has its own marks, so there are as many parts as threads; what is found does not depend on the parts.
-        parts = numba.get_num_threads()
-        _visit(near_offsets, near, centres, radius, parts, offsets, nothing)
-        np.cumsum(offsets, out=offsets)
-        neighbours = np.empty(offsets[-1], dtype=np.int32)
+
+    def visit(parts: int, offsets: Longs, neighbours: Ints) -> None:
         _visit(near_offsets, near, centres, radius, parts, offsets, neighbours)
-    return offsets, neighbours
+
+    return found_in_parts(len(centres), visit)
 
 
 @njit(cache=True, parallel=True)
 def _visit(near_offsets: Longs, near: Ints, centres: Floats, radius: float, parts: int, offsets: Longs, neighbours: Ints) -> None:
-    """Count the neighbours of face i at ``offsets[i + 1]``, or if there is room for them write them from ``offsets[i]`` on."""
+    """`found_in_parts` asks for it."""
     for part in prange(parts):
         first, last = part * centres.shape[0] // parts, (part + 1) * centres.shape[0] // parts
         _visit_some(near_offsets, near, centres, radius, first, last, offsets, neighbours)
@@ -51,8 +46,8 @@ def _visit_some(
 ) -> None:
     """`_visit` for the faces from `first` to before `last`.
 
-    Faces whose way has become shorter pass it on until none does: with few faces this is faster than a queue by length, and the
-    lengths are the same, the least sums over all ways.
+    A face whose path has become shorter passes this on to its neighbours, until none has. With few faces this is faster than a
+    queue ordered by length, and the lengths are the same.
     """
     seen = np.full(centres.shape[0], -1, dtype=np.int32)
     place = np.empty(centres.shape[0], dtype=np.int32)

@@ -1,13 +1,11 @@
-"""What bilateral filters have in common: their parameters, checked, and scales that follow from the data."""
+"""The kernels of bilateral filters with their scales, checked or estimated from the data."""
 
 import math
 from typing import NamedTuple
 
-import numpy as np
-
-from ..checks import FilterInputError
+from ..checks import FilterInputError, check_positive
 from ..mesh import Floats
-from ..robust import MAD_TO_DEVIATION, SIGMA_IN_DEVIATIONS, KernelName, kernel_code
+from ..robust import SIGMA_IN_DEVIATIONS, KernelName, kernel_code, robust_deviation
 
 #: How far a space kernel reaches, in its sigma. A Gaussian exp(-x^2 / (2 s^2)) is our kernel "gaussian" with sigma = sqrt(2) s:
 #: this is the distance 2 s at which the papers cut it off.
@@ -21,35 +19,34 @@ class Term(NamedTuple):
     sigma: float
 
 
-def space_term(kernel: KernelName, sigma: float | None, automatic: float) -> Term:
-    """The kernel of distances; its sigma, or the automatic one."""
-    return Term(kernel_code(kernel), _checked_sigma("space_sigma", sigma, automatic))
+def space_term(kernel: KernelName, sigma: float | None, scale: float, automatic: float) -> Term:
+    """The kernel of distances.
+
+    Args:
+        kernel: its name.
+        sigma: its scale in mesh units; None for the automatic one.
+        scale: how long one mesh unit is in the coordinates that the kernel is applied to.
+        automatic: the automatic sigma, in these coordinates.
+    """
+    return Term(kernel_code(kernel), _scaled("space_sigma", sigma, scale, automatic))
 
 
-def range_term(kernel: KernelName, sigma: float | None, heights: Floats, share: float) -> Term:
-    """The kernel of heights; its sigma, or a share of `SIGMA_IN_DEVIATIONS` times the deviation of the heights of neighbours.
+def range_term(kernel: KernelName, sigma: float | None, scale: float, heights: Floats, share: float) -> Term:
+    """The kernel of heights; arguments as `space_term`.
 
-    Most of a surface being smooth, the median of their sizes is that of noise, not of features. A term with sigma 0 comes from
-    heights that are all 0: there is nothing to remove.
+    The automatic sigma is a share of `SIGMA_IN_DEVIATIONS` times the deviation of the heights of neighbours. Most of a surface
+    being smooth, the median of their sizes is that of noise, not of features. A term with sigma 0 comes from heights that are all
+    0: there is nothing to remove.
     """
     code = kernel_code(kernel)
-    deviation = 0.0
-    if sigma is None and len(heights):
-        sizes = np.abs(heights)
-        deviation = float(MAD_TO_DEVIATION * np.median(sizes) or sizes.mean())
-    return Term(code, _checked_sigma("range_sigma", sigma, share * SIGMA_IN_DEVIATIONS[kernel] * deviation))
+    deviation = robust_deviation(heights) if sigma is None and len(heights) else 0.0
+    return Term(code, _scaled("range_sigma", sigma, scale, share * SIGMA_IN_DEVIATIONS[kernel] * deviation))
 
 
-def check_iterations(iterations: int) -> int:
-    """The number of iterations, if it is a whole one of at least 0."""
-    if iterations != int(iterations) or iterations < 0:
-        raise FilterInputError(f"iterations is {iterations}: it is a whole number of at least 0")
-    return int(iterations)
-
-
-def _checked_sigma(name: str, sigma: float | None, automatic: float) -> float:
+def _scaled(name: str, sigma: float | None, scale: float, automatic: float) -> float:
     if sigma is None:
         return automatic
-    if not (math.isfinite(sigma) and sigma > 0.0):
-        raise FilterInputError(f"{name} {sigma} is not finite and above 0; None takes it from the mesh")
-    return sigma
+    scaled = check_positive(name, sigma, note="; None takes it from the mesh") * scale
+    if not 0.0 < scaled < math.inf:
+        raise FilterInputError(f"{name} {sigma} is out of all proportion to the mesh; None takes it from the mesh")
+    return scaled

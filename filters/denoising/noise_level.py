@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 
 from ..diffusion.taubin import taubin_fairing
 from ..geometry import NORMAL, mean_edge_length, measure_faces
-from ..mesh import Bools, Floats, Ints, check_mesh, enter, ordered_frame
-from ..topology import BorderPolicy, border_vertices, edges, vertex_corners
+from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
+from ..topology import BorderPolicy, border_vertices, edges, vertex_faces
 from .face_neighbourhoods import face_neighbourhoods
 from .normal_filters import mean_normals
 
@@ -76,12 +76,12 @@ def estimate_noise(vertices: ArrayLike, faces: ArrayLike) -> NoiseEstimate:
     points, triangles = check_mesh(vertices, faces)
     edge = mean_edge_length(points, triangles)
     pairs = edges(triangles)
-    inner = _inner(triangles, pairs, len(points))
+    inner = inner_vertices(triangles, pairs, len(points))
     if edge == 0.0 or not inner.any():
         return NoiseEstimate(0.0, 0.0, 0.0, 1.0, 0.0, 0.0, np.array([0.0, 0.0, 1.0]))
     used = np.unique(pairs)
     local = (points - points[used].mean(axis=0)) / edge
-    residuals = _residuals(local, pairs)[inner]
+    residuals = differences_of_fourth_order(local, pairs)[inner]
     normals = smooth_normals(points, triangles)[inner]
     heights = np.einsum("ij,ij->i", residuals, normals)
     across = residuals - heights[:, None] * normals
@@ -99,44 +99,7 @@ def estimate_noise(vertices: ArrayLike, faces: ArrayLike) -> NoiseEstimate:
     )
 
 
-def shared_noise(vertices: ArrayLike, faces: ArrayLike) -> float:
-    """How much more the residuals h of `estimate_noise` of neighbouring vertices agree than those of independent noise would.
-
-    The mean of h_i h_j over the edges between inner vertices, over the mean of h^2, less the mean of (B B^T)_ij / (|B_i| |B_j|),
-    which is what independent noise gives: about -0.3. Details and flat parts add to it the less, the more noise there is.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-
-    Returns:
-        Near 0 for independent noise, above 0 if neighbours share it; 0 of a mesh without inner vertices or residuals.
-
-    Raises:
-        FilterInputError: not a mesh.
-    """
-    points, triangles = check_mesh(vertices, faces)
-    pairs = edges(triangles)
-    inner = _inner(triangles, pairs, len(points))
-    edge = mean_edge_length(points, triangles)
-    between = pairs[inner[pairs].all(axis=1)]
-    if edge == 0.0 or not len(between):
-        return 0.0
-    local = (points - points[np.unique(pairs)].mean(axis=0)) / edge
-    heights = np.einsum("ij,ij->i", _residuals(local, pairs), smooth_normals(points, triangles))
-    square = float((heights[inner] ** 2).mean())
-    if square == 0.0:
-        return 0.0
-    means = _ring_means(pairs, len(points))
-    first = sp.identity(len(points), format="csr") - means
-    second = first @ first
-    norms = np.sqrt(np.asarray(second.multiply(second).sum(axis=1)).ravel())
-    i, j = between.T
-    independent = np.asarray(second[i].multiply(second[j]).sum(axis=1)).ravel() / (norms[i] * norms[j])
-    return float((heights[i] * heights[j]).mean()) / square - float(independent.mean())
-
-
-def _inner(faces: Ints, pairs: Ints, n_vertices: int) -> Bools:
+def inner_vertices(faces: Ints, pairs: Ints, n_vertices: int) -> Bools:
     """The vertices that have neighbours, none of them on a border, where one-rings are half rings."""
     on_border = border_vertices(faces, n_vertices)
     inner = np.zeros(n_vertices, dtype=np.bool_)
@@ -147,9 +110,9 @@ def _inner(faces: Ints, pairs: Ints, n_vertices: int) -> Bools:
     return np.asarray(inner & ~near)
 
 
-def _residuals(points: Floats, pairs: Ints) -> Floats:
+def differences_of_fourth_order(points: Floats, pairs: Ints) -> Floats:
     """(n, 3) (B p)_i / |B_i|."""
-    means = _ring_means(pairs, len(points))
+    means = ring_means(pairs, len(points))
     first = sp.identity(len(points), format="csr") - means
     second = first @ first
     norms = np.sqrt(np.asarray(second.multiply(second).sum(axis=1)).ravel())
@@ -158,7 +121,7 @@ def _residuals(points: Floats, pairs: Ints) -> Floats:
     return np.asarray(differences / np.where(norms > 0.0, norms, 1.0)[:, None])
 
 
-def _ring_means(pairs: Ints, n: int) -> sp.csr_matrix:
+def ring_means(pairs: Ints, n: int) -> sp.csr_matrix:
     """(n, n) the matrix U of means over the one-rings."""
     rows = np.concatenate([pairs[:, 0], pairs[:, 1]])
     columns = np.concatenate([pairs[:, 1], pairs[:, 0]])
@@ -169,10 +132,9 @@ def _ring_means(pairs: Ints, n: int) -> sp.csr_matrix:
 def smooth_normals(points: Floats, faces: Ints) -> Floats:
     """(n, 3) unit normals of the vertices of a smoothed copy of the mesh; 0 where no face is."""
     smooth = taubin_fairing(points, faces, iterations=_STEPS, border=_BORDER)
-    corners = vertex_corners(faces, len(points))
-    around = face_neighbourhoods(faces, corners, "vertex")
-    frame = ordered_frame(points[np.unique(faces)], None)
-    table = measure_faces(enter(smooth, frame), faces)
+    around = face_neighbourhoods(faces, vertex_faces(faces, len(points)), "vertex")
+    mesh = normalised_mesh(points, faces)
+    table = measure_faces((smooth - mesh.middle) * mesh.scale, faces)
     normals = np.ascontiguousarray(table[:, NORMAL])
     for _ in range(_MEANS):
         normals = mean_normals(normals, table, around)

@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit, prange
 
 from ..checks import FilterInputError
-from ..execution import threads_for
+from ..execution import PARTS, SERIAL_BELOW
 from ..geometry import NORMAL
 from ..mesh import Floats, Ints, Longs
 from ..robust import KERNEL_CODES, KERNEL_NAMES, KernelName, kernel_weight
@@ -76,22 +76,25 @@ def weighted_normals(
     # One row of 8 numbers, the guide in the place of the table's normal, is all that the kernel fetches of a guide's neighbour.
     rows = table.copy()
     rows[:, 0:3] = normals if guide is None else guide
-    with threads_for(len(neighbourhoods.neighbours)):
-        _weighted_means(
-            normals,
-            rows,
-            guide is None,
-            neighbourhoods.offsets,
-            neighbourhoods.neighbours,
-            _code(range_kernel),
-            _scale(range_kernel, range_sigma),
-            _MEASURE_CODES[range_measure],
-            range_floor,
-            _code(space_kernel),
-            _scale(space_kernel, space_sigma),
-            itself,
-            result,
-        )
+    arguments = (
+        normals,
+        rows,
+        guide is None,
+        neighbourhoods.offsets,
+        neighbourhoods.neighbours,
+        _code(range_kernel),
+        _scale(range_kernel, range_sigma),
+        _MEASURE_CODES[range_measure],
+        range_floor,
+        _code(space_kernel),
+        _scale(space_kernel, space_sigma),
+        itself,
+        result,
+    )
+    if len(normals) < SERIAL_BELOW:
+        _weighted_means(*arguments, 0, len(normals))
+    else:
+        _weighted_means_in_parallel(*arguments)
     return result
 
 
@@ -100,8 +103,10 @@ def mean_normals(normals: Floats, table: Floats, neighbourhoods: FaceNeighbourho
     result = np.empty_like(normals)
     table = table.copy()
     table[:, NORMAL] = normals
-    with threads_for(len(neighbourhoods.neighbours)):
-        _means(table, neighbourhoods.offsets, neighbourhoods.neighbours, result)
+    if len(normals) < SERIAL_BELOW:
+        _means(table, neighbourhoods.offsets, neighbourhoods.neighbours, result, 0, len(normals))
+    else:
+        _means_in_parallel(table, neighbourhoods.offsets, neighbourhoods.neighbours, result)
     return result
 
 
@@ -117,8 +122,14 @@ def _scale(kernel: str, sigma: float) -> float:
 
 # A kernel of its own, without the distances and deviations of the next.
 @njit(cache=True, parallel=True)
-def _means(rows: Floats, offsets: Longs, neighbours: Ints, result: Floats) -> None:
-    for i in prange(rows.shape[0]):
+def _means_in_parallel(rows: Floats, offsets: Longs, neighbours: Ints, result: Floats) -> None:
+    for part in prange(PARTS):
+        _means(rows, offsets, neighbours, result, part * rows.shape[0] // PARTS, (part + 1) * rows.shape[0] // PARTS)
+
+
+@njit(cache=True, nogil=True)
+def _means(rows: Floats, offsets: Longs, neighbours: Ints, result: Floats, first: int, last: int) -> None:
+    for i in range(first, last):
         x, y, z = rows[i, 3] * rows[i, 0], rows[i, 3] * rows[i, 1], rows[i, 3] * rows[i, 2]
         for k in range(offsets[i], offsets[i + 1]):
             j = neighbours[k]
@@ -133,7 +144,7 @@ def _means(rows: Floats, offsets: Longs, neighbours: Ints, result: Floats) -> No
 
 
 @njit(cache=True, parallel=True)
-def _weighted_means(
+def _weighted_means_in_parallel(
     normals: Floats,
     rows: Floats,
     unguided: bool,
@@ -148,9 +159,48 @@ def _weighted_means(
     itself: bool,
     result: Floats,
 ) -> None:
+    for part in prange(PARTS):
+        first, last = part * normals.shape[0] // PARTS, (part + 1) * normals.shape[0] // PARTS
+        _weighted_means(
+            normals,
+            rows,
+            unguided,
+            offsets,
+            neighbours,
+            range_code,
+            range_scale,
+            measure,
+            floor,
+            space_code,
+            space_scale,
+            itself,
+            result,
+            first,
+            last,
+        )
+
+
+@njit(cache=True, nogil=True)
+def _weighted_means(
+    normals: Floats,
+    rows: Floats,
+    unguided: bool,
+    offsets: Longs,
+    neighbours: Ints,
+    range_code: int,
+    range_scale: float,
+    measure: int,
+    floor: float,
+    space_code: int,
+    space_scale: float,
+    itself: bool,
+    result: Floats,
+    first: int,
+    last: int,
+) -> None:
     both_gaussian = range_code == _GAUSSIAN and space_code == _GAUSSIAN and measure == 0 and floor == 0.0
     per_space, per_range = 1.0 / (space_scale * space_scale), 1.0 / (range_scale * range_scale)
-    for i in prange(normals.shape[0]):
+    for i in range(first, last):
         x = y = z = 0.0
         gx, gy, gz = rows[i, 0], rows[i, 1], rows[i, 2]
         cx, cy, cz = rows[i, 4], rows[i, 5], rows[i, 6]

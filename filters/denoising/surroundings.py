@@ -1,60 +1,43 @@
-"""What is around what on a mesh, found once for all passes of a filter, and for all filters of one run."""
+"""Vertex-face and face-face adjacency of a mesh, computed once for all passes of a filter and for all filters of one run."""
 
 from dataclasses import dataclass, field
-from typing import TypeVar
 
 import numpy as np
 
 from ..geometry import CENTRE, measure_faces
-from ..mesh import Bools, Floats, Ints, worth_reordering
-from ..topology import Corners, stars, vertex_corners
+from ..mesh import Floats, Ints, NormalisedMesh, worth_reordering
+from ..topology import VertexFaces, stars, vertex_faces
 from .face_neighbourhoods import FaceNeighbourhoods, Neighborhood, face_neighbourhoods, mean_centre_distance
-
-_Values = TypeVar("_Values", Floats, Bools)
 
 
 @dataclass(frozen=True)
 class Surroundings:
-    """The connectivity of a mesh, to be shared by all that filter meshes of the same faces.
+    """The adjacency of a mesh, to be shared by all that filter meshes with the same faces.
 
     Attributes:
-        order: None, or (n,) a permutation: vertex i here is vertex ``order[i]`` of the mesh, so that neighbours lie near each
-            other in memory. No result depends on it.
-        faces: (m, 3) the triangles, by the numbers of the vertices here.
-        corners: the faces at every vertex, by the same numbers.
+        places: None, or (k,) a permutation: point i here is point ``places[i]`` of the normalised mesh, so that neighbours lie
+            near each other in memory. No result depends on it.
+        faces: (m, 3) the triangles, by the numbers of the points here.
+        at_vertices: the faces at every point, by the same numbers.
     """
 
-    order: Ints | None
+    places: Ints | None
     faces: Ints
-    corners: Corners
+    at_vertices: VertexFaces
     _kept: dict[Neighborhood, FaceNeighbourhoods] = field(default_factory=dict, repr=False)
 
     @staticmethod
-    def of(faces: Ints, n_vertices: int) -> "Surroundings":
-        """Of the (m, 3) triangles of a mesh of n vertices."""
-        order = stars(faces, n_vertices, reorder=True).order if worth_reordering(faces, n_vertices) else None
-        if order is not None:
-            place = np.empty_like(order)
-            place[order] = np.arange(n_vertices, dtype=order.dtype)
-            faces = np.ascontiguousarray(place[faces])
-        return Surroundings(order, faces, vertex_corners(faces, n_vertices))
-
-    def ordered(self, values: _Values) -> _Values:
-        """(n, ...) values of the vertices of the mesh, in the order here."""
-        return values if self.order is None else np.ascontiguousarray(values[self.order])
-
-    def restored(self, values: _Values) -> _Values:
-        """(n, ...) values in the order here, in that of the mesh."""
-        if self.order is None:
-            return values
-        result = np.empty_like(values)
-        result[self.order] = values
-        return result
+    def of(mesh: NormalisedMesh) -> "Surroundings":
+        """Of a mesh of triangles."""
+        reorder = worth_reordering(mesh.cells, len(mesh))
+        places = stars(mesh.cells, len(mesh), reorder=True).order if reorder else None
+        faces = mesh.in_order(places).cells
+        return Surroundings(places, faces, vertex_faces(faces, len(mesh)))
 
     def around(self, kind: Neighborhood) -> FaceNeighbourhoods:
         """The neighbourhoods "edge", "vertex", "two_ring" or "three_ring" of the faces."""
         if kind not in self._kept:
-            self._kept[kind] = face_neighbourhoods(self.faces, self.corners, kind)
+            self._kept[kind] = face_neighbourhoods(self.faces, self.at_vertices, kind)
         return self._kept[kind]
 
     def within(self, kind: Neighborhood, points: Floats, radius: float) -> FaceNeighbourhoods:
@@ -64,7 +47,7 @@ class Surroundings:
         table = measure_faces(points, self.faces)
         reach = radius * mean_centre_distance(table, self.around("edge"))
         if not reach > 0.0:
-            # Where nothing has a size, all faces are in one place.
+            # All centres coincide, so that a radius selects nothing.
             return self.around("vertex")
         centres = np.ascontiguousarray(table[:, CENTRE])
-        return face_neighbourhoods(self.faces, self.corners, kind, centres=centres, radius=reach)
+        return face_neighbourhoods(self.faces, self.at_vertices, kind, centres=centres, radius=reach)

@@ -14,14 +14,14 @@ from .kernel_terms import REACH, Term
 _BLOCKS = 32
 
 
-class Surroundings(NamedTuple):
-    """Who sees whom.
+class HeightNeighbours(NamedTuple):
+    """The neighbours whose heights each vertex averages, and the faces that its normal is made of.
 
     Attributes:
         moving: int32 the vertices that move.
-        offsets, neighbours: the one-rings that a vertex inside is surrounded by.
-        on_curve: (n,) bool, the vertices that see the border alone.
-        curve_offsets, curve_neighbours: their neighbours on it.
+        offsets, neighbours: the one-rings of all vertices.
+        on_curve: (n,) bool, the vertices that average over the border alone.
+        curve_offsets, curve_neighbours: their neighbours along the border.
         end_offsets, ends: the two other vertices of each face of a vertex, for its normal.
     """
 
@@ -35,7 +35,7 @@ class Surroundings(NamedTuple):
     ends: Ints
 
 
-def heights_of_rings(points: Floats, around: Surroundings) -> Floats:
+def heights_of_rings(points: Floats, around: HeightNeighbours) -> Floats:
     """The heights n_i . (p_j - p_i) of all neighbours j in the one-rings of the vertices that move."""
     heights = np.zeros(len(around.neighbours))
     _heights(points, around.moving, around.offsets, around.neighbours, around.end_offsets, around.ends, heights)
@@ -45,7 +45,7 @@ def heights_of_rings(points: Floats, around: Surroundings) -> Floats:
     return result
 
 
-def bilateral_step(points: Floats, out: Floats, around: Surroundings, space: Term, height: Term) -> None:
+def bilateral_step(points: Floats, out: Floats, around: HeightNeighbours, space: Term, height: Term) -> None:
     """One step of all vertices at once, from `points` to `out`."""
     _step(
         points,

@@ -1,4 +1,4 @@
-"""Normals of vertices in the place of those of faces, for comparison: at an edge they are means across it [yadav2021]."""
+"""Normal filtering on vertices instead of faces, for comparison: at a crease vertex normals are means across it [yadav2021]."""
 
 import numpy as np
 import scipy.sparse as sp
@@ -8,12 +8,12 @@ from ..mesh import Floats, Ints
 from ..topology import one_rings
 from .face_neighbourhoods import FaceNeighbourhoods
 
-#: how many rings of vertices the neighbourhoods stand for
+#: the number of rings of vertices that each neighbourhood of faces stands for
 RINGS_OF_VERTICES = {"edge": 1, "vertex": 1, "two_ring": 2, "three_ring": 3}
 
 
 def vertex_neighbourhoods(faces: Ints, n_vertices: int, rings: int) -> FaceNeighbourhoods:
-    """The vertices around every vertex that at most that many edges lead to, ascending, without itself."""
+    """The vertices at most that many edges away from every vertex, ascending, without itself."""
     near = one_rings(faces, n_vertices)
     step = sp.csr_matrix((np.ones(len(near.neighbours), dtype=np.bool_), near.neighbours, near.offsets), (n_vertices, n_vertices))
     around = step
@@ -27,9 +27,9 @@ def vertex_neighbourhoods(faces: Ints, n_vertices: int, rings: int) -> FaceNeigh
 
 
 def measure_vertices(vertices: Floats, faces: Ints, table: Floats) -> Floats:
-    """(n, 8) the vertices measured, as `measure_faces` does faces: normal, area, place.
+    """(n, 8) the table of `measure_faces` for vertices: unit normal, area, coordinates.
 
-    The normal is that of the sum of the faces' normals weighted by area; the area is that of all faces at the vertex.
+    The normal is the mean of those of the faces at the vertex by area; the area is the sum of theirs.
 
     Args:
         vertices: (n, 3) coordinates of ordinary size.
@@ -46,7 +46,7 @@ def measure_vertices(vertices: Floats, faces: Ints, table: Floats) -> Floats:
 
 
 def corner_means(vertex_normals: Floats, faces: Ints, face_normals: Floats) -> Floats:
-    """(m, 3) for every face the mean of its corners' normals, or its own normal where they cancel out."""
+    """(m, 3) for every face the unit mean of the normals of its vertices, or its own normal where they cancel out."""
     return _unit(vertex_normals[faces].sum(axis=1), face_normals)
 
 

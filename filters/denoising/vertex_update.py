@@ -7,9 +7,10 @@ import numpy as np
 from numba import njit, prange
 
 from ..checks import FilterInputError
-from ..execution import threads_for
+from ..execution import PARTS, SERIAL_BELOW
 from ..mesh import Bools, Floats, Ints, Longs
-from ..topology import Corners
+from ..topology import VertexFaces
+from .vertex_descent import descend
 
 #: "sun": the mean of the projections onto the planes of the faces around a vertex [sun2007]; "ohtake": their mean by area
 #: [ohtake2001]; "conjugate_gradient": descent on the energy sum A |n - m|^2.
@@ -25,7 +26,7 @@ _SAFE = 0.999
 def fit_vertices(
     vertices: Floats,
     faces: Ints,
-    corners: Corners,
+    at_vertices: VertexFaces,
     normals: Floats,
     *,
     update: VertexUpdate = "sun",
@@ -42,7 +43,7 @@ def fit_vertices(
     Args:
         vertices: (n, 3) coordinates of ordinary size.
         faces: (m, 3) triangles.
-        corners: of `vertex_corners`.
+        at_vertices: the faces at every vertex, of `vertex_faces`.
         normals: (m, 3) the unit normals that are wanted.
         update: the rule.
         iterations: number of steps. More fit more closely.
@@ -55,28 +56,23 @@ def fit_vertices(
         raise FilterInputError(f"vertex_update {update!r} is not one of {', '.join(map(repr, VERTEX_UPDATES))}")
     bound = np.zeros(len(vertices), dtype=np.bool_) if along_normal is None else along_normal
     if update == "conjugate_gradient":
-        return _descend(vertices, corners, normals, iterations, moves, bound, faces)
+        return descend(vertices, at_vertices, normals, iterations, moves, bound, faces)
     now, then = vertices.copy(), np.empty_like(vertices)
-    with threads_for(len(vertices)):
-        for _ in range(iterations):
-            _step(now, corners.offsets, corners.corners, normals, moves, bound, update == "ohtake", avoid_flips, then)
-            now, then = then, now
+    for _ in range(iterations):
+        arguments = (now, at_vertices.offsets, at_vertices.rows, normals, moves, bound, update == "ohtake", avoid_flips, then)
+        if len(vertices) < SERIAL_BELOW:
+            _step(*arguments, 0, len(vertices))
+        else:
+            _step_in_parallel(*arguments)
+        now, then = then, now
     return now
 
 
-def fitting_energy(vertices: Floats, faces: Ints, normals: Floats) -> float:
-    """E = sum over the faces of A |n - m|^2 for the wanted normals m, in squared units of length."""
-    terms = np.empty(len(faces))
-    with threads_for(len(faces)):
-        _energies(vertices, faces, normals, terms)
-    return float(terms.sum())
-
-
 @njit(cache=True, parallel=True)
-def _step(
+def _step_in_parallel(
     now: Floats,
     offsets: Longs,
-    corners: Ints,
+    rows: Ints,
     normals: Floats,
     moves: Bools,
     bound: Bools,
@@ -84,7 +80,26 @@ def _step(
     avoid_flips: bool,
     then: Floats,
 ) -> None:
-    for i in prange(now.shape[0]):
+    for part in prange(PARTS):
+        first, last = part * now.shape[0] // PARTS, (part + 1) * now.shape[0] // PARTS
+        _step(now, offsets, rows, normals, moves, bound, by_area, avoid_flips, then, first, last)
+
+
+@njit(cache=True, nogil=True)
+def _step(
+    now: Floats,
+    offsets: Longs,
+    rows: Ints,
+    normals: Floats,
+    moves: Bools,
+    bound: Bools,
+    by_area: bool,
+    avoid_flips: bool,
+    then: Floats,
+    first: int,
+    last: int,
+) -> None:
+    for i in range(first, last):
         px, py, pz = now[i, 0], now[i, 1], now[i, 2]
         then[i, 0], then[i, 1], then[i, 2] = px, py, pz
         if not moves[i] or offsets[i] == offsets[i + 1]:
@@ -93,7 +108,7 @@ def _step(
         mx = my = mz = 0.0
         smallest, longest = math.inf, 0.0
         for k in range(offsets[i], offsets[i + 1]):
-            f, a, b = corners[k, 0], corners[k, 1], corners[k, 2]
+            f, a, b = rows[k, 0], rows[k, 1], rows[k, 2]
             ux, uy, uz = now[a, 0] - px, now[a, 1] - py, now[a, 2] - pz
             vx, vy, vz = now[b, 0] - px, now[b, 1] - py, now[b, 2] - pz
             nx, ny, nz = normals[f, 0], normals[f, 1], normals[f, 2]
@@ -125,7 +140,7 @@ def _step(
         # A step s changes (u x v) . n by at most |s| |v - u|. Most steps are too short to turn any face: no need to look again.
         if avoid_flips and not (x * x + y * y + z * z) * longest < _SAFE * smallest * smallest:
             for trial in range(_HALVINGS + 1):
-                if not _flips(now, offsets[i], offsets[i + 1], corners, normals, px, py, pz, x, y, z):
+                if not _flips(now, offsets[i], offsets[i + 1], rows, normals, px, py, pz, x, y, z):
                     break
                 if trial == _HALVINGS:
                     x = y = z = 0.0
@@ -144,7 +159,7 @@ def _flips(
     now: Floats,
     start: int,
     stop: int,
-    corners: Ints,
+    rows: Ints,
     normals: Floats,
     px: float,
     py: float,
@@ -155,7 +170,7 @@ def _flips(
 ) -> bool:
     """Whether the step (x, y, z) of the vertex p turns a face that looks the right way to the other side."""
     for k in range(start, stop):
-        f, a, b = corners[k, 0], corners[k, 1], corners[k, 2]
+        f, a, b = rows[k, 0], rows[k, 1], rows[k, 2]
         nx, ny, nz = normals[f, 0], normals[f, 1], normals[f, 2]
         ux, uy, uz = now[a, 0] - px, now[a, 1] - py, now[a, 2] - pz
         vx, vy, vz = now[b, 0] - px, now[b, 1] - py, now[b, 2] - pz
@@ -166,81 +181,3 @@ def _flips(
         if before > 0.0 and before - change <= 0.0:
             return True
     return False
-
-
-def _descend(
-    vertices: Floats, corners: Corners, normals: Floats, iterations: int, moves: Bools, bound: Bools, faces: Ints
-) -> Floats:
-    """Conjugate gradients of Polak and Ribiere, each with a line search that halves until the energy falls enough."""
-    now = vertices.copy()
-    gradient, direction = np.zeros_like(now), np.zeros_like(now)
-    energy = fitting_energy(now, faces, normals)
-    before = 0.0
-    step = 0.0
-    for iteration in range(iterations):
-        fresh = np.zeros_like(now)
-        with threads_for(len(vertices)):
-            _gradients(now, corners.offsets, corners.corners, normals, moves, bound, fresh)
-        square = float((fresh * fresh).sum())
-        if not square > 0.0:
-            break
-        share = max(0.0, (square - float((fresh * gradient).sum())) / before) if iteration else 0.0
-        direction = share * direction - fresh
-        slope = float((direction * fresh).sum())
-        if slope >= 0.0:
-            direction, slope = -fresh, -square
-        gradient, before = fresh, square
-        # The Hessian of the energy is of the order of 1, whatever the size of the mesh.
-        step = min(1.0, 2.0 * step) if step > 0.0 else 0.25
-        for _ in range(30):
-            trial = now + step * direction
-            lower = fitting_energy(trial, faces, normals)
-            if lower <= energy + 1e-4 * step * slope:
-                break
-            step *= 0.5
-        else:
-            break
-        now, energy = np.where(direction != 0.0, trial, now), lower
-    return now
-
-
-@njit(cache=True, parallel=True)
-def _energies(vertices: Floats, faces: Ints, normals: Floats, terms: Floats) -> None:
-    for f in prange(faces.shape[0]):
-        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        ux, uy, uz = vertices[b, 0] - vertices[a, 0], vertices[b, 1] - vertices[a, 1], vertices[b, 2] - vertices[a, 2]
-        vx, vy, vz = vertices[c, 0] - vertices[a, 0], vertices[c, 1] - vertices[a, 1], vertices[c, 2] - vertices[a, 2]
-        x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-        # A |n - m|^2 = 2 A - 2 A n . m
-        terms[f] = math.sqrt(x * x + y * y + z * z) - (x * normals[f, 0] + y * normals[f, 1] + z * normals[f, 2])
-
-
-@njit(cache=True, parallel=True)
-def _gradients(now: Floats, offsets: Longs, corners: Ints, normals: Floats, moves: Bools, bound: Bools, result: Floats) -> None:
-    """The derivative of A |n - m|^2 by a corner is (n - m) x (the opposite side)."""
-    for i in prange(now.shape[0]):
-        if not moves[i]:
-            continue
-        x = y = z = 0.0
-        mx = my = mz = 0.0
-        for k in range(offsets[i], offsets[i + 1]):
-            f, a, b = corners[k, 0], corners[k, 1], corners[k, 2]
-            ux, uy, uz = now[a, 0] - now[i, 0], now[a, 1] - now[i, 1], now[a, 2] - now[i, 2]
-            wx, wy, wz = now[b, 0] - now[a, 0], now[b, 1] - now[a, 1], now[b, 2] - now[a, 2]
-            cx, cy, cz = uy * wz - uz * wy, uz * wx - ux * wz, ux * wy - uy * wx
-            length = math.sqrt(cx * cx + cy * cy + cz * cz)
-            nx, ny, nz = -normals[f, 0], -normals[f, 1], -normals[f, 2]
-            mx -= nx
-            my -= ny
-            mz -= nz
-            if length > 0.0:
-                nx, ny, nz = nx + cx / length, ny + cy / length, nz + cz / length
-            x += ny * wz - nz * wy
-            y += nz * wx - nx * wz
-            z += nx * wy - ny * wx
-        if bound[i]:
-            squared = mx * mx + my * my + mz * mz
-            if squared > 0.0:
-                share = (x * mx + y * my + z * mz) / squared
-                x, y, z = share * mx, share * my, share * mz
-        result[i, 0], result[i, 1], result[i, 2] = x, y, z

@@ -1,1 +1,29 @@
 """Smoothing as diffusion: explicit steps, Taubin's two-sided steps, implicit steps."""
+
+from .anisotropic import EDGE_STOPS, EdgeStop, longest_step, perona_malik
+from .explicit import explicit_smoothing
+from .flows import FLOWS, Flow
+from .implicit import IMPLICIT_OPERATORS, ImplicitOperator, implicit_fairing, time_step_of_detail_size
+from .stencil import UPDATE_RULES, UpdateRule
+from .taubin import TAUBIN_OPERATORS, TaubinOperator, mu_of_pass_band, taubin_fairing, transfer_function
+
+__all__ = [
+    "EDGE_STOPS",
+    "FLOWS",
+    "IMPLICIT_OPERATORS",
+    "TAUBIN_OPERATORS",
+    "UPDATE_RULES",
+    "EdgeStop",
+    "Flow",
+    "ImplicitOperator",
+    "TaubinOperator",
+    "UpdateRule",
+    "explicit_smoothing",
+    "implicit_fairing",
+    "longest_step",
+    "mu_of_pass_band",
+    "perona_malik",
+    "taubin_fairing",
+    "time_step_of_detail_size",
+    "transfer_function",
+]

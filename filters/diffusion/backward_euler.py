@@ -13,7 +13,7 @@ from ..operators import Laplacian
 
 #: The root mean square error of the coordinates that the solver leaves, as a share of the bounding-box diagonal.
 TOLERANCE = 1e-10
-# Squared lengths of a mesh of ordinary size times this overflow nowhere, and diffuse it to a point to the last bit.
+# Times the squared lengths of a mesh of ordinary size this does not overflow, and longer steps give the same result to rounding.
 _LONGEST_STEP = 1e100
 _ROUNDING = 2.0**-47
 
@@ -22,20 +22,20 @@ class BackwardEulerStep:
     """(M - t C) p' = M p, solved for the displacement d = p' - p: (M - t C) d = t C p.
 
     Divided by 1 + t, the matrix is a mean of M and -C and stays finite for every t. It is positive definite where a vertex is
-    held or has mass. Where a component floats, C knows no difference between two places of it, and for large t the matrix hardly
-    does; but the equations sum up to sum_i M_i d_i = 0, so that is imposed, and the component keeps its centroid to rounding.
+    fixed or has mass. A component without fixed vertex floats: C is blind to its translation, and for large t the matrix nearly
+    so. But its equations sum up to sum_i M_i d_i = 0: that is imposed, and the component keeps its centroid to rounding.
 
     The error: with ||x||_A the energy norm of A = M - t C, sum_i M_i |e_i|^2 <= ||e||_A^2, since -C is semidefinite. The solver
     brings ||e||_A to `TOLERANCE` times the norm of a shift of everything by the diagonal, whose square is diagonal^2 sum_i M_i.
     """
 
-    def __init__(self, laplacian: Laplacian, time_step: float, *, held: Bools, components: Ints, steps: int = 1) -> None:
+    def __init__(self, laplacian: Laplacian, time_step: float, *, fixed: Bools, components: Ints, steps: int = 1) -> None:
         """Sets up the system; nothing is solved yet.
 
         Args:
             laplacian: L = M^-1 C on n vertices.
             time_step: t, at least 0, in the unit of 1 / L.
-            held: (n,) the vertices whose displacement is given. Those without an edge of any weight stay too, and so do
+            fixed: (n,) the vertices whose displacement is prescribed. Those without an edge of any weight stay too, and so do
                 components without mass, of which the equation says nothing.
             components: (n,) a label from 0 for every vertex, at least one each component of C; -1 for vertices without any.
             steps: how many steps with this system are to come.
@@ -45,36 +45,36 @@ class BackwardEulerStep:
         coupled = (components >= 0) & (laplacian.stiffness.diagonal() < 0.0)
         labels = np.where(coupled, components, 0)
         masses = np.bincount(labels, weights=laplacian.mass * coupled, minlength=1)
-        free = coupled & ~held & (masses[labels] > 0.0)
+        free = coupled & ~fixed & (masses[labels] > 0.0)
         self._free, self._all_free = np.flatnonzero(free), bool(free.all())
         self._mass, self._steps = laplacian.mass[self._free] / (1.0 + t), steps
         self._floating = _Floating.among(labels[self._free], labels[coupled & ~free], self._mass)
         self._solver = self._assemble() if len(self._free) else None
 
-    def displacement(self, points: Floats, given: Floats, *, diagonal: float, progress: Progress) -> Floats:
+    def displacement(self, points: Floats, prescribed: Floats, *, diagonal: float, progress: Progress) -> Floats:
         """The displacement of all vertices.
 
         Args:
             points: (n, 3) p.
-            given: (n, 3) the displacement of the held vertices; 0 elsewhere.
+            prescribed: (n, 3) the displacement of the fixed vertices; 0 elsewhere.
             diagonal: the length against which errors count.
             progress: called every few solver steps; may raise to stop.
 
         Returns:
-            (n, 3); the given displacement where a vertex is held.
+            (n, 3); the prescribed displacement where a vertex is fixed.
 
         Raises:
             ConvergenceError: the solver stalls.
         """
         if self._solver is None:
-            return given
-        start = points + given
+            return prescribed
+        start = points + prescribed
         extent = largest_side(start)
         if extent <= TOLERANCE * diagonal:
-            # A point already, but for rounding.
-            return given
+            # To rounding, the surface is a point already.
+            return prescribed
         try:
-            return self._solve(self._solver, start, given, extent, diagonal, progress)
+            return self._solve(self._solver, start, prescribed, extent, diagonal, progress)
         except ConvergenceError:
             # The weights of slivers, large and of both signs, are no longer semidefinite once rounded. Those that are left are,
             # since no row has an entry that outweighs its diagonal.
@@ -83,7 +83,7 @@ class BackwardEulerStep:
                 raise
             self._stiffness = positive
             self._solver = self._assemble()
-            return self._solve(self._solver, start, given, extent, diagonal, progress)
+            return self._solve(self._solver, start, prescribed, extent, diagonal, progress)
 
     def _assemble(self) -> SpdSolver:
         matrix = self._stiffness * -self._stiffness_share
@@ -94,7 +94,7 @@ class BackwardEulerStep:
         return SpdSolver(matrix, solves=self._steps)
 
     def _solve(
-        self, solver: SpdSolver, start: Floats, given: Floats, extent: float, diagonal: float, progress: Progress
+        self, solver: SpdSolver, start: Floats, prescribed: Floats, extent: float, diagonal: float, progress: Progress
     ) -> Floats:
         force = self._stiffness_share * (self._stiffness @ start)
         if not self._all_free:
@@ -102,12 +102,12 @@ class BackwardEulerStep:
         reference = diagonal * float(np.sqrt(self._mass.sum()))
         moved = solver.solve(force, tolerance=TOLERANCE, reference=reference, progress=progress).values
         moved -= self._floating.means(moved, self._mass)
-        # Diffusion takes nothing out of the box but by what negative weights allow, which is little.
+        # Diffusion moves nothing out of the box, except a little where weights are negative.
         if not np.abs(moved).max() <= 2.0 * extent:
             raise ConvergenceError("the solution leaves the box: the matrix is not positive definite to rounding")
         if self._all_free:
             return moved
-        everywhere = given.copy()
+        everywhere = prescribed.copy()
         everywhere[self._free] = moved
         return everywhere
 
@@ -132,25 +132,25 @@ def without_negative_weights(stiffness: sparse.csr_matrix) -> sparse.csr_matrix:
 
 
 class _Floating(NamedTuple):
-    """The components of which no vertex is held.
+    """The components without fixed vertex.
 
     Attributes:
         component: (f,) a label from 0 for every free vertex.
-        weight: one over the mass of each component, 0 for those that are held somewhere.
+        weight: one over the mass of each component, 0 for those with a fixed vertex.
     """
 
     component: Longs
     weight: Floats
 
     @classmethod
-    def among(cls, free_labels: Ints, held_labels: Ints, mass: Floats) -> "_Floating":
+    def among(cls, free_labels: Ints, fixed_labels: Ints, mass: Floats) -> "_Floating":
         labels, component = np.unique(free_labels, return_inverse=True)
         total = np.bincount(component, weights=mass, minlength=len(labels))
-        floats = (total > 0.0) & ~np.isin(labels, held_labels)
+        floats = (total > 0.0) & ~np.isin(labels, fixed_labels)
         return cls(component, np.divide(1.0, total, out=np.zeros(len(labels)), where=floats))
 
     def means(self, values: Floats, mass: Floats) -> Floats:
-        """(f, 3) at every free vertex the mean of the values over its component, weighted by mass; 0 if it is held somewhere."""
+        """(f, 3) at every free vertex the mean of the values over its component, weighted by mass; 0 if it has a fixed vertex."""
         weighted = mass[:, None] * values
         if len(self.weight) == 1:
             return np.broadcast_to(weighted.sum(axis=0) * self.weight[0], values.shape)

@@ -112,12 +112,12 @@ def irregular_step(
     moves: Bools,
     offsets: Longs,
     neighbours: Ints,
-    corner_offsets: Longs,
-    corners: Longs,
+    end_offsets: Longs,
+    ends: Longs,
     rule: int,
     step: float,
 ) -> float:
-    """As `star_step`, for those of the irregular vertices that move; their corners are places in `neighbours`."""
+    """As `star_step`, for those of the irregular vertices that move; the ends of their faces are indices of `neighbours`."""
     bound = 0.0
     for m in range(irregular.shape[0]):
         if not moves[m]:
@@ -126,15 +126,15 @@ def irregular_step(
         start, stop = offsets[i], offsets[i + 1]
         weights = np.zeros(stop - start)
         area = 0.0
-        for k in range(corner_offsets[m], corner_offsets[m + 1], 2):
-            a, b = neighbours[corners[k]], neighbours[corners[k + 1]]
+        for k in range(end_offsets[m], end_offsets[m + 1], 2):
+            a, b = neighbours[ends[k]], neighbours[ends[k + 1]]
             ux, uy, uz = points[a, 0] - points[i, 0], points[a, 1] - points[i, 1], points[a, 2] - points[i, 2]
             vx, vy, vz = points[b, 0] - points[i, 0], points[b, 1] - points[i, 1], points[b, 2] - points[i, 2]
             uu = ux * ux + uy * uy + uz * uz
             vv = vx * vx + vy * vy + vz * vz
             at_a, at_b = halved_cotangents(ux, uy, uz, uu, vx, vy, vz, vv)
-            weights[corners[k + 1] - start] += at_a
-            weights[corners[k] - start] += at_b
+            weights[ends[k + 1] - start] += at_a
+            weights[ends[k] - start] += at_b
             area += mixed_share(ux, uy, uz, uu, vx, vy, vz, vv)
         total = weights.sum()
         size = np.abs(weights).sum()

@@ -22,7 +22,7 @@ class ImplicitFlow:
     """Steps of a given length on one mesh.
 
     Under the border policy "along" a step is two: one of the border curves alone, since their vertices see no others, and one of
-    the rest with the new borders given. Together they are the backward Euler step of that coupled system.
+    the rest with the new borders prescribed. Together they are the backward Euler step of that coupled system.
 
     Attributes:
         components: (n,) a label from 0 for every vertex of a component; -1 for vertices that no face uses.
@@ -62,8 +62,8 @@ class ImplicitFlow:
         on_border = np.zeros(len(points), dtype=np.bool_)
         if border != "free":
             on_border[border_edges] = True
-        held = np.zeros(len(points), dtype=np.bool_) if movable is None else ~movable
-        self._held, self._held_on_curve = held | on_border, held | ~on_border
+        fixed = np.zeros(len(points), dtype=np.bool_) if movable is None else ~movable
+        self._fixed, self._fixed_on_curve = fixed | on_border, fixed | ~on_border
         self.components = connected_components(faces, len(points))[0]
         self._curve: Laplacian | None = None
         self._surface: Laplacian | None = None
@@ -84,14 +84,14 @@ class ImplicitFlow:
         systems = []
         if self._along:
             self._curve = self._updated(self._curve, lambda: curve_laplacian(points, self._border_edges, self._operator))
-            systems.append(self._system(self._curve, self._held_on_curve, _connected(self._curve)))
+            systems.append(self._system(self._curve, self._fixed_on_curve, _connected(self._curve)))
         if self._flow == "conformalized" and self._surface is not None and self._operator == "laplace_beltrami":
             # What _updated would give, without building a stiffness only to leave it.
             self._surface = Laplacian(self._surface.stiffness, mixed_voronoi_areas(points, self._faces))
         else:
             self._surface = self._updated(self._surface, lambda: build_laplacian(points, self._faces, self._operator))
         is_cloud = len(self._faces) == 0
-        systems.append(self._system(self._surface, self._held, _connected(self._surface) if is_cloud else self.components))
+        systems.append(self._system(self._surface, self._fixed, _connected(self._surface) if is_cloud else self.components))
         return systems
 
     def _updated(self, previous: Laplacian | None, build: Callable[[], Laplacian]) -> Laplacian:
@@ -100,9 +100,9 @@ class ImplicitFlow:
             return laplacian
         return Laplacian(previous.stiffness, laplacian.mass)
 
-    def _system(self, laplacian: Laplacian, held: Bools, components: Ints) -> BackwardEulerStep:
+    def _system(self, laplacian: Laplacian, fixed: Bools, components: Ints) -> BackwardEulerStep:
         steps = self._steps if self._flow == "linear" else 1
-        return BackwardEulerStep(laplacian, self._time_step, held=held, components=components, steps=steps)
+        return BackwardEulerStep(laplacian, self._time_step, fixed=fixed, components=components, steps=steps)
 
 
 def _connected(laplacian: Laplacian) -> Ints:

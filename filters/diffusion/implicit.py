@@ -57,7 +57,7 @@ def implicit_fairing(
     """Solves (M - t C) p' = M p: the surface after a diffusion time t in one stable step [desbrun1999].
 
     A mode of eigenvalue -k of L = M^-1 C is multiplied by 1 / (1 + t k). As t grows, a closed component tends to its centroid,
-    which it keeps (weighted by M), and one with held vertices to a discrete minimal surface. No t is unstable.
+    which it keeps (weighted by M), and one with fixed vertices to a discrete minimal surface. No t is unstable.
 
     Args:
         vertices: (n, 3) coordinates.

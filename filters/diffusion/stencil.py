@@ -139,8 +139,8 @@ def _cotangent(star: Stars, moving: MovingVertices, rule: int) -> Advance:
         if len(moving.open):
             bound = max(bound, star_step(now, out, moving.open, False, offsets, neighbours, rule, step))
         if len(star.irregular):
-            corners = star.corner_offsets, star.corners
-            row = irregular_step(now, out, star.irregular, moving.irregular, offsets, neighbours, *corners, rule, step)
+            ends = star.end_offsets, star.ends
+            row = irregular_step(now, out, star.irregular, moving.irregular, offsets, neighbours, *ends, rule, step)
             bound = max(bound, row)
         return float(bound) if rule == BY_AREA else 2.0
 

@@ -1,11 +1,12 @@
 """How work is done: threads, tasks, progress, and library calls that can be abandoned."""
 
 from .abandonable import abandonable
-from .progress import Progress, ignore_progress
-from .tasks import in_parallel, part_of
-from .threads import SERIAL_BELOW, threads_for
+from .progress import Progress, ignore_progress, part_of
+from .tasks import in_parallel
+from .threads import PARTS, SERIAL_BELOW, threads_for
 
 __all__ = [
+    "PARTS",
     "SERIAL_BELOW",
     "Progress",
     "abandonable",

@@ -1,4 +1,4 @@
-"""How long work tells how far it is."""
+"""The share of the work that is done, as long work reports it."""
 
 from collections.abc import Callable
 
@@ -7,4 +7,9 @@ Progress = Callable[[float], None]
 
 
 def ignore_progress(done: float) -> None:
-    """The progress of someone who does not want to know."""
+    """The progress of a caller who does not ask for any."""
+
+
+def part_of(progress: Progress, start: float, stop: float) -> Progress:
+    """The progress of a part of the work, which begins when the share `start` of the whole is done and ends at `stop`."""
+    return lambda share: progress(start + share * (stop - start))

@@ -1,1 +1,22 @@
 """Surfaces as smooth as possible: minimisers of an energy, of all of a mesh or of a region between fixed rings."""
+
+from .blend import Blend, blend_parts
+from .energy import bilaplacian_smoothing, weight_of_detail_size
+from .feature_weights import feature_weights, scalar_feature_weights
+from .region import ENERGIES, Energy, FairedRegion, fair_region
+from .tangential import improve_triangles, tangential_smoothing
+
+__all__ = [
+    "ENERGIES",
+    "Blend",
+    "Energy",
+    "FairedRegion",
+    "bilaplacian_smoothing",
+    "blend_parts",
+    "fair_region",
+    "feature_weights",
+    "improve_triangles",
+    "scalar_feature_weights",
+    "tangential_smoothing",
+    "weight_of_detail_size",
+]

@@ -1,16 +1,16 @@
-"""Edge flips towards better triangles: the other diagonal of two neighbours where it shapes them better on the same surface."""
+"""Edge flips towards better triangles on the same surface."""
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError
+from ..checks import check_finite
 from ..execution import Progress, ignore_progress
-from ..geometry import WalkableSurface, mean_edge_length, some_face
-from ..mesh import Bools, Floats, Ints, check_mesh, check_movable, enter, ordered_frame
-from ..topology import face_adjacency, referenced_vertices
+from ..geometry import WalkableSurface, mean_edge_length
+from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
+from ..topology import faces_across, proper_faces
 from .flip_pass import flip_pass
 
-# Every pass gains; after so many what is left to gain is next to nothing.
+# Every pass raises the mean quality; after this many passes it rises by next to nothing.
 _PASSES = 50
 
 
@@ -26,10 +26,10 @@ def flip_edges(
 
     The quality of a triangle is l / (sqrt(3) R), l its shortest edge and R its circumradius: 1 for equilateral ones, towards 0
     for slivers. An edge is flipped where the sum of the two qualities rises and the lower of them does not fall, so the mean
-    quality of the mesh rises with every flip and the lowest does not fall. A flip is not made where a triangle would look more
-    than 75 degrees away from one that it replaces, where the new edge is there already, or where its middle or quarters or the
-    middles of the new triangles would be further from the input surface than allowed. Edges with other than two faces stay, as
-    do those whose faces are oriented against each other. Vertices do not move.
+    quality of the mesh rises with every flip and the lowest does not fall. A flip is not made if the normal of a new triangle
+    would be more than 75 degrees from that of an old one, if the new edge exists already, or if the middle or a quarter point of
+    the edge or the centroid of a new triangle would be further from the input surface than allowed. Edges with other than two
+    faces stay, as do those whose faces are oriented against each other. Vertices do not move.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -40,23 +40,24 @@ def flip_edges(
         progress: called with the share that is done; may raise to stop.
 
     Returns:
-        (m, 3) int32. A triangle that no flip has changed is in its row as it was.
+        (m, 3) int32. A triangle that no flip has changed keeps its row.
 
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.
     """
     points, triangles = check_mesh(vertices, faces)
-    if max_deviation is not None and not max_deviation >= 0.0:
-        raise FilterInputError(f"max_deviation {max_deviation} is not at least 0")
-    may = check_movable(movable, len(points))
-    found, proper = triangles.copy(), proper_faces(triangles)
-    if not proper.any():
+    if max_deviation is not None:
+        check_finite("max_deviation", max_deviation, least=0.0)
+    mesh = normalised_mesh(points, triangles, movable)
+    may = np.ones(len(mesh), dtype=np.bool_) if mesh.movable is None else mesh.movable
+    kept = mesh.cells[proper_faces(mesh.cells)]
+    found = triangles.copy()
+    if not len(kept):
         return found
-    frame = ordered_frame(points[referenced_vertices(triangles, len(points))], None)
-    start, kept = enter(points, frame), triangles[proper]
-    allowed = 0.05 * mean_edge_length(start, kept) if max_deviation is None else max_deviation * frame.scale
-    at = some_face(kept, len(points))
-    found[proper], _ = flip_towards_quality(start, kept, may, WalkableSurface.of(start, kept), at, allowed, progress)
+    allowed = 0.05 * mean_edge_length(mesh.points, kept) if max_deviation is None else max_deviation * mesh.scale
+    surface = WalkableSurface.of(mesh.points, kept)
+    flipped, _ = flip_towards_quality(mesh.points, kept, may, surface, surface.first_faces(), allowed, progress)
+    found[proper_faces(triangles)] = mesh.used[flipped]
     return found
 
 
@@ -69,20 +70,20 @@ def flip_towards_quality(
     allowed: float,
     progress: Progress = ignore_progress,
 ) -> tuple[Ints, int]:
-    """`flip_edges` of proper triangles near a surface that need not be their own; the triangles, and the number of flips.
+    """`flip_edges` on triangles that keep to a given surface; the triangles, and the number of flips.
 
     Args:
         points: (n, 3) coordinates.
         faces: (m, 3) triangles, none of which names a vertex twice.
         may: (n,) the vertices whose triangles may change.
-        surface: what the triangles keep to.
+        surface: the surface that the triangles keep to.
         at: (n,) the face of the surface where a walk from each vertex starts.
         allowed: the largest distance from the surface.
         progress: called with the share that is done; may raise to stop.
     """
-    flipped, across = faces.copy(), _faces_across(faces)
+    flipped, across = faces.copy(), faces_across(faces)
     valences = np.bincount(faces.ravel(), minlength=len(points))
-    # Rounding takes a point of a plane off it.
+    # Points of a plane are off it by rounding.
     near = (allowed + 1e-14 * float(np.abs(points[faces]).max(initial=0.0))) ** 2
     total = 0
     for done in range(_PASSES):
@@ -92,26 +93,3 @@ def flip_towards_quality(
         if count == 0:
             break
     return flipped, total
-
-
-def proper_faces(faces: Ints) -> Bools:
-    """(m,) which faces name three different vertices."""
-    a, b, c = faces.T
-    return np.asarray((a != b) & (b != c) & (c != a))
-
-
-def _faces_across(faces: Ints) -> Ints:
-    """(m, 3) the face across the edge from corner k to the next; -1 where there is not one, oriented alike."""
-    across = np.full(faces.shape, -1, dtype=np.int32)
-    pairs, ends = face_adjacency(faces)
-    sides, along = [], []
-    for side in range(2):
-        corners, following = faces[pairs[:, side]], np.roll(faces[pairs[:, side]], -1, axis=1)
-        forward = (corners == ends[:, :1]) & (following == ends[:, 1:])
-        backward = (corners == ends[:, 1:]) & (following == ends[:, :1])
-        sides.append((forward | backward).argmax(axis=1))
-        along.append(forward.any(axis=1))
-    alike = along[0] != along[1]
-    for side in range(2):
-        across[pairs[alike, side], sides[side][alike]] = pairs[alike, 1 - side]
-    return across

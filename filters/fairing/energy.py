@@ -1,28 +1,19 @@
 """Smoothing by an energy: the surface that trades the square of its curvature against the distance from where it was."""
 
 import math
-from collections.abc import Callable
-from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
 
-from ..checks import ConvergenceError, FilterInputError, check_choice
+from ..checks import FilterInputError, check_choice
 from ..execution import Progress, ignore_progress, threads_for
-from ..linear_solvers import Cholesky, DirectMethod, conjugate_gradients, laplacian_power, preconditioned_norm, refined_solution
-from ..mesh import Bools, Floats, Longs, bounding_box, check_mesh, normalised_mesh
+from ..mesh import Floats, bounding_box, check_mesh, normalised_mesh
 from ..operators import curve_laplacian
 from ..topology import BORDER_POLICIES, BorderPolicy, border_edges
+from .bending_energy import BendingEnergy
 from .surface_operator import surface_operator
 
-# How far conjugate gradients go down between refinements, and in how many steps at most.
-_INNER, _MOST_ITERATIONS = 1e-7, 200
-# Feature weights that vary by more than this share are uneven, and up to so many unknowns all is factorised then.
-_EVEN, _FACTORISED = 0.05, 400_000
-# Beyond this size the factors outgrow their 32-bit indices and the memory of most machines.
-_MOST_ROWS = 3_000_000
 # Between these fourth roots of weights, on a mesh of size 1, lies all that differs from a weight of infinity or of 0.
 _SMALLEST_ROOT, _LARGEST_ROOT = 1e-6, 1e25
 
@@ -56,7 +47,7 @@ def bilaplacian_smoothing(
 
     A wave of frequency omega = 2 pi / l keeps w / (w + omega^4) of its amplitude: against an implicit step, longer waves keep
     more and shorter ones less. One linear system and no time to march; the area shrinks much less than by diffusion. L is the
-    Laplace-Beltrami operator of the input, taken at the vertices inside the surface; S and M are its stiffness and mass.
+    Laplace-Beltrami operator of the input, taken at the vertices inside the surface; S = -C with C its stiffness, M its mass.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -103,14 +94,14 @@ def bilaplacian_smoothing(
             curve = curve_laplacian(start, edges, "laplace_beltrami")
             inverse = curve.inverse_mass
             mass = np.where(curve.mass > 0.0, curve.mass, 1.0)
-            quadratic = _Energy(sparse.csr_matrix(-curve.stiffness), mass, inverse * features, w)
+            quadratic = BendingEnergy(sparse.csr_matrix(-curve.stiffness), mass, inverse * features, w)
             # A curve is done before much has happened on the surface.
             displacement = quadratic.minimiser(start, displacement, moves & at_border, diagonal, _Rising(progress, 0.0, 0.1))
         inside = moves if border == "free" else moves & ~at_border
         operator = surface_operator(start, triangles)
         # A border vertex has no whole star to take a Laplacian on.
         bending = np.where(at_border, 0.0, features / operator.mass)
-        quadratic = _Energy(operator.stiffness, operator.mass, bending, w)
+        quadratic = BendingEnergy(operator.dirichlet, operator.mass, bending, w)
         displacement = quadratic.minimiser(start, displacement, inside, diagonal, _Rising(progress, 0.1, 1.0))
     return mesh.restored(start + displacement)
 
@@ -125,142 +116,6 @@ class _Rising:
     def __call__(self, done: float) -> None:
         self._furthest = max(self._furthest, done)
         self._progress(self._start + (self._end - self._start) * self._furthest)
-
-
-class _Energy(NamedTuple):
-    """p'^T S B S p' + w (p' - p)^T M (p' - p), B = M^-1 W."""
-
-    stiffness: sparse.csr_matrix
-    mass: Floats
-    bending: Floats
-    weight: float
-
-    def minimiser(self, points: Floats, given: Floats, free: Bools, diagonal: float, progress: Progress) -> Floats:
-        """(n, 3) the displacement of all vertices: solved for where they are free, given elsewhere."""
-        if not free.any():
-            return given
-        # Divided by a mean of both terms the system stays finite for every w.
-        typical = float(self.mass[free].mean())
-        unit = 1.0 / (1.0 / typical + self.weight * typical)
-        columns = self.stiffness if free.all() else sparse.csr_matrix(self.stiffness[:, free])
-        data = self.mass[free] * (self.weight * unit)
-        bending = self.bending * unit
-        matrix = sparse.csr_matrix(columns.T @ sparse.csr_matrix(sparse.diags_array(bending) @ columns))
-        matrix.setdiag(matrix.diagonal() + data)
-        start = points + given
-        moved = given.copy()
-
-        def residual(displacement: Floats) -> Floats:
-            moved[free] = displacement
-            force = laplacian_power(self.stiffness, bending, 2, start, moved - given)[free]
-            return np.asarray(-force - data[:, None] * displacement)
-
-        # Without held vertices the energy does not see where a component is; but the equations sum up to 0.
-        count, labels = sparse.csgraph.connected_components(self.stiffness, directed=False)
-        held = np.bincount(labels[~free], minlength=count) > 0
-        loose = np.where(held[labels[free]], -1, labels[free])
-        floating = _Floating(loose, data, count)
-        half = partial(_Halves, columns[free], self.mass[free], self.weight, unit)
-        quick = _ConjugateGradients(matrix, half, floating, progress)
-        # Where the weights vary much, the halves are a poor guide and the factors of the whole are faster.
-        uneven = float((self.bending * self.mass)[free].min()) < _EVEN * float((self.bending * self.mass)[free].max())
-        methods: list[DirectMethod | _ConjugateGradients] = [quick, "superlu"]
-        if uneven and len(data) <= _FACTORISED:
-            methods.reverse()
-        zero = np.zeros((len(data), 3))
-        try:
-            solution = refined_solution(matrix, residual, zero, extent=diagonal, method=methods[0], progress=progress)
-        except ConvergenceError:
-            solution = refined_solution(matrix, residual, zero, extent=diagonal, method=methods[1], progress=progress)
-        moved[free] = solution.values
-        return moved
-
-
-class _Floating(NamedTuple):
-    """Components that nothing holds: their displacements have the mean 0.
-
-    Attributes:
-        labels: (f,) of each free vertex, -1 where the component is held.
-        mass: (f,).
-        highest: no label is above.
-    """
-
-    labels: Longs
-    mass: Floats
-    highest: int
-
-    def centred(self, values: Floats) -> Floats:
-        """The values less their means, weighted by the mass."""
-        return values - self._spread(self._sums(self.mass[:, None] * values))
-
-    def balanced(self, forces: Floats) -> Floats:
-        """The transpose: forces less their sums, shared out by the mass."""
-        return forces - self.mass[:, None] * self._spread(self._sums(forces))
-
-    def _sums(self, values: Floats) -> Floats:
-        if not (self.labels >= 0).any():
-            return np.zeros((self.highest + 1, values.shape[1]))
-        sums = np.stack([np.bincount(self.labels + 1, column, self.highest + 1) for column in values.T], axis=1)
-        masses = np.bincount(self.labels + 1, self.mass, self.highest + 1)
-        sums[0] = 0.0
-        return np.asarray(sums / np.where(masses > 0.0, masses, 1.0)[:, None])
-
-    def _spread(self, means: Floats) -> Floats:
-        return np.asarray(means[self.labels + 1])
-
-
-class _Halves:
-    """The inverse of H M^-1 H = S M^-1 S + 2 sqrt(w) S + w M, H = S + sqrt(w) M, all times a unit.
-
-    It lies between one and two times the energy's matrix where W is 1, whatever w: a dozen steps of conjugate gradients do. Its
-    factors, those of a matrix of second order, take a third of the time and memory that those of fourth order take. Making them
-    is silent and cannot be interrupted, for 0.9 s at 41,000 vertices; SuperLU, which can be, takes six times as long.
-    """
-
-    def __init__(self, stiffness: sparse.csr_matrix, mass: Floats, weight: float, unit: float, progress: Progress) -> None:
-        root = math.sqrt(weight)
-        size = 1.0 / (1.0 + root)
-        half = sparse.csr_matrix(stiffness * size)
-        half.setdiag(half.diagonal() + mass * (root * size))
-        progress(0.0)
-        if half.shape[0] > _MOST_ROWS:
-            raise FilterInputError(
-                f"{half.shape[0]:,} vertices are more than the {_MOST_ROWS:,} that can be solved for at once; select fewer, or "
-                "take Implicit Fairing Smoothing"
-            )
-        self._factors = Cholesky(half)
-        self._mass = (mass * (size * size / unit))[:, None]
-
-    def __call__(self, residual: Floats) -> Floats:
-        return self._factors.solve(self._mass * self._factors.solve(residual))
-
-
-class _ConjugateGradients:
-    """Solves to a few digits, for refinement."""
-
-    def __init__(
-        self, matrix: sparse.csr_matrix, make: Callable[[Progress], _Halves], floating: _Floating, progress: Progress
-    ) -> None:
-        self._matrix, self._make, self._floating, self._progress = matrix, make, floating, progress
-        self._inverse: _Halves | None = None
-
-    def __call__(self, right_side: Floats) -> Floats:
-        b = self._floating.balanced(right_side)
-        norm = preconditioned_norm(self._matrix, b, self._precondition)
-        descent = conjugate_gradients(
-            self._matrix,
-            b,
-            target=_INNER * norm,
-            max_iterations=_MOST_ITERATIONS,
-            precondition=self._precondition,
-            progress=lambda share: self._progress(0.5 + 0.4 * share),
-        )
-        return self._floating.centred(descent.values)
-
-    def _precondition(self, residual: Floats) -> Floats:
-        if self._inverse is None:
-            self._inverse = self._make(self._progress)
-        return self._floating.centred(self._inverse(self._floating.balanced(residual)))
 
 
 def _check_weight(detail_size: float | None, weight: float | None) -> None:

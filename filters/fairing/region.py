@@ -54,8 +54,8 @@ def fair_region(
 ) -> FairedRegion:
     """Solves L^k p = 0 on the free vertices, k = 1, 2, 3, with k rings of fixed vertices around as boundary [botsch2004].
 
-    In symmetric form (S M^-1)^(k-1) S p = 0 with S the cotangent stiffness (positive semidefinite here) and M the mixed Voronoi
-    areas of the surface as it comes in: the minimiser of the integral of |grad p|^2, |L p|^2 or |grad L p|^2. What the region
+    In symmetric form (S M^-1)^(k-1) S p = 0 with S = -C, C the cotangent stiffness, and M the mixed Voronoi areas of the
+    surface as it comes in: the minimiser of the integral of |grad p|^2, |L p|^2 or |grad L p|^2. What the region
     looked like before matters through S and M alone. The result depends on the parametrisation that the input is; fairing once
     more, with the operator of the faired surface, comes closer to the surface of least area or bending.
 
@@ -63,7 +63,7 @@ def fair_region(
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
         free: (n,) bool, the vertices to place. Those on the border of the mesh stay, like vertices without a triangle: a border
-            that nothing holds would tend to shrink the region. At such a held border a thin plate has no slope given and L p = 0
+            that nothing holds would tend to shrink the region. At such a fixed border a thin plate has no slope given and L p = 0
             there ("simply supported").
         energy: "membrane": k = 1, the region meets its rim at any angle. "thin_plate": k = 2, tangents continue across the rim.
             "minimum_variation": k = 3, curvatures do too, and the region bulges as its surroundings suggest.
@@ -90,7 +90,7 @@ def fair_region(
         return FairedRegion(points.copy(), np.zeros(len(points), dtype=np.bool_), 0.0, 0.0, 0)
     mesh = normalised_mesh(part.points, part.faces)
     system = _system(part._replace(points=mesh.points), order, dense)
-    _check_held(system.stiffness, part._replace(points=system.points), order)
+    _check_anchored(system.dirichlet, part._replace(points=system.points), order)
     extent = float(np.linalg.norm(np.ptp(system.points, axis=0)))
     solution = refined_solution(
         system.matrix(), system.residual, system.points[part.free], extent=extent, method=method, progress=progress
@@ -112,7 +112,7 @@ def fair_region(
 class _System(NamedTuple):
     """(S M^-1)^(k-1) S p = 0 on the free vertices of a submesh."""
 
-    stiffness: sparse.csr_matrix
+    dirichlet: sparse.csr_matrix
     inverse_mass: Floats
     order: int
     points: Floats
@@ -120,18 +120,18 @@ class _System(NamedTuple):
 
     def matrix(self) -> sparse.csr_matrix:
         """The columns and rows of the free vertices, (f, f)."""
-        columns = sparse.csr_matrix(self.stiffness[:, self.free])
+        columns = sparse.csr_matrix(self.dirichlet[:, self.free])
         if self.order == 1:
             return sparse.csr_matrix(columns[self.free])
         scaled = sparse.csr_matrix(sparse.diags_array(self.inverse_mass) @ columns)
-        product = columns.T @ scaled if self.order == 2 else scaled.T @ (self.stiffness @ scaled)
+        product = columns.T @ scaled if self.order == 2 else scaled.T @ (self.dirichlet @ scaled)
         return sparse.csr_matrix(product)
 
     def residual(self, values: Floats) -> Floats:
         """-(S M^-1)^(k-1) S p at the free vertices, in twice the precision, for their places."""
         everywhere = self.points.copy()
         everywhere[self.free] = values
-        return -laplacian_power(self.stiffness, self.inverse_mass, self.order, everywhere)[self.free]
+        return -laplacian_power(self.dirichlet, self.inverse_mass, self.order, everywhere)[self.free]
 
 
 def _system(part: Submesh, order: int, dense: bool) -> _System:
@@ -140,12 +140,12 @@ def _system(part: Submesh, order: int, dense: bool) -> _System:
     # no whole star to take a Laplacian on.
     mass = _rim_as_dense(operator, part.free) if dense and order == 2 else operator.mass
     inverse = np.where(part.border, 0.0, float(mass.mean()) / mass)
-    return _System(operator.stiffness, inverse, order, part.points, part.free)
+    return _System(operator.dirichlet, inverse, order, part.points, part.free)
 
 
 def _rim_as_dense(operator: SurfaceOperator, free: Bools) -> Floats:
     """The masses, those of fixed vertices next to free ones at most the mean of their free neighbours'."""
-    beside = sparse.csr_matrix(operator.stiffness != 0.0)[:, free].astype(np.float64)
+    beside = sparse.csr_matrix(operator.dirichlet != 0.0)[:, free].astype(np.float64)
     count = np.asarray(beside.sum(axis=1)).ravel()
     rim = ~free & (count > 0.0)
     mass = operator.mass.copy()
@@ -167,27 +167,27 @@ def _area(points: Floats, faces: Ints) -> float:
     return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
 
 
-def _check_held(stiffness: sparse.csr_matrix, part: Submesh, rings: int) -> None:
+def _check_anchored(dirichlet: sparse.csr_matrix, part: Submesh, rings: int) -> None:
     """Refuses free vertices that are connected with no fixed one, or with less than a triangle of them."""
-    graph = stiffness[part.free][:, part.free]
+    graph = dirichlet[part.free][:, part.free]
     count, labels = sparse.csgraph.connected_components(graph, directed=False)
-    held = np.zeros(count, dtype=np.bool_)
-    touching = (stiffness[part.free][:, ~part.free] != 0.0).sum(axis=1)
-    held[labels[np.asarray(touching).ravel() > 0]] = True
-    if held.all():
-        _check_spanned(stiffness, part, rings, labels, count)
+    anchored = np.zeros(count, dtype=np.bool_)
+    touching = (dirichlet[part.free][:, ~part.free] != 0.0).sum(axis=1)
+    anchored[labels[np.asarray(touching).ravel() > 0]] = True
+    if anchored.all():
+        _check_spanned(dirichlet, part, rings, labels, count)
         return
-    loose = int(np.flatnonzero(~held)[0])
+    loose = int(np.flatnonzero(~anchored)[0])
     members: Ints = part.vertices[part.free][labels == loose]
     raise FilterInputError(
-        f"the {len(members)} free vertices connected with vertex {members[0]} touch no fixed vertex ({int((~held).sum())} such "
-        "parts), so nothing says where they belong: select less than a whole component"
+        f"the {len(members)} free vertices connected with vertex {members[0]} touch no fixed vertex "
+        f"({int((~anchored).sum())} such parts), so nothing says where they belong: select less than a whole component"
     )
 
 
-def _check_spanned(stiffness: sparse.csr_matrix, part: Submesh, rings: int, labels: Ints, count: int) -> None:
+def _check_spanned(dirichlet: sparse.csr_matrix, part: Submesh, rings: int, labels: Ints, count: int) -> None:
     """Refuses parts within whose rings lie no three fixed vertices that span a triangle, unless all is in one line with them."""
-    pattern = sparse.csr_matrix((np.ones(stiffness.nnz), stiffness.indices, stiffness.indptr), shape=stiffness.shape)
+    pattern = sparse.csr_matrix((np.ones(dirichlet.nnz), dirichlet.indices, dirichlet.indptr), shape=dirichlet.shape)
     places = np.flatnonzero(part.free)
     reached = sparse.csr_matrix((np.ones(len(places)), (labels, places)), shape=(count, len(part.points)))
     fixed = sparse.diags_array((~part.free).astype(np.float64))

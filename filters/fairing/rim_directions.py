@@ -1,42 +1,44 @@
-"""Whether the parts behind two rims are turned alike: both the right way out, or both inside out."""
+"""Whether the parts behind two rims are oriented alike: both the right way out, or both inside out."""
 
 from typing import Literal, TypeAlias
 
 import numpy as np
 
+from ..geometry import area_vector
 from ..mesh import Floats
 
 Directions: TypeAlias = Literal["agree", "unclear", "disagree"]
 
-# One way is clear when the neck bends less than this share of what it does the other way.
+# One orientation is clear if the neck bends less than this share of what it would bend with the other.
 _CLEARLY = 0.5
-# Rims nearer than this many of their mean radii are too wide for the line between their centres to say where a neck goes; then
-# their planes decide, if the cosine between these is beyond the second.
-_NEAR, _PARALLEL = 1.0, 0.7
+# If the centres are nearer than this many mean radii, the line between them does not give the direction of the neck.
+_NEAR = 1.0
+# Then the planes of the rims decide, if the cosine of the angle between their normals is beyond this.
+_PARALLEL = 0.7
 
 
 def rim_directions(first: Floats, second: Floats) -> Directions:
-    """Compares the necks there would be with the parts as they are, and with one of them turned over.
+    """Compares the neck between the parts as they are with the neck after turning one of them over.
 
-    The area vector of a rim, in the direction of the faces that would close it, points out of the part if that is the right way
-    out, and into it otherwise. A neck leaves one part along it, and enters the other against it. Its axis is taken as the cubic
-    between the centres, a unit apart, with these unit tangents s and t: of the chord d it bends by
-    |s - d|^2 + (s - d) . (t - d) + |t - d|^2, a fourth of the integral of its squared second derivative.
+    The area vector of a rim, in the direction of the faces that would close it, points out of a part that is the right way out,
+    and into one that is inside out. A neck leaves one part along this vector and enters the other against it. Its axis is taken
+    as the cubic between the centres of the rims with these unit tangents s and t, scaled so that the chord d has length 1. The
+    bending is |s - d|^2 + (s - d) . (t - d) + |t - d|^2, a fourth of the integral of its squared second derivative.
 
     Args:
         first: (a, 3) the vertices of one rim, in the direction of the faces that would close it.
         second: (b, 3) those of the other.
 
     Returns:
-        "agree": as they are, or both turned over, the neck bends less than half as much as with one of them turned over.
-        "disagree": more than twice as much. "unclear": neither, or a rim without a plane.
+        "agree": as they are, or with both turned over, the neck bends less than half as much as with one of them turned over.
+        "disagree": more than twice as much. "unclear": neither, or a rim whose area vector is 0.
     """
     centre = first.mean(axis=0)
     extent = float(max(np.abs(first - centre).max(), np.abs(second - centre).max()))
     if extent == 0.0:
         return "unclear"
     loops = (first - centre) / extent, (second - centre) / extent
-    areas = [_area_vector(loop) for loop in loops]
+    areas = [area_vector(loop) for loop in loops]
     sizes = [float(np.linalg.norm(area)) for area in areas]
     if min(sizes) == 0.0:
         return "unclear"
@@ -57,9 +59,3 @@ def rim_directions(first: Floats, second: Floats) -> Directions:
 def _bending(start: Floats, end: Floats, chord: Floats) -> float:
     a, b = start - chord, end - chord
     return float(a @ a + a @ b + b @ b)
-
-
-def _area_vector(loop: Floats) -> Floats:
-    """Half the sum of the cross products of neighbours: the area times the normal of a plane loop."""
-    about = loop - loop.mean(axis=0)
-    return np.asarray(0.5 * np.cross(about, np.roll(about, -1, axis=0)).sum(axis=0))

@@ -1,15 +1,14 @@
-"""Tangential smoothing: better triangles on the same surface, with the edges that are there or with flipped ones."""
+"""Tangential smoothing: better triangles on the same surface, with or without edge flips."""
 
-import math
-
+import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError
+from ..checks import check_finite, check_positive, check_whole_number
 from ..execution import Progress, ignore_progress
 from ..geometry import mean_edge_length
-from ..mesh import Floats, Ints, check_mesh, check_movable, enter, leave, ordered_frame
-from ..topology import border_vertices, referenced_vertices
-from .edge_flips import flip_towards_quality, proper_faces
+from ..mesh import Floats, Ints, check_mesh, normalised_mesh
+from ..topology import border_vertices, proper_faces
+from .edge_flips import flip_towards_quality
 from .tangential_steps import KeptSurface, TangentialEnergy
 
 
@@ -25,11 +24,11 @@ def tangential_smoothing(
 ) -> Floats:
     """Moves vertices along the surface towards min sum_i A_i (|L_uniform p'_i - L_cotan p_i|^2 + w |p'_i - p_i|^2) [nealen2006].
 
-    L_cotan p has no tangential part, so what is left of L_uniform p' at the minimum has none either: every vertex sits in the
-    middle of its neighbours as seen along the normal, which is where triangles are good. The energy alone also moves vertices
-    off the surface. Here each iteration solves for it, takes the part of the step within the tangent plane, and puts the vertex
-    on the nearest point of the input surface, walked to from where it was. A step that would fold a triangle over, or bring the
-    middle of a triangle or of an edge further from the input than allowed, is halved, and not made after four times.
+    L_cotan p has no tangential part, so L_uniform p' has none at the minimum either: projected along the normal, every vertex is
+    the centroid of its neighbours, where triangles are good. The energy alone also moves vertices off the surface. Here each
+    iteration minimises it, takes the part of the step within the tangent plane, and moves the vertex to the nearest point of the
+    input surface, found by a walk from where it was. A step that would fold a triangle over, or bring the middle of an edge or
+    the centroid of a triangle further from the input than allowed, is halved up to four times, and then not made.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -63,10 +62,9 @@ def improve_triangles(
 ) -> tuple[Floats, Ints]:
     """Tangential smoothing with edge flips before each of its steps [nealen2006, lawson1977, botsch2004remeshing].
 
-    Where the triangles are halves of quadrilaterals cut along the wrong diagonal, as those of range maps, moving vertices does
-    not help and flipping edges does; and flips leave vertices off the middle of their new neighbours, to which smoothing then
-    moves them. See `tangential_smoothing` and `flip_edges` for what each of the two keeps to: the input surface, its border, and
-    the orientation and topology of its triangles.
+    Where the triangles are halves of quadrilaterals cut along the wrong diagonal, as in range maps, moving vertices does not help
+    and flipping edges does. Smoothing then moves the vertices to the centroids of their new neighbours. Both keep the input
+    surface, its border, and the orientation and topology of its triangles; see `tangential_smoothing` and `flip_edges`.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -80,7 +78,7 @@ def improve_triangles(
         progress: called with the share that is done; may raise to stop.
 
     Returns:
-        (n, 3) float64, and the (m, 3) triangles: those that no flip has changed are in their rows as they were.
+        (n, 3) float64, and the (m, 3) triangles: one that no flip has changed keeps its row.
 
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.
@@ -100,25 +98,20 @@ def _improved(
     progress: Progress,
 ) -> tuple[Floats, Ints]:
     points, triangles = check_mesh(vertices, faces)
-    if not (math.isfinite(weight) and weight > 0.0):
-        raise FilterInputError(f"weight {weight} is not finite and above 0")
-    if iterations != int(iterations) or iterations < 0:
-        raise FilterInputError(f"iterations is {iterations}: it is a whole number of at least 0")
-    if max_deviation is not None and not max_deviation >= 0.0:
-        raise FilterInputError(f"max_deviation {max_deviation} is not at least 0")
-    used = referenced_vertices(triangles, len(points))
-    may = check_movable(movable, len(points)) & used
-    moves = may & ~border_vertices(triangles, len(points))
-    if not (may if flips else moves).any():
+    check_positive("weight", weight)
+    check_whole_number("iterations", iterations)
+    if max_deviation is not None:
+        check_finite("max_deviation", max_deviation, least=0.0)
+    mesh = normalised_mesh(points, triangles, movable)
+    may = np.ones(len(mesh), dtype=np.bool_) if mesh.movable is None else mesh.movable
+    moves = may & ~border_vertices(mesh.cells, len(mesh))
+    kept = mesh.cells[proper_faces(mesh.cells)]
+    if not len(kept) or not (may if flips else moves).any():
         return points.copy(), triangles.copy()
-    frame = ordered_frame(points[used], None)
-    start = enter(points, frame)
-    edge = mean_edge_length(start, triangles)
-    allowed = 0.05 * edge if max_deviation is None else max_deviation * frame.scale
-    proper = proper_faces(triangles)
-    surface = KeptSurface(start, triangles[proper], allowed)
+    now = mesh.points
+    allowed = 0.05 * mean_edge_length(now, kept) if max_deviation is None else max_deviation * mesh.scale
+    surface = KeptSurface(now, kept, allowed)
     energy: TangentialEnergy | None = None
-    now = start
     for iteration in range(iterations):
 
         def partial(share: float, done: int = iteration) -> None:
@@ -133,5 +126,5 @@ def _improved(
             now = surface.moved(now, energy.step(now, partial), moves)
         progress((iteration + 1) / iterations)
     found = triangles.copy()
-    found[proper] = surface.faces
-    return leave(points, start, now, frame), found
+    found[proper_faces(triangles)] = mesh.used[surface.faces]
+    return mesh.restored(now), found

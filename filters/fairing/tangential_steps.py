@@ -1,34 +1,34 @@
-"""The steps of tangential smoothing: where vertices want to go, and how far they can without harm."""
+"""The steps of tangential smoothing: the minimum of the energy, and how far vertices can move towards it on the surface."""
 
 import numpy as np
 from scipy import sparse
 
 from ..execution import Progress
-from ..geometry import WalkableSurface, face_normals, some_face
+from ..geometry import WalkableSurface, cross_products, face_normals
 from ..linear_solvers import SpdSolver
 from ..mesh import Bools, Floats, Ints, Longs
 from ..operators import cotangent_laplacian, mixed_voronoi_areas, uniform_laplacian
 from ..topology import border_vertices
 
-# Conjugate gradients towards a step that is cut short anyway.
+# The step is cut to the tangent plane and a largest length anyway, so it need not be exact.
 _TOLERANCE = 1e-6
-# No step is longer than this share of the mean edge at the vertex.
+# The longest step, as a share of the mean edge at the vertex.
 _LONGEST_STEP = 0.5
-# Steps that would fold a triangle or leave the surface are halved so often, then not made.
+# Steps that would fold a triangle or leave the surface are halved up to this many times, then not made.
 _HALVINGS = 4
-# A triangle must keep within this cosine of where it looked before, and of the surface under it.
+# The least cosine of the angle between the normal of a triangle and its normal before, and that of the surface under it.
 _LEAST_COSINE = 0.25
 
 
 class TangentialEnergy:
-    """The equations of a step d: (L_u^T A L_u + w A) d = L_u^T A (L_cotan p - L_u p), the same matrix in every iteration."""
+    """The equations of a step d: (L_u^T A L_u + w A) d = L_u^T A (L_cotan p - L_u p). All iterations have the same matrix."""
 
     def __init__(self, points: Floats, faces: Ints, moves: Bools, weight: float) -> None:
         self._faces, self._moves = faces, moves
         self._uniform = uniform_laplacian(faces, len(points))
         area = mixed_voronoi_areas(points, faces)
         area = np.maximum(area / area.mean(), 1e-3) if area.mean() > 0.0 else np.ones(len(points))
-        # A Laplacian at a border vertex is not along a normal.
+        # At a border vertex L_cotan p has a tangential part.
         rows = sparse.diags_array(np.where(border_vertices(faces, len(points)), 0.0, area))
         columns = sparse.csr_matrix(self._uniform.matrix()[:, moves])
         self._transposed = sparse.csr_matrix(columns.T @ rows)
@@ -37,7 +37,7 @@ class TangentialEnergy:
         self._solver = SpdSolver(matrix)
 
     def step(self, points: Floats, progress: Progress) -> Floats:
-        """(f, 3) the displacement of the vertices that move, cut to their tangent planes."""
+        """(f, 3) the displacement of the f vertices that move, within their tangent planes."""
         wanted = cotangent_laplacian(points, self._faces).apply(points) - self._uniform.apply(points)
         step = self._solver.solve(self._transposed @ wanted, tolerance=_TOLERANCE, progress=progress).values
         normals = _vertex_normals(points, self._faces)[self._moves]
@@ -48,23 +48,23 @@ class TangentialEnergy:
 
 
 class KeptSurface:
-    """The input surface, to which vertices keep, and the triangles, which must not fold.
+    """The input surface, on which vertices stay, and the triangles, which must not fold.
 
     Attributes:
-        faces: (m, 3) the triangles as they are now, at first those of the input.
+        faces: (m, 3) the current triangles, at first those of the input.
         at: (n,) the face of the input on which each vertex lies.
         walkable: the input.
-        allowed: how far the middles of triangles and edges may get from it.
+        allowed: the largest distance of the middles of edges and the centroids of triangles from it.
     """
 
     def __init__(self, points: Floats, faces: Ints, allowed: float) -> None:
         self.faces, self.allowed = faces, allowed
         self.walkable = WalkableSurface.of(points, faces)
         self._normals = face_normals(points, faces)
-        self.at = some_face(faces, len(points))
+        self.at = self.walkable.first_faces()
 
     def moved(self, points: Floats, step: Floats, moves: Bools) -> Floats:
-        """The points after as much of the step as does no harm."""
+        """(n, 3) the points after the step of each vertex that moves, halved until it does no harm."""
         which = np.flatnonzero(moves)
         scale = np.ones(len(points))
         before = face_normals(points, self.faces)
@@ -90,7 +90,7 @@ class KeptSurface:
         return tentative
 
     def _harmed(self, points: Floats, at: Ints, before: Floats, checked: Longs) -> Bools:
-        """Which of the checked faces look away from where they looked or from the surface, or are too far from it."""
+        """(k,) which of the checked faces have turned too far from `before` or the surface, or are too far from the latter."""
         faces = self.faces[checked]
         a, b, c = (points[faces[:, k]] for k in range(3))
         normals = face_normals(points, np.ascontiguousarray(faces))
@@ -98,17 +98,15 @@ class KeptSurface:
         harmed = np.einsum("ij,ij->i", normals, before[checked]) < _LEAST_COSINE
         harmed |= np.einsum("ij,ij->i", normals, self._normals[under]) < _LEAST_COSINE
         harmed |= far > self.allowed
-        for first, second, corner in ((a, b, 0), (b, c, 1), (c, a, 2)):
-            harmed |= self.walkable.closest((first + second) / 2.0, at[faces[:, corner]], self.allowed)[2] > self.allowed
+        for k, (start, end) in enumerate(((a, b), (b, c), (c, a))):
+            harmed |= self.walkable.closest((start + end) / 2.0, at[faces[:, k]], self.allowed)[2] > self.allowed
         return np.asarray(harmed)
 
 
 def _vertex_normals(points: Floats, faces: Ints) -> Floats:
-    """(n, 3) unit normals, the faces' weighted by area; 0 where there are none."""
-    a, b, c = (points[faces[:, k]] for k in range(3))
-    doubled = np.cross(b - a, c - a)
-    corners = faces.ravel()
-    normals = np.stack([np.bincount(corners, np.repeat(column, 3), len(points)) for column in doubled.T], axis=1)
+    """(n, 3) the unit normals of the vertices, means of those of the faces by area; 0 where there is no face."""
+    columns = cross_products(points, faces).T
+    normals = np.stack([np.bincount(faces.ravel(), np.repeat(column, 3), len(points)) for column in columns], axis=1)
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     return np.asarray(normals / np.where(lengths > 0.0, lengths, 1.0))
 

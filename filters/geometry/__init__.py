@@ -1,19 +1,29 @@
-"""Lengths, normals and closest points of triangle meshes."""
+"""Measures of triangles and loops, in the unit of the coordinates: lengths, angles, normals, areas, quality, closest points."""
 
-from .closest_walk import WalkableSurface, nearest_by_walk, some_face
+from .angles import angles_between, corner_angles
+from .closest_walk import WalkableSurface, nearest_by_walk
 from .edge_lengths import edge_lengths, mean_edge_length
-from .face_normals import AREA, CENTRE, NORMAL, face_normals, mean_angle, measure_faces
+from .face_normals import AREA, CENTRE, NORMAL, cross_products, face_normals, measure_faces
+from .loops import area_vector, side_lengths
+from .triangles import angle_at, cross_product, quality_and_normal, squared_length
 
 __all__ = [
     "AREA",
     "CENTRE",
     "NORMAL",
     "WalkableSurface",
+    "angle_at",
+    "angles_between",
+    "area_vector",
+    "corner_angles",
+    "cross_product",
+    "cross_products",
     "edge_lengths",
     "face_normals",
-    "mean_angle",
     "mean_edge_length",
     "measure_faces",
     "nearest_by_walk",
-    "some_face",
+    "quality_and_normal",
+    "side_lengths",
+    "squared_length",
 ]

@@ -1,4 +1,4 @@
-"""The point of a surface that is closest to another, found by walking from triangle to triangle from a place known to be near."""
+"""The closest point of a surface, found by walking from triangle to triangle, from one that is known to be near."""
 
 from typing import NamedTuple
 
@@ -7,20 +7,20 @@ from numba import njit, prange
 
 from ..execution import threads_for
 from ..mesh import Floats, Ints, Longs
-from ..topology import vertex_corners
+from ..topology import vertex_faces
 
-# Steps of one walk: no query starts further away.
+# The most steps of one walk; queries start at most a few faces away.
 _LONGEST_WALK = 64
 
 
 class WalkableSurface(NamedTuple):
-    """A surface on which walks are made.
+    """A triangle mesh with the faces at every vertex, so that a walk can go from a face to its neighbours.
 
     Attributes:
         points: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        offsets: (n + 1,) and
-        around: the faces at vertex i are around[offsets[i]:offsets[i + 1]].
+        offsets: (n + 1,) int64.
+        around: int32, the faces at vertex i are ``around[offsets[i]:offsets[i + 1]]``, ascending.
     """
 
     points: Floats
@@ -30,16 +30,27 @@ class WalkableSurface(NamedTuple):
 
     @classmethod
     def of(cls, points: Floats, faces: Ints) -> "WalkableSurface":
-        """Of (n, 3) coordinates and (m, 3) triangles."""
-        corners = vertex_corners(faces, len(points))
-        return cls(points, faces, corners.offsets, np.ascontiguousarray(corners.corners[:, 0]))
+        """The surface of (n, 3) coordinates and (m, 3) triangles."""
+        around = vertex_faces(faces, len(points))
+        return cls(points, faces, around.offsets, np.ascontiguousarray(around.rows[:, 0]))
+
+    def first_faces(self) -> Ints:
+        """(n,) int32 the lowest face at every vertex, from which a walk from the vertex may start; 0 if there is none."""
+        has_faces = np.diff(self.offsets) > 0
+        first = np.zeros(len(self.points), dtype=np.int32)
+        first[has_faces] = self.around[self.offsets[:-1][has_faces]]
+        return first
 
     def closest(self, queries: Floats, start: Ints, enough: float = 0.0) -> tuple[Floats, Ints, Floats]:
-        """The (q, 3) points nearest to the queries, their faces, and the distances.
+        """The (q, 3) points nearest to the queries, (q,) their faces, and (q,) the distances.
 
-        From the given face each walk goes on to the nearest of the faces that share a vertex with it until none is nearer: no
-        other sheet of the surface is jumped to. The distance is never less than that to the whole surface. A walk also ends
-        where the distance is at most `enough`.
+        Each walk goes from its start to the nearest of the faces that share a vertex with it, until none is nearer. So it stays
+        on one sheet of the surface, and the distance is at least that to the whole surface.
+
+        Args:
+            queries: (q, 3) points.
+            start: (q,) the face where each walk starts.
+            enough: a walk also ends where the distance is at most this, in the unit of the points.
         """
         found, faces = np.empty_like(queries), np.array(start, dtype=np.int32)
         distances = np.empty(len(queries))
@@ -48,16 +59,9 @@ class WalkableSurface(NamedTuple):
         return found, faces, distances
 
 
-def some_face(faces: Ints, n_vertices: int) -> Ints:
-    """(n,) for each vertex the first face that it belongs to, where a walk from it may start; 0 if there is none."""
-    first = np.zeros(n_vertices, dtype=np.int32)
-    first[faces[::-1].ravel()] = np.repeat(np.arange(len(faces), dtype=np.int32)[::-1], 3)
-    return first
-
-
 @njit(cache=True)
 def _closest_on_triangle(points: Floats, a: int, b: int, c: int, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """The point of the triangle nearest to (x, y, z): inside, on an edge or at a corner, told by barycentric signs."""
+    """The point of the triangle nearest to (x, y, z): inside if all barycentric coordinates are positive, else on an edge."""
     ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
     vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
     px, py, pz = x - points[a, 0], y - points[a, 1], z - points[a, 2]
@@ -68,7 +72,7 @@ def _closest_on_triangle(points: Floats, a: int, b: int, c: int, x: float, y: fl
     if determinant > 0.0 and s >= 0.0 and t >= 0.0 and s + t <= determinant:
         s, t = s / determinant, t / determinant
     else:
-        # The nearest point of each edge; the nearest of the three.
+        # The nearest of the nearest points of the three edges.
         s1 = min(max(d1 / uu, 0.0), 1.0) if uu > 0.0 else 0.0
         t2 = min(max(d2 / vv, 0.0), 1.0) if vv > 0.0 else 0.0
         ww = uu - 2.0 * uv + vv
@@ -90,7 +94,7 @@ def nearest_by_walk(
 ) -> tuple[float, float, float, int, float]:
     """`WalkableSurface.closest` of one point, for kernels: the nearest point, its face and the square of the distance.
 
-    The walk ends where the square is at most `enough`.
+    `enough` is a squared distance, too.
     """
     face = start
     nx, ny, nz = _closest_on_triangle(points, faces[face, 0], faces[face, 1], faces[face, 2], x, y, z)

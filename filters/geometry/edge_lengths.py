@@ -1,7 +1,5 @@
 """Lengths of edges."""
 
-from typing import Any
-
 import numpy as np
 
 from ..mesh import Floats, Ints
@@ -18,13 +16,9 @@ def mean_edge_length(vertices: Floats, faces_or_edges: Ints) -> float:
     pairs = edges(faces_or_edges) if faces_or_edges.shape[1] == 3 else faces_or_edges
     if len(pairs) == 0:
         return 0.0
-    return float(_lengths(vertices, pairs).mean())
+    return float(edge_lengths(vertices, pairs).mean())
 
 
 def edge_lengths(vertices: Floats, pairs: Ints) -> Floats:
     """(e,) the length of each of the (e, 2) edges."""
-    return np.asarray(_lengths(vertices, pairs))
-
-
-def _lengths(vertices: Floats, pairs: Ints) -> Any:
-    return np.linalg.norm(vertices[pairs[:, 1]] - vertices[pairs[:, 0]], axis=1)
+    return np.asarray(np.linalg.norm(vertices[pairs[:, 1]] - vertices[pairs[:, 0]], axis=1))

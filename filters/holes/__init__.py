@@ -1,1 +1,15 @@
-"""Holes: the rims that bound them, a triangulation of each, its refinement to the rim's density, its fairing."""
+"""Closing holes: their rims are triangulated, the triangles refined to the density of the rim, the new vertices faired.
+
+The rim of a hole is its boundary loop.
+"""
+
+from .close_holes import close_holes
+from .filling import HOLE_ENERGIES, HoleEnergy, HoleFilling, OpenRim
+
+__all__ = [
+    "HOLE_ENERGIES",
+    "HoleEnergy",
+    "HoleFilling",
+    "OpenRim",
+    "close_holes",
+]

@@ -1,23 +1,23 @@
 """Holes closed by a surface that continues the one around: triangulated, refined to the density of the rim, faired."""
 
-from numbers import Integral
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError
+from ..checks import FilterInputError, check_choice, check_whole_number
 from ..execution import Progress, ignore_progress
 from ..mesh import Bools, Floats, Ints, check_mesh
+from ..topology import boundary_loops
 from .filling import HOLE_ENERGIES, HoleEnergy, HoleFilling, OpenRim
+from .left_open import ISLAND_IN_IT, broken_left_open, left_open_as
 from .patch_fairing import fair_patches
 from .patches import Patches
-from .rims import find_rims
-from .sorted_rims import ISLAND_IN_IT, MOST_JOINED, left_open_as, sorted_rims
+from .sorted_rims import MOST_JOINED, sorted_rims
 
 __all__ = ["HOLE_ENERGIES", "HoleEnergy", "HoleFilling", "OpenRim", "close_holes"]
 
-# The share of the work that triangulation is taken to be.
+# The share of the progress that triangulation takes.
 _TRIANGULATION = 0.4
 
 
@@ -37,15 +37,15 @@ def close_holes(
 
     Each rim is triangulated (`triangulate_rim`), the triangles are split and their edges flipped until they are as small as those
     at the rim (`refined_patch`), and the new vertices are placed by `fair_region`; refinement and fairing alternate for some
-    rounds, since a fair surface is that of a parametrisation, which the round before has made a better one. Where the surface
-    then bends more than 1.2 times as much at the rim as around it, edges become as short as a quarter: a narrow hole between two
-    sides that do not match needs more of them to be smooth.
+    rounds, since fairing depends on the triangulation, which each round makes more regular. Where the surface then bends more
+    than 1.2 times as much at the rim as around it, edges become down to a quarter as long: a narrow hole between two sides that
+    do not match needs more of them to be smooth.
 
     The closed mesh is a manifold where the mesh was one, and oriented like it. Outer borders of open sheets are no holes and stay
-    open, of whatever size (`outer_borders`): rims round which the surface turns by more than 1.5 pi, and, unless `selected` asks
-    for them, those that span more than a third of the area of their sheet, as the border of a cap of a ball up to 109 degrees
-    from its pole does. A ball of which less is missing has a hole; a tube longer than three quarters of its width has two. If a
-    sheet lies in a hole without touching its rim it is an island, which the new faces join.
+    open, of whatever size (`outer_borders`): rims with a total geodesic curvature above 1.5 pi, and, unless `selected` contains
+    one of their vertices, those that span more than a third of the area of their sheet, as the border of a cap of a ball up to
+    109 degrees from its pole does. A ball of which less is missing has a hole; a tube longer than three quarters of its width has
+    two. A sheet that lies in a hole without touching its rim is an island, which the new faces join.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -53,17 +53,17 @@ def close_holes(
         max_edges: the largest number of edges of the rim of a hole that is closed, from 3. Larger closes more. Outer borders and
             islands do not count. A rim of k edges takes about 5 k^2 bytes.
         energy: how the new vertices are placed. "membrane": the least area, with a crease at the rim. "thin_plate": tangents
-            continue across the rim. "minimum_variation": curvatures do too, the filling bulges as the surroundings suggest; on
-            smooth surfaces it is closest to what was there, and it is the most sensitive to noise at the rim. "none": as
+            continue across the rim. "minimum_variation": curvatures do too, and the filling bulges as the surface around does;
+            it is closest to the lost surface where that was smooth, and the most sensitive to noise at the rim. "none": as
             refinement leaves them.
         refine: whether to split the new faces until they are as dense as the rim. Without, there are no new vertices and so
             nothing to fair.
-        rounds: how often to refine and fair, from 1. More let a filling bulge further where the rim suggests that.
+        rounds: how often to refine and fair, from 1. More let a filling bulge further where the surface around does.
         islands: "join": new faces connect islands with the rim around; they need not be small. If one cannot be joined, its hole
-            stays open too. "leave": they stay loose and the new faces do not know of them.
-        selected: (n,) bool: only holes with at least one selected vertex at the rim are closed, and rims so selected are holes
-            where their area alone makes them outer borders. None for all holes.
-        progress: called now and then with the share that is done; may raise to stop.
+            stays open too. "leave": they stay loose, and the new faces may intersect them.
+        selected: (n,) bool: only holes with at least one selected vertex at the rim are closed. A rim with one that would be an
+            outer border by its area alone is closed, too. None for all holes.
+        progress: called with the share that is done; may raise to stop.
 
     Returns:
         What to add to the mesh. Vertices and faces of the mesh itself stay as they are. Deterministic.
@@ -72,17 +72,16 @@ def close_holes(
         FilterInputError: not a mesh, or a parameter out of range.
     """
     given, triangles = check_mesh(vertices, faces)
-    _check_choice("energy", energy, HOLE_ENERGIES)
-    _check_choice("islands", islands, ("join", "leave"))
-    _check_least("max_edges", max_edges, 3)
-    _check_least("rounds", rounds, 1)
-    rounds = int(rounds)
+    check_choice("energy", energy, HOLE_ENERGIES)
+    check_choice("islands", islands, ("join", "leave"))
+    check_whole_number("max_edges", max_edges, least=3)
+    check_whole_number("rounds", rounds, least=1)
     wanted = _check_selected(selected, len(given))
     points, exponent = _ordinary(given, triangles)
     forwards = _only_forwards(progress)
-    rims, left_open = find_rims(points, triangles)
+    rims, broken = boundary_loops(points, triangles)
     holes, inside, unwanted = sorted_rims(rims, points, triangles, max_edges, wanted, islands)
-    left_open += unwanted
+    left_open = [*map(broken_left_open, broken), *unwanted]
     patches = Patches(points, triangles, rims)
     closed, with_islands = [], []
     for k, hole in enumerate(holes):
@@ -122,9 +121,9 @@ def close_holes(
 
 
 def _ordinary(given: Floats, triangles: Ints) -> tuple[Floats, int]:
-    """The vertices divided by two to a power, which is returned, and which changes no digit.
+    """The vertices divided by a power of two, and its exponent: exact, and areas and their squares stay in range in any unit.
 
-    So areas and their squares are ordinary numbers in any unit. Vertices without a face have no say in that, and become zero.
+    Vertices without a face do not count, and become 0.
     """
     used = np.zeros(len(given), dtype=np.bool_)
     used[triangles] = True
@@ -134,7 +133,7 @@ def _ordinary(given: Floats, triangles: Ints) -> tuple[Floats, int]:
 
 
 def _only_forwards(progress: Progress) -> Progress:
-    """The same without shares below one that was told already: some of the work is tried, and done again otherwise."""
+    """The progress without shares below the highest so far: work that is tried and then done in another way counts again."""
     furthest = 0.0
 
     def forwards(share: float) -> None:
@@ -143,17 +142,6 @@ def _only_forwards(progress: Progress) -> Progress:
         progress(furthest)
 
     return forwards
-
-
-def _check_choice(name: str, value: object, allowed: tuple[str, ...]) -> None:
-    if value not in allowed:
-        raise FilterInputError(f"{name} {value!r} is not one of {', '.join(map(repr, allowed))}")
-
-
-def _check_least(name: str, value: object, least: int) -> None:
-    whole = isinstance(value, Integral) or (isinstance(value, float) and value.is_integer())
-    if not whole or int(value) < least:  # type: ignore[call-overload]
-        raise FilterInputError(f"{name} is {value!r}: it is a whole number of at least {least}")
 
 
 def _check_selected(selected: ArrayLike | None, n_vertices: int) -> Bools | None:

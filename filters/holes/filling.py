@@ -4,16 +4,17 @@ from typing import Literal, NamedTuple, TypeAlias, get_args
 
 from ..mesh import Floats, Ints
 
-#: Why a rim was left open. "size": it is that of a hole, with more edges than asked for. "selection": none of its vertices is
-#: selected. "outer": it is the outer border of an open sheet. "probably_outer": so it seems, by its area. "island": it is the
-#: border of an island that could not be joined to the hole around it, or the rim of that hole. "seam": its two sides coincide.
+#: Why a rim was left open. "size": the hole has more edges than asked for. "selection": none of its vertices is selected.
+#: "outer": it is the outer border of an open sheet. "probably_outer": it seems to be one, by its area. "island": it is the border
+#: of an island that could not be joined to the hole around it, or the rim of that hole. "seam": its two sides coincide.
 #: "orientation": faces at it are not coherently oriented. "non_manifold": an edge with more than two faces ends at it.
 #: "no_triangulation": any triangulation would have degenerate triangles or edges with more than two faces.
 Reason: TypeAlias = Literal[
     "size", "selection", "outer", "probably_outer", "island", "seam", "orientation", "non_manifold", "no_triangulation"
 ]
 
-#: How the new vertices are placed: by `fair_region` with that energy, or "none": where refinement put them. In ascending order.
+#: How the new vertices are placed: by `fair_region` with this energy, or for "none" where refinement put them. From the lowest
+#: order to the highest.
 HoleEnergy: TypeAlias = Literal["none", "membrane", "thin_plate", "minimum_variation"]
 HOLE_ENERGIES: tuple[HoleEnergy, ...] = get_args(HoleEnergy)
 
@@ -44,10 +45,10 @@ class HoleFilling(NamedTuple):
         hole_of_face: (b,) int32, ascending, the index in `closed` of the hole that each new face closes.
         hole_of_vertex: (a,) int32, ascending, the same of each new vertex.
         closed: for every closed hole (k,) int32 the vertices of its rim in order along it, in the direction of the new faces.
-        islands: for every closed hole (k,) int32 the vertices of the rims of islands in it that the new faces join; mostly none.
+        islands: for every closed hole (k,) int32 the vertices of the rims of the islands that its new faces join; mostly none.
         left_open: the other rims, and why they were left.
-        energies: for every closed hole the energy that placed its new vertices: the one asked for, or where its equations are too
-            ill-conditioned to be solved, the highest of the lower ones that can be, or "none".
+        energies: for every closed hole the energy that placed its new vertices: the one asked for, or if its equations are too
+            ill-conditioned, the highest lower one that can be solved for, or "none".
     """
 
     new_vertices: Floats

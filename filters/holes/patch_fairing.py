@@ -1,4 +1,4 @@
-"""The new vertices of all patches placed by fairing, those of a degenerate patch by a lower energy than the others."""
+"""Places the new vertices of all patches by fairing; in a patch whose equations cannot be solved, by a lower energy."""
 
 import numpy as np
 
@@ -13,18 +13,18 @@ from .patches import Patches
 def fair_patches(
     patches: Patches, points: Floats, faces: Ints, *, energy: HoleEnergy, rounds: int, progress: Progress
 ) -> list[HoleEnergy]:
-    """Refines and fairs the patches in turn, and moves their new vertices; the energy that each was placed by in the end.
+    """Fairs and refines the patches in turn, and moves their new vertices; the energy that placed each patch in the end.
 
-    All patches of one energy are solved for together. If their equations cannot be solved they are halved until the patches that
-    are to blame stand alone; those go on with the next lower energy, in this round and in those to come.
+    All patches of one energy are solved for together. If their equations cannot be solved, the set is halved until each patch
+    that causes it stands alone. Such a patch gets the next lower energy, in this round and all later ones.
 
     Args:
-        patches: what closes the holes, refined once.
+        patches: the patches, refined once.
         points: (n, 3) the vertices of the mesh.
         faces: (m, 3) its triangles.
-        energy: the one to begin with.
+        energy: the energy to begin with.
         rounds: how often to fair.
-        progress: called now and then with the share that is done; the shares may fall where patches are solved for once more.
+        progress: called with the share that is done, which falls where patches are solved for again.
     """
     energies: list[HoleEnergy] = [energy] * patches.count
     for done in range(rounds):
@@ -34,7 +34,7 @@ def fair_patches(
 
         if done > 0:
             patches.refine_again(energy != "membrane")
-        # From the highest energy down, so that patches that fall to a lower one are placed in the same round.
+        # Grouped before any patch falls to a lower energy: `_lower` places those that do.
         groups = [[k for k in range(patches.count) if energies[k] == level] for level in HOLE_ENERGIES[:0:-1]]
         for level, group in zip(HOLE_ENERGIES[:0:-1], groups, strict=True):
             for k in _place(patches, points, faces, group, level, partial):
@@ -43,7 +43,7 @@ def fair_patches(
 
 
 def _lower(patches: Patches, points: Floats, faces: Ints, k: int, energy: HoleEnergy, progress: Progress) -> HoleEnergy:
-    """Places one patch by the highest energy below this one that can be solved for, and says which."""
+    """Places one patch by the highest energy below this one that can be solved for, and returns that."""
     for level in HOLE_ENERGIES[HOLE_ENERGIES.index(energy) - 1 : 0 : -1]:
         if not _place(patches, points, faces, [k], level, progress):
             return level
@@ -51,7 +51,7 @@ def _lower(patches: Patches, points: Floats, faces: Ints, k: int, energy: HoleEn
 
 
 def _place(patches: Patches, points: Floats, faces: Ints, group: list[int], energy: HoleEnergy, progress: Progress) -> list[int]:
-    """Places the new vertices of these patches, and returns those that it could not."""
+    """Places the new vertices of these patches; returns the patches whose equations cannot be solved."""
     new_vertices, new_faces, patch_of_vertex, _ = patches.gathered()
     free = np.concatenate([np.zeros(len(points), dtype=np.bool_), np.isin(patch_of_vertex, group)])
     if energy == "none" or not free.any():

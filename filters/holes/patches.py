@@ -1,4 +1,4 @@
-"""The patches that close the holes of a mesh, while they are made."""
+"""The patches that close the holes of a mesh: triangulated, then refined as their vertices move."""
 
 from typing import NamedTuple
 
@@ -6,11 +6,10 @@ import numpy as np
 
 from ..execution import Progress
 from ..mesh import Bools, Floats, Ints
-from ..topology import OneRings, one_rings
+from ..topology import BoundaryLoop, OneRings, one_rings
 from .polygon import Polygon, joined_corners, polygon, triangulate_polygon
 from .refinement import Patch, refined_patch
 from .rim_angles import bend_at_rim, bends_around
-from .rims import Rim
 
 #: A hole at whose rim the surface bends by more than this many times as much as around it is refined further.
 SHARP = 1.2
@@ -18,18 +17,18 @@ SHARP = 1.2
 FINEST = 0.25
 
 
-class _Sewn(NamedTuple):
-    """A patch, and how it hangs on the mesh.
+class _PlacedPatch(NamedTuple):
+    """A patch with its place in the mesh.
 
     Attributes:
-        own: (k,) the vertices of the mesh that it hangs on, ascending.
-        patch: its first points are those.
+        own: (k,) the vertices of the mesh on its rim, ascending.
+        patch: the patch; its first k points are these vertices.
         forbidden: (k, k) which of them it must not join.
-        sides: (s, 3) the edges of the rim in its own numbers, as `bend_at_rim` takes them, and of the third vertex its place in
-            `around`.
+        sides: (s, 3) the edges of the rim in the numbers of the patch, as `bend_at_rim` takes them, but of the third vertex the
+            index in `around`.
         around: (s, 3) coordinates of the third vertices of the faces of the mesh at the rim.
-        bend: the mean angle at the edges of the mesh around.
-        share: how long its edges are to be as a share of those around.
+        bend: the mean angle between the faces at the edges of the mesh around it, in radians.
+        share: the target length of its edges as a share of the edges around.
     """
 
     own: Ints
@@ -42,10 +41,10 @@ class _Sewn(NamedTuple):
 
 
 class Patches:
-    """The mesh and what closes its holes so far."""
+    """A mesh and the patches that close its holes so far."""
 
-    def __init__(self, points: Floats, faces: Ints, rims: list[Rim]) -> None:
-        """A mesh of which these rims may be closed."""
+    def __init__(self, points: Floats, faces: Ints, rims: list[BoundaryLoop]) -> None:
+        """No patches yet, for a mesh of which these rims may be closed."""
         self._points = points
         self._rings: OneRings = one_rings(faces, len(points))
         self._place = np.full(len(points), -1, dtype=np.int32)
@@ -55,20 +54,20 @@ class Patches:
         self._shared = met > 1
         self._bends = bends_around(points, faces, np.flatnonzero(met).astype(np.int32))
         self._links: dict[int, set[int]] = {}
-        self._sewn: list[_Sewn] = []
+        self._placed: list[_PlacedPatch] = []
 
     @property
     def count(self) -> int:
-        """How many there are."""
-        return len(self._sewn)
+        """The number of patches."""
+        return len(self._placed)
 
-    def add(self, rim: Rim, islands: list[Rim], refine: bool, progress: Progress) -> bool:
-        """Triangulate and refine one more hole and the islands in it; False, and nothing is added, if that cannot be done."""
+    def add(self, rim: BoundaryLoop, islands: list[BoundaryLoop], refine: bool, progress: Progress) -> bool:
+        """Triangulate and refine a hole with the islands in it; False, and nothing is added, if that cannot be done."""
         outline = polygon(rim, islands, self._points)
         joined = joined_corners(outline.vertices, self._rings, self._place, self._links)
         triangles = None if _is_a_face(outline) else triangulate_polygon(outline, self._points, joined, progress)
         if triangles is None and refine and len(rim.vertices) > 3:
-            # Edges that are there already are split by refinement, after which they are no longer doubled.
+            # Here diagonals may double edges of the mesh, since refinement splits such diagonals.
             triangles = triangulate_polygon(outline, self._points, np.zeros_like(joined), progress)
         if triangles is None:
             return False
@@ -78,53 +77,53 @@ class Patches:
         self._place[own] = -1
         forbidden = joined[np.ix_(first, first)]
         for loop in (rim, *islands):
-            corners, visits = np.unique(loop.vertices, return_counts=True)
-            twice = np.searchsorted(own, corners[visits > 1])
+            distinct, visits = np.unique(loop.vertices, return_counts=True)
+            twice = np.searchsorted(own, distinct[visits > 1])
             forbidden[twice, twice] = True
         if refine:
             patch = refined_patch(patch, forbidden=forbidden)
-            # From now on no edge is to appear that another hole, which has its ends too, may have made meanwhile.
+            # Another hole with the same two vertices may join them later, so no flip of this one may.
             forbidden |= np.outer(self._shared[own], self._shared[own]) & ~np.eye(len(own), dtype=np.bool_)
         at_mesh = outline.opposite >= 0
         starts, ends = np.searchsorted(own, outline.vertices), np.searchsorted(own, np.roll(outline.vertices, -1))
         sides = np.column_stack([starts, ends, np.cumsum(at_mesh) - 1])[at_mesh].astype(np.int32)
         bend = float(self._bends[0][own].sum() / max(self._bends[1][own].sum(), 1.0))
-        self._sewn.append(_Sewn(own, patch, forbidden, sides, self._points[outline.opposite[at_mesh]], bend, 1.0))
-        self._note_links(own, patch)
+        self._placed.append(_PlacedPatch(own, patch, forbidden, sides, self._points[outline.opposite[at_mesh]], bend, 1.0))
+        self._record_links(own, patch)
         return True
 
     def refine_again(self, smooth: bool) -> None:
-        """Refine all patches where their points are now; if they are to be smooth at their rims, more those that are not."""
-        for k, sewn in enumerate(self._sewn):
-            patch = sewn.patch
-            everything = np.concatenate([patch.points, sewn.around])
-            sides = sewn.sides + np.array([0, 0, len(patch.points)], dtype=np.int32)
+        """Refine all patches with their points where they are now; if `smooth`, more where the surface bends at the rim."""
+        for k, placed in enumerate(self._placed):
+            patch = placed.patch
+            everything = np.concatenate([patch.points, placed.around])
+            sides = placed.sides + np.array([0, 0, len(patch.points)], dtype=np.int32)
             bend = bend_at_rim(everything, patch.triangles, sides)
-            finer = np.clip(SHARP * sewn.bend / bend, FINEST / sewn.share, 1.0) if smooth and bend > 0.0 else 1.0
-            patch = refined_patch(patch._replace(sizes=patch.sizes * finer), forbidden=sewn.forbidden)
-            self._sewn[k] = sewn._replace(patch=patch, share=sewn.share * float(finer))
+            finer = np.clip(SHARP * placed.bend / bend, FINEST / placed.share, 1.0) if smooth and bend > 0.0 else 1.0
+            patch = refined_patch(patch._replace(sizes=patch.sizes * finer), forbidden=placed.forbidden)
+            self._placed[k] = placed._replace(patch=patch, share=placed.share * float(finer))
 
     def move(self, new_vertices: Floats) -> None:
-        """Put the new vertices elsewhere."""
+        """Set the coordinates of the new vertices, in the order of `gathered`."""
         at = 0
-        for k, sewn in enumerate(self._sewn):
-            own, patch = sewn.own, sewn.patch
+        for k, placed in enumerate(self._placed):
+            own, patch = placed.own, placed.patch
             more = len(patch.points) - len(own)
             moved = np.concatenate([patch.points[: len(own)], new_vertices[at : at + more]])
-            self._sewn[k] = sewn._replace(patch=patch._replace(points=moved))
+            self._placed[k] = placed._replace(patch=patch._replace(points=moved))
             at += more
 
     def gathered(self) -> tuple[Floats, Ints, Ints, Ints]:
-        """The new vertices, the new faces, and the number of the patch of each vertex and of each face."""
+        """The new vertices, the new faces, and the index of the patch of each of these vertices and faces."""
         vertices, faces = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int32)]
         total = len(self._points)
-        for own, patch, *_ in self._sewn:
+        for own, patch, *_ in self._placed:
             more = len(patch.points) - len(own)
             numbers = np.concatenate([own, np.arange(total, total + more, dtype=np.int32)]).astype(np.int32)
             vertices.append(patch.points[len(own) :])
             faces.append(numbers[patch.triangles])
             total += more
-        holes = np.arange(len(self._sewn), dtype=np.int32)
+        holes = np.arange(len(self._placed), dtype=np.int32)
         return (
             np.concatenate(vertices),
             np.concatenate(faces),
@@ -133,15 +132,15 @@ class Patches:
         )
 
     def _lengths(self, own: Ints) -> Floats:
-        """The mean length of the edges of the mesh at each of the vertices."""
+        """(k,) the mean length of the edges of the mesh at each of the vertices."""
         lengths = np.empty(len(own))
         for i, v in enumerate(own.tolist()):
             ends = self._rings.neighbours[self._rings.offsets[v] : self._rings.offsets[v + 1]]
             lengths[i] = np.linalg.norm(self._points[ends] - self._points[v], axis=1).mean()
         return lengths
 
-    def _note_links(self, own: Ints, patch: Patch) -> None:
-        """Remember the edges of the patch between vertices that other holes have too: those must not make them again."""
+    def _record_links(self, own: Ints, patch: Patch) -> None:
+        """Record the edges of the patch between vertices that other holes share, so that their patches do not repeat them."""
         shared = np.concatenate([self._shared[own], np.zeros(len(patch.points) - len(own), dtype=np.bool_)])
         for k in range(3):
             a, b = patch.triangles[:, k], patch.triangles[:, (k + 1) % 3]
@@ -152,5 +151,5 @@ class Patches:
 
 
 def _is_a_face(outline: Polygon) -> bool:
-    """Whether the polygon is a triangle of the mesh, seen from behind."""
+    """Whether the polygon is a face of the mesh in the other orientation."""
     return len(outline.vertices) == 3 and bool(outline.opposite[0] == outline.vertices[2])

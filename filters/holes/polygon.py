@@ -1,13 +1,13 @@
-"""The polygon that a hole is triangulated as: its rim, and islands in it that are joined to it by cuts."""
+"""The polygon that is triangulated to close a hole: its rim, with the islands in it joined to it by cuts."""
 
 from typing import NamedTuple
 
 import numpy as np
 
 from ..execution import Progress
+from ..geometry import side_lengths
 from ..mesh import Bools, Floats, Ints, Longs
-from ..topology import OneRings
-from .rims import Rim
+from ..topology import BoundaryLoop, OneRings
 from .triangulation import triangulate_rim
 
 _MOST_TRIES = 20
@@ -17,8 +17,8 @@ class Polygon(NamedTuple):
     """A closed walk along border edges, and to an island and back along a cut.
 
     Attributes:
-        vertices: (k,) int32; a vertex occurs more than once where a cut begins or ends, and where the surface hangs together by
-            it alone.
+        vertices: (k,) int32 of the mesh, one a corner of the polygon. A vertex is several corners where a cut begins or ends, and
+            where parts of the surface are attached by it alone.
         opposite: (k,) int32 the third vertex of the face of the mesh at the edge from each to the next, -1 at cuts.
     """
 
@@ -26,13 +26,13 @@ class Polygon(NamedTuple):
     opposite: Ints
 
 
-def polygon(rim: Rim, islands: list[Rim], points: Floats) -> Polygon:
-    """The rim with each island joined by a cut from its vertex nearest to what is joined already, the nearest island first.
+def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> Polygon:
+    """The rim with each island joined by the shortest cut to what is joined already, the nearest island first.
 
-    It begins behind the longest edge of the rim: the triangulation depends a little on where it begins, and must not on numbers.
+    It begins after the longest edge of the rim: the triangulation depends slightly on its first corner, which must not depend on
+    the numbers of the vertices.
     """
-    lengths = np.linalg.norm(points[rim.vertices] - points[np.roll(rim.vertices, -1)], axis=1)
-    first = int(lengths.argmax()) + 1
+    first = int(side_lengths(points[rim.vertices]).argmax()) + 1
     vertices, opposite = np.roll(rim.vertices, -first), np.roll(rim.opposite, -first)
     rest = list(islands)
     while rest:
@@ -52,12 +52,12 @@ def polygon(rim: Rim, islands: list[Rim], points: Floats) -> Polygon:
 
 
 def triangulate_polygon(outline: Polygon, points: Floats, joined: Bools, progress: Progress) -> Ints | None:
-    """(b, 3) the vertices of triangles that close the polygon, None if there are none that would leave a manifold.
+    """(b, 3) the vertices of triangles that close the polygon; None if there are none that leave a manifold.
 
     Args:
         outline: the polygon.
         points: (n, 3) the vertices of the mesh.
-        joined: (k, k) which of its corners have an edge to each other already.
+        joined: (k, k) which of its corners are joined by an edge already.
         progress: as for `triangulate_rim`.
     """
     corners = outline.vertices
@@ -70,13 +70,13 @@ def triangulate_polygon(outline: Polygon, points: Floats, joined: Bools, progres
         doubled = _doubled_diagonals(corners, triangles)
         if len(doubled) == 0:
             return np.asarray(corners[triangles])
-        # Both copies of a vertex got an edge to the same one: the second has to do without.
+        # Two corners at one vertex have got diagonals to the same vertex: forbid the second.
         forbidden[doubled[:, 0], doubled[:, 1]] = forbidden[doubled[:, 1], doubled[:, 0]] = True
     return None
 
 
 def _doubled_diagonals(corners: Ints, triangles: Ints) -> Longs:
-    """(d, 2) the corners of diagonals that join the same vertices as another diagonal, all but the first of each."""
+    """(d, 2) the corners of the diagonals that join the same two vertices as another diagonal before them."""
     ends = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
     ends, uses = np.unique(ends, axis=0, return_counts=True)
     diagonals = ends[uses == 2]
@@ -85,13 +85,13 @@ def _doubled_diagonals(corners: Ints, triangles: Ints) -> Longs:
 
 
 def joined_corners(corners: Ints, rings: OneRings, place: Ints, more: dict[int, set[int]]) -> Bools:
-    """(k, k) which corners of a polygon are ends of an edge that is no side of it.
+    """(k, k) which corners of a polygon are joined by an edge that is no side of it.
 
     Args:
-        corners: (k,) vertices.
+        corners: (k,) the vertices of the polygon.
         rings: the neighbours of every vertex of the mesh.
-        place: (n,) of -1, used as working memory and left as it was.
-        more: further neighbours, those that triangles made before gave.
+        place: (n,) of -1, working memory that is left as it was.
+        more: further neighbours of vertices, by edges of the patches made before.
     """
     k = len(corners)
     own, index = np.unique(corners, return_inverse=True)

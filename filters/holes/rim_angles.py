@@ -2,17 +2,21 @@
 
 import numpy as np
 
+from ..geometry import angles_between, cross_products
 from ..mesh import Floats, Ints
 from ..topology import face_adjacency
 
 
 def bends_around(points: Floats, faces: Ints, at: Ints) -> tuple[Floats, Floats]:
-    """(n,) at the vertices asked for, the angles between the normals of the two faces at each of its edges: sum and number.
+    """The angles between the normals of the two faces of every edge, summed at its ends.
 
     Args:
         points: (n, 3) the vertices of the mesh.
         faces: (m, 3) its triangles.
-        at: (k,) vertices.
+        at: (k,) the vertices where the sums are wanted; others may get less than their sum.
+
+    Returns:
+        (n,) the sums in radians, and (n,) how many angles each sums up.
     """
     n = len(points)
     asked = np.zeros(n, dtype=np.bool_)
@@ -20,8 +24,8 @@ def bends_around(points: Floats, faces: Ints, at: Ints) -> tuple[Floats, Floats]
     near = faces[asked[faces].any(axis=1)]
     pairs, shared = face_adjacency(near)
     pairs, shared = pairs[asked[shared].any(axis=1)], shared[asked[shared].any(axis=1)]
-    normals = _normals(points[near])
-    angles = _angles(normals[pairs[:, 0]], normals[pairs[:, 1]])
+    normals = cross_products(points, near)
+    angles = angles_between(normals[pairs[:, 0]], normals[pairs[:, 1]])
     total, number = np.zeros(n), np.zeros(n)
     for k in range(2):
         np.add.at(total, shared[:, k], angles)
@@ -30,7 +34,7 @@ def bends_around(points: Floats, faces: Ints, at: Ints) -> tuple[Floats, Floats]
 
 
 def bend_at_rim(points: Floats, triangles: Ints, sides: Ints) -> float:
-    """The mean angle between the normals on both sides of the rim.
+    """The mean angle between the normals of the patch and of the mesh along the rim, in radians.
 
     Args:
         points: (n, 3) the vertices of the patch and of the faces around it.
@@ -42,13 +46,4 @@ def bend_at_rim(points: Floats, triangles: Ints, sides: Ints) -> float:
     keys = np.concatenate([triangles[:, k].astype(np.int64) * n + triangles[:, (k + 1) % 3] for k in range(3)])
     order = np.argsort(keys, kind="stable")
     inside = triangles[order[np.searchsorted(keys[order], sides[:, 0].astype(np.int64) * n + sides[:, 1])] % len(triangles)]
-    return float(_angles(_normals(points[inside]), -_normals(points[sides])).mean())
-
-
-def _normals(corners: Floats) -> Floats:
-    """Normals of (m, 3, 3) triangles."""
-    return np.asarray(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
-
-
-def _angles(one: Floats, other: Floats) -> Floats:
-    return np.asarray(np.arctan2(np.linalg.norm(np.cross(one, other), axis=1), np.einsum("ij,ij->i", one, other)))
+    return float(angles_between(cross_products(points, inside), -cross_products(points, sides)).mean())

@@ -1,1 +1,35 @@
-"""Spectral filters: what a surface looks like with some of its wavelengths removed, kept or made stronger."""
+"""Spectral filters: a surface with some of its wavelengths removed, kept or made stronger."""
+
+from .eigenpairs import lowest_eigenpairs
+from .harmonics import ManifoldHarmonics, manifold_harmonics
+from .one_harmonic import OneHarmonic, one_harmonic
+from .problem import SPECTRAL_OPERATORS, SpectralOperator, SpectralProblem, spectral_problem
+from .responses import DEFAULT_ORDER, ORDERS, RESPONSE_NAMES, Response, ResponseName, band_pass, enhance, low_pass
+from .spectral_filter import SPECTRAL_METHODS, SpectralMethod, SpectralResult, spectral_filter
+from .spectrum import Spectrum, spectrum
+
+__all__ = [
+    "DEFAULT_ORDER",
+    "ORDERS",
+    "RESPONSE_NAMES",
+    "SPECTRAL_METHODS",
+    "SPECTRAL_OPERATORS",
+    "ManifoldHarmonics",
+    "OneHarmonic",
+    "Response",
+    "ResponseName",
+    "SpectralMethod",
+    "SpectralOperator",
+    "SpectralProblem",
+    "SpectralResult",
+    "Spectrum",
+    "band_pass",
+    "enhance",
+    "low_pass",
+    "lowest_eigenpairs",
+    "manifold_harmonics",
+    "one_harmonic",
+    "spectral_filter",
+    "spectral_problem",
+    "spectrum",
+]

@@ -1,11 +1,11 @@
-"""The faces on both sides of every edge."""
+"""The two faces of every interior edge."""
 
 import numpy as np
 from numba import njit
 
 from ..mesh import Ints, Longs
+from .ascending_slices import sort_slice
 from .edge_lists import vertex_bound
-from .rings import sort_slice
 
 
 def face_adjacency(faces: Ints) -> tuple[Ints, Ints]:
@@ -18,9 +18,21 @@ def face_adjacency(faces: Ints) -> tuple[Ints, Ints]:
     return pairs, shared
 
 
+def faces_across(faces: Ints) -> Ints:
+    """(m, 3) int32 the face across edge k of every face, the edge from its corner k to the next.
+
+    -1 where the edge has other than two faces, and where its two faces are not coherently oriented.
+    """
+    triangles = np.ascontiguousarray(faces, dtype=np.int32)
+    pairs, shared = face_adjacency(triangles)
+    across = np.full(triangles.shape, -1, dtype=np.int32)
+    _link(triangles, pairs, shared, across)
+    return across
+
+
 @njit(cache=True)
 def _faces_by_edge(faces: Ints, n_vertices: int) -> tuple[Longs, Longs]:
-    """The half-edges by their lower vertex; each key is (higher vertex) * 2^32 + face, ascending."""
+    """The edges of all faces by their lower vertex; the key of each is (higher vertex) * 2^32 + face, ascending at a vertex."""
     offsets = np.zeros(n_vertices + 1, dtype=np.int64)
     for f in range(faces.shape[0]):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
@@ -63,3 +75,24 @@ def _two_faced_edges(offsets: Longs, keys: Longs) -> tuple[Ints, Ints]:
                 found += 1
             start = end
     return pairs[:found].copy(), shared[:found].copy()
+
+
+@njit(cache=True)
+def _link(faces: Ints, pairs: Ints, shared: Ints, across: Ints) -> None:
+    for p in range(pairs.shape[0]):
+        f, g = pairs[p, 0], pairs[p, 1]
+        u, v = shared[p, 0], shared[p, 1]
+        j, k = _edge_from(faces, f, u, v), _edge_from(faces, g, v, u)
+        if j < 0:
+            j, k = _edge_from(faces, f, v, u), _edge_from(faces, g, u, v)
+        if k >= 0:
+            across[f, j], across[g, k] = g, f
+
+
+@njit(cache=True)
+def _edge_from(faces: Ints, f: int, u: int, v: int) -> int:
+    """Which edge of face f goes from u to v; -1 if none does."""
+    for k in range(3):
+        if faces[f, k] == u and faces[f, (k + 1) % 3] == v:
+            return k
+    return -1

@@ -1,4 +1,4 @@
-"""The border of an open mesh, and what it does while the rest is smoothed."""
+"""The border of an open mesh, and how it may move while the rest is smoothed."""
 
 from typing import Literal, TypeAlias, get_args
 
@@ -7,8 +7,8 @@ import numpy as np
 from ..mesh import Bools, Ints
 from .edge_lists import edge_face_counts
 
-#: "fixed": border vertices stay. "along": they see their neighbours on the border only, so the border is smoothed as a curve.
-#: "free": they are vertices like any other, and the border draws in.
+#: "fixed": border vertices stay. "along": only neighbours on the border count for them, so the border is smoothed as a curve.
+#: "free": they are vertices like any other, and the border shrinks.
 BorderPolicy: TypeAlias = Literal["fixed", "along", "free"]
 BORDER_POLICIES: tuple[BorderPolicy, ...] = get_args(BorderPolicy)
 

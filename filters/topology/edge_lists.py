@@ -1,10 +1,8 @@
 """The edges of a triangle list and the faces at each, in time linear in the mesh.
 
-A face that names a vertex twice is no triangle: it gives no edge and references nothing, so the faces on both sides of a
-collapsed triangle meet each other. An edge with exactly one face is a border edge, one with more than two is non-manifold.
+A face that names a vertex twice is not proper: it has no edges and references no vertex, so the faces on both sides of a
+collapsed triangle share an edge. An edge with exactly one face is a border edge, one with more than two is non-manifold.
 """
-
-from typing import Any
 
 import numpy as np
 
@@ -34,17 +32,18 @@ def non_manifold_edges(faces: Ints) -> Ints:
 
 
 def referenced_vertices(faces: Ints, n_vertices: int) -> Bools:
-    """(n,) whether a triangle uses the vertex."""
+    """(n,) whether the vertex belongs to a proper face."""
     used = np.zeros(n_vertices, dtype=np.bool_)
-    used[faces[_is_triangle(faces)]] = True
+    used[faces[proper_faces(faces)]] = True
     return used
+
+
+def proper_faces(faces: Ints) -> Bools:
+    """(m,) whether the face names three different vertices."""
+    a, b, c = faces.T
+    return np.asarray((a != b) & (b != c) & (c != a))
 
 
 def vertex_bound(faces: Ints) -> int:
     """One more than the highest vertex that a face names."""
     return int(faces.max()) + 1 if faces.size else 0
-
-
-def _is_triangle(faces: Ints) -> Any:
-    a, b, c = faces.T
-    return (a != b) & (b != c) & (c != a)

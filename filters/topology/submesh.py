@@ -1,4 +1,4 @@
-"""The part of a mesh that a region's equations see: its free vertices and some rings of fixed ones around them."""
+"""The part of a mesh that a region's equations depend on: its free vertices and some rings of fixed vertices around them."""
 
 from typing import NamedTuple
 
@@ -14,10 +14,10 @@ class Submesh(NamedTuple):
 
     Attributes:
         vertices: (n,) ascending, the vertices of the mesh in it.
-        faces: (m, 3) in its own numbers, in the order of the mesh.
+        faces: (m, 3) triangles of these vertices by their index here, in the order of the mesh.
         points: (n, 3) coordinates.
         free: (n,) which of them are free: no border vertex is.
-        border: (n,) which of them lie on the border of the mesh; not told of the outermost ring.
+        border: (n,) which of them lie on the border of the mesh; false on the outermost ring, where it is not known.
     """
 
     vertices: Ints
@@ -28,15 +28,15 @@ class Submesh(NamedTuple):
 
 
 def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Submesh:
-    """The faces that touch a free vertex or one of the rings - 1 rings around, and so `rings` rings of fixed vertices.
+    """The chosen vertices with `rings` rings of vertices around them: all faces with a vertex within the inner rings - 1 rings.
 
-    One pass over the faces for each ring; all else takes time in proportion to the submesh.
+    Takes one pass over the faces for each ring, and otherwise time in proportion to the submesh.
 
     Args:
         points: (n, 3) coordinates of the mesh.
         faces: (m, 3) its triangles.
-        free: (n,) the vertices chosen. Those on the border of the mesh, and those without a triangle, are not free in the result.
-        rings: at least 1.
+        free: (n,) the chosen vertices. Those on the border of the mesh, and those without a triangle, are not free in the result.
+        rings: the number of rings, from 1.
     """
     inside = free.copy()
     touched = _touching(faces, inside)
@@ -44,7 +44,7 @@ def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Subm
         inside[faces[touched]] = True
         touched = _touching(faces, inside)
     chosen = faces[touched]
-    # Ascending, by a mark for each vertex rather than by sorting.
+    # A mark for each vertex gives them in ascending order without sorting.
     marked = np.zeros(len(points), dtype=np.bool_)
     marked[chosen] = True
     vertices = np.flatnonzero(marked).astype(np.int32)

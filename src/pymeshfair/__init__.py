@@ -11,13 +11,23 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .meshset import MeshSet
     from .meshset.listing import filter_list, print_filter_list, print_filter_parameter_list, search
+    from .registry import reload_plugins
 
     __version__: str
 
-__all__ = ["MeshSet", "__version__", "filter_list", "print_filter_list", "print_filter_parameter_list", "search"]
+__all__ = [
+    "MeshSet",
+    "__version__",
+    "filter_list",
+    "print_filter_list",
+    "print_filter_parameter_list",
+    "reload_plugins",
+    "search",
+]
 
 _OURS = {
     "MeshSet": "meshset",
+    "reload_plugins": "registry",
     **dict.fromkeys(("filter_list", "print_filter_list", "print_filter_parameter_list", "search"), "meshset.listing"),
 }
 

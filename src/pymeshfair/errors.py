@@ -1,10 +1,27 @@
-"""The exceptions that pymeshfair raises; every message names what was wrong, where, and what to do next."""
+"""The exceptions that pymeshfair raises; every message names what was wrong, where, and what to do next.
+
+The errors of `pymeshfair.filters` are exported here too, so that a caller imports from one module.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from pathlib import Path
 
-class PymeshfairError(Exception):
-    """Base of all errors of pymeshfair that a caller may want to catch."""
+from .filters.checks import ConvergenceError, FilterInputError, PymeshfairError
+
+__all__ = [
+    "ConvergenceError",
+    "DeclarationError",
+    "FilterInputError",
+    "MeshError",
+    "ParameterError",
+    "Place",
+    "PymeshfairError",
+    "RunError",
+    "StepFailedError",
+    "UnknownNameError",
+]
 
 
 class UnknownNameError(PymeshfairError, LookupError):
@@ -12,11 +29,13 @@ class UnknownNameError(PymeshfairError, LookupError):
 
     Attributes:
         suggestion: the nearest name that does exist, or None.
+        cause: why a filter of that name is not there, if a plugin that declares it cannot be used; else None.
     """
 
-    def __init__(self, message: str, *, suggestion: str | None = None) -> None:
+    def __init__(self, message: str, *, suggestion: str | None = None, cause: str | None = None) -> None:
         super().__init__(message)
         self.suggestion = suggestion
+        self.cause = cause
 
 
 class ParameterError(PymeshfairError, ValueError):
@@ -33,3 +52,51 @@ class MeshError(PymeshfairError):
 
 class RunError(PymeshfairError):
     """A run did not come to its end; no output was written, and what was there before is untouched."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where in a run: at a step of the recipe, or before or after the steps.
+
+    Attributes:
+        doing: what was going on in words: ``"reading scan.ply"``, ``"step 2 of 5, 'Close Holes'"``.
+        step: the number of the step from 1, or None outside the steps.
+        total: how many steps the recipe has.
+        filter: MeshLab's name of the step's filter.
+        file: the recipe's file, if it has one.
+        line: where in that file the step begins.
+    """
+
+    doing: str
+    step: int | None = None
+    total: int | None = None
+    filter: str | None = None
+    file: Path | None = None
+    line: int | None = None
+
+    @classmethod
+    def of_step(cls, step: int, total: int, filter: str, *, file: Path | None = None, line: int | None = None) -> Place:
+        """The place of a step; see the class."""
+        return cls(f"step {step} of {total}, {filter!r}", step, total, filter, file, line)
+
+    def __str__(self) -> str:
+        if self.file is None or self.step is None:
+            return self.doing
+        return f"{self.doing} ({self.file.name if self.line is None else f'{self.file.name}:{self.line}'})"
+
+
+class StepFailedError(RunError):
+    """A step failed: its filter refused the mesh or its parameters, or gave a result that no file may hold.
+
+    Attributes:
+        place: which step.
+        reason: the filter's own words.
+    """
+
+    def __init__(self, place: Place, reason: str) -> None:
+        super().__init__(f"{place}: {reason}")
+        self.place = place
+        self.reason = reason
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return type(self), (self.place, self.reason)  # unpickling would otherwise call the class with the message alone

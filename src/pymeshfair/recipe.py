@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from .declaration import nearest
 from .errors import UnknownNameError
 from .scripts.overrides import override
-from .scripts.read import parse_script, read_script
+from .scripts.read import parse_script, read_head, read_script
 from .scripts.script import Script
 
 if TYPE_CHECKING:
@@ -77,6 +77,30 @@ class Recipe:
 def shipped_recipes() -> tuple[str, ...]:
     """The names of the recipes that pymeshfair ships, in alphabetical order."""
     return tuple(sorted(_shipped()))
+
+
+@dataclass(frozen=True)
+class RecipeHead:
+    """What a shipped recipe says of itself, known without looking at its filters.
+
+    Attributes:
+        name: under which it is loaded.
+        info: the words at its head.
+        steps: how many filters it has.
+    """
+
+    name: str
+    info: RecipeInfo
+    steps: int
+
+
+def shipped_heads() -> list[RecipeHead]:
+    """The heads of all shipped recipes; reads no declaration, so no plugin and no compiled code is loaded."""
+    heads = []
+    for name, file in sorted(_shipped().items()):
+        comment, steps = read_head(file.read_bytes())
+        heads.append(RecipeHead(name, _info(comment), steps))
+    return heads
 
 
 def load_recipe(name_or_path: str | os.PathLike[str]) -> Recipe:

@@ -4,35 +4,27 @@ from __future__ import annotations
 
 import functools
 import importlib
-import importlib.metadata
-import keyword
-import traceback
-from collections.abc import Iterable, Set
+import logging
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from keyword import iskeyword
 
 from .declaration import Filter, nearest
 from .errors import UnknownNameError
 from .meshlab.facts import meshlab_filters
+from .plugin_loading import ENTRY_POINT_GROUP, BrokenPlugin, load_plugins
 
-#: Packages add filters under this entry-point group; the value names a module whose `Filter` objects are taken.
-ENTRY_POINT_GROUP = "pymeshfair.plugins"
+__all__ = [
+    "ENTRY_POINT_GROUP",
+    "BrokenPlugin",
+    "all_filters",
+    "broken_plugins",
+    "custom_filters",
+    "find_filter",
+    "reload_plugins",
+]
 
-
-@dataclass(frozen=True)
-class BrokenPlugin:
-    """A plugin, or one filter of it, that could not be used.
-
-    Attributes:
-        distribution: the package that names the plugin.
-        entry_point: as written in its metadata, e.g. ``scanlab = scanlab.filters``.
-        reason: one sentence.
-        details: the traceback, or an empty string.
-    """
-
-    distribution: str
-    entry_point: str
-    reason: str
-    details: str = ""
+_LOG = logging.getLogger("pymeshfair")
 
 
 @dataclass(frozen=True)
@@ -43,11 +35,7 @@ class _Registry:
     @functools.cached_property
     def by_any_name(self) -> dict[str, Filter]:
         """Every filter under its Python name and under its GUI name."""
-        found: dict[str, Filter] = {}
-        for known in (*meshlab_filters(), *self.custom.values()):
-            found[known.python_name] = known
-            found[known.name] = known
-        return found
+        return _by_any_name((*meshlab_filters(), *self.custom.values()))
 
 
 def custom_filters() -> tuple[Filter, ...]:
@@ -68,22 +56,46 @@ def broken_plugins() -> tuple[BrokenPlugin, ...]:
 def find_filter(name: str) -> Filter:
     """The filter of that Python name or GUI name.
 
+    If a plugin declares another filter of that name, which was refused, a warning says so once.
+
     Raises:
-        UnknownNameError: there is none; the message and the attribute `suggestion` give the nearest name of the same kind.
+        UnknownNameError: there is none. If a plugin that may declare it cannot be used, message and attribute `cause` name the
+            plugin and what is wrong with it; else message and attribute `suggestion` give the nearest name of the same kind.
     """
-    known = _load().by_any_name
+    registry = _load()
     try:
-        return known[name]
+        found = registry.by_any_name[name]
     except KeyError:
-        near = _nearest(name, known)
-        hint = f"; did you mean {near!r}?" if near else "; `pymeshfair list filters` names them all"
-        raise UnknownNameError(f"there is no filter {name!r}{hint}", suggestion=near) from None
+        raise _unknown(name, registry) from None
+    for broken in registry.broken:
+        if name in broken.names:
+            _warn_once(f"filter {name!r} is that of {found.origin}; {broken}")
+    return found
 
 
 def reload_plugins() -> None:
-    """Forget what was found, so that the next call looks again; needed after a package was installed into a running Python."""
+    """Look for plugins again; needed after a package was installed into a running Python, such as a notebook's."""
     importlib.invalidate_caches()
     _load.cache_clear()
+    _warn_once.cache_clear()
+
+
+def _unknown(name: str, registry: _Registry) -> UnknownNameError:
+    """Why there is no filter of that name."""
+    guilty = [broken for broken in registry.broken if broken.declares(name)]
+    if guilty:
+        why = "; ".join(map(str, guilty))
+        return UnknownNameError(f"filter {name!r} is not there: {why}", cause=why)
+    near = _nearest(name, registry.by_any_name)
+    hint = f"; did you mean {near!r}?" if near else "; `pymeshfair list filters` names them all"
+    cause = "; ".join(str(broken) for broken in registry.broken if broken.details) or None
+    also = f" ({cause})" if cause else ""
+    return UnknownNameError(f"there is no filter {name!r}{hint}{also}", suggestion=near, cause=cause)
+
+
+@functools.cache
+def _warn_once(text: str) -> None:
+    _LOG.warning("%s", text)
 
 
 def _nearest(name: str, known: Iterable[str]) -> str | None:
@@ -99,72 +111,36 @@ def _looks_like_python(name: str) -> bool:
     return name.isidentifier() and "_" in name
 
 
+def _by_any_name(filters: Iterable[Filter]) -> dict[str, Filter]:
+    return {name: known for known in filters for name in (known.python_name, known.name)}
+
+
 @functools.cache
 def _load() -> _Registry:
-    taken = {name for known in meshlab_filters() for name in (known.python_name, known.name)}
+    taken = _by_any_name(meshlab_filters())
     custom: list[Filter] = []
     broken: list[BrokenPlugin] = []
-    for plugin in _plugins(broken):
-        try:
-            declared = plugin.filters()
-        except (Exception, SystemExit) as error:
-            broken.append(plugin.broken(f"{type(error).__name__}: {error}", traceback.format_exc()))
-            continue
-        if not declared:
-            broken.append(plugin.broken("declares no filter"))
-        for found in declared:
+    for plugin in load_plugins(broken):
+        for found in plugin.filters:
             if any(found.function is other.function for other in custom):
                 continue  # imported from another plugin
             reason = _why_unusable(found, taken)
             if reason is not None:
-                broken.append(plugin.broken(f"filter {found.python_name!r} {reason}"))
+                broken.append(plugin.broken(f"filter {found.python_name!r} {reason}", names=(found.python_name, found.name)))
                 continue
-            taken |= {found.python_name, found.name}
             custom.append(replace(found, origin=plugin.distribution))
+            taken |= _by_any_name(custom[-1:])
     custom.sort(key=lambda f: (f.origin != "pymeshfair", f.python_name))
     return _Registry({f.python_name: f for f in custom}, tuple(broken))
 
 
-@dataclass(frozen=True)
-class _Plugin:
-    distribution: str
-    entry: importlib.metadata.EntryPoint
-
-    def filters(self) -> list[Filter]:
-        loaded = self.entry.load()
-        declared = [loaded] if isinstance(loaded, Filter) else [f for f in vars(loaded).values() if isinstance(f, Filter)]
-        return list({id(f): f for f in declared}.values())  # each once, whatever names it has in its module
-
-    def broken(self, reason: str, details: str = "") -> BrokenPlugin:
-        return BrokenPlugin(self.distribution, f"{self.entry.name} = {self.entry.value}", reason, details)
-
-
-def _why_unusable(found: Filter, taken: Set[str]) -> str | None:
+def _why_unusable(found: Filter, taken: dict[str, Filter]) -> str | None:
     if found.function is None:
         return "has no function"
-    if not found.python_name.isidentifier() or keyword.iskeyword(found.python_name) or not found.name.strip():
+    if not found.python_name.isidentifier() or iskeyword(found.python_name) or not found.name.strip():
         return f"needs a Python name and a name for menus; they are {found.python_name!r} and {found.name!r}"
-    clash = {found.python_name, found.name} & taken
-    return f"cannot be added: the name {min(clash)!r} is taken by another filter" if clash else None
-
-
-def _plugins(broken: list[BrokenPlugin]) -> list[_Plugin]:
-    """The plugins by their packages' names, ours first so that no other package can take a name of ours."""
-    found: dict[str, list[_Plugin]] = {}
-    for distribution in importlib.metadata.distributions():
-        # Each package's metadata apart: importlib's own entry_points() fails as a whole on one broken package.
-        place = str(getattr(distribution, "_path", "?"))
-        try:
-            text = distribution.read_text("entry_points.txt")
-            if not text or ENTRY_POINT_GROUP not in text:
-                continue
-            metadata = distribution.metadata
-            name = metadata["Name"] if "Name" in metadata else place  # noqa: SIM401 - it promises no get() before 3.12
-            if name in found:
-                continue  # the same package further down sys.path
-            entries = distribution.entry_points.select(group=ENTRY_POINT_GROUP)
-            found[name] = [_Plugin(name, entry) for entry in sorted(entries, key=lambda e: e.name)]
-        except Exception as error:
-            reason = f"{type(error).__name__}: {error}"
-            broken.append(BrokenPlugin(place, "entry_points.txt", reason, traceback.format_exc()))
-    return [plugin for name in sorted(found, key=lambda n: (n != "pymeshfair", n)) for plugin in found[name]]
+    for name in (found.python_name, found.name):
+        if name in taken:
+            other = taken[name]
+            return f"cannot be added: the name {name!r} is taken by {other.python_name!r} of {other.origin}"
+    return None

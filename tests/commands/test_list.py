@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import pytest
 
-from pymeshfair.recipe import shipped_recipes
+from pymeshfair.recipe import load_recipe, shipped_heads, shipped_recipes
 from pymeshfair.registry import all_filters, custom_filters
 
 from .command_line import document, invoke
@@ -54,6 +57,18 @@ def test_search_without_a_result_says_so() -> None:
     assert (done.exit_code, done.stdout) == (0, "")
     assert "'zebra'" in done.stderr
     assert document(invoke("list", "filters", "zebra", "--json").stdout) == {"filters": []}
+
+
+def test_recipes_are_listed_without_compiled_code() -> None:
+    """The heads of the recipes are read without loading a plugin, and say what the loaded recipes say."""
+    program = (
+        "import sys\nfrom pymeshfair.commands.app import main\nsys.argv = ['pymeshfair', 'list', 'recipes']\n"
+        "try: main()\nexcept SystemExit as end: print(end.code, [m for m in ('numba', 'pymeshlab') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    assert done.stdout.splitlines()[-1] == "0 []", done.stderr
+    loaded = [load_recipe(name) for name in shipped_recipes()]
+    assert [(h.name, h.info, h.steps) for h in shipped_heads()] == [(r.name, r.info, len(r.script.steps)) for r in loaded]
 
 
 def test_recipes_are_named_with_their_purpose() -> None:

@@ -162,7 +162,7 @@ def test_what_cannot_be_read_or_written_is_a_failed_run(tmp_path: Path, scan: Pa
     assert files(tmp_path) == before
 
 
-@pytest.mark.parametrize(("step", "kind"), [("refused", "StepFailed"), ("deadly", "WorkerDied")])
+@pytest.mark.parametrize(("step", "kind"), [("refused", "StepFailedError"), ("deadly", "WorkerDied")])
 def test_a_step_that_fails_or_kills_the_worker_is_named(tmp_path: Path, scan: Path, step: str, kind: str) -> None:
     """The message names the step, its filter, file and line; nothing is left beside the input."""
     recipe = write_recipe(tmp_path, smoothing(1), STEPS[step])
@@ -191,6 +191,7 @@ def test_timeout_stops_the_run(tmp_path: Path, scan: Path) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals to a process group")
+@pytest.mark.usefixtures("terminal_signals")
 def test_ctrl_c_within_a_filter_ends_with_130_within_a_second(tmp_path: Path, scan: Path) -> None:
     """The terminal's SIGINT, which goes to the whole process group, stops the worker too, and nothing is left."""
     recipe = write_recipe(tmp_path, smoothing(100_000))

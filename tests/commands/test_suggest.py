@@ -8,7 +8,7 @@ import numpy as np
 import pymeshlab
 import pytest
 
-from pymeshfair.filters.denoising.automatic import automatic_parameters
+from pymeshfair.filters.denoising.automatic import automatic_choice
 from pymeshfair.scripts import parse_script
 from tests.meshes import cube, noisy, torus
 
@@ -35,8 +35,10 @@ def test_the_recipe_says_what_automatic_would_do(scan: Path) -> None:
     relaxing, step = parse_script(done.stdout.encode(), "suggested.mlx").steps
     assert relaxing.filter.python_name == "apply_coord_taubin_fairing"
     assert step.filter.python_name == "apply_coord_normal_filtering"
-    chosen = automatic_parameters(*noisy(torus(48, 24), 0.05)).parameters
+    setting = automatic_choice(*noisy(torus(48, 24), 0.05)).setting
+    chosen = setting.parameters
     assert chosen is not None
+    assert relaxing.values["iterations"] == setting.relaxation
     for name, value in vars(chosen).items():
         assert step.values[name] == value
     assert "mean edges" in done.stderr

@@ -10,9 +10,10 @@ import scipy.spatial
 from numpy.typing import NDArray
 
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.denoising.clouds import bilateral_projection, estimated_normals
+from pymeshfair.filters.denoising.clouds import bilateral_projection, normals_of
 from pymeshfair.filters.execution import threads as parallel
-from pymeshfair.filters.robust import KERNEL_NAMES, KernelName, m_estimators
+from pymeshfair.filters.neighbours import nearest_neighbours
+from pymeshfair.filters.robust import KERNEL_NAMES, KernelName, weight
 from tests.meshes import AWKWARD, icosphere, rotation
 
 Floats = NDArray[np.float64]
@@ -51,8 +52,8 @@ def test_a_loop_over_points_gives_the_same(name: KernelName) -> None:
     for i, p in enumerate(points):
         normal = np.linalg.eigh(np.cov(points[indices[i]].T))[1][:, 0]
         arms = points[indices[i, 1:]] - p
-        weights = m_estimators.weight(name, np.linalg.norm(arms, axis=1), 0.3)
-        weights = weights * m_estimators.weight(name, arms @ normal, 0.05)
+        weights = weight(name, np.linalg.norm(arms, axis=1), 0.3)
+        weights = weights * weight(name, arms @ normal, 0.05)
         if weights.sum() > 0:
             expected[i] = p + normal * (weights @ (arms @ normal)) / weights.sum()
     found = bilateral_projection(
@@ -112,7 +113,7 @@ def test_rotation_translation_scale_and_numbering_make_no_difference() -> None:
 def test_normals_of_a_sphere_point_outwards_or_inwards() -> None:
     """Estimated normals are those of the sphere up to their sign, to the curvature over the neighbourhood; their length is 1."""
     points = ball()
-    normals = estimated_normals(points)
+    normals = normals_of(points, nearest_neighbours(points, 18)[1])
     assert np.abs((normals * points).sum(axis=1)).min() > math.cos(math.radians(2))
     np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, rtol=1e-12)
 

@@ -16,7 +16,7 @@ from pymeshfair.filters.denoising.face_neighbourhoods import (
     mean_centre_distance,
 )
 from pymeshfair.filters.geometry import measure_faces
-from pymeshfair.filters.topology import vertex_corners
+from pymeshfair.filters.topology import vertex_faces
 from tests.meshes import AWKWARD, Floats, Ints, grid, icosphere, irregular_grid, moebius_strip, noisy
 
 RINGS = {"vertex": 1, "two_ring": 2, "three_ring": 3}
@@ -31,9 +31,9 @@ def sets(around: FaceNeighbourhoods) -> list[set[int]]:
 
 def slow_sets(vertices: Floats, faces: Ints, kind: Neighborhood, radius: float = 0.0) -> list[set[int]]:
     """The definition, with sets of vertices."""
-    corners = [set(face.tolist()) if len(set(face.tolist())) == 3 else set() for face in faces]
+    named = [set(face.tolist()) if len(set(face.tolist())) == 3 else set() for face in faces]
     shared = 2 if kind == "edge" else 1
-    near = [{j for j, other in enumerate(corners) if len(own & other) >= shared and j != i} for i, own in enumerate(corners)]
+    near = [{j for j, other in enumerate(named) if len(own & other) >= shared and j != i} for i, own in enumerate(named)]
     if kind in ("edge", "vertex"):
         return near
     result = []
@@ -72,14 +72,14 @@ def test_neighbourhoods_are_those_of_the_definition(kind: Neighborhood) -> None:
     for vertices, faces in (icosphere(1), irregular_grid(5, 4), moebius_strip(), AWKWARD["ten pages"](), AWKWARD["bow tie"](),
                             AWKWARD["faces that name a vertex twice"](), AWKWARD["some duplicate faces"]()):  # fmt: skip
         centres = np.ascontiguousarray(vertices[faces].mean(axis=1))
-        around = face_neighbourhoods(faces, vertex_corners(faces, len(vertices)), kind, centres=centres, radius=0.71)
+        around = face_neighbourhoods(faces, vertex_faces(faces, len(vertices)), kind, centres=centres, radius=0.71)
         assert sets(around) == slow_sets(vertices, faces, kind, 0.71)
 
 
 def test_the_mean_distance_of_centres_is_that_over_edges() -> None:
     """On a grid of squares of side 3 the centres across diagonals are sqrt 2 apart, across sides sqrt 5."""
     vertices, faces = grid(4, 4, spacing=3.0)
-    edge = face_neighbourhoods(faces, vertex_corners(faces, len(vertices)), "edge")
+    edge = face_neighbourhoods(faces, vertex_faces(faces, len(vertices)), "edge")
     inner_sides, diagonals = 2 * 4 * 3, 16
     expected = (inner_sides * np.sqrt(5.0) + diagonals * np.sqrt(2.0)) / (inner_sides + diagonals)
     assert mean_centre_distance(measure_faces(vertices, faces), edge) == pytest.approx(expected, rel=1e-12)
@@ -88,7 +88,7 @@ def test_the_mean_distance_of_centres_is_that_over_edges() -> None:
 def test_a_large_hub_needs_no_more_than_its_neighbours() -> None:
     """The faces of a fan are all neighbours at their vertex, however many they are."""
     vertices, faces = AWKWARD["large hub"]()
-    around = face_neighbourhoods(faces, vertex_corners(faces, len(vertices)), "vertex")
+    around = face_neighbourhoods(faces, vertex_faces(faces, len(vertices)), "vertex")
     assert np.diff(around.offsets).tolist() == [199] * 200
 
 
@@ -97,7 +97,7 @@ def test_geodesic_neighbourhoods_are_those_of_dijkstra(radius: float) -> None:
     """Small and large radii on a rough sheet give the faces whose shortest ways Dijkstra's algorithm finds short enough."""
     vertices, faces = noisy(irregular_grid(12, 12), 0.3)
     centres = np.ascontiguousarray(vertices[faces].mean(axis=1))
-    around = face_neighbourhoods(faces, vertex_corners(faces, len(vertices)), "geodesic", centres=centres, radius=radius)
+    around = face_neighbourhoods(faces, vertex_faces(faces, len(vertices)), "geodesic", centres=centres, radius=radius)
     assert sets(around) == slow_sets(vertices, faces, "geodesic", radius)
 
 
@@ -108,9 +108,9 @@ def test_ways_on_a_plane_are_little_longer_than_straight() -> None:
     centres = np.ascontiguousarray(vertices[faces].mean(axis=1))
     middle = int(np.argmin(np.linalg.norm(centres - centres.mean(axis=0), axis=1)))
     distances = np.linalg.norm(centres - centres[middle], axis=1)
-    corners = vertex_corners(faces, len(vertices))
+    at_vertices = vertex_faces(faces, len(vertices))
     for radius in np.arange(0.6, 10.0, 0.2):
-        around = face_neighbourhoods(faces, corners, "geodesic", centres=centres, radius=float(radius))
+        around = face_neighbourhoods(faces, at_vertices, "geodesic", centres=centres, radius=float(radius))
         found = sets(around)[middle]
         assert distances[sorted(found)].max() <= radius + 1e-12
         assert found >= set(np.flatnonzero(distances < radius / 1.04).tolist()) - {middle}
@@ -131,7 +131,7 @@ def test_sheets_that_lie_close_do_not_mix() -> None:
     rim = np.concatenate([np.column_stack([a, b, a + len(sheet)]), np.column_stack([b, b + len(sheet), a + len(sheet)])])
     wall = np.concatenate([faces, lower, rim]).astype(np.int32)
     centres = np.ascontiguousarray(vertices[wall].mean(axis=1))
-    around = face_neighbourhoods(wall, vertex_corners(wall, len(vertices)), "geodesic", centres=centres, radius=2.0)
+    around = face_neighbourhoods(wall, vertex_faces(wall, len(vertices)), "geodesic", centres=centres, radius=2.0)
     found = sets(around)
     upper = range(len(faces))
     crosses = np.array([any(len(faces) <= j < 2 * len(faces) for j in found[i]) for i in upper])
@@ -145,7 +145,7 @@ def test_unknown_neighbourhoods_are_refused() -> None:
     """The message names what is allowed."""
     vertices, faces = icosphere(0)
     with pytest.raises(FilterInputError, match="'four_ring' is not one of 'edge', 'vertex'"):
-        face_neighbourhoods(faces, vertex_corners(faces, len(vertices)), "four_ring")  # type: ignore[arg-type]
+        face_neighbourhoods(faces, vertex_faces(faces, len(vertices)), "four_ring")  # type: ignore[arg-type]
     for kind in ("radius", "geodesic"):
         with pytest.raises(FilterInputError, match="radius"):
-            face_neighbourhoods(faces, vertex_corners(faces, len(vertices)), kind)
+            face_neighbourhoods(faces, vertex_faces(faces, len(vertices)), kind)

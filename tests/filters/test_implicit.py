@@ -488,7 +488,7 @@ def test_indefinite_weights_are_replaced() -> None:
     assert np.linalg.eigvalsh(stiffness(weights))[-1] > 0.1
     laplacian = Laplacian(sparse.csr_matrix(stiffness(weights)), np.full(4, 0.5))
     nobody = np.zeros(4, dtype=bool)
-    step = BackwardEulerStep(laplacian, 3.0, held=nobody, components=np.zeros(4, dtype=np.int32))
+    step = BackwardEulerStep(laplacian, 3.0, fixed=nobody, components=np.zeros(4, dtype=np.int32))
     moved = step.displacement(points, np.zeros((4, 3)), diagonal=1.0, progress=ignore_progress)
     expected = np.linalg.solve(0.5 * np.eye(4) - 3.0 * stiffness(positive), 0.5 * points)
     assert np.abs(points + moved - expected).max() < 1e-9

@@ -19,7 +19,7 @@ def test_kernels_work_where_neither_the_package_nor_a_home_can_be_written(tmp_pa
             PROJECT / name, tmp_path / name, symlinks=True, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info")
         )
     program = (
-        "import numpy as np, numba, os, pymeshfair.filters.topology.edge_lists as t;"
+        "import numpy as np, numba, os, pymeshfair.filters.topology as t;"
         "assert t.__file__.startswith(os.environ['PYTHONPATH']), t.__file__;"
         "print(t.border_edges(np.array([[0, 1, 2]], dtype=np.int32)).tolist(), numba.config.CACHE_DIR)"
     )

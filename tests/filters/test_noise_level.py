@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.denoising.noise_level import estimate_noise, shared_noise, smooth_normals
+from pymeshfair.filters.denoising.noise_level import estimate_noise, smooth_normals
+from pymeshfair.filters.denoising.shared_noise import shared_noise
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.topology import edges
 from tests.meshes import cube, grid, icosphere, noisy, renumbered, rotation, single_triangle, subdivided, torus

@@ -4,26 +4,31 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from dataclasses import asdict, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, get_type_hints
 
 import numba
 import numpy as np
 import pytest
 
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.denoising.face_neighbourhoods import Neighborhood
-from pymeshfair.filters.denoising.normal_filtering import (
+from pymeshfair.filters.denoising import (
     NORMAL_FILTER_METHODS,
+    RANGE_MEASURES,
+    Neighborhood,
+    NormalFilter,
     NormalFilterMethod,
+    RangeMeasure,
     filter_face_normals,
     folded_faces,
     normal_filtering,
 )
-from pymeshfair.filters.denoising.normal_filters import RANGE_MEASURES, RangeMeasure
-from pymeshfair.filters.geometry import face_normals, mean_angle
+from pymeshfair.filters.denoising.normal_filter import NormalFilterKeywords
+from pymeshfair.filters.geometry import face_normals
 from pymeshfair.filters.robust import KERNEL_NAMES, KernelName, weight
 from pymeshfair.filters.topology import border_vertices
+from tests.angles import mean_angle
 from tests.meshes import (
     AWKWARD,
     Floats,
@@ -289,6 +294,30 @@ def test_vertices_that_may_not_move_keep_every_bit() -> None:
     assert (after[~stays] != vertices[~stays]).any(axis=1).all()
 
 
+@pytest.mark.parametrize("distance", [1e9, 1e16])
+@pytest.mark.parametrize("settings", EVERY_METHOD)
+def test_a_far_vertex_that_no_face_uses_changes_no_bit(settings: dict[str, Any], distance: float) -> None:
+    """Vertices, face normals and folds are those of the mesh without the vertex, before or behind the others, bit by bit."""
+    vertices, faces = NOISY
+    far = [[distance, 0.0, 0.0]]
+    behind, before = (np.concatenate([vertices, far]), faces), (np.concatenate([far, vertices]), faces + 1)
+    alone = normal_filtering(vertices, faces, **settings)
+    assert normal_filtering(*behind, **settings)[:-1].tobytes() == alone.tobytes()
+    assert normal_filtering(*before, **settings)[1:].tobytes() == alone.tobytes()
+    steps: Any = {f.name: settings[f.name] for f in fields(NormalFilter) if f.name in settings}
+    assert filter_face_normals(*before, **steps).tobytes() == filter_face_normals(vertices, faces, **steps).tobytes()
+    assert folded_faces(*behind) == folded_faces(vertices, faces)
+
+
+def test_a_face_without_area_of_its_own_vertices_has_no_normal() -> None:
+    """Its row is 0, and the rows of all others are those of the mesh without it."""
+    vertices, faces = NOISY
+    more = np.concatenate([vertices, [[3.0, 3.0, 3.0]]])
+    found = filter_face_normals(more, np.insert(faces, 5, len(vertices), axis=0))
+    assert (found[5] == 0.0).all()
+    assert np.delete(found, 5, axis=0).tobytes() == filter_face_normals(vertices, faces).tobytes()
+
+
 def test_a_border_along_keeps_its_outline() -> None:
     """A sheet with noise across it alone keeps the outline of its border seen from above, and the border becomes smooth too."""
     vertices, faces = grid(20, 20)
@@ -328,6 +357,16 @@ def test_no_iterations_change_nothing() -> None:
     nothings: list[dict[str, Any]] = [{"outer_iterations": 0}, {"vertex_iterations": 0}]
     for settings in nothings:
         assert normal_filtering(*NOISY, **settings).tobytes() == NOISY[0].tobytes()
+
+
+def test_the_keywords_are_the_settings() -> None:
+    """Functions take each attribute of the settings by name, of the same type, and refuse other names."""
+    assert get_type_hints(NormalFilterKeywords) == {f.name: get_type_hints(NormalFilter)[f.name] for f in fields(NormalFilter)}
+    settings = NormalFilter(method="unilateral", range_kernel="huber", normal_iterations=3)
+    named = filter_face_normals(*NOISY, method="unilateral", range_kernel="huber", normal_iterations=3)
+    assert filter_face_normals(*NOISY, **asdict(settings)).tobytes() == named.tobytes()
+    with pytest.raises(TypeError, match="unexpected keyword argument 'range_sigmas'"):
+        filter_face_normals(*NOISY, range_sigmas=0.3)  # type: ignore[call-arg]
 
 
 def test_progress_runs_from_0_to_1() -> None:

@@ -197,3 +197,20 @@ def test_every_awkward_mesh_has_a_topology(name: str) -> None:
     assert len(topology.face_adjacency(faces)[0]) == (counts == 2).sum()
     labels, _ = topology.connected_components(faces, len(vertices))
     assert (labels[pairs[:, 0]] == labels[pairs[:, 1]]).all()
+
+
+@given(any_faces())
+def test_the_faces_at_every_vertex_are_those_of_the_definition(drawn: tuple[NDArray[np.int32], int]) -> None:
+    """Each row is a face in ascending order and its other two vertices in its direction; `ring_ends` are the rows without it."""
+    faces, n = drawn
+    rows = defaultdict(list)
+    for f, face in enumerate(faces.tolist()):
+        if len(set(face)) == 3:
+            for k in range(3):
+                rows[face[k]].append([f, face[(k + 1) % 3], face[(k + 2) % 3]])
+    found = topology.vertex_faces(faces, n)
+    offsets, ends = topology.ring_ends(faces, n)
+    for i in range(n):
+        assert found.rows[found.offsets[i] : found.offsets[i + 1]].tolist() == rows[i]
+        assert ends[offsets[i] : offsets[i + 1]].reshape(-1, 2).tolist() == [row[1:] for row in rows[i]]
+    assert topology.proper_faces(faces).tolist() == [len(set(face)) == 3 for face in faces.tolist()]

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.denoising.vertex_update import VERTEX_UPDATES, VertexUpdate, fit_vertices, fitting_energy
+from pymeshfair.filters.denoising.vertex_descent import fitting_energy
+from pymeshfair.filters.denoising.vertex_update import VERTEX_UPDATES, VertexUpdate, fit_vertices
 from pymeshfair.filters.geometry import face_normals
-from pymeshfair.filters.topology import vertex_corners
+from pymeshfair.filters.topology import vertex_faces
 from tests.meshes import Floats, Ints, icosphere, irregular_grid, noisy
 
 NOISY = noisy(icosphere(2), 0.03)
@@ -17,10 +18,10 @@ TRUE_NORMALS = face_normals(*icosphere(2))
 
 def fit(vertices: Floats, faces: Ints, normals: Floats, update: VertexUpdate, iterations: int, flips: bool = True) -> Floats:
     """The fit of all vertices."""
-    corners = vertex_corners(faces, len(vertices))
     moves = np.ones(len(vertices), dtype=np.bool_)
+    at_vertices = vertex_faces(faces, len(vertices))
     return fit_vertices(
-        vertices, faces, corners, normals, update=update, iterations=iterations, moves=moves, avoid_flips=not flips
+        vertices, faces, at_vertices, normals, update=update, iterations=iterations, moves=moves, avoid_flips=not flips
     )
 
 

@@ -12,11 +12,12 @@ import pymeshlab
 import pytest
 
 from pymeshfair.declaration import Edit, FilterClass, Layer, Length, mesh_filter
-from pymeshfair.errors import PymeshfairError
-from pymeshfair.meshset import MeshSet, filters, layers
-from pymeshfair.meshset.errors import FilterFailedError, StepFailedError
+from pymeshfair.errors import PymeshfairError, StepFailedError
+from pymeshfair.meshset import MeshSet, layers
+from pymeshfair.meshset.errors import FilterFailedError, ScriptStepFailedError
 from pymeshfair.registry import find_filter
 from pymeshfair.scripts import Script, ScriptError, Step, read_script, write_script
+from pymeshfair.write_back import write_edit
 from tests.host.snapshots import differences, everything, give_back, sample
 from tests.meshes import icosphere
 
@@ -40,8 +41,7 @@ def write_backs(monkeypatch: pytest.MonkeyPatch) -> list[Edit]:
 
         return write
 
-    for module in (filters, layers):
-        monkeypatch.setattr(module, "write_edit", recorder(module.write_edit))
+    monkeypatch.setattr(layers, "write_edit", recorder(write_edit))
     return told
 
 
@@ -79,7 +79,7 @@ def test_relative_lengths_stay_relative(tmp_path: Path) -> None:
     meshes.meshing_isotropic_explicit_remeshing(iterations=1, targetlen="0.8edge")
     meshes.meshing_isotropic_explicit_remeshing(iterations=1, targetlen=pymeshlab.PercentageValue(10.1))
     meshes.meshing_merge_close_vertices(threshold=pymeshlab.PercentageValue(1))
-    layer = meshes._current_layer()
+    layer = meshes._layers.current()
     file = tmp_path / "lengths.mlx"
     meshes.save_filter_script(str(file))
     detail, default, edges, percent, merge = read_script(file).steps
@@ -157,7 +157,7 @@ def test_consecutive_filters_of_plugins_are_told_once(write_backs: list[Edit]) -
     assert len(write_backs) == 5
     write_backs.clear()
     together = ball()
-    together._script = list(one_by_one._script)
+    together._script.steps = list(one_by_one._script.steps)
     together.apply_filter_script()
     assert len(write_backs) == 2
     assert write_backs[0].vertex_scalars is not None
@@ -244,11 +244,12 @@ def test_a_failing_step_is_named_and_leaves_the_steps_before(fails: str, tmp_pat
         expected.apply_coord_taubin_fairing(iterations=1)
     meshes = ball()
     meshes.load_filter_script(str(file))
-    with pytest.raises(StepFailedError) as caught:
+    with pytest.raises(ScriptStepFailedError) as caught:
         meshes.apply_filter_script()
     error = caught.value
-    assert (error.number, error.file, error.line) == (3, str(file), 5)
-    assert str(error).startswith(f"step 3, {error.filter!r} ({file}:5): ")
+    assert (error.place.step, error.place.total, error.place.file, error.place.line) == (3, 4, file, 5)
+    assert str(error).startswith(f"step 3 of 4, {error.place.filter!r} (broken.mlx:5): ")
+    assert isinstance(error, StepFailedError)  # the same error that a run ends with
     assert isinstance(error.__cause__, FilterFailedError if fails == "plugin" else pymeshlab.PyMeshLabException)
     assert differences(everything(expected), everything(meshes)) == []
 
@@ -261,7 +262,7 @@ def test_a_broken_script_is_refused_whole(tmp_path: Path) -> None:
     file.write_text('<FilterScript>\n<filter name="Taubn Fairing"/>\n</FilterScript>\n', encoding="utf-8")
     with pytest.raises(ScriptError, match=r"broken.mlx:2: filter 'Taubn Fairing'.*did you mean 'Taubin Fairing'"):
         meshes.load_filter_script(str(file))
-    assert len(meshes._script) == 1
+    assert len(meshes._script.steps) == 1
     with pytest.raises(PymeshfairError, match="cannot write"):
         meshes.save_filter_script(str(tmp_path / "missing/x.mlx"))
 
@@ -271,7 +272,7 @@ def test_effective_parameters_are_complete() -> None:
     meshes = MeshSet()
     meshes.load_new_mesh(sample("bone.ply"))
     meshes.apply_filter("meshing_decimation_quadric_edge_collapse")
-    recorded = meshes._script[-1]
+    recorded = meshes._script.steps[-1]
     fresh = MeshSet()
     fresh.load_new_mesh(sample("bone.ply"))
     assert fresh.effective_parameters(Step(recorded.filter)) == recorded.values

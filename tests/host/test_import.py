@@ -11,6 +11,7 @@ import pytest
 
 import pymeshfair
 from pymeshfair import MeshSet
+from pymeshfair.registry import reload_plugins
 
 
 def run(program: str) -> str:
@@ -32,6 +33,7 @@ def test_the_package_serves_as_pymeshlab() -> None:
     assert {name for name in names if getattr(pymeshfair, name) is not getattr(pymeshlab, name)} == ours
     assert pymeshfair.MeshSet is MeshSet
     assert issubclass(MeshSet, pymeshlab.MeshSet)
+    assert pymeshfair.reload_plugins is reload_plugins
     with pytest.raises(AttributeError, match="no attribute 'Meshset'"):
         pymeshfair.Meshset  # noqa: B018
 

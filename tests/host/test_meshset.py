@@ -8,6 +8,7 @@ import pickle
 import subprocess
 import sys
 import textwrap
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -27,13 +28,13 @@ from pymeshfair.declaration import (
     Percentage,
     mesh_filter,
 )
-from pymeshfair.filters.checks import ConvergenceError, FilterInputError
+from pymeshfair.errors import ConvergenceError, FilterInputError, Place, StepFailedError
 from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.meshset import MeshSet
 from pymeshfair.meshset.errors import (
     FilterFailedError,
     FilterParameterError,
-    StepFailedError,
+    ScriptStepFailedError,
     UnknownFilterError,
     UnknownLayerError,
 )
@@ -130,8 +131,8 @@ def test_lengths_can_be_said_in_every_way(length: Any, distance: float) -> None:
     corners = np.array([[x, y, z] for x in (0, 2) for y in (0, 2) for z in (0, 2)], dtype=float)
     meshes.add_mesh(pymeshlab.Mesh(corners, np.array([[0, 1, 3], [4, 5, 7]])))  # halves of two sides of a cube
     expected = distance * ((2.0 + 2.0 + 8**0.5) / 3 if "edge" in str(length) else 1.0)
-    step = Step(apply_coord_shift, {} if length is None else {"distance": length})
-    assert meshes.apply_step(step)["distance"] == pytest.approx(expected, rel=1e-12)
+    given = meshes._filters.plugins.check(apply_coord_shift, {} if length is None else {"distance": length})
+    assert meshes.apply_step(Step(apply_coord_shift, given))["distance"] == pytest.approx(expected, rel=1e-12)
 
 
 def test_pymeshlabs_lengths_reach_filters_of_plugins() -> None:
@@ -139,7 +140,7 @@ def test_pymeshlabs_lengths_reach_filters_of_plugins() -> None:
     meshes = ball()
     meshes.apply_coord_implicit_fairing(detail_size=pymeshlab.PercentageValue(0.1))
     meshes.apply_coord_implicit_fairing(detail_size=pymeshlab.PureValue(0.1))
-    assert [step.values["detail_size"] for step in meshes._script] == [Length(0.1, "percent"), Length(0.1)]
+    assert [step.values["detail_size"] for step in meshes._script.steps] == [Length(0.1, "percent"), Length(0.1)]
 
 
 def test_a_bare_number_is_no_length() -> None:
@@ -254,7 +255,7 @@ def test_text_lengths_work_for_meshlabs_filters() -> None:
     assert values("generate_alpha_shape", alpha="3%")["alpha"] == in_percent
     assert values("generate_alpha_shape", alpha="0.2")["alpha"] == pytest.approx(0.2)
     assert values("generate_alpha_shape", alpha="250%")["alpha"] == pytest.approx(2.5 * diagonal)
-    edge = meshes._current_layer().mean_edge
+    edge = meshes._layers.current().mean_edge
     assert values("generate_alpha_shape", alpha="2edge")["alpha"] == pytest.approx(2 * edge)
     # MeshLab's 100 % of this one is a hundredth of the diagonal
     merge = meshes.filter_parameter_values
@@ -288,7 +289,10 @@ def test_a_gui_name_serves_as_well() -> None:
     meshes = ball()
     meshes.apply_filter("Taubin Fairing", iterations=1)
     meshes.apply_filter("Taubin Smooth", stepsmoothnum=1)
-    assert [step.filter.python_name for step in meshes._script] == ["apply_coord_taubin_fairing", "apply_coord_taubin_smoothing"]
+    assert [step.filter.python_name for step in meshes._script.steps] == [
+        "apply_coord_taubin_fairing",
+        "apply_coord_taubin_smoothing",
+    ]
 
 
 def test_layers_that_are_not_there_are_named_instead_of_crashing() -> None:
@@ -314,21 +318,21 @@ def test_ids_in_scripts_do_not_count_helper_layers() -> None:
     ids = [m.id() for m in meshes]
     assert ids == [0, 3, 5]
     meshes.apply_filter("get_hausdorff_distance", sampledmesh=3, targetmesh=5)
-    recorded = meshes._script[-1].values
+    recorded = meshes._script.steps[-1].values
     assert (recorded["sampledmesh"], recorded["targetmesh"]) == (1, 2)
     again = meshes.apply_step(Step(get_distance_to, {"reference": 1}))["distance"]
     assert again == np.linalg.norm(meshes.mesh(5).vertex_matrix()[0] - meshes.mesh(3).vertex_matrix()[0])
-    assert [meshes._bench.with_helpers(meshes._bench.without_helpers(i)) for i in ids] == ids
+    assert [meshes._layers.bench.with_helpers(meshes._layers.bench.without_helpers(i)) for i in ids] == ids
     meshes.clear()
     meshes.create_cube()
-    assert meshes._bench.without_helpers(meshes.current_mesh_id()) == meshes.current_mesh_id() == 0
+    assert meshes._layers.bench.without_helpers(meshes.current_mesh_id()) == meshes.current_mesh_id() == 0
 
 
 def test_parameter_values_of_both_kinds() -> None:
     """filter_parameter_values gives lengths in mesh units, for filters of plugins as for MeshLab's."""
     meshes = ball()
     values = meshes.filter_parameter_values("apply_coord_implicit_fairing", detail_size="10%", iterations=2)
-    assert values["detail_size"] == pytest.approx(0.1 * meshes._current_layer().diagonal)
+    assert values["detail_size"] == pytest.approx(0.1 * meshes._layers.current().diagonal)
     assert values["iterations"] == 2
     assert [*values] == [p.name for p in find_filter("apply_coord_implicit_fairing").parameters]
 
@@ -379,12 +383,20 @@ def test_after_a_failure_the_next_mesh_set_can_load(verbose: bool) -> None:
 
 def test_errors_can_cross_a_process() -> None:
     """The errors keep type, message and attributes when they are pickled."""
-    step = StepFailedError("it broke", number=2, filter="Shift", file="a.mlx", line=7)
+    place = Place.of_step(2, 3, "Shift", file=Path("a.mlx"), line=7)
+    step = ScriptStepFailedError(place, "it broke")
     unknown = UnknownFilterError("no such filter", suggestion="other")
-    for error in (step, unknown, FilterFailedError("x"), FilterParameterError("y"), UnknownLayerError("z")):
+    for error in (
+        step,
+        StepFailedError(place, "no"),
+        unknown,
+        FilterFailedError("x"),
+        FilterParameterError("y"),
+        UnknownLayerError("z"),
+    ):
         copy = pickle.loads(pickle.dumps(error))
         assert (type(copy), str(copy), vars(copy)) == (type(error), str(error), vars(error))
-    assert str(step) == "step 2, 'Shift' (a.mlx:7): it broke"
+    assert str(step) == "step 2 of 3, 'Shift' (a.mlx:7): it broke"
 
 
 def test_the_handle_of_a_mesh_stays_good() -> None:

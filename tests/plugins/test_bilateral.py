@@ -15,7 +15,7 @@ from pymeshfair.filters.denoising.bilateral import bilateral_fleishman, bilatera
 from pymeshfair.filters.denoising.clouds import bilateral_projection
 from pymeshfair.filters.diffusion.anisotropic import perona_malik
 from pymeshfair.meshlab.facts import meshlab_filters
-from pymeshfair.plugins import bilateral
+from pymeshfair.plugins import bilateral, smoothing
 from pymeshfair.registry import custom_filters, find_filter
 from tests.meshes import Mesh, icosphere, noisy, tube
 
@@ -28,7 +28,7 @@ NAMES = (
     "apply_scalar_anisotropic_diffusion_per_vertex",
     "apply_color_anisotropic_diffusion_per_vertex",
 )
-DECLARED: list[Filter] = [getattr(bilateral, name) for name in NAMES]
+DECLARED: list[Filter] = [getattr(bilateral if name in NAMES[:3] else smoothing, name) for name in NAMES]
 
 
 def mesh_set(mesh: Mesh, **attributes: Any) -> pymeshfair.MeshSet:

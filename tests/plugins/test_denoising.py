@@ -10,12 +10,13 @@ import pytest
 
 from pymeshfair.declaration import Bools, Edit, Filter, FilterClass, Layer, MeshElement
 from pymeshfair.errors import ParameterError
-from pymeshfair.filters.denoising.automatic import denoise_automatically
-from pymeshfair.filters.denoising.normal_filtering import filter_face_normals, folded_faces, normal_filtering
-from pymeshfair.filters.geometry import face_normals, mean_angle, mean_edge_length
+from pymeshfair.filters.denoising import FIXED, denoise_automatically, filter_face_normals, folded_faces, normal_filtering
+from pymeshfair.filters.diffusion import taubin_fairing
+from pymeshfair.filters.geometry import face_normals, mean_edge_length
 from pymeshfair.meshlab.facts import meshlab_filters
 from pymeshfair.plugins.denoising import DEFAULTS, STEP_ONE, apply_coord_normal_filtering, apply_normal_robust_filtering_per_face
 from pymeshfair.registry import find_filter
+from tests.angles import mean_angle
 from tests.meshes import Floats, Ints, Mesh, cube, irregular_grid, subdivided
 
 
@@ -109,17 +110,20 @@ def test_by_default_everything_is_automatic(rough: Mesh, true: Mesh) -> None:
     expected, choice = denoise_automatically(*rough)
     assert edit.vertices is not None
     np.testing.assert_array_equal(edit.vertices, expected)
-    assert choice.parameters is not None
-    assert {name: edit.values[name] for name in vars(choice.parameters)} == vars(choice.parameters)
+    assert choice.setting.parameters is not None
+    assert {name: edit.values[name] for name in vars(choice.setting.parameters)} == vars(choice.setting.parameters)
+    assert edit.values["relaxation"] == choice.setting.relaxation
+    assert len(edit.values["tried"]) > 1
     assert edit.values["noise"] == choice.noise.deviation
     before, after = (mean_angle(face_normals(v, rough[1]), face_normals(*true)) for v in (rough[0], edit.vertices))
     assert after < 0.2 * before
 
 
 def test_the_reported_values_given_back_repeat_the_result(rough: Mesh) -> None:
-    """A recipe made of the reported parameters does what the automatic run did."""
+    """Taubin's steps and a filter with the reported parameters do what the automatic run did."""
     first = apply(apply_coord_normal_filtering, Surface(*rough))
-    again = apply(apply_coord_normal_filtering, Surface(*rough), **{name: first.values[name] for name in ZHENG})
+    fair = taubin_fairing(*rough, iterations=first.values["relaxation"])
+    again = apply(apply_coord_normal_filtering, Surface(fair, rough[1]), **{name: first.values[name] for name in ZHENG})
     assert first.vertices is not None
     assert again.vertices is not None
     np.testing.assert_allclose(again.vertices, first.vertices, rtol=0, atol=1e-12)
@@ -129,8 +133,8 @@ def test_one_given_parameter_replaces_one_choice(rough: Mesh) -> None:
     """The others stay as they would be chosen."""
     _, choice = denoise_automatically(*rough)
     edit = apply(apply_coord_normal_filtering, Surface(*rough), outer_iterations=2)
-    assert choice.parameters is not None
-    assert {name: edit.values[name] for name in ZHENG} == {**DEFAULTS, **vars(choice.parameters), "outer_iterations": 2}
+    assert choice.setting.parameters is not None
+    assert {name: edit.values[name] for name in ZHENG} == {**DEFAULTS, **vars(choice.setting.parameters), "outer_iterations": 2}
 
 
 def test_a_mesh_without_noise_is_left_alone() -> None:
@@ -195,10 +199,12 @@ def test_with_everything_given_the_mesh_is_not_estimated(rough: Mesh, monkeypatc
     def refuse(*_: object, **__: object) -> None:
         raise AssertionError("the mesh was estimated")
 
-    monkeypatch.setattr("pymeshfair.plugins.denoising.automatic_parameters", refuse)
+    monkeypatch.setattr("pymeshfair.plugins.denoising.automatic_choice", refuse)
     given = {name: DEFAULTS[name] for name in DEFAULTS}
     values = apply(apply_coord_normal_filtering, Surface(*rough), **given).values
     assert "shape" not in values
+    fixed = apply(apply_coord_normal_filtering, Surface(*rough), choice="fixed").values
+    assert {name: fixed[name] for name in vars(FIXED)} == vars(FIXED)
     with pytest.raises(AssertionError, match="estimated"):
         apply(apply_coord_normal_filtering, Surface(*rough), **{**given, "range_sigma": 0.0})
 

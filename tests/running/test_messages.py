@@ -12,8 +12,9 @@ import pytest
 
 from pymeshfair.declaration import Length
 from pymeshfair.files.provenance import formatted
+from pymeshfair.operating_system import this_system
+from pymeshfair.running.environment import worker_environment
 from pymeshfair.running.job import Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
-from pymeshfair.running.limits import limit_process, peak_memory, worker_environment
 from pymeshfair.running.messages import Assignment, Talk, decode_event, encode_event, mark, parse_talk, to_line
 from pymeshfair.running.plain_values import plain
 from pymeshfair.running.versions import thread_settings, versions
@@ -124,8 +125,8 @@ def test_threads_of_a_worker() -> None:
 
 def test_memory_of_a_process() -> None:
     """The peak is at least what the interpreter and numpy take; no limit changes nothing."""
-    limit_process(None)
-    peak = peak_memory()
+    this_system().limit_memory(None)
+    peak = this_system().peak_memory()
     assert peak is None or peak > 20e6
 
 

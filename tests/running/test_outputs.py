@@ -9,17 +9,16 @@ from pathlib import Path
 
 import pytest
 
-from pymeshfair.files import outputs
 from pymeshfair.files.errors import OutputError
 from pymeshfair.files.outputs import (
     StagedFile,
     check_output,
     commit,
-    flush,
     material_path,
     write_whole,
 )
 from pymeshfair.files.provenance import SCHEMA, described_file, provenance_path
+from pymeshfair.operating_system import Posix, this_system
 
 
 @pytest.fixture
@@ -169,20 +168,20 @@ def test_or_none_of_them(
     for name, data in before.items():
         (tmp_path / name).write_bytes(data)
     moves = iter(range(100))
-    replace, flush_ = Path.replace, outputs.flush
+    replace, flush_ = Path.replace, Posix.flush
 
     def failing_replace(self: Path, target: Path) -> Path:
         if self.parent == stage and next(moves) == step:
             raise error
         return replace(self, target)
 
-    def failing_flush(path: Path) -> None:
+    def failing_flush(self: Posix, path: Path) -> None:
         if step == 3:
             raise error
-        flush_(path)
+        flush_(self, path)
 
     monkeypatch.setattr(Path, "replace", failing_replace)
-    monkeypatch.setattr(outputs, "flush", failing_flush)
+    monkeypatch.setattr(type(this_system()), "flush", failing_flush)
     with pytest.raises(OutputError if isinstance(error, OSError) else KeyboardInterrupt):
         put_in_place(stage, tmp_path)
     assert contents(tmp_path) == before
@@ -210,12 +209,8 @@ def test_power_cuts_leave_no_output_with_another_ones_provenance(
 
 
 def test_whole_files(tmp_path: Path) -> None:
-    """`write_whole` writes what it is given and never over another file; `flush` takes files and folders."""
+    """`write_whole` writes what it is given and never over another file."""
     write_whole(tmp_path / "a", b"data")
     assert (tmp_path / "a").read_bytes() == b"data"
     with pytest.raises(FileExistsError):
         write_whole(tmp_path / "a", b"other")
-    flush(tmp_path)
-    flush(tmp_path / "a")
-    with pytest.raises(FileNotFoundError):
-        flush(tmp_path / "b")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +12,17 @@ import numpy as np
 import pymeshlab
 import pytest
 
+from pymeshfair.declaration import Bool, Enum, Float, Int, Length, Percentage
+from pymeshfair.errors import StepFailedError
 from pymeshfair.files.errors import InputError, OutputError
 from pymeshfair.files.formats import ATTRIBUTES, READABLE, WRITABLE
 from pymeshfair.files.ply import read_header
 from pymeshfair.files.ply_body import read_body
 from pymeshfair.files.provenance import sha256_of
-from pymeshfair.running.session import StepError
+from pymeshfair.recipe import load_recipe
+from pymeshfair.running.job import Job
+from pymeshfair.running.messages import Assignment, to_line
+from pymeshfair.running.session import Session
 
 from .runs import BONE, SAMPLES, SMOOTH, TETRAHEDRON, Given, names_in, ply_bytes, session_report, staged_files, xyz
 
@@ -58,6 +64,31 @@ def everything(tmp_path: Path) -> Path:
     path.write_bytes(ply_bytes(vertex, faces, face, head="comment TextureFile TextureDouble_A.png"))
     shutil.copy(SAMPLES / "TextureDouble_A.png", tmp_path)
     return path
+
+
+def noting(check: Callable[[Any, Any], Any], checked: list[object]) -> Callable[[Any, Any], Any]:
+    """The check of a kind of parameter, which also takes down the values that it is given."""
+
+    def noted(self: Any, value: object) -> Any:
+        checked.append(value)
+        return check(self, value)
+
+    return noted
+
+
+def test_a_value_is_checked_once_between_the_command_line_and_the_filter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`--set implicit.detail_size=4edge` is checked where it is read, and reaches the filter through the worker unchecked."""
+    recipe = load_recipe("smooth_implicit")
+    checked: list[object] = []
+    for kind in (Percentage, Enum, Int, Float, Bool):
+        monkeypatch.setattr(kind, "check", noting(kind.check, checked))
+    recipe = recipe.override(["implicit.detail_size=4edge"])
+    (tmp_path / "new").mkdir()
+    sent = Assignment.of(Job(recipe, BONE, tmp_path / "out.ply"), tmp_path)
+    report = Session(Assignment.from_document(json.loads(to_line(sent.to_document()))), lambda document: None).run()
+    assert checked == [Length(4.0, "edge")]
+    (done,) = [step["parameters"]["detail_size"] for step in report["steps"] if "detail_size" in step["parameters"]]
+    assert done == pytest.approx(4.0 * report["before"]["mean_edge"], rel=1e-12)
 
 
 def test_a_ply_file_keeps_everything(tmp_path: Path, everything: Path) -> None:
@@ -225,16 +256,16 @@ def test_files_that_are_no_meshes(tmp_path: Path) -> None:
 def test_nothing_left_is_an_error(tmp_path: Path) -> None:
     """A recipe that deletes the whole mesh, or every layer, fails; no empty file is staged."""
     steps: tuple[Given, ...] = (("set_selection_all", {}), ("meshing_remove_selected_vertices", {}))
-    with pytest.raises(StepError, match="nothing is left"):
+    with pytest.raises(StepFailedError, match="nothing is left"):
         session_report(BONE, tmp_path / "a.ply", *steps)
-    with pytest.raises(StepError, match="left no mesh"):
+    with pytest.raises(StepFailedError, match="left no mesh"):
         session_report(BONE, tmp_path / "b.ply", ("delete_current_mesh", {}))
     assert names_in(tmp_path / "stage-a.ply" / "new") == set()
 
 
 def test_a_result_that_is_not_finite_is_an_error(tmp_path: Path) -> None:
     """If a filter's arithmetic overflows, nothing is staged."""
-    with pytest.raises(StepError, match="not finite"):
+    with pytest.raises(StepFailedError, match="not finite"):
         session_report(BONE, tmp_path / "a.ply", ("compute_coord_by_function", {"x": "x*1e308*1e308"}))
     assert names_in(tmp_path / "stage-a.ply" / "new") == set()
 

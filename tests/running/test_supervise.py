@@ -20,11 +20,11 @@ import numpy as np
 import pymeshlab
 import pytest
 
-from pymeshfair.errors import RunError
+from pymeshfair.errors import RunError, StepFailedError
 from pymeshfair.files.errors import InputError, OutputError
 from pymeshfair.files.provenance import sha256_of
 from pymeshfair.running.child import WorkerProcess
-from pymeshfair.running.errors import OutOfMemory, RunTimeout, StepFailed, WorkerDied, WorkerError
+from pymeshfair.running.errors import OutOfMemory, RunTimeout, WorkerDied, WorkerError
 from pymeshfair.running.inspect import inspect_mesh
 from pymeshfair.running.job import Event, Job, Message, PhaseStarted, RunResult, StepFinished, StepProgress, StepStarted
 from pymeshfair.running.supervise import run_job
@@ -232,12 +232,12 @@ def test_a_killed_worker_is_an_error_too(tmp_path: Path, workers: list[WorkerPro
 
 def test_a_filter_that_refuses_is_an_error_that_names_the_step(tmp_path: Path) -> None:
     """A refusal comes in the filter's own words, MeshLab's and ours."""
-    with pytest.raises(StepFailed, match=r"step 1 of 1, 'Transfer: .*' \(test.mlx:3\): Source mesh doesn't have") as caught:
+    with pytest.raises(StepFailedError, match=r"step 1 of 1, 'Transfer: .*' \(test.mlx:3\): Source mesh doesn't have") as caught:
         run_job(job_of(tmp_path / "out.ply", ("transfer_texture_to_color_per_vertex", {})))
     assert caught.value.place.step == 1
     cloud = tmp_path / "cloud.ply"
     cloud.write_bytes(ply_bytes(xyz(np.random.default_rng(0).random((50, 3))), faces=()))
-    with pytest.raises(StepFailed, match="step 1 of 1, 'Taubin Fairing'"):
+    with pytest.raises(StepFailedError, match="step 1 of 1, 'Taubin Fairing'"):
         run_job(job_of(tmp_path / "out.ply", ("apply_coord_taubin_fairing", {}), source=cloud))
     assert names_in(tmp_path) == {"cloud.ply"}
 
@@ -288,13 +288,13 @@ def test_bad_inputs_and_outputs_start_nothing(tmp_path: Path, workers: list[Work
 
 def test_an_input_that_crashes_meshlab(tmp_path: Path) -> None:
     """A file on which MeshLab crashes while it reads is an error that says so; so it is when it is only measured."""
-    path = tmp_path / "bad.off"
-    path.write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 100000000\n")
-    with pytest.raises(WorkerDied, match=r"reading bad.off: the worker process crashed \(SIGSEGV\); the file is probably"):
+    path = tmp_path / "bad.qobj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nq 0 1 2 100000000\n")
+    with pytest.raises(WorkerDied, match=r"reading bad.qobj: the worker process crashed \(SIGSEGV\); the file is probably"):
         run_job(job_of(tmp_path / "out.ply", SMOOTH, source=path))
     with pytest.raises(WorkerDied, match="reading bad"):
         inspect_mesh(path)
-    assert names_in(tmp_path) == {"bad.off"}
+    assert names_in(tmp_path) == {"bad.qobj"}
 
 
 def test_a_declaration_bomb_costs_little(tmp_path: Path) -> None:
@@ -383,7 +383,7 @@ except KeyboardInterrupt:
 
 
 @pytest.fixture
-def supervisor(tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
+def supervisor(tmp_path: Path, terminal_signals: None) -> Iterator[subprocess.Popen[str]]:
     """A program that is in the middle of a long run to out/clean.ply, in a session of its own."""
     (tmp_path / "out").mkdir()
     tests = str(Path(__file__).parent.parent.parent)

@@ -8,7 +8,6 @@ from typing import Any
 
 import typer
 
-from ..errors import ParameterError, PymeshfairError, UnknownNameError
 from .json_document import print_document
 
 LIBGL_ADVICE = (
@@ -36,6 +35,8 @@ class Failure:
     @classmethod
     def of(cls, error: Exception) -> Failure:
         """The failure that an exception stands for."""
+        from ..errors import ParameterError, PymeshfairError, UnknownNameError
+
         kind, message = type(error).__name__, str(error)
         details = {name: value for name, value in vars(error).items() if not name.startswith("_")}
         if "libGL.so.1" in f"{message} {details.get('details')}":

@@ -1,4 +1,4 @@
-"""What this machine has, what is wrong with it, and what to do about that: one look after the other."""
+"""Checks of this machine: what it has, what is wrong, and what to do about that."""
 
 from __future__ import annotations
 

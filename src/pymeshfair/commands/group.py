@@ -12,7 +12,7 @@ from typer.core import TyperGroup
 
 from .failure import INTERRUPTED, Failure
 
-# typer exports what it raises about a command line only in parts; this is the base of them all.
+# typer does not export the base class of its usage errors.
 UsageError = cast("type[Exception]", typer.BadParameter.__bases__[0])
 
 

@@ -24,25 +24,22 @@ def info(
 
     if subject in shipped_recipes() or subject.casefold().endswith(".mlx"):
         _tell_recipe(subject, json=json)
-    elif (known := _filter_named(subject)) is not None:
-        _tell_filter(known, json=json)
-    elif Path(subject).exists():
-        _tell_mesh(Path(subject), json=json)
-    else:
-        raise _nothing_named(subject)
-
-
-def _filter_named(name: str) -> Filter | None:
+        return
     from ..errors import UnknownNameError
     from ..registry import find_filter
 
     try:
-        return find_filter(name)
-    except UnknownNameError:
-        return None
+        known = find_filter(subject)
+    except UnknownNameError as error:
+        if not Path(subject).exists():
+            raise _nothing_named(subject, error.cause) from None
+        _tell_mesh(Path(subject), json=json)
+    else:
+        _tell_filter(known, json=json)
 
 
-def _nothing_named(subject: str) -> Exception:
+def _nothing_named(subject: str, cause: str | None) -> Exception:
+    """The error that says what was looked for, and the nearest name or the plugin that may be to blame."""
     from ..declaration import nearest
     from ..errors import UnknownNameError
     from ..recipe import shipped_recipes
@@ -50,8 +47,12 @@ def _nothing_named(subject: str) -> Exception:
 
     names = [name for known in all_filters() for name in (known.python_name, known.name)]
     near = nearest(subject, [*names, *shipped_recipes()])
-    hint = f"did you mean {near!r}?" if near else "`pymeshfair list filters` and `pymeshfair list recipes` name what there is"
-    return UnknownNameError(f"{subject!r} is no filter, no recipe and no file; {hint}", suggestion=near)
+    hint = (
+        cause or f"did you mean {near!r}?"
+        if near or cause
+        else "`pymeshfair list filters` and `pymeshfair list recipes` name what there is"
+    )
+    return UnknownNameError(f"{subject!r} is no filter, no recipe and no file; {hint}", suggestion=near, cause=cause)
 
 
 def _tell_filter(known: Filter, *, json: bool) -> None:

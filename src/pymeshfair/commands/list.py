@@ -26,8 +26,10 @@ def filters(
     debug: Debug = False,
 ) -> None:
     """List the filters, MeshLab's and those of the plugins."""
-    from ..registry import all_filters
+    from ..registry import all_filters, broken_plugins
 
+    for broken in broken_plugins():
+        typer.echo(f"{typer.style('warning:', fg='yellow')} {broken}", err=True)
     found = [f for f in _of_origin(all_filters(), origin) if _contains(f"{f.python_name} {f.name} {f.summary}", text)]
     if json:
         rows = [{"python_name": f.python_name, "name": f.name, "origin": f.origin, "summary": f.summary} for f in found]
@@ -46,16 +48,16 @@ def filters(
 @app.command()
 def recipes(json: Json = False, debug: Debug = False) -> None:
     """List the recipes that pymeshfair ships."""
-    from ..recipe import load_recipe, shipped_recipes
+    from ..recipe import shipped_heads
 
-    found = [load_recipe(name) for name in shipped_recipes()]
+    found = shipped_heads()
     if json:
-        rows = [{"name": r.name, "title": r.title, "for": r.info.purpose, "steps": len(r.script.steps)} for r in found]
+        rows = [{"name": r.name, "title": r.info.title, "for": r.info.purpose, "steps": r.steps} for r in found]
         print_document({"recipes": rows})
         return
     from .tables import console, table
 
-    console().print(table(["recipe", "title", "for"], [(r.name, r.title, r.info.purpose) for r in found]))
+    console().print(table(["recipe", "title", "for"], [(r.name, r.info.title, r.info.purpose) for r in found]))
     typer.echo("\n`pymeshfair info RECIPE` tells more, `pymeshfair run RECIPE INPUT -o OUTPUT` runs it", err=True)
 
 

@@ -9,7 +9,7 @@ from rich.table import Table
 
 from .tables import table
 
-#: measure, its words in the table, and whether it is shown even where it is nothing to speak of
+#: measure, its words in the table, and whether it is shown even where it is 0 or unknown
 _ROWS = (
     ("vertices", "vertices", True),
     ("faces", "faces", True),
@@ -28,7 +28,7 @@ _ROWS = (
 
 
 def measures_table(columns: Mapping[str, Mapping[str, Any]]) -> Table:
-    """One column for each mesh, by its header; rare measures that are nothing in all of them are left out."""
+    """One column for each mesh, by its header; rare measures that are 0 or unknown in all of them are left out."""
     rows = [
         [words, *(_shown(measures.get(name)) for measures in columns.values())]
         for name, words, always in _ROWS

@@ -92,5 +92,5 @@ class ProgressBar:
 
 
 def progress() -> ProgressBar | ProgressLines:
-    """What fits where stderr goes."""
+    """A bar if stderr is a terminal, else lines."""
     return ProgressBar() if sys.stderr.isatty() else ProgressLines()

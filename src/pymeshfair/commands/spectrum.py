@@ -120,7 +120,7 @@ def _measured(mesh: Path, modes: int, timeout: float | None) -> dict[str, Any]:
 
 
 def _filtered(spectrum: Mapping[str, Any], response: Response) -> dict[str, Any]:
-    """What the response leaves of a spectrum, F^2 of every energy: that of the filtered shape in the modes of the mesh before."""
+    """The spectrum of the filtered shape in the modes of the mesh before: F^2 times every energy."""
     import numpy as np
 
     edges = np.asarray(spectrum["band_edges"], dtype=np.float64)

@@ -28,9 +28,10 @@ def suggest(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Measure the noise of a scan and print the recipe that removes it, every value explicit.
+    """Find the recipe that denoises a scan best, by vertices that it has not seen, and print it, every value explicit.
 
-    The recipe does what the automatic parameters do on this scan, and can be changed and used for others of its kind.
+    The settings that predict such vertices best are listed with their errors. The recipe does what the automatic parameters do on
+    this scan, and can be changed and used for others of its kind.
     """
     from ..errors import PymeshfairError
     from ..scripts.write import format_script, write_script
@@ -48,6 +49,8 @@ def suggest(
         print_document({"scan": scan, "found": values, "recipe": text, "output": output})
         return
     typer.echo(_words(scan, values), err=True)
+    for line in _contest(values):
+        typer.echo(line, err=True)
     if output is not None:
         typer.echo(f"{output}: written; `pymeshfair run {output} {scan} -o RESULT` applies it", err=True)
     elif text is not None:
@@ -79,11 +82,11 @@ def _explicit(scan: Path, values: dict[str, Any]) -> Recipe | None:
 
     known = find_filter(FILTER)
     given = {parameter.name: values[parameter.name] for parameter in known.parameters if parameter.name in values}
-    if not given:
+    if values["shape"] == "clean":
         return None
     name = scan.name.replace("--", "- ").strip("-")
     comment = f"Denoises scans such as {name}\n\nFor: {_kind(values)}, with noise of {values['noise']:.2g} edges."
-    steps = [Step(known).with_values(given)]
+    steps = [Step(known).with_values(given)] if given else []
     if values["relaxation"]:
         steps.insert(0, Step(find_filter(RELAXES)).with_values({"iterations": int(values["relaxation"])}))
     return Recipe("suggestion", Script(tuple(steps), comment))
@@ -100,10 +103,28 @@ def _words(scan: Path, values: dict[str, Any]) -> str:
 
 def _kind(values: dict[str, Any]) -> str:
     kinds = {
-        "sharp": "flat parts that meet at edges",
-        "smooth": "a smooth or finely detailed shape",
+        "noisy": "a shape with noise of its own at every vertex",
         "range map": "a range map with noise that neighbours share",
-        "scattered": "a shape with noise in all directions",
         "clean": "a shape without noise",
     }
     return kinds.get(values["shape"], str(values["shape"]))
+
+
+def _contest(values: dict[str, Any], most: int = 6) -> list[str]:
+    """The settings that predict best and the first of all, nothing, with the error of held-out vertices."""
+    tried = values.get("tried", [])
+    if not tried:
+        return []
+    shown = sorted(tried, key=lambda trial: trial["error"])[:most]
+    lines = [f"tried on held-out vertices: {len(tried)} settings were not ruled out at once; error in mean edges of"]
+    for trial in shown if tried[0] in shown else [*shown, tried[0]]:
+        parameters = trial["parameters"]
+        steps = [f"{trial['relaxation']} Taubin steps"] if trial["relaxation"] else []
+        if parameters is not None:
+            steps.append(
+                f"{parameters['outer_iterations']} rounds of {parameters['method']} {parameters['range_kernel']} "
+                f"{parameters['range_sigma']:g} over {parameters['neighborhood']}"
+            )
+        behind = f"{trial['excess'] / trial['uncertainty']:.1f} standard errors behind" if trial["excess"] else "best"
+        lines.append(f"  {trial['error']:.4f}  {', then '.join(steps) or 'nothing'} ({behind})")
+    return lines

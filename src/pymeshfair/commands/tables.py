@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-#: one row a line where the output is a file or a pipe: what reads it need not glue lines together
+#: characters; where the output is a file or a pipe a row is one line, which programs read more easily
 _UNFOLDED = 500
 
 

@@ -21,23 +21,9 @@ from .filter import Filter, mesh_filter
 from .layer import Bools, Edit, Floats, Ints, Layer, NewLayer
 from .length import Length, LengthUnit
 from .names import nearest
-from .parameters import (
-    Bool,
-    Color,
-    Direction,
-    Enum,
-    FileOpen,
-    FileSave,
-    Float,
-    Int,
-    Matrix,
-    Mesh,
-    Parameter,
-    Percentage,
-    Point,
-    Shot,
-    String,
-)
+from .parameter import Parameter
+from .parameters import Bool, Enum, FileOpen, FileSave, Float, Int, Mesh, Percentage, Shot, String
+from .vectors import Color, Direction, Matrix, Point
 
 __all__ = [
     "Arity",

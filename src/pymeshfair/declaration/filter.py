@@ -11,9 +11,11 @@ from typing import Any, Literal
 
 from ..errors import DeclarationError, ParameterError, UnknownNameError
 from .elements import Arity, FilterClass, MeshElement
+from .groups import gathering, is_group
 from .layer import Edit
 from .names import nearest
-from .parameters import Enum, Parameter
+from .parameter import Parameter
+from .parameters import Enum
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,8 +76,16 @@ class Filter:
 
     def with_defaults(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """As `check`, with the default of every parameter that is absent."""
-        checked = self.check(values)
-        return {p.name: checked.get(p.name, p.default) for p in self.parameters}
+        return {**self.defaults, **self.check(values)}
+
+    def in_order(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Values by parameter name, in declared order; they are not checked."""
+        return {p.name: values[p.name] for p in self.parameters if p.name in values}
+
+    @property
+    def defaults(self) -> dict[str, Any]:
+        """The default of every parameter by name; None where MeshLab computes it for the mesh."""
+        return {p.name: p.default for p in self.parameters}
 
 
 def mesh_filter(
@@ -89,8 +99,9 @@ def mesh_filter(
 ) -> Callable[[Callable[..., Edit]], Filter]:
     """Turn a function ``(layer, *, parameter: Annotated[type, Parameter(...)] = default, ...) -> Edit`` into a `Filter`.
 
-    The function's name is the Python name and its docstring the description. A parameter ``progress`` is not shown to users:
-    the host passes a function that takes the share of the work done, from 0 to 1.
+    The function's name is the Python name and its docstring the description. Parameters that filters share may be the fields of
+    a frozen, keyword-only dataclass, annotated alike; the function takes it as one parameter, users see its fields in that place.
+    A parameter ``progress`` is not shown to users: the host passes a function that takes the share of the work done, from 0 to 1.
 
     Raises:
         DeclarationError: the signature, a default or a bound contradicts itself.
@@ -114,7 +125,7 @@ def mesh_filter(
             parameters=parameters,
             references=tuple(references),
             origin=function.__module__.partition(".")[0],
-            function=function,
+            function=gathering(function),
         )
 
     return declare
@@ -128,12 +139,20 @@ def _parameters(function: Callable[..., Edit]) -> Iterable[Parameter]:
     arguments = list(inspect.signature(function).parameters.values())
     if not arguments or arguments[0].kind not in (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD):
         raise DeclarationError(f"{where} must take the layer as its first, positional parameter")
-    for argument in arguments[1:]:
+    yield from _described(arguments[1:], hints, where)
+
+
+def _described(arguments: Iterable[inspect.Parameter], hints: Mapping[str, Any], where: str) -> Iterable[Parameter]:
+    for argument in arguments:
         if argument.name == "progress":
             continue
         if argument.kind is not argument.KEYWORD_ONLY:
             raise DeclarationError(f"{where}: parameter {argument.name!r} must be keyword-only")
         hint = hints.get(argument.name)
+        if is_group(hint):
+            fields = inspect.signature(hint).parameters.values()
+            yield from _described(fields, typing.get_type_hints(hint, include_extras=True), where)
+            continue
         described = [x for x in getattr(hint, "__metadata__", ()) if isinstance(x, Parameter)]
         if len(described) != 1:
             raise DeclarationError(f"{where}: annotate {argument.name!r} as Annotated[type, Float(...)] or another parameter")

@@ -44,7 +44,7 @@ class Given:
                 for part in parts:
                     file.write(part)
         except OSError as error:
-            raise OutputError(path, f"MeshLab needs a copy of the input there: {(error.strerror or str(error)).lower()}") from error
+            raise OutputError(path, f"MeshLab needs a copy of the input there: {error.strerror or error}") from error
         return path
 
     def link(self, textures: Iterable[Texture]) -> None:

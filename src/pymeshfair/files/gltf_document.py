@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import PymeshfairError
+
 _COMPONENTS = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 #: the attributes that MeshLab reads, and what their accessors may be
@@ -21,7 +23,7 @@ _TRIANGLES = 4
 _DEEPEST = 64
 
 
-class GltfError(ValueError):
+class GltfError(PymeshfairError, ValueError):
     """The file is no glTF file that can be read; the message is the reason."""
 
 

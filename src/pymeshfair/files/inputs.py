@@ -1,4 +1,4 @@
-"""The input before MeshLab opens it: whether it may be opened, what it declares, and what MeshLab will not keep of it."""
+"""Checks an input before MeshLab opens it: whether it is safe to open, what it declares, and what MeshLab will drop."""
 
 from __future__ import annotations
 

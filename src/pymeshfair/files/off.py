@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import PymeshfairError
 from .references import shown
 from .tokens import INTEGER, NOT_FINITE, REAL, Tokens, joined_pieces, plain, tokenise
 
 
-class OffError(ValueError):
+class OffError(PymeshfairError, ValueError):
     """The text is no OFF file, or lies; the message gives the line."""
 
 

@@ -1,8 +1,8 @@
 """Files that appear whole or not at all.
 
 Everything is written to a hidden folder beside the output (`staging`), flushed to the disk, and then renamed into place, in this
-order: the old provenance goes, the textures and material files come, the output comes, the new provenance comes. Wherever a power
-cut stops that, no output stands beside the provenance of another one.
+order: the old provenance is removed; textures and material files, the output and the new provenance are put in place. Wherever a
+power cut stops that, no output is beside the provenance of another one.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..operating_system import this_system
 from .errors import OutputError
 from .formats import WRITABLE, extension, listed
 from .provenance import provenance_path, read_provenance, recorded_digest, sha256_of
@@ -28,7 +29,7 @@ def material_path(output: Path) -> Path:
 
 
 def check_output(output: Path, input: Path, *, overwrite: bool) -> None:
-    """Refuse an output that cannot or must not be written, before any work.
+    """Raise if an output cannot or must not be written, before any work is done.
 
     Without `overwrite` an existing file is replaced only if it is what a former run wrote: its provenance names the same input
     and its digest is the one recorded there. So the same command can be given again, and no other file is lost.
@@ -81,18 +82,6 @@ def write_whole(path: Path, data: bytes) -> None:
         os.fsync(file.fileno())
 
 
-def flush(path: Path) -> None:
-    """Wait until the disk has a file or, where systems can, a folder's list of names."""
-    try:
-        descriptor = os.open(path, os.O_RDONLY)
-    except PermissionError:  # Windows opens no folders
-        return
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
 @dataclass(frozen=True)
 class StagedFile:
     """A finished file in the staging folder, and where it belongs."""
@@ -120,7 +109,7 @@ def commit(output: StagedFile, provenance: StagedFile, side_files: Sequence[Stag
         for number, file in enumerate((*side_files, output, provenance)):
             done.append((file.target, _kept(file.target, backups / str(number))))
             file.staged.replace(file.target)
-        flush(output.target.parent)
+        this_system().flush(output.target.parent)
     except BaseException as error:
         for target, backup in reversed(done):
             with contextlib.suppress(OSError):

@@ -1,6 +1,6 @@
-"""Reads the header of a PLY file, and no more of it than that, before MeshLab allocates what the header declares.
+"""Reads and checks the header of a PLY file before MeshLab allocates what it declares.
 
-MeshLab believes a header: 306 bytes that declare 10 million vertices cost it 838 MB.
+MeshLab trusts a header: 306 bytes that declare 10 million vertices make it allocate 838 MB.
 """
 
 from __future__ import annotations
@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+
+from ..errors import PymeshfairError
 
 #: the bytes of a value of each type, under both of its names
 SIZES: Mapping[str, int] = {
@@ -18,11 +20,11 @@ SIZES: Mapping[str, int] = {
 }
 _PLAIN_NAMES = {"uint8": "uchar", "int32": "int", "uint32": "uint", "float32": "float", "float64": "double"}
 FORMATS = ("ascii", "binary_little_endian", "binary_big_endian")
-#: longer than any header that a program writes; a hostile one must not fill memory
+#: bytes; longer than any header that a program writes, so that a hostile file cannot fill the memory
 HEADER_LIMIT = 1 << 20
 
 
-class PlyError(ValueError):
+class PlyError(PymeshfairError, ValueError):
     """The file is no PLY file that can be read; the message is the reason."""
 
 
@@ -40,7 +42,7 @@ class PlyProperty:
 
 @dataclass(frozen=True)
 class PlyElement:
-    """One kind of thing in the file, and how many of it are declared."""
+    """One kind of element, such as ``vertex``, and how many of it are declared."""
 
     name: str
     count: int
@@ -48,7 +50,7 @@ class PlyElement:
 
     @property
     def smallest_row(self) -> int:
-        """The bytes of one of them in a binary file, at the least: lists may be empty."""
+        """The fewest bytes that one element takes in a binary file; lists may be empty."""
         return sum(SIZES[p.count_type or p.type] for p in self.properties)
 
 
@@ -69,7 +71,7 @@ class PlyHeader:
     size: int
 
     def element(self, name: str) -> PlyElement:
-        """The element of that name, or one of which there are none."""
+        """The element of that name; one with a count of 0 if the file does not declare it."""
         return next((e for e in self.elements if e.name == name), PlyElement(name, 0))
 
     @property

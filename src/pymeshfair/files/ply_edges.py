@@ -1,4 +1,4 @@
-"""Adds the edges of a mesh to the PLY file that MeshLab has written of it: it reads edges from such files and writes none."""
+"""Adds the edges of a mesh to a PLY file that MeshLab has written: MeshLab reads edges from PLY files but does not write them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from .ply import read_header
+from .ply import PlyError, read_header
 
 _END = b"end_header\n"
 
@@ -22,11 +22,11 @@ def append_edges(path: Path, edges: NDArray[np.int32], n_vertices: int) -> None:
         n_vertices: how many vertices it has.
 
     Raises:
-        ValueError: an edge ends at no vertex.
+        PlyError: an edge ends at no vertex.
         OSError: the file cannot be written.
     """
     if len(edges) and not (edges.min() >= 0 and edges.max() < n_vertices):
-        raise ValueError(f"an edge ends at a vertex that is not one of the {n_vertices:,}")
+        raise PlyError(f"an edge ends at a vertex that is not one of the {n_vertices:,}")
     header = read_header(path)
     assert header.format == "binary_little_endian", header.format
     fresh = path.with_name(f"{path.name}.edges")

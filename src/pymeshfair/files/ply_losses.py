@@ -1,4 +1,4 @@
-"""What a PLY file declares that MeshLab drops without a word, from what its reader knows.
+"""What a PLY file declares and MeshLab drops silently.
 
 The table is that of vcglib's ``wrap/io_trimesh/import_ply.h``, less what MeshLab reads but does not write again (flags, cameras,
 colours of wedges).
@@ -97,7 +97,7 @@ def _is_known(element: str, known: Mapping[str, tuple[str, ...]], p: PlyProperty
 
 
 def _consequence(element: str, lost: PlyProperty) -> str:
-    """What MeshLab does with some properties instead of leaving them alone."""
+    """What MeshLab makes of some properties that it does not keep."""
     if (element, str(lost)) == ("vertex", "float intensity"):
         return ", which replaces the colours by shades of grey"
     if (element, str(lost)) == ("vertex", "float confidence"):

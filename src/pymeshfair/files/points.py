@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import PymeshfairError
 from .references import shown
 from .tokens import INTEGER, NOT_FINITE, REAL, WORD, Tokens, joined_pieces, plain, tokenise
 
@@ -19,7 +20,7 @@ _EXPE = b"[Expe/PointSet/"
 _COLUMNS = {3: "", 4: "i", 6: "?", 7: "ic"}
 
 
-class PointsError(ValueError):
+class PointsError(PymeshfairError, ValueError):
     """The file is none of points, or lies; the message says where."""
 
 

@@ -1,4 +1,4 @@
-"""Loads the input into a mesh set, and says what MeshLab made of it: it removes and splits without a word."""
+"""Loads the input into a mesh set, and reports what MeshLab removed or split silently."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def load_mesh(meshes: Any, path: Path, announced: Announced) -> list[str]:
         InputError: MeshLab refuses it, or finds no vertex in it.
     """
     before = path.stat()
-    # Layers of one file would otherwise be left behind when one of them is written.
+    # Only the current layer is written, so the layers of one file have to become one.
     options = {"load_in_a_single_layer": True} if extension(path) in ("3ds", "glb", "gltf") else {}
     try:
         meshes.load_new_mesh(str(announced.reading or path), **options)

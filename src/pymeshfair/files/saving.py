@@ -1,4 +1,4 @@
-"""Writes the mesh to the staging folder so that everything it has is kept, or named in a warning."""
+"""Writes the mesh to the staging folder; what the format cannot keep is named in a warning."""
 
 from __future__ import annotations
 
@@ -9,16 +9,17 @@ from typing import Any
 
 import numpy as np
 
+from ..operating_system import this_system
 from .announced import Announced
 from .errors import OutputError
 from .formats import ATTRIBUTES, WRITABLE, Format, extension
-from .outputs import StagedFile, flush, material_path
-from .ply import read_header
+from .outputs import StagedFile, material_path
+from .ply import PlyError, read_header
 from .ply_edges import append_edges
 from .textures import rename_in_materials, rename_in_ply, stage_textures
 from .verification import TornFileError, verify_file
 
-#: the share of a mean edge by which rounding may move a vertex before it is worth a word, and before it is an error
+#: the shares of a mean edge by which rounding may move a vertex: above the first a warning is given, above the second an error
 WORTH_A_WARNING, DESTROYED = 1e-3, 0.5
 
 
@@ -91,7 +92,7 @@ def save_mesh(
     if kind.extension == "ply" and "edges" in present:
         try:
             append_edges(staged, mesh.edge_matrix(), mesh.vertex_number())
-        except (ValueError, OSError) as error:
+        except (PlyError, OSError) as error:
             raise OutputError(output, f"its edges could not be written: {error}") from error
     lost = [a for a in ATTRIBUTES if a in present - kind.holds]
     if lost:
@@ -116,7 +117,7 @@ def save_mesh(
     if material.exists():
         side_files.append(StagedFile(material, material_path(output)))
     for file in (staged, *(f.staged for f in side_files)):
-        flush(file)
+        this_system().flush(file)
     return Saved(StagedFile(staged, output), tuple(side_files), reused, tuple(warnings))
 
 
@@ -125,7 +126,7 @@ def attributes_of(meshes: Any, announced: Announced, began: Set[str] | None = No
     mesh = meshes.current_mesh()
     has_faces, has_edges = mesh.face_number() > 0, mesh.edge_number() > 0
     if has_edges and not has_faces:
-        # Those of a curve mean something if the file gave them; MeshLab's sections have sums of the faces' that were cut.
+        # Normals of a curve count if the file gave them; those of MeshLab's sections are sums over the faces that were cut.
         normals = announced.normals and (began is None or ("edges" in began and "faces" not in began))
     else:
         normals = announced.normals or (not has_faces and bool(mesh.vertex_normal_matrix().any()))
@@ -136,7 +137,7 @@ def attributes_of(meshes: Any, announced: Announced, began: Set[str] | None = No
         "vertex normals": normals,
         "vertex colours": mesh.has_vertex_color(),
         "vertex scalars": mesh.has_vertex_scalar(),
-        # Where wedges have them, those of the vertices are MeshLab's, which makes both when it computes either, or the file's.
+        # MeshLab computes texture coordinates of vertices and wedges together; where wedges have them, only the file's own count.
         "vertex texture coordinates": mesh.has_vertex_tex_coord() and (announced.vertex_texture or not wedges),
         "face colours": has_faces and mesh.has_face_color(),
         "face scalars": has_faces and mesh.has_face_scalar(),
@@ -148,7 +149,7 @@ def attributes_of(meshes: Any, announced: Announced, began: Set[str] | None = No
 
 
 def _custom_attributes(meshes: Any) -> list[str]:
-    """The parameters that save them; MeshLab names custom attributes nowhere but among those of saving a PLY file."""
+    """The parameters that save custom attributes, which MeshLab lists only among those of saving a PLY file."""
     return [name for name in meshes.filter_parameter_values("ply") if name.startswith("__ca_")]
 
 

@@ -1,7 +1,8 @@
-"""The hidden folder beside an output in which it is made, on the same file system, so that a rename puts it in place.
+"""The hidden folder beside an output in which it is written: on the same file system, so that a rename puts it in place.
 
-It goes with the run. One that was left behind, because the power failed or everything was killed at once, goes with the next run
-in the same folder: whoever works in it holds a lock, which no dead process does.
+It is removed with the run. One that was left behind, because the power failed or everything was killed at once, is removed by the
+next run in the same folder: a process that works in it holds a lock, and a dead one holds none. On a system without such locks it
+stays until a user removes it.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
 
+from ..operating_system import this_system
 from .errors import OutputError
 
 #: what the name of the folder begins with
@@ -21,7 +23,7 @@ STAGE_PREFIX = ".pymeshfair-run-"
 _LOCK = "lock"
 #: what the name of one ends with that is being removed
 _GONE = "-gone"
-#: seconds after which a folder without a lock is abandoned: it gets its lock at once, and loses it while it is removed
+#: seconds after which a folder without a lock file counts as abandoned; a younger one may just be being made or removed
 _GRACE = 3600.0
 
 
@@ -32,18 +34,19 @@ def staging_folder(output: Path) -> Iterator[Path]:
     Raises:
         OutputError: it cannot be made.
     """
+    system = this_system()
     _remove_abandoned(output.parent)
     stage: Path | None = None
     try:
         try:
             stage = Path(tempfile.mkdtemp(prefix=STAGE_PREFIX, dir=output.parent))
-            # Its name says that it is locked, so it gets the name after the lock.
+            # The file gets its final name once it is locked, so that no other run sees an unlocked one.
             lock = (stage / f"{_LOCK}.new").open("xb")
         except OSError as error:
             raise OutputError(output, f"cannot make a temporary folder beside it: {error.strerror or error}") from error
         with lock:
-            _try_lock(lock, alone=False)
-            (stage / f"{_LOCK}.new").replace(stage / _LOCK)
+            system.try_lock(lock, alone=False)
+            system.move_open_file(lock, Path(lock.name), stage / _LOCK)
             for name in ("new", "old"):
                 (stage / name).mkdir()
             yield stage
@@ -55,7 +58,7 @@ def staging_folder(output: Path) -> Iterator[Path]:
 def hold(stage: Path) -> BinaryIO:
     """Hold the lock of a staging folder for as long as the file that is given back is open."""
     lock = (stage / _LOCK).open("rb")
-    _try_lock(lock, alone=False)
+    this_system().try_lock(lock, alone=False)
     return lock
 
 
@@ -70,7 +73,7 @@ def remove_folder(folder: Path) -> None:
 
 
 def _remove_abandoned(parent: Path) -> None:
-    """Remove the staging folders in which nobody works any more."""
+    """Remove the staging folders that no process uses any more."""
     with contextlib.suppress(OSError):
         for folder in parent.glob(f"{STAGE_PREFIX}*"):
             with contextlib.suppress(OSError):
@@ -83,19 +86,6 @@ def _is_abandoned(folder: Path) -> bool:
         return True  # whoever removes it as well does no harm
     try:
         with (folder / _LOCK).open("rb") as lock:
-            return _try_lock(lock, alone=True)
+            return this_system().try_lock(lock, alone=True)
     except FileNotFoundError:
         return time.time() - folder.stat().st_mtime > _GRACE
-
-
-def _try_lock(file: BinaryIO, *, alone: bool) -> bool:
-    """Take the lock without waiting, alone or with others; whether it was taken. Where there are no such locks it never is."""
-    try:
-        import fcntl
-    except ImportError:  # Windows
-        return False
-    try:
-        fcntl.flock(file, (fcntl.LOCK_EX if alone else fcntl.LOCK_SH) | fcntl.LOCK_NB)
-    except OSError:  # held by others, or a file system without locks
-        return False
-    return True

@@ -1,4 +1,4 @@
-"""Textures beside an output: byte for byte those of the input, never outside the output's folder, never over a stranger's file.
+"""Textures beside an output: byte for byte those of the input, in the output's folder alone, never over a file that no run wrote.
 
 MeshLab itself writes where a material file points (``../evil.png`` lands above the output), encodes unchanged images anew, over
 their source if that is where the output goes, and writes a placeholder for a texture that does not exist.
@@ -92,13 +92,13 @@ def stage_textures(
 
 
 def _file_name(name: str) -> str:
-    """The last part of a texture's path, without what no file system takes."""
+    """The last part of a texture's path, without characters that file systems refuse."""
     last = re.sub(r'[\x00-\x1f<>:"|?*]', "_", name.replace("\\", "/").rpartition("/")[2]).strip()
     return last if last.strip(".") else "texture.png"
 
 
 def _free_target(output: Path, name: str, staged: Path, record: Mapping[str, Any] | None, taken: set[Path]) -> tuple[Path, bool]:
-    """Where a texture goes, and whether the very same file is there already."""
+    """Where a texture is to be written, and whether an identical file is there already."""
     names = [name, f"{output.stem}-{name}", *(f"{output.stem}-{k}-{name}" for k in range(2, 100))]
     digest = sha256_of(staged)
     for target in (output.with_name(n) for n in names):

@@ -1,4 +1,4 @@
-"""Whether a file that MeshLab has just written holds what it should: MeshLab says nothing when a disk is full (.xyz)."""
+"""Checks that a file which MeshLab has just written is whole: MeshLab reports no error when the disk is full (.xyz)."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
+from ..errors import PymeshfairError
 from . import ply
 from .formats import extension
 
@@ -13,8 +14,8 @@ from .formats import extension
 _LIST_LENGTHS = {"vertex_indices": 3, "texcoord": 6}
 
 
-class TornFileError(ValueError):
-    """The file is not whole; the message says in what."""
+class TornFileError(PymeshfairError, ValueError):
+    """The file is not whole; the message says what is missing."""
 
 
 def verify_file(path: Path, vertices: int, faces: int) -> None:

@@ -15,48 +15,28 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..declaration import (
-    Arity,
-    Bool,
-    Color,
-    Direction,
-    Enum,
-    FileOpen,
-    FileSave,
-    Filter,
-    FilterClass,
-    Float,
-    Int,
-    Length,
-    Matrix,
-    Mesh,
-    MeshElement,
-    Parameter,
-    Percentage,
-    Point,
-    Shot,
-    String,
-)
+from .. import declaration
+from ..declaration import Arity, Enum, Filter, FilterClass, Length, MeshElement, Parameter, Percentage
 
 if TYPE_CHECKING:
     from .survey import InstalledParameter
 
 #: by its name in the table, the class of a parameter and the kinds that pymeshlab's own list calls it
 _KINDS: Mapping[str, tuple[type[Parameter], tuple[str, ...]]] = {
-    "Bool": (Bool, ("bool",)),
-    "Color": (Color, ("Color",)),
-    "Direction": (Direction, ("numpy.ndarray[numpy.float64[3]]",)),
-    "Enum": (Enum, ("str",)),
-    "FileOpen": (FileOpen, ("str",)),
-    "FileSave": (FileSave, ("str",)),
-    "Float": (Float, ("float", "float (bounded)")),
-    "Int": (Int, ("int",)),
-    "Matrix": (Matrix, ("numpy.ndarray[numpy.float64[4, 4]]",)),
-    "Mesh": (Mesh, ("int",)),
-    "Percentage": (Percentage, ("PercentageValue",)),
-    "Point": (Point, ("numpy.ndarray[numpy.float64[3]]",)),
-    "Shot": (Shot, ("Shotf [still unsupported]",)),
-    "String": (String, ("str",)),
+    "Bool": (declaration.Bool, ("bool",)),
+    "Color": (declaration.Color, ("Color",)),
+    "Direction": (declaration.Direction, ("numpy.ndarray[numpy.float64[3]]",)),
+    "Enum": (declaration.Enum, ("str",)),
+    "FileOpen": (declaration.FileOpen, ("str",)),
+    "FileSave": (declaration.FileSave, ("str",)),
+    "Float": (declaration.Float, ("float", "float (bounded)")),
+    "Int": (declaration.Int, ("int",)),
+    "Matrix": (declaration.Matrix, ("numpy.ndarray[numpy.float64[4, 4]]",)),
+    "Mesh": (declaration.Mesh, ("int",)),
+    "Percentage": (declaration.Percentage, ("PercentageValue",)),
+    "Point": (declaration.Point, ("numpy.ndarray[numpy.float64[3]]",)),
+    "Shot": (declaration.Shot, ("Shotf [still unsupported]",)),
+    "String": (declaration.String, ("str",)),
 }
 
 
@@ -81,7 +61,7 @@ def differences_from_installed() -> list[str]:
     It takes about half a second, in a process of its own.
 
     Raises:
-        RuntimeError: pymeshlab cannot be asked, for example because a system library is missing.
+        SurveyError: pymeshlab cannot be asked, for example because a system library is missing.
     """
     from .survey import survey_installed
 
@@ -159,7 +139,7 @@ def _parameter_differences(rows: list[list[Any]], installed: Sequence[InstalledP
 
 def _same_default(kind: str, default: Any, installed: Any) -> bool:
     if default is None:
-        return True  # of the mesh, or of the machine
+        return True  # it depends on the mesh or on the machine
     if kind != "Percentage":
         return bool(default == installed)
     from .survey import CUBE_DIAGONAL

@@ -1,7 +1,7 @@
-"""Reads facts about MeshLab's filters off the installed pymeshlab, without running one.
+"""Asks the installed pymeshlab for facts about MeshLab's filters, without applying one.
 
 ``python -m pymeshfair.meshlab.survey`` prints them as JSON. It is a process of its own because MeshLab prints the list of a
-filter's parameters with C++, past Python's stdout, and falls silent for good after some failures.
+filter's parameters with C++, which bypasses Python's stdout, and after some failures it prints nothing any more.
 
 MeshLab lists a parameter's Python name, kind and bounds; it computes defaults for the current mesh; and it names the choices of
 an enumeration when it refuses a wrong one. What it tells only through the scripts that it saves, and what it does not tell at
@@ -21,6 +21,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from ..errors import PymeshfairError
+
 #: the bounding-box diagonal of MeshLab's unit cube, on which defaults and bounds are listed
 CUBE_DIAGONAL = 3.0**0.5
 
@@ -28,6 +30,10 @@ _PARAMETER = re.compile(
     r"\t(?P<name>\w+) : (?P<kind>.+?) = (?P<default>.*?)(?: \[min: (?P<minimum>\S+); max: (?P<maximum>\S+)\])?"
 )
 _NO_CHOICE = "no such choice"
+
+
+class SurveyError(PymeshfairError):
+    """The installed pymeshlab cannot be asked, for example because a system library is missing."""
 
 
 @dataclass(frozen=True)
@@ -61,12 +67,12 @@ def survey_installed() -> Survey:
     """The facts about the installed pymeshlab, read by a process of its own in about half a second.
 
     Raises:
-        RuntimeError: the process failed; the message is what it printed last.
+        SurveyError: the process failed; the message is what it printed last.
     """
     done = subprocess.run([sys.executable, "-m", __name__], capture_output=True, text=True, encoding="utf-8", check=False)
     if done.returncode != 0:
         last = done.stderr.strip().rpartition("\n")[2]
-        raise RuntimeError(f"pymeshlab could not be asked about its filters (exit {done.returncode}): {last}")
+        raise SurveyError(f"pymeshlab could not be asked about its filters (exit {done.returncode}): {last}")
     told = json.loads(done.stdout)
     filters = {
         name: tuple(
@@ -108,7 +114,7 @@ def plain_value(value: Any) -> Any:
 
 
 def _what_is_printed(work: Callable[[], object]) -> str:
-    """What is written to the file descriptor of stdout meanwhile, by Python or C++."""
+    """What Python or C++ writes to the file descriptor of stdout while `work` is called."""
     sys.stdout.flush()
     saved = os.dup(1)
     with tempfile.TemporaryFile() as file:

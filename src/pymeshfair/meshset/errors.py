@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pymeshlab import PyMeshLabException
 
-from ..errors import MeshError, ParameterError, UnknownNameError
+from ..errors import MeshError, ParameterError, PymeshfairError, StepFailedError, UnknownNameError
 
 
 class UnknownFilterError(UnknownNameError, PyMeshLabException):  # type: ignore[misc]
@@ -23,29 +23,11 @@ class UnknownLayerError(MeshError, UnknownNameError, PyMeshLabException):  # typ
     """The mesh set has no layer of that id; pymeshlab itself would go on without a mesh, or crash."""
 
 
-class StepFailedError(FilterFailedError):
-    """A step of a filter script failed; the mesh is as the step before it left it.
-
-    Attributes:
-        number: of the step in its script, from 1.
-        filter: the filter's name in scripts.
-        file: the script's file, or None.
-        line: where in that file the step begins, or None.
-    """
-
-    def __init__(self, reason: str, *, number: int, filter: str, file: str | None = None, line: int | None = None) -> None:
-        place = "" if file is None else f" ({file}:{line})" if line is not None else f" ({file})"
-        super().__init__(f"step {number}, {filter!r}{place}: {reason}")
-        self.number = number
-        self.filter = filter
-        self.file = file
-        self.line = line
-        self._reason = reason
-
-    def __reduce__(self) -> tuple[object, ...]:
-        # Exceptions are rebuilt from their arguments; keyword-only ones need saying, or the error could not cross a process.
-        return _step_failed, (self._reason, self.number, self.filter, self.file, self.line)
+class ScriptStepFailedError(StepFailedError, FilterFailedError):
+    """A step of a filter script failed; the mesh is as the last complete step left it."""
 
 
-def _step_failed(reason: str, number: int, name: str, file: str | None, line: int | None) -> StepFailedError:
-    return StepFailedError(reason, number=number, filter=name, file=file, line=line)
+def reason(error: Exception) -> str:
+    """What went wrong, as the end of a sentence; an error that nobody foresaw is named."""
+    foreseen = isinstance(error, PymeshfairError | PyMeshLabException)
+    return str(error) if foreseen else f"{type(error).__name__}: {error}"

@@ -1,4 +1,4 @@
-"""What filters there are: pymeshlab's functions of the same names, knowing both kinds."""
+"""Lists and finds filters of both kinds, by functions with the names of pymeshlab's."""
 
 from __future__ import annotations
 
@@ -67,4 +67,4 @@ def known_filter(name: str) -> Filter | None:
     except UnknownNameError as error:
         if name in pymeshlab.filter_list():
             return None
-        raise UnknownFilterError(str(error), suggestion=error.suggestion) from None
+        raise UnknownFilterError(str(error), suggestion=error.suggestion, cause=error.cause) from None

@@ -1,20 +1,26 @@
-"""`MeshSet`: pymeshlab's mesh set with the filters of plugins as methods beside MeshLab's own."""
+"""`MeshSet`: pymeshlab's mesh set with the filters of plugins beside MeshLab's own."""
 
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from typing import Any
 
 import pymeshlab
 
-from ..registry import custom_filters
-from .errors import UnknownFilterError
-from .listing import filter_list, known_filter
-from .methods import filter_method
-from .script import ScriptedMeshSet
+from ..scripts.script import Step
+from ..write_back import after_failure
+from .filter_methods import FilterMethods
+from .filter_runner import FilterRunner
+from .layers import Layers
+from .listing import filter_list
+from .script_log import ScriptLog
+
+_BASE = pymeshlab.MeshSet
 
 
-class MeshSet(ScriptedMeshSet):
+class MeshSet(FilterMethods, pymeshlab.MeshSet):  # type: ignore[misc]
     """A set of meshes that filters are applied to, a drop-in for `pymeshlab.MeshSet`.
 
     Filters of plugins, pymeshfair's own among them, behave as MeshLab's do: each is a method, a name for `apply_filter`, and a
@@ -27,20 +33,201 @@ class MeshSet(ScriptedMeshSet):
 
     filter_list = staticmethod(filter_list)
 
-    def __getattr__(self, name: str) -> Any:
-        # Filters of plugins that were installed after the class was made; a misspelt name gets a suggestion.
-        text = f"{type(self).__name__!r} object has no attribute {name!r}"
-        if name.startswith("_"):
-            raise AttributeError(text)
-        try:
-            known = known_filter(name)
-        except UnknownFilterError as error:
-            raise AttributeError(f"{text}; did you mean {error.suggestion!r}?" if error.suggestion else text) from None
-        if known is None or known.python_name != name:
-            raise AttributeError(text)
-        return functools.partial(filter_method(known), self)
+    def __init__(self, verbose: bool = False) -> None:
+        _BASE.__init__(self, verbose)
+        self._layers = Layers(self, verbose=verbose)
+        self._filters = FilterRunner(self._layers)
+        self._script = ScriptLog()
+
+    # ---------------------------------------------------------------------------------------------------------- filters
+
+    def apply_filter(self, filter_name: str, **kwargs: Any) -> dict[str, Any]:
+        """Apply a filter, MeshLab's or a plugin's, to the current mesh and add it to the filter script.
+
+        Args:
+            filter_name: its Python name, or its name in MeshLab's menus.
+            **kwargs: parameters by Python name; the others take their defaults. Lengths are ``"1%"`` of the bounding box's
+                diagonal, ``"0.5edge"`` mean edges, ``"0.3"`` mesh units, `pymeshlab.PercentageValue` or `pymeshlab.PureValue`.
+
+        Returns:
+            What the filter reports, by name.
+
+        Raises:
+            UnknownFilterError: no such filter or parameter; the message gives the nearest name.
+            FilterParameterError: a value that the filter does not take.
+            UnknownLayerError: the id of a layer that is not there.
+            FilterFailedError: a plugin's filter could not do its work; the mesh is as it was.
+            pymeshlab.PyMeshLabException: base of all these, and MeshLab's word for every failure of its own filters.
+        """
+        result, step = self._filters.apply(filter_name, kwargs)
+        if step is not None:
+            self._script.steps.append(step)
+        return result
+
+    def apply_step(self, step: Step) -> dict[str, Any]:
+        """Apply a step of a script to the current mesh; it is not added to the filter script.
+
+        Ids of layers in the step are those of a mesh set in which only filters have made layers; see `effective_parameters`.
+
+        Raises:
+            pymeshlab.PyMeshLabException: as `apply_filter`.
+        """
+        return self._filters.apply_step(step)
+
+    def effective_parameters(self, step: Step, *, mesh_units: bool = False) -> dict[str, Any]:
+        """All values that the step would run with on the current mesh, by name, as a script says them.
+
+        Ids of layers do not count the layers that pymeshfair itself made and removed on the way, so that they mean the same
+        whenever the script is applied again.
+
+        Args:
+            step: of a script.
+            mesh_units: give lengths in mesh units; otherwise those that were given or declared as relative stay so.
+        """
+        return self._filters.on_mesh(step) if mesh_units else self._filters.effective(step)
+
+    def filter_parameter_values(self, filter_name: str, **kwargs: Any) -> dict[str, Any]:
+        """The values that a filter would run with on the current mesh, lengths in mesh units, given some of them.
+
+        Also those of saving a file, given its extension.
+        """
+        return self._filters.values(filter_name, kwargs)
+
+    @property
+    def on_progress(self) -> Callable[[float], None] | None:
+        """Called with the share of the work that is done, from 0 to 1, while a plugin's filter works; it may raise to stop it."""
+        return self._filters.plugins.on_progress
+
+    @on_progress.setter
+    def on_progress(self, receiver: Callable[[float], None] | None) -> None:
+        self._filters.plugins.on_progress = receiver
+
+    @property
+    def on_note(self) -> Callable[[str], None] | None:
+        """Called with each sentence that a filter wants to be read; None sends them to the logger ``pymeshfair``."""
+        return self._filters.plugins.on_note
+
+    @on_note.setter
+    def on_note(self, receiver: Callable[[str], None] | None) -> None:
+        self._filters.plugins.on_note = receiver
+
+    # ---------------------------------------------------------------------------------------------------------- scripts
+
+    def load_filter_script(self, filter_script_name: str) -> None:
+        """Read a filter script from an .mlx file in place of the current one.
+
+        Raises:
+            ScriptError: something in the script is wrong; lists every problem. The current script stays.
+        """
+        self._script.load(filter_script_name)
+
+    def apply_filter_script(self) -> None:
+        """Apply the current filter script: the filters that were loaded, and those applied since.
+
+        Consecutive filters of plugins pass arrays on to each other, and MeshLab learns of the result when it needs it.
+
+        Raises:
+            ScriptStepFailedError: a step failed; the message names it with file and line. The mesh is as the last complete step
+                left it.
+        """
+        with self.deferred():
+            self._script.apply(self.apply_step)
+
+    def save_filter_script(self, filter_script_name: str) -> None:
+        """Write the current filter script to an .mlx file, every parameter with the value that it had.
+
+        Raises:
+            PymeshfairError: the file cannot be written.
+        """
+        self._script.save(filter_script_name, self._layers.current())
+
+    def clear_filter_script(self) -> None:
+        """Forget the current filter script."""
+        self._script.clear()
+
+    def print_filter_script(self) -> None:
+        """Print the current filter script: each filter with the values of its parameters."""
+        self._script.print()
+
+    # ----------------------------------------------------------------------------------------------------------- meshes
+
+    def deferred(self) -> AbstractContextManager[None]:
+        """Put off telling MeshLab of results for as long as the context lasts, or until something of MeshLab's needs them.
+
+        Telling takes longer than a fast filter. Filters of plugins see each other's results all the same, and so does everything
+        that is asked of the mesh set; only a `pymeshlab.Mesh` that was fetched before stays behind until the end.
+        """
+        return self._layers.deferred()
+
+    def set_current_mesh(self, new_curr_id: int) -> None:
+        """Make the layer of that id the current one.
+
+        Raises:
+            UnknownLayerError: there is none; pymeshlab would go on without a current mesh.
+        """
+        self._layers.settle()
+        self._layers.check(new_curr_id)
+        _BASE.set_current_mesh(self, new_curr_id)
+
+    def save_current_mesh(self, file_name: str, *args: Any, **kwargs: Any) -> None:
+        """Save the current mesh as pymeshlab does; a note says so if it has edges that are not in the file.
+
+        MeshLab writes edges into .obj files alone. A run writes them into .ply files, too.
+        """
+        _settled(self, _BASE.save_current_mesh, file_name, *args, **kwargs)
+        edges = self.current_mesh().edge_number()
+        if edges and not str(file_name).lower().endswith(".obj"):
+            self._filters.plugins.tell(
+                f"MeshLab does not write the {edges:,} edges of the mesh into {str(file_name)!r}; into an .obj file it does"
+            )
+
+    def clear(self) -> None:
+        """Remove all layers; the filter script stays."""
+        self._layers.clear()
+        _BASE.clear(self)
+
+    def set_verbosity(self, verbosity: bool) -> None:
+        """Whether filters tell on the screen what they do."""
+        _BASE.set_verbosity(self, verbosity)
+        self._layers.bench.verbose = verbosity
+
+    def set_parameter_verbosity(self, verbosity: bool) -> None:
+        """Whether the parameters of filters are printed."""
+        _BASE.set_parameter_verbosity(self, verbosity)
+        self._layers.bench.tells_parameters = verbosity
 
 
-for _known in custom_filters():
-    if not hasattr(pymeshlab.MeshSet, _known.python_name):
-        setattr(MeshSet, _known.python_name, filter_method(_known))
+def _settled(meshes: MeshSet, original: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
+    """What pymeshlab's method gives, after MeshLab has been told everything."""
+    meshes._layers.settle()
+    try:
+        return original(meshes, *args, **kwargs)
+    except Exception:
+        if meshes._layers.bench.verbose:
+            after_failure(meshes, verbose=True)
+        raise
+
+
+def _settling(name: str) -> Callable[..., Any]:
+    """Pymeshlab's method of that name, which first lets MeshLab be told everything."""
+    original = getattr(_BASE, name)
+
+    @functools.wraps(original)
+    def method(self: MeshSet, *args: Any, **kwargs: Any) -> Any:
+        return _settled(self, original, *args, **kwargs)
+
+    return method
+
+
+for _name in (
+    "__getitem__",
+    "__iter__",
+    "add_mesh",
+    "current_mesh",
+    "load_new_mesh",
+    "load_new_raster",
+    "load_project",
+    "mesh",
+    "save_project",
+):
+    setattr(MeshSet, _name, _settling(_name))

@@ -1,4 +1,4 @@
-"""The values of parameters, between what declarations say, what pymeshlab takes and what pymeshlab tells."""
+"""Converts values of parameters between declarations and pymeshlab."""
 
 from __future__ import annotations
 
@@ -33,33 +33,6 @@ def shortest(single: float) -> float:
     return float(str(np.float32(single)))
 
 
-def declared(known: Filter, values: Mapping[str, Any]) -> dict[str, Any]:
-    """The values checked as the declaration wants them, lengths in pymeshlab's classes accepted; absent ones stay absent."""
-    lengths = {p.name for p in known.parameters if isinstance(p, Percentage)}
-    return known.check({name: as_length(value) if name in lengths else value for name, value in values.items()})
-
-
-def resolved(known: Filter, values: Mapping[str, Any], layer: Layer) -> dict[str, Any]:
-    """Declared values as a filter's function takes them: lengths in mesh units on this layer."""
-    of_edges = {p.name for p in known.parameters if isinstance(p, Percentage) and p.of_edges}
-
-    def mesh_units(name: str, length: Length) -> float:
-        measure = _mean_polyline_edge if name in of_edges else _mean_edge
-        return length.resolve(diagonal=layer.diagonal, mean_edge=lambda: measure(layer))
-
-    return {name: mesh_units(name, value) if isinstance(value, Length) else value for name, value in values.items()}
-
-
-def _mean_edge(layer: Layer) -> float:
-    return layer.mean_edge
-
-
-def _mean_polyline_edge(layer: Layer) -> float:
-    from ..filters.geometry import mean_edge_length  # compiled code, which not every use of a mesh set needs
-
-    return mean_edge_length(layer.vertices, layer.edges) if len(layer.edges) else layer.mean_edge
-
-
 def for_meshlab(known: Filter, values: Mapping[str, Any], ask: AskMeshLab, layer: Layer) -> dict[str, Any]:
     """The values of a built-in filter as pymeshlab takes them.
 
@@ -78,7 +51,7 @@ def for_meshlab(known: Filter, values: Mapping[str, Any], ask: AskMeshLab, layer
 
 def _for_meshlab(known: Filter, parameter: Parameter, value: Any, ask: AskMeshLab, layer: Layer) -> Any:
     if isinstance(parameter, Percentage) and not isinstance(value, pymeshlab.PercentageValue | pymeshlab.PureValue):
-        length = parameter.check(value)
+        length = value if isinstance(value, Length) else parameter.check(value)
         if length.unit == "percent" and 0.0 <= length.amount <= 100.0 and _is_of_diagonal(known, parameter, ask, layer):
             return pymeshlab.PercentageValue(length.amount)
         return pymeshlab.PureValue(length.resolve(diagonal=layer.diagonal, mean_edge=lambda: layer.mean_edge))

@@ -9,23 +9,8 @@ from typing import Any, Literal, TypeAlias
 
 import pymeshlab
 
-from ..declaration import (
-    Bool,
-    Color,
-    Enum,
-    FileOpen,
-    FileSave,
-    Filter,
-    Float,
-    Int,
-    Length,
-    Matrix,
-    Mesh,
-    Parameter,
-    Percentage,
-    Point,
-    String,
-)
+from .. import declaration
+from ..declaration import Bool, Enum, Filter, Length, Parameter
 
 #: What may be said for a length: ``"1%"`` of the diagonal, ``"0.5edge"``, ``"0.3"`` in mesh units, or an object that says so.
 LengthLike: TypeAlias = str | Length | pymeshlab.PercentageValue | pymeshlab.PureValue
@@ -65,17 +50,17 @@ def _annotation(parameter: Parameter) -> Any:
 
 #: the type of each kind of parameter, and how it is written in a stub; the first kind that fits counts
 _TYPES: dict[type[Parameter], tuple[Any, str]] = {
-    Bool: (bool, "bool"),
-    Int: (int, "int"),
-    Float: (float, "float"),
-    Percentage: (LengthLike, "LengthLike"),
-    FileOpen: (str, "str"),
-    FileSave: (str, "str"),
-    String: (str, "str"),
-    Mesh: (int, "int"),
-    Point: (Sequence[float], "Sequence[float]"),
-    Color: (Sequence[int], "Sequence[int]"),
-    Matrix: (Sequence[Sequence[float]], "Sequence[Sequence[float]]"),
+    declaration.Bool: (bool, "bool"),
+    declaration.Int: (int, "int"),
+    declaration.Float: (float, "float"),
+    declaration.Percentage: (LengthLike, "LengthLike"),
+    declaration.FileOpen: (str, "str"),
+    declaration.FileSave: (str, "str"),
+    declaration.String: (str, "str"),
+    declaration.Mesh: (int, "int"),
+    declaration.Point: (Sequence[float], "Sequence[float]"),
+    declaration.Color: (Sequence[int], "Sequence[int]"),
+    declaration.Matrix: (Sequence[Sequence[float]], "Sequence[Sequence[float]]"),
     Parameter: (Any, "Any"),
 }
 

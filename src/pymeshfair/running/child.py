@@ -1,10 +1,8 @@
-"""The worker process as its supervisor sees it: something that is started, talks, and is gone afterwards."""
+"""Starts a worker process, reads what it writes, and ends it."""
 
 from __future__ import annotations
 
 import json
-import os
-import signal
 import subprocess
 import sys
 import threading
@@ -15,19 +13,20 @@ from queue import SimpleQueue
 from types import TracebackType
 from typing import IO, Any
 
-from .limits import worker_environment
+from ..operating_system import this_system
+from .environment import worker_environment
 from .messages import parse_talk, to_line
 
 #: the last lines of a worker's stderr that are kept for the report of its death, and the most bytes of one
 _TAIL_LINES, _LINE_LIMIT = 60, 4096
-#: seconds to wait for a killed process, which only a disk that does not answer makes longer
+#: seconds to wait for a killed process; it takes longer only if a disk does not answer
 _PATIENCE = 5.0
 
 
 class WorkerProcess:
     """A worker that carries out one assignment; a context manager that leaves no process behind.
 
-    What it says arrives in the queue: ``("report", document)`` for a line on its channel, ``("talk", Talk)`` for a line on its
+    What it writes arrives in the queue: ``("report", document)`` for a line on its channel, ``("talk", Talk)`` for a line on its
     stderr, and ``("end", None)`` twice, when each of the two is closed.
     """
 
@@ -36,20 +35,20 @@ class WorkerProcess:
         self._assignment = assignment
         self._queue = queue
         self._environment = worker_environment(threads)
+        self._system = this_system()
         self._process: subprocess.Popen[bytes] | None = None
         self._threads: list[threading.Thread] = []
         self.tail: deque[str] = deque(maxlen=_TAIL_LINES)
 
     def __enter__(self) -> WorkerProcess:
-        # A session of its own, so that Ctrl-C on the terminal reaches the supervisor alone, and one signal ends all its children.
+        # In a session of its own Ctrl-C on the terminal does not reach it, and one signal ends it with all its children.
         self._process = subprocess.Popen(
             [sys.executable, "-m", "pymeshfair.running.worker"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             env=self._environment,
-            start_new_session=os.name == "posix",
-            creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
+            **self._system.own_session(),
         )
         assert self._process.stdin is not None
         assert self._process.stdout is not None
@@ -57,7 +56,7 @@ class WorkerProcess:
         for reader, stream in ((self._read_reports, self._process.stdout), (self._read_talk, self._process.stderr)):
             self._threads.append(threading.Thread(target=reader, args=(stream,), daemon=True))
             self._threads[-1].start()
-        # In a thread, as a long recipe does not fit into the pipe before the worker reads, and Ctrl-C must not wait for that.
+        # A long recipe fills the pipe until the worker reads; a thread writes it, so that Ctrl-C need not wait.
         self._threads.append(threading.Thread(target=self._send, args=(self._process.stdin,), daemon=True))
         self._threads[-1].start()
         return self
@@ -78,25 +77,19 @@ class WorkerProcess:
         """End the process and whatever it has started."""
         assert self._process is not None
         if self._process.returncode is not None:
-            return  # waited for, so its number may be another's by now
-        if os.name == "posix":
-            with suppress(ProcessLookupError, PermissionError):
-                os.killpg(self._process.pid, signal.SIGKILL)
-        else:
-            self._process.kill()
+            return  # it has been waited for, so another process may have its number by now
+        self._system.kill(self._process)
 
     @property
     def pid(self) -> int:
-        """Of the worker."""
+        """The number of the worker's process."""
         assert self._process is not None
         return self._process.pid
 
     def has_ended(self) -> bool:
-        """Whether the process is gone, whoever may still hold its pipes open."""
+        """Whether the process is gone; processes that it started may still hold its pipes open."""
         assert self._process is not None
-        if hasattr(os, "waitid"):  # leaves it to be waited for, so that its children can be ended with it
-            return os.waitid(os.P_PID, self._process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
-        return self._process.poll() is not None
+        return self._system.has_ended(self._process)
 
     def wait(self) -> int:
         """The exit status, once both streams have ended; minus a signal's number if that was the end."""
@@ -104,9 +97,9 @@ class WorkerProcess:
         return self._process.wait()
 
     def _send(self, stream: IO[bytes]) -> None:
-        with suppress(ValueError, OSError):  # it has died already, which its end will tell
+        with suppress(ValueError, OSError):  # the worker has died already; the end of its streams tells that
             stream.write(to_line(self._assignment))
-            stream.flush()  # and stays open: its end would be the worker's
+            stream.flush()  # the pipe stays open: the worker ends when it is closed
 
     def _read_reports(self, stream: IO[bytes]) -> None:
         with suppress(ValueError, OSError):

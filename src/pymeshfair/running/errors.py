@@ -1,56 +1,14 @@
-"""How a run ends when it does not end well."""
+"""The ways in which a run can fail."""
 
 from __future__ import annotations
 
 import signal
-from dataclasses import dataclass
-from pathlib import Path
 
-from ..errors import RunError
-
-
-@dataclass(frozen=True)
-class Place:
-    """Where in a run: at a step of the recipe, or before or after the steps.
-
-    Attributes:
-        doing: what was going on in words: ``"reading scan.ply"``, ``"step 2 of 5, 'Close Holes'"``.
-        step: the number of the step from 1, or None outside the steps.
-        total: how many steps the recipe has.
-        filter: MeshLab's name of the step's filter.
-        file: the recipe's file, if it has one.
-        line: where in that file the step begins.
-    """
-
-    doing: str
-    step: int | None = None
-    total: int | None = None
-    filter: str | None = None
-    file: Path | None = None
-    line: int | None = None
-
-    def __str__(self) -> str:
-        if self.file is None or self.step is None:
-            return self.doing
-        return f"{self.doing} ({self.file.name if self.line is None else f'{self.file.name}:{self.line}'})"
-
-
-class StepFailed(RunError):  # noqa: N818 - says what happened
-    """A filter refused its mesh or its parameters, or gave a result that no file may hold.
-
-    Attributes:
-        place: which step.
-        reason: the filter's own words.
-    """
-
-    def __init__(self, place: Place, reason: str) -> None:
-        super().__init__(f"{place}: {reason}")
-        self.place = place
-        self.reason = reason
+from ..errors import Place, RunError
 
 
 class WorkerDied(RunError):  # noqa: N818 - says what happened
-    """The worker process ended without a word; with MeshLab's filters that happens on some awkward meshes.
+    """The worker process ended without a report; some of MeshLab's filters crash on awkward meshes.
 
     Attributes:
         place: what it was doing.
@@ -102,7 +60,7 @@ class OutOfMemory(RunError):  # noqa: N818 - says what happened
 
 
 class WorkerError(RunError):
-    """Something went wrong in the worker that nobody thought of: a defect of pymeshfair.
+    """The worker raised an exception that is none of ours: a defect of pymeshfair.
 
     Attributes:
         place: what it was doing.

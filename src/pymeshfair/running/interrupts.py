@@ -1,4 +1,4 @@
-"""Ctrl-C and its like, put off to a moment at which cleaning up cannot be cut short."""
+"""Delays Ctrl-C and other signals that end a process until the run has been cleaned up."""
 
 from __future__ import annotations
 
@@ -8,17 +8,19 @@ from queue import SimpleQueue
 from types import FrameType, TracebackType
 from typing import Any
 
+from ..operating_system import this_system
+
 
 class Interrupted(BaseException):
-    """A signal asked for the end of the run; never leaves this package."""
+    """A signal asked for the end of the run. Used within `running` alone; callers see KeyboardInterrupt."""
 
 
 class Interrupts:
     """While it lasts, SIGINT, SIGTERM and SIGHUP are put into a queue; afterwards the first of them has its usual effect.
 
-    So nothing in between is torn apart: the supervisor sees the signal where it waits, stops the worker and removes its files;
-    only then is KeyboardInterrupt raised, or does the process end by the signal. Handlers that a program has set itself stay.
-    In other threads than the main one nothing changes, as Python delivers no signals there.
+    So clean-up is never interrupted: the supervisor sees the signal where it waits, stops the worker and removes its files; only
+    then is KeyboardInterrupt raised, or does the process end by the signal. Handlers that a program has set itself stay. Outside
+    the main thread nothing changes, as Python delivers no signals there.
     """
 
     def __init__(self, queue: SimpleQueue[tuple[str, Any]]) -> None:
@@ -34,9 +36,9 @@ class Interrupts:
 
     def __enter__(self) -> Interrupts:
         if threading.current_thread() is threading.main_thread():
-            for name in ("SIGINT", "SIGTERM", "SIGHUP"):
-                number = getattr(signal, name, None)
-                if number is not None and signal.getsignal(number) in (signal.default_int_handler, signal.SIG_DFL):
+            for name in this_system().stop_signals:
+                number = getattr(signal, name)
+                if signal.getsignal(number) in (signal.default_int_handler, signal.SIG_DFL):
                     self._previous[number] = signal.signal(number, self._take)
         return self
 

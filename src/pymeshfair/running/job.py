@@ -1,4 +1,4 @@
-"""What a run is given, what it tells while it goes on, and what it gives back."""
+"""The input of a run, its events, and its result."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Job:
 
 @dataclass(frozen=True)
 class PhaseStarted:
-    """The run goes on to something that is no step: ``"reading"`` or ``"writing"``."""
+    """The run begins to read the input or to write the output."""
 
     phase: Literal["reading", "writing"]
 
@@ -68,7 +68,7 @@ class StepStarted:
 
 @dataclass(frozen=True)
 class StepProgress:
-    """How far a step is: `fraction` from 0 to 1. Not every filter tells, and some tell more than one run from 0 to 1."""
+    """How far a step is: `fraction` from 0 to 1. Not every filter reports it, and some go from 0 to 1 several times."""
 
     index: int
     fraction: float

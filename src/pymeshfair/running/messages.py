@@ -1,4 +1,4 @@
-"""What supervisor and worker say to each other: one JSON document a line, and marks among MeshLab's talk on stderr."""
+"""The protocol between supervisor and worker: one JSON document a line, and marks between MeshLab's lines on stderr."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from ..registry import find_filter
 from ..scripts.script import Step
 from .job import Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
 from .memory import default_memory
-from .plain_values import plain
 
 _EVENTS: Mapping[str, type[Event]] = {
     kind.__name__: kind for kind in (PhaseStarted, StepStarted, StepProgress, StepFinished, Message)
@@ -59,7 +58,7 @@ class Assignment:
 
     @classmethod
     def of(cls, job: Job, stage: Path) -> Assignment:
-        """What `job` means for its worker."""
+        """The assignment for the worker of `job`."""
         return cls(
             job.recipe.script.steps,
             job.input.absolute(),
@@ -82,27 +81,35 @@ class Assignment:
 
     @classmethod
     def from_document(cls, document: Mapping[str, Any]) -> Assignment:
-        """The assignment in a document; every value is checked again."""
-        steps = []
-        for given in document["steps"]:
-            known = find_filter(given["filter"])
-            steps.append(Step(known, known.check(given["values"]), given["line"]))
+        """The assignment in a document; its values were checked when the recipe was read."""
+        steps = (Step(find_filter(s["filter"]), _received(s["values"]), s["line"]) for s in document["steps"])
         output = None if document["output"] is None else Path(document["output"])
         limits = document["memory_limit"], document["allow_outside"]
         return cls(tuple(steps), Path(document["input"]), Path(document["stage"]), output, *limits)
 
 
 def _sent(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Values as `Filter.check` takes them: a bare number is no length."""
-    return {name: str(value) if isinstance(value, Length) else plain(value) for name, value in values.items()}
+    """Checked values in the types of JSON: a length as a dictionary, a tuple as a list."""
+    return {name: asdict(value) if isinstance(value, Length) else value for name, value in values.items()}
 
 
-#: how a run failed, as a worker tells it; the supervisor makes the exception of it
+def _received(values: Mapping[str, Any]) -> dict[str, Any]:
+    """What was sent, in the types of checked values again."""
+    return {name: _as_checked(value) for name, value in values.items()}
+
+
+def _as_checked(value: Any) -> Any:
+    if isinstance(value, dict):
+        return Length(**value)
+    return tuple(_as_checked(part) for part in value) if isinstance(value, list) else value
+
+
+#: how a run failed, as a worker reports it; the supervisor turns it into the exception
 FailureKind = Literal["input", "output", "step", "memory", "import", "internal"]
 
 
 def failure(kind: FailureKind, reason: str, *, path: Path | None = None, details: str = "") -> dict[str, Any]:
-    """The document by which a worker tells that it gives up."""
+    """The document that reports a failure of the worker."""
     return {"failed": kind, "reason": reason, "path": None if path is None else str(path), "details": details}
 
 
@@ -113,7 +120,7 @@ _LOG = re.compile(r"LOG: (\d+) (.*?)\s*(?:\[ (\d{1,3})% \])?\s*")
 
 
 def mark(step: int) -> bytes:
-    """The line on stderr after which MeshLab's words belong to a step; 0 for none."""
+    """The line on stderr after which MeshLab's lines belong to that step; 0 for none."""
     return f"\n{_MARK} {step}\n".encode("ascii")
 
 
@@ -135,7 +142,7 @@ class Talk:
 
 
 def parse_talk(line: str) -> Talk:
-    """Take one line of stderr apart."""
+    """Parse one line of stderr."""
     words = line.split()
     if len(words) == 2 and words[0] == _MARK and words[1].isdigit():
         return Talk("", step=int(words[1]))

@@ -1,4 +1,4 @@
-"""What filters take and give, in the few types that JSON has."""
+"""Parameters and results of filters in the types of JSON."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Puts together what supervisor and worker know about a run: the provenance document, and the result."""
+"""The provenance document and the result of a run, from what supervisor and worker know."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import Any
 
 from ..files.provenance import SCHEMA, provenance_path
 from ..scripts.write import format_script
+from .environment import worker_environment
 from .job import Job, RunResult, StepReport
-from .limits import worker_environment
 from .versions import thread_settings, versions
 
 
@@ -37,7 +37,7 @@ def record_of(
     script = job.recipe.script
     text = format_script(script)
     warnings = list(report["warnings"])
-    # The worker counts for itself what reading left out, where the format says how much there was.
+    # Where the format declares its counts the worker reports what reading left out; elsewhere MeshLab's warnings have to do.
     warnings += [f"MeshLab says: {text}" for text in warned.get(0, ()) if not report["counted"]]
     warnings += [f"step {n}: {text}" for n in sorted(warned) if n for text in warned[n]]
     return {

@@ -1,4 +1,4 @@
-"""What a worker does: reads the mesh, takes the steps, writes the result to the staging folder, and reports.
+"""The work of a worker: reads the mesh, applies the steps, writes the result to the staging folder, and reports.
 
 The only module of a run in which MeshLab is at work.
 """
@@ -12,7 +12,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from typing import Any
 
-from ..declaration import FilterClass, Length
+from ..declaration import FilterClass
+from ..errors import FilterInputError, Place, StepFailedError
 from ..files.announced import Announced
 from ..files.errors import InputError
 from ..files.formats import ATTRIBUTES
@@ -20,7 +21,6 @@ from ..files.inputs import inspect_input
 from ..files.provenance import described_file, read_provenance
 from ..files.reading import apply_matrix, load_mesh
 from ..files.saving import attributes_of, save_mesh
-from ..filters.checks import FilterInputError
 from ..filters.compilation import on_first_compilation
 from ..filters.inspection.surface_measures import SurfaceMeasures, surface_measures
 from ..meshset import MeshSet
@@ -30,12 +30,8 @@ from .messages import Assignment, encode_event, mark
 from .plain_values import plain
 
 COMPILING = "compiling pymeshfair's filters for this machine, which takes some seconds once"
-#: the least change of a fraction that is told
+#: the least change of progress that is reported
 _SMALLEST_PROGRESS = 0.005
-
-
-class StepError(Exception):
-    """The current step failed, or its result is no mesh that can be written."""
 
 
 class Session:
@@ -54,10 +50,10 @@ class Session:
         self._warnings: list[str] = []
 
     def run(self) -> dict[str, Any]:
-        """Carry the assignment out; what is worth knowing of it.
+        """Carry the assignment out; the report for the supervisor.
 
         Raises:
-            InputError, OutputError, StepError, MemoryError: see there.
+            InputError, OutputError, StepFailedError, MemoryError: each as the class says.
         """
         on_first_compilation(lambda: self._event(Message(COMPILING)))
         self._event(PhaseStarted("reading"))
@@ -87,28 +83,30 @@ class Session:
         os.write(2, mark(number))
         started = time.perf_counter()
         try:
-            parameters = self._effective(step)
+            parameters = self._meshes.effective_parameters(step, mesh_units=True)
             values = self._meshes.apply_step(step)
             if self._meshes.mesh_number() == 0:
-                raise StepError("it left no mesh")
-        except (StepError, MemoryError):
+                raise self._failed("it left no mesh")
+            if number == len(self._assignment.steps):
+                self._meshes.current_mesh()  # the result goes to MeshLab now, so that a refusal counts as this step's
+        except (StepFailedError, MemoryError):
             raise
         except Exception as error:
             if _caused_by_memory(error):
                 raise MemoryError from error
-            raise StepError(_reason(error, step)) from error
+            raise self._failed(_reason(error, step)) from error
         seconds = time.perf_counter() - started
         os.write(2, mark(0))
         self._event(StepFinished(number, seconds))
         self._number = 0
         return {"parameters": plain(parameters), "values": plain(values), "seconds": seconds, "notes": self._notes}
 
-    def _effective(self, step: Step) -> dict[str, Any]:
-        """All values that the step will run with, lengths in mesh units."""
-        said = self._meshes.effective_parameters(step)
-        lengths = {name: value for name, value in said.items() if isinstance(value, Length)}
-        resolved = self._meshes.filter_parameter_values(step.filter.python_name, **lengths) if lengths else {}
-        return {name: resolved[name] if name in lengths else value for name, value in said.items()}
+    def _failed(self, reason: str) -> StepFailedError:
+        """The failure of the current step, or of the last one when all are done."""
+        steps = self._assignment.steps
+        number = self._number or len(steps)
+        filter = steps[number - 1].filter.name if steps else ""
+        return StepFailedError(Place.of_step(number, len(steps), filter), reason)
 
     def _note(self, text: str) -> None:
         self._notes.append(text)
@@ -131,10 +129,10 @@ class Session:
         if apply_matrix(self._meshes):
             self._warn("the layer's matrix was applied to its coordinates, as files do not hold it")
         if self._meshes.current_mesh().vertex_number() == 0:
-            raise StepError("nothing is left of the mesh after the last step")
+            raise self._failed("nothing is left of the mesh after the last step")
         if gone := [a for a in ATTRIBUTES if a in present - attributes_of(self._meshes, announced, present)]:
             self._warn(f"after the steps the mesh has no {' and no '.join(gone)} any more")
-        after = self._measured(StepError("the result has coordinates that are not finite"))
+        after = self._measured(self._failed("the result has coordinates that are not finite"))
         saved = save_mesh(
             self._meshes,
             announced,
@@ -175,7 +173,7 @@ class Session:
 
 
 def _reason(error: Exception, step: Step) -> str:
-    """The words of an error without the filter's name, which the supervisor says."""
+    """The message of an error without the filter's name, which the supervisor adds."""
     words = " ".join(str(error).split())
     for prefix in (f"Failed to apply filter: {step.filter.python_name} Details: ", f"{step.filter.python_name}: "):
         words = words.removeprefix(prefix)

@@ -1,4 +1,4 @@
-"""Runs a job in a worker process, and answers for everything that may happen to it."""
+"""Runs a job in a worker process, and puts its output in place when all went well."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ def run_job(job: Job, on_event: Callable[[Event], None] = lambda event: None) ->
 
     Args:
         job: what to do.
-        on_event: told what goes on, in this thread. An exception that it raises stops the run and is passed on.
+        on_event: called with each event, in this thread. An exception that it raises stops the run and is passed on.
 
     Raises:
         InputError: the input cannot be read.
         OutputError: the output cannot or must not be written.
-        StepFailed: a filter could not do its work.
+        StepFailedError: a filter could not do its work.
         WorkerDied: the worker process crashed or was killed.
         RunTimeout, OutOfMemory: the run needed more than it was given.
         KeyboardInterrupt: Ctrl-C, within a second, after everything has been cleaned up.

@@ -1,4 +1,4 @@
-"""Follows a worker from its start to its end, and turns every end but the good one into an exception that says where it came."""
+"""Follows a worker until it ends, and turns every failure into an exception that says at which step it happened."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
 
-from ..errors import RunError
+from ..errors import Place, RunError, StepFailedError
 from ..files.errors import InputError, OutputError
 from .child import WorkerProcess
-from .errors import OutOfMemory, Place, RunTimeout, StepFailed, WorkerDied, WorkerError
+from .errors import OutOfMemory, RunTimeout, WorkerDied, WorkerError
 from .interrupts import Interrupted
 from .job import Event, Job, Message, PhaseStarted, StepProgress, StepStarted
 from .messages import Talk, decode_event
 
-#: seconds between two looks at a worker that says nothing
+#: seconds between two looks at a silent worker
 _PULSE = 0.5
-#: less than this is left on a disk that has run full
+#: bytes; a disk with less free space counts as full
 _FULL = 1 << 20
 #: MeshLab's level of log for warnings
 _WARNING = 1
@@ -30,10 +30,10 @@ _LOAD_SECONDS, _LOAD_RATE = 60.0, 1e6
 
 
 class Watch:
-    """The eyes and ears of a supervisor on one worker.
+    """Reads the events and the talk of one worker.
 
     Attributes:
-        said: what filters said, by the number of their step; 0 is for what is no step.
+        said: what filters said, by the number of their step; 0 stands for reading and writing.
         warned: those of these words that MeshLab calls warnings.
     """
 
@@ -78,7 +78,7 @@ class Watch:
                 kind, item = self._queue.get(timeout=min(_PULSE, deadline - now))
             except Empty:
                 if self._worker.has_ended():
-                    break  # something that it started holds its pipes open
+                    break  # a process that the worker started holds its pipes open
                 continue
             if kind == "signal":
                 raise Interrupted
@@ -111,14 +111,7 @@ class Watch:
 
     def _step(self, event: StepStarted) -> Place:
         step = self._job.recipe.script.steps[event.index - 1]
-        return Place(
-            f"step {event.index} of {event.total}, {event.filter!r}",
-            step=event.index,
-            total=event.total,
-            filter=event.filter,
-            file=self._job.recipe.script.path,
-            line=step.line,
-        )
+        return Place.of_step(event.index, event.total, event.filter, file=self._job.recipe.script.path, line=step.line)
 
     def _hear(self, talk: Talk) -> None:
         if talk.step is not None:
@@ -149,7 +142,7 @@ class Watch:
         if kind == "import":
             return RunError(f"MeshLab cannot be loaded: {reason}")
         if kind == "step":
-            return StepFailed(self._place if self._place.step else self._last_step or self._place, reason)
+            return StepFailedError(self._place if self._place.step else self._last_step or self._place, reason)
         return WorkerError(self._place, reason, "\n".join([self._failure["details"], *self._worker.tail]))
 
     def _disk_is_full(self) -> bool:

@@ -1,7 +1,7 @@
 """The process that a run lives in: ``python -m pymeshfair.running.worker``, with its assignment as a line of JSON on stdin.
 
-It tells events as lines of JSON on what was its stdout, and ends when stdin does, which is when its supervisor is gone. Nothing
-of it is meant to be called from elsewhere.
+It reports events as lines of JSON on its original stdout. It ends when stdin is closed, which means that the supervisor is gone.
+Nothing here is meant to be called from elsewhere.
 """
 
 from __future__ import annotations
@@ -16,15 +16,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
 
+from ..errors import StepFailedError
 from ..files.errors import InputError, OutputError
 from ..files.output_lock import output_lock
 from ..files.staging import hold, remove_folder
-from .limits import limit_process, peak_memory
+from ..operating_system import this_system
 from .messages import Assignment, failure, to_line
 
 
 def main() -> None:
-    """Do what stdin says."""
+    """Carry out the assignment that stdin gives."""
     orders, reports = _take_over_streams()
     faulthandler.enable()
     line = orders.readline()
@@ -35,15 +36,15 @@ def main() -> None:
     lock = hold(stage)
     ending = threading.Lock()
     threading.Thread(target=_end_with_supervisor, args=(orders, stage, document["output"], ending), daemon=True).start()
-    limit_process(document["memory_limit"])
+    this_system().limit_memory(document["memory_limit"])
 
     def tell(report: Mapping[str, Any]) -> None:
-        with contextlib.suppress(OSError):  # a supervisor that is gone is told nothing
+        with contextlib.suppress(OSError):  # the supervisor is gone
             reports.write(to_line(report))
 
     tell(_outcome(document, tell))
-    ending.acquire()  # unless the supervisor is gone: then the other thread ends the process when it has cleaned up
-    del lock  # held until here
+    ending.acquire()  # if the supervisor is gone, the other thread has it, cleans up and ends the process
+    del lock  # the folder is in use until here
     # Libraries that crash while they tidy up must not spoil a finished run.
     os._exit(0)
 
@@ -73,7 +74,7 @@ def _end_with_supervisor(orders: BinaryIO, stage: Path, output: str | None, endi
 def _outcome(document: Mapping[str, Any], tell: Any) -> dict[str, Any]:
     """Carry out the assignment; what came of it, for the supervisor."""
     try:
-        from .session import Session, StepError  # imports MeshLab, within the limits
+        from .session import Session  # imports MeshLab, within the limits
     except ImportError as error:
         return failure("import", str(error), details=traceback.format_exc())
     try:
@@ -83,13 +84,13 @@ def _outcome(document: Mapping[str, Any], tell: Any) -> dict[str, Any]:
         return failure("input", error.reason, path=error.path)
     except OutputError as error:
         return failure("output", error.reason, path=error.path)
-    except StepError as error:
-        return failure("step", str(error), details=traceback.format_exc())
+    except StepFailedError as error:
+        return failure("step", error.reason, details=traceback.format_exc())
     except MemoryError:
         return failure("memory", "memory ran out")
     except Exception as error:
         return failure("internal", f"{type(error).__name__}: {error}", details=traceback.format_exc())
-    return {"done": report | {"peak_memory": peak_memory()}}
+    return {"done": report | {"peak_memory": this_system().peak_memory()}}
 
 
 if __name__ == "__main__":

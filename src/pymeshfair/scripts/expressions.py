@@ -52,7 +52,7 @@ def expression_error(text: str) -> str | None:
 
 
 class _SyntaxRefusedError(Exception):
-    """The expression breaks off here."""
+    """The expression does not parse; the message says where and why."""
 
 
 class _Expression:

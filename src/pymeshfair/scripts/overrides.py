@@ -1,4 +1,4 @@
-"""Values given on a command line: ``taubin.lambda=0.4`` names a step of a script, a parameter and its value."""
+"""Sets values from a command line: ``taubin.lambda=0.4`` names a step of a script, a parameter and its value."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def override(script: Script, overrides: Sequence[str]) -> Script:
         index = _step_index(steps, step_name.strip(), text)
         parameter = _parameter(steps[index].filter, parameter_name.strip(), text)
         try:
-            steps[index] = steps[index].with_values({parameter.name: parse_value(parameter, value)})
+            steps[index] = steps[index].with_checked({parameter.name: parse_value(parameter, value)})
         except ParameterError as error:
             raise ParameterError(f"cannot set {text!r}: {error}") from error
     return Script(tuple(steps), script.comment, script.path)
@@ -70,7 +70,7 @@ def parse_value(parameter: Parameter, text: str) -> Any:
 
 
 def _number(text: str) -> Any:
-    """The number, or the text itself, which the parameter's check then refuses by its own words."""
+    """The number, or the text itself, which the parameter's check then refuses."""
     try:
         return float(text) if "_" not in text else text
     except ValueError:

@@ -6,68 +6,19 @@ another kind than the parameter. Here each of these is a problem.
 
 from __future__ import annotations
 
-import math
-import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
-from ..declaration import (
-    Bool,
-    Color,
-    Direction,
-    Enum,
-    FileOpen,
-    FileSave,
-    Float,
-    Int,
-    Length,
-    Matrix,
-    Mesh,
-    Parameter,
-    Percentage,
-    Point,
-    String,
-)
+from .. import declaration
+from ..declaration import Enum, Length, Parameter, String
 from ..errors import ParameterError
 from .expressions import expression_error, is_expression
+from .param_types import WHOLE, Attributes, Complaint, is_number, parsed, type_complaints
 from .problems import shortened
-
-Attributes = Mapping[str, str]
-#: what is wrong, and what to write instead
-Complaint = tuple[str, "str | None"]
-
-_NUMBERS = frozenset({"RichFloat", "RichDynamicFloat", "RichAbsPerc"})
-_POINTS = frozenset({"RichPosition", "RichDirection"})
-#: the types that MeshLab reads into the same kind of value, by the parameter's own type
-_ACCEPTED: Mapping[str, frozenset[str]] = {
-    "RichFloat": _NUMBERS,
-    "RichDynamicFloat": _NUMBERS,
-    "RichAbsPerc": _NUMBERS,
-    "RichEnum": frozenset({"RichEnum", "RichInt"}),
-    "RichMesh": frozenset({"RichMesh", "RichInt"}),
-    "RichPosition": _POINTS,
-    "RichDirection": _POINTS,
-    "RichOpenFile": frozenset({"RichOpenFile", "RichString"}),
-    "RichSaveFile": frozenset({"RichSaveFile", "RichString"}),
-}
-#: the attributes that MeshLab needs to keep a parameter of that type, and whether each is a whole number
-_REQUIRED: Mapping[str, Mapping[str, bool]] = {
-    "RichDynamicFloat": {"min": False, "max": False},
-    "RichAbsPerc": {"min": False, "max": False},
-    "RichEnum": {"enum_cardinality": True},
-    "RichOpenFile": {"exts_cardinality": True},
-}
-_OLD_TYPES = frozenset({"RichPoint3f"})
-#: MeshLab allocates as many words as a script announces
-_MOST_CHOICES = 1000
-
-_WHOLE = re.compile(r"\s*[+-]?[0-9]{1,20}\s*")
-_NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
-_MOST_DIGITS = 400
 
 
 class _RefusedError(Exception):
-    """A complaint on its way out of a reader of values."""
+    """The value cannot be read; carries the complaint."""
 
     def __init__(self, message: str, suggestion: str | None = None) -> None:
         super().__init__(message)
@@ -76,7 +27,7 @@ class _RefusedError(Exception):
 
 def read_value(parameter: Parameter, attributes: Attributes, *, filter_name: str) -> tuple[Any, list[Complaint]]:
     """The value that the attributes of a ``<Param>`` give to the parameter, and everything that is wrong with them."""
-    complaints = list(_type_complaints(parameter, attributes))
+    complaints = list(type_complaints(parameter, attributes))
     try:
         value = _reader(parameter)(parameter, attributes)
         if (
@@ -88,45 +39,6 @@ def read_value(parameter: Parameter, attributes: Attributes, *, filter_name: str
     except _RefusedError as wrong:
         return None, [*complaints, wrong.complaint]
     return value, complaints
-
-
-def _type_complaints(parameter: Parameter, attributes: Attributes) -> Iterator[Complaint]:
-    written = attributes.get("type")
-    if written is None:
-        yield "the attribute type is missing; MeshLab would drop the parameter and take its default", parameter.xml_type
-        return
-    if written not in _ACCEPTED.get(parameter.xml_type, {parameter.xml_type}):
-        if written in _OLD_TYPES:
-            yield f"type {written!r} is an old name", parameter.xml_type
-        else:
-            yield (
-                f"has the type {parameter.xml_type}, not {shortened(written)!r}; MeshLab would take 0 or the default",
-                parameter.xml_type,
-            )
-        return
-    for name, whole in _REQUIRED.get(written, {}).items():
-        text = attributes.get(name)
-        if text is None:
-            yield f"the attribute {name} is missing; MeshLab would drop the parameter and take its default", None
-        elif not (_is_count(text) if whole else _is_number(text)):
-            needed = f"a whole number from 0 to {_MOST_CHOICES}" if whole else "a number"
-            yield f"the attribute {name} must be {needed}, got {shortened(text)!r}", None
-
-
-def _is_count(text: str) -> bool:
-    return _WHOLE.fullmatch(text) is not None and 0 <= int(text) <= _MOST_CHOICES
-
-
-def _is_number(text: str) -> bool:
-    return _parsed(text) is not None
-
-
-def _parsed(text: str) -> float | None:
-    """The finite number that the text spells as MeshLab reads it, with blanks around it; None if it spells none."""
-    if len(text) > _MOST_DIGITS or _NUMBER.fullmatch(text.strip()) is None:
-        return None
-    number = float(text)
-    return number if math.isfinite(number) else None
 
 
 def _checked(parameter: Parameter, value: Any) -> Any:
@@ -144,18 +56,18 @@ def _text(attributes: Attributes, name: str = "value") -> str:
 
 
 def _whole(parameter: Parameter, text: str) -> int:
-    if _WHOLE.fullmatch(text) is None:
-        number = _parsed(text)
+    if WHOLE.fullmatch(text) is None:
+        number = parsed(text)
         suggestion = None if number is None or not number.is_integer() or abs(number) >= 2**31 else str(int(number))
         raise _RefusedError(f"takes {parameter.describe_allowed()}, got {shortened(text)!r}", suggestion)
     return int(text)
 
 
 def _number(parameter: Parameter, text: str) -> float:
-    number = _parsed(text)
+    number = parsed(text)
     if number is None:
         pointed = text.replace(",", ".")
-        suggestion = pointed if pointed != text and _is_number(pointed) else None
+        suggestion = pointed if pointed != text and is_number(pointed) else None
         raise _RefusedError(f"takes {parameter.describe_allowed()}, got {shortened(text)!r}", suggestion)
     return number
 
@@ -199,7 +111,7 @@ def _read_enum(parameter: Parameter, attributes: Attributes) -> Any:
     assert isinstance(parameter, Enum)
     text = _text(attributes)
     allowed = "; ".join(f"{i}: {shortened(word)}" for i, word in enumerate(parameter.choices))
-    if _WHOLE.fullmatch(text) is None:
+    if WHOLE.fullmatch(text) is None:
         suggestion = str(parameter.choices.index(text)) if text in parameter.choices else None
         raise _RefusedError(f"takes the number of a choice ({allowed}), got {shortened(text)!r}", suggestion)
     index = int(text)
@@ -240,19 +152,19 @@ def _read_nothing(parameter: Parameter, attributes: Attributes) -> Any:
 
 
 _READERS: Mapping[type[Parameter], Callable[[Parameter, Attributes], Any]] = {
-    Bool: _read_bool,
-    Int: _read_whole,
-    Mesh: _read_whole,
-    Float: _read_float,
-    Percentage: _read_length,
-    Enum: _read_enum,
-    Point: _read_point,
-    Direction: _read_point,
-    Color: _read_color,
-    Matrix: _read_matrix,
-    String: _read_text,
-    FileOpen: _read_text,
-    FileSave: _read_text,
+    declaration.Bool: _read_bool,
+    declaration.Int: _read_whole,
+    declaration.Mesh: _read_whole,
+    declaration.Float: _read_float,
+    declaration.Percentage: _read_length,
+    declaration.Enum: _read_enum,
+    declaration.Point: _read_point,
+    declaration.Direction: _read_point,
+    declaration.Color: _read_color,
+    declaration.Matrix: _read_matrix,
+    declaration.String: _read_text,
+    declaration.FileOpen: _read_text,
+    declaration.FileSave: _read_text,
 }
 
 

@@ -1,4 +1,4 @@
-"""What is wrong with a script, said so that the one who wrote it finds the place and the cure."""
+"""Problems of a script: where they are, what is wrong and what to write instead."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reads .mlx scripts, and says everything that is wrong with one before any mesh is opened.
+"""Reads .mlx scripts, and lists everything that is wrong with one before any mesh is opened.
 
 MeshLab ignores what it does not understand. Here unknown elements, names, types and values are problems; comments and unknown
 attributes are not. A hostile file costs little: entities and document type subsets are refused where they begin, and size,
@@ -10,21 +10,17 @@ from __future__ import annotations
 import codecs
 import stat
 from pathlib import Path
-from typing import Any
 from xml.parsers import expat
 
-from ..declaration import Filter, nearest
-from ..errors import UnknownNameError
-from ..meshlab.renamed import renamed_filter
-from ..registry import find_filter
-from .parameters import read_value
+from ..declaration import nearest
 from .problems import Problem, ScriptError, shortened
-from .script import Script, Step, clean_comment
+from .script import Script, clean_comment
+from .step_builder import StepBuilder
 
 MOST_BYTES = 5_000_000
 MOST_LEVELS = 64
 MOST_FILTERS = 1000
-#: Reading ends after this many problems; whoever wrote that many has one cause to find.
+#: Reading ends after this many problems; so many usually have one cause.
 MOST_PROBLEMS = 100
 
 _ENCODINGS = frozenset({"utf-8", "utf8", "utf-16", "us-ascii", "ascii"})
@@ -49,7 +45,7 @@ def read_script(path: str | Path) -> Script:
 
 
 def parse_script(data: bytes, name: str, *, path: Path | None = None) -> Script:
-    """The script that the bytes of an .mlx file spell; `name` stands for the file in messages.
+    """The script in the bytes of an .mlx file; `name` stands for the file in messages.
 
     Raises:
         ScriptError: something is wrong; lists every problem.
@@ -58,31 +54,31 @@ def parse_script(data: bytes, name: str, *, path: Path | None = None) -> Script:
     reader.read(data)
     if reader.problems:
         raise ScriptError(reader.problems)
-    return Script(tuple(reader.steps), clean_comment("\n\n".join(reader.comments)), path)
+    return Script(tuple(reader.steps.steps), clean_comment("\n\n".join(reader.comments)), path)
 
 
-def _today(name: str | None) -> str:
-    """What the filter of an ``<xmlfilter>`` is called today, as the end of a sentence."""
-    renamed = renamed_filter(name or "")
-    return "" if renamed is None else f"; the filter is called {renamed.name!r} now"
+def read_head(data: bytes) -> tuple[str, int]:
+    """The comment at the head of a well-formed script, and how many filters it has; nothing is checked."""
+    comments: list[str] = []
+    filters: list[str] = []
+    parser = expat.ParserCreate()
+    parser.CommentHandler = lambda text: None if filters else comments.append(text)
+    parser.StartElementHandler = lambda tag, attributes: filters.append(tag) if tag == "filter" else None
+    parser.Parse(data, True)
+    return clean_comment("\n\n".join(comments)), len(filters)
 
 
 class _EndedError(Exception):
-    """Nothing more can be learned from the file."""
+    """Reading cannot go on; the problem has been noted."""
 
 
 class _Reader:
     def __init__(self, name: str) -> None:
         self.name = name
         self.problems: list[Problem] = []
-        self.steps: list[Step] = []
+        self.steps = StepBuilder(self._problem)
         self.comments: list[str] = []
-        self._filters = 0
         self._open: list[str] = []
-        self._filter: Filter | None = None
-        self._filter_name: str | None = None
-        self._filter_line = 0
-        self._values: dict[str, Any] = {}
         self._parser = expat.ParserCreate("utf-8")
         self._parser.buffer_text = True
         self._parser.XmlDeclHandler = self._declaration
@@ -108,7 +104,7 @@ class _Reader:
             reason = expat.ErrorString(error.code)
             self.problems.append(Problem(file=self.name, line=error.lineno, message=f"is not well-formed XML: {reason}"))
             return
-        if not self._filters and not self.problems:
+        if not self.steps.filters and not self.problems:
             self._problem("the script has no <filter>, so it would do nothing")
 
     def _utf8(self, data: bytes) -> bytes:
@@ -141,7 +137,7 @@ class _Reader:
             Problem(
                 file=self.name,
                 line=self._parser.CurrentLineNumber - lines_ago,
-                filter=None if outside else self._filter_name,
+                filter=None if outside else self.steps.filter_name,
                 parameter=parameter,
                 message=message,
                 suggestion=suggestion,
@@ -171,7 +167,7 @@ class _Reader:
         self._fatal("declares an entity, which no script needs")
 
     def _comment(self, text: str) -> None:
-        if not self._filters:
+        if not self.steps.filters:
             self.comments.append(text)
 
     def _text(self, text: str) -> None:
@@ -194,74 +190,23 @@ class _Reader:
         elif depth == 2:
             self._start_in_script(tag, attributes)
         elif depth == 3 and tag == "Param" and self._open[1] == "filter":
-            if self._filter is not None:
-                self._param(self._filter, attributes)
+            self.steps.add_param(attributes)
         else:
             self._unknown_element(tag, "Param" if self._open[1] == "filter" and depth == 3 else None)
 
     def _end(self, tag: str) -> None:
         self._open.pop()
         if len(self._open) == 1:
-            if self._filter is not None:
-                values = {p.name: self._values[p.name] for p in self._filter.parameters if p.name in self._values}
-                self.steps.append(Step(self._filter, values, self._filter_line))
-            self._filter, self._filter_name, self._values = None, None, {}
-
-    # ------------------------------------------------------------------------------------------------- what they mean
-
-    def _unknown_element(self, tag: str, expected: str | None) -> None:
-        meant = expected if expected and nearest(tag, [expected]) else None
-        self._problem(f"the element <{shortened(tag)}> is unknown here; MeshLab would ignore it", suggestion=meant)
+            self.steps.end_filter()
 
     def _start_in_script(self, tag: str, attributes: dict[str, str]) -> None:
         if tag not in ("filter", "xmlfilter"):
             self._unknown_element(tag, "filter")
             return
-        self._filters += 1
-        if self._filters > MOST_FILTERS:
+        if self.steps.filters == MOST_FILTERS:
             self._fatal(f"has more than {MOST_FILTERS} filters")
-        self._filter_line = self._parser.CurrentLineNumber
-        self._filter_name = name = attributes.get("name")
-        if tag == "xmlfilter":
-            self._problem(f"<xmlfilter> is of MeshLab 2016, which alone can run it{_today(name)}", suggestion="filter")
-        elif name is None:
-            self._problem("<filter> has no name; MeshLab would fail there")
-        else:
-            self._filter = self._known_filter(name)
+        self.steps.start_filter(tag, attributes.get("name"), self._parser.CurrentLineNumber)
 
-    def _known_filter(self, name: str) -> Filter | None:
-        try:
-            found = find_filter(name)
-        except UnknownNameError as error:
-            renamed = renamed_filter(name)
-            if renamed is not None:
-                self._problem(f"MeshLab has renamed this filter to {renamed.name!r}{renamed.note}", suggestion=renamed.name)
-            else:
-                near = error.suggestion
-                self._problem("there is no filter of that name", suggestion=find_filter(near).name if near else None)
-            return None
-        if found.name != name:
-            self._problem("that is the filter's name in Python; scripts use the one in MeshLab's menus", suggestion=found.name)
-            return None
-        return found
-
-    def _param(self, known: Filter, attributes: dict[str, str]) -> None:
-        name = attributes.get("name")
-        if name is None:
-            self._problem("<Param> has no name; MeshLab would drop it")
-            return
-        parameter = next((p for p in known.parameters if p.xml_name == name), None)
-        if parameter is None:
-            in_python = next((p.xml_name for p in known.parameters if p.name == name), None)
-            names = [p.xml_name for p in known.parameters]
-            allowed = f"it has {', '.join(names)}" if names else "it has none"
-            near = in_python or nearest(name, names)
-            self._problem(f"the filter has no such parameter; {allowed}", parameter=name, suggestion=near)
-            return
-        if parameter.name in self._values:
-            self._problem("is given twice; MeshLab would take the last", parameter=name)
-            return
-        value, complaints = read_value(parameter, attributes, filter_name=known.python_name)
-        self._values[parameter.name] = value
-        for message, suggestion in complaints:
-            self._problem(message, parameter=name, suggestion=suggestion)
+    def _unknown_element(self, tag: str, expected: str | None) -> None:
+        meant = expected if expected and nearest(tag, [expected]) else None
+        self._problem(f"the element <{shortened(tag)}> is unknown here; MeshLab would ignore it", suggestion=meant)

@@ -29,15 +29,19 @@ class Step:
 
     def with_values(self, values: Mapping[str, Any]) -> Step:
         """The step with these values checked and put over its own."""
-        return replace(self, values=self.filter.check({**self.values, **values}))
+        return self.with_checked(self.filter.check(values))
+
+    def with_checked(self, values: Mapping[str, Any]) -> Step:
+        """The step with these values, which have been checked, put over its own."""
+        return replace(self, values=self.filter.in_order({**self.values, **values}))
 
     def with_defaults(self) -> Step:
         """The step with every value said that is known without a mesh.
 
         A built-in filter leaves some to the mesh, such as the number of triangles to decimate to; those stay absent.
         """
-        known = {p.name: p.default for p in self.filter.parameters if p.default is not None}
-        return replace(self, values=self.filter.check({**known, **self.values}))
+        known = {name: default for name, default in self.filter.defaults.items() if default is not None}
+        return replace(self, values=self.filter.in_order({**known, **self.values}))
 
 
 @dataclass(frozen=True)

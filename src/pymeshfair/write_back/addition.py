@@ -20,11 +20,11 @@ TRIANGULATED = "the mesh had polygons and no triangle; it has triangles alone no
 
 
 class Donors(NamedTuple):
-    """Where added elements take from what they are not given.
+    """The old elements from which added ones take what the edit does not say.
 
     Attributes:
-        vertices: (a,) the old vertex of each added one.
-        faces: (b,) the old face of each added one.
+        vertices: (a,) for each added vertex the old one.
+        faces: (b,) for each added face the old one.
         corners: (b,) which corner of that face gives texture coordinates, 0 to 2.
     """
 

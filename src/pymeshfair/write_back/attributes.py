@@ -17,6 +17,7 @@ import pymeshlab
 
 from ..declaration import Floats
 from ..errors import MeshError
+from .aftermath import BASE
 from .arrays import read_array
 from .refill import refill_faces, refill_vertices
 from .workbench import Workbench
@@ -28,23 +29,23 @@ ELEMENTS: tuple[Element, Element] = ("vertex", "face")
 PREFIX = "pymeshfair_helper_"
 #: Most helper attributes for the vertices of a layer, and for its faces. A full edit needs nine, overwriting needs three more.
 MOST = 12
-#: As many of them are used up while others are overwritten.
+#: How many of them are used up while others are overwritten.
 SPARE = 3
 
 _SAVED_AS: dict[Element, str] = {"vertex": "__ca_vs__", "face": "__ca_fs__"}
 _POINTS_SAVED_AS: dict[Element, str] = {"vertex": "__ca_vp__", "face": "__ca_fp__"}
 
 
-#: What can be computed with, apart from the constants of muParser.
+#: Names that can stand in an expression, apart from the constants of muParser.
 _WORD = re.compile("[A-Za-z_][A-Za-z0-9_]*")
 _CONSTANTS = {"_pi", "_e"}
 _ALLOWED = "a name may have the letters a to z, digits and _, and no digit first"
-#: What the expressions of a write-back ask MeshLab for.
+#: The variables of MeshLab that the expressions of a write-back use.
 _VARIABLES: dict[Element, set[str]] = {
     "vertex": {"vi", "x", "y", "z", "nx", "ny", "nz"},
     "face": {"fi", "ti", *(f"n{axis}{corner}" for axis in "xyz" for corner in range(3))},
 }
-#: As many are tried of each kind, ten microseconds each: all those of twelve letters.
+#: How many spellings of each kind are tried, ten microseconds each; enough for every one of a name of twelve letters.
 _MOST_SPELLINGS = 2**12
 
 
@@ -99,7 +100,7 @@ def attribute_names(bench: Workbench, element: Element) -> list[str]:
 
 def _saved(bench: Workbench, prefix: str) -> list[str]:
     """The custom attributes of one kind; MeshLab tells them as parameters of saving a PLY file."""
-    offered = pymeshlab.MeshSet.filter_parameter_values(bench.meshset, "ply")
+    offered = BASE.filter_parameter_values(bench.meshset, "ply")
     return [key.removeprefix(prefix) for key in offered if key.startswith(prefix)]
 
 
@@ -187,8 +188,8 @@ def without_helpers(parameters: dict[str, Any]) -> dict[str, Any]:
 
 
 def explain(bench: Workbench, error: Exception) -> MeshError:
-    """What it means that one of MeshLab's "by function" filters failed during a write-back."""
-    mesh = pymeshlab.MeshSet.current_mesh(bench.meshset)
+    """The error to raise when one of MeshLab's "by function" filters has failed during a write-back."""
+    mesh = BASE.current_mesh(bench.meshset)
     own = [name or told for _, told, _, name in _own(bench, mesh)]
     if own and "unknown exception" in str(error):
         return MeshError(

@@ -1,4 +1,4 @@
-"""Checks that what a filter gave back fits the mesh that it was given."""
+"""Checks that the edit of a filter fits its mesh."""
 
 from __future__ import annotations
 
@@ -98,6 +98,6 @@ def adds(edit: Edit) -> bool:
 
 
 def adds_or_removes(edit: Edit) -> bool:
-    """Whether the edit changes how many elements or layers there are, so that nothing can be put off beyond it."""
+    """Whether the edit changes how many elements or layers there are, so that it cannot be deferred."""
     deletes = any(x is not None and x.any() for x in (edit.delete_vertices, edit.delete_faces))
     return deletes or adds(edit) or bool(edit.new_layers)

@@ -80,7 +80,7 @@ def move_points(bench: Workbench, mesh: Any, spare: Sequence[str], points: Float
 
 
 def _assign(faces: Ints, waiting: NDArray[np.intp], vertices: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Which face each vertex carries, -1 for none, and the faces that go on waiting."""
+    """Which face each vertex carries, -1 for none, and the faces that are left for later rounds."""
     carried = np.full(vertices, -1, dtype=np.intp)
     for corner in range(3):
         at = faces[waiting, corner]
@@ -133,7 +133,7 @@ class _Line:
         self._bench.apply("compute_coord_by_function", x="vi", y="0", z="0")
 
     def send(self, columns: Floats) -> None:
-        """Make three numbers a vertex its normal."""
+        """Set the normals of the vertices to these three numbers each."""
         normals = np.vstack([columns, np.zeros((1, 3))])
         cloud = pymeshlab.Mesh(vertex_matrix=self.places, v_normals_matrix=normals)
         with self._bench.helper_layer(cloud) as helper:

@@ -13,6 +13,7 @@ import pymeshlab
 from ..declaration import Edit
 from ..errors import MeshError
 from .addition import write_vertex_uv, write_wedge_uv
+from .aftermath import BASE
 from .arrays import EDITABLE, read_array
 from .growth import shrink
 from .values import write_values
@@ -31,7 +32,7 @@ def undone_on_failure(bench: Workbench, mesh: Any) -> Iterator[None]:
     Raises:
         MeshError: something failed, and something else could not be put back.
     """
-    base = pymeshlab.MeshSet
+    base = BASE
     layers = {layer.id() for layer in base.__iter__(bench.meshset)}
     matrix = mesh.transform_matrix()
     before: _Before | None = None
@@ -62,7 +63,7 @@ def _set_matrix(bench: Workbench, mesh: Any, matrix: Any) -> None:
 
 
 class _Before:
-    """What a layer without a matrix holds of all that an addition touches."""
+    """The arrays of a layer without a matrix that an addition changes."""
 
     def __init__(self, mesh: Any) -> None:
         self._faces = read_array(mesh, "faces")
@@ -71,7 +72,7 @@ class _Before:
         self._wedges = mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2) if mesh.has_wedge_tex_coord() else None
 
     def put_back(self, bench: Workbench, mesh: Any) -> list[str]:
-        """Make the current layer what it was; what could not be put back, in words."""
+        """Restore the current layer; returns what could not be restored, in words."""
         lost = []
         try:
             shrink(bench, mesh, len(self._values["vertices"]), self._faces)

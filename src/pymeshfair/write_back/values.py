@@ -1,4 +1,4 @@
-"""Writes arrays over those of the current layer, to the bit, without adding or removing elements.
+"""Replaces arrays of the current layer exactly, without adding or removing elements.
 
 pymeshlab has no call that sets an array of an existing mesh, so MeshLab's own filters carry the numbers: coordinates of a mesh
 with faces morph to those of a helper layer, everything else comes in as custom attributes (`attributes`) and is copied
@@ -65,7 +65,7 @@ def _write_vertices(bench: Workbench, mesh: Any, vertices: Floats) -> None:
         normals = read_array(mesh, "vertex_normals")
         x, y, z = bring_in(bench, mesh, "vertex", list(vertices.T))
         bench.apply("compute_coord_by_function", x=x, y=y, z=z)
-        _write_normals(bench, mesh, "vertex", normals)  # MeshLab has normalised them on the way
+        _write_normals(bench, mesh, "vertex", normals)  # MeshLab normalises them when it moves points
     verify(mesh, "vertices", vertices)
 
 

@@ -1,0 +1,237 @@
+"""Noisy meshes whose truth is known, of shapes that everyone has, in two halves that share no shape.
+
+`LOOKED_AT` may be looked at while constants are chosen. `UNSEEN` is for the last run alone: what is tuned on it tells nothing any
+more. Shapes are pymeshlab's samples, generated parts and surfaces, and scans smoothed to be a truth if their folder is given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+import igl
+import numpy as np
+import pymeshlab
+import trimesh
+from denoising_holdouts import SAMPLES, chest_mesh, depth_maps, dodecahedron, lens, part, remeshed, taken, torus
+from denoising_metrics import Floats, Ints
+
+from pymeshfair.filters.denoising.noise_level import smooth_normals
+from pymeshfair.filters.geometry import mean_edge_length
+
+#: the noise of a mesh: vertices, faces and random numbers to the displaced vertices
+Noise = Callable[[Floats, Ints, np.random.Generator], Floats]
+#: makes vertices and faces
+Maker = Callable[[], tuple[Floats, Ints]]
+
+
+class NoisyPair(NamedTuple):
+    """A noisy mesh and its truth."""
+
+    name: str
+    noisy: Floats
+    truth: Floats
+    faces: Ints
+
+
+class Shape(NamedTuple):
+    """A shape, the names of the noises that it gets, and how it is made."""
+
+    name: str
+    noises: str
+    make: Maker
+
+
+def along_normals(level: float, share: float = 1.0) -> Noise:
+    """A share of the vertices is off along the normals, by a normally distributed height of `level` mean edges."""
+
+    def displaced(v: Floats, f: Ints, r: np.random.Generator) -> Floats:
+        heights = r.normal(size=len(v)) * level * (r.random(len(v)) < share) * mean_edge_length(v, f)
+        return v + heights[:, None] * smooth_normals(v, f)
+
+    return displaced
+
+
+def all_directions(level: float) -> Noise:
+    """Normally distributed along every axis, of `level` mean edges."""
+    return lambda v, f, r: v + r.normal(size=v.shape) * level * mean_edge_length(v, f)
+
+
+def uniform(reach: float) -> Noise:
+    """Evenly distributed in a cube of twice `reach` mean edges."""
+    return lambda v, f, r: v + r.uniform(-reach, reach, size=v.shape) * mean_edge_length(v, f)
+
+
+#: n: along the normals, a: in all directions, u: evenly in all directions, i: impulses; the number is in tenths of mean edges
+NOISES: dict[str, Noise] = {
+    **{f"n{10 * level:g}": along_normals(level) for level in (0.03, 0.05, 0.1, 0.2, 0.3, 0.5, 0.6)},
+    **{f"a{10 * level:g}": all_directions(level) for level in (0.1, 0.2, 0.3)},
+    "u4": uniform(0.4),
+    "i5": along_normals(0.5, share=0.2),
+    "i10": along_normals(1.0, share=0.05),
+    "i8": along_normals(0.8, share=0.5),
+}
+
+
+def gear() -> tuple[Floats, Ints]:
+    """A wheel of fourteen teeth with a bore."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 14, endpoint=False)
+    around, radius = [], []
+    for angle in turn:
+        for part_of_tooth, r in ((0.0, 0.8), (0.14, 0.8), (0.2, 1.0), (0.3, 1.0), (0.36, 0.8)):
+            around.append(angle + part_of_tooth * 2.0 * np.pi / 14 / 0.45)
+            radius.append(r)
+    outline = np.column_stack([np.cos(around), np.sin(around)]) * np.array(radius)[:, None]
+    meshes = pymeshlab.MeshSet()
+    count = len(outline)
+    top, bottom = (np.column_stack([outline, np.full(count, z)]) for z in (0.2, -0.2))
+    points = np.concatenate([top, bottom, [[0, 0, 0.2], [0, 0, -0.2]]])
+    faces = []
+    for k in range(count):
+        n = (k + 1) % count
+        faces += [[k, n, 2 * count], [count + n, count + k, 2 * count + 1], [n, k, count + k], [n, count + k, count + n]]
+    bore = trimesh.creation.cylinder(radius=0.35, height=1.0, sections=64)
+    meshes.add_mesh(pymeshlab.Mesh(points, np.array(faces)))
+    meshes.add_mesh(pymeshlab.Mesh(bore.vertices, bore.faces))
+    meshes.generate_boolean_difference(first_mesh=0, second_mesh=1)
+    return remeshed(meshes, 1.3)
+
+
+def level_set(value: Callable[[Floats, Floats, Floats], Floats], n: int, edge: float) -> tuple[Floats, Ints]:
+    """Where a function is 0, in the cube from -1 to 1, meshed anew evenly."""
+    axis = np.linspace(-1.0, 1.0, n)
+    z, y, x = (a.ravel() for a in np.meshgrid(axis, axis, axis, indexing="ij"))
+    vertices, faces, *_ = igl.marching_cubes(value(x, y, z), np.column_stack([x, y, z]), n, n, n, 0.0)
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
+    meshes.meshing_isotropic_explicit_remeshing(iterations=8, targetlen=pymeshlab.PercentageValue(edge), featuredeg=180)
+    return remeshed(meshes, 0.0)
+
+
+def gyroid() -> tuple[Floats, Ints]:
+    """Saddles everywhere, and an open border: part of a minimal surface."""
+    return level_set(
+        lambda x, y, z: np.sin(4 * x) * np.cos(4 * y) + np.sin(4 * y) * np.cos(4 * z) + np.sin(4 * z) * np.cos(4 * x), 60, 1.4
+    )
+
+
+def blobs() -> tuple[Floats, Ints]:
+    """Balls of several sizes that run into each other: round, with narrow valleys."""
+    rng = np.random.default_rng(5)
+    centres, sizes = rng.uniform(-0.55, 0.55, size=(14, 3)), rng.uniform(0.1, 0.3, size=14)
+
+    def value(x: Floats, y: Floats, z: Floats) -> Floats:
+        balls = zip(centres, sizes, strict=True)
+        heights = [np.exp(-2.5 * (((x - a) ** 2 + (y - b) ** 2 + (z - c) ** 2) / s**2 - 1.0)) for (a, b, c), s in balls]
+        return np.asarray(1.0 - np.sum(heights, axis=0))
+
+    return level_set(value, 70, 1.2)
+
+
+def terrain() -> tuple[Floats, Ints]:
+    """Rough at all scales, on an irregular net of points with a border."""
+    rng = np.random.default_rng(9)
+    n = 75
+    x, y = np.meshgrid(np.linspace(0.0, 1.0, n), np.linspace(0.0, 1.0, n))
+    x, y = (a + rng.uniform(-0.3, 0.3, size=a.shape) / n for a in (x, y))
+    z = np.zeros_like(x)
+    for octave in range(1, 5):
+        for _ in range(4):
+            direction, phase = rng.normal(size=2), rng.uniform(0, 6.28)
+            z += 0.12 * 0.45**octave * np.sin(2**octave * 3.0 * (direction[0] * x + direction[1] * y) + phase)
+    at = np.arange(n * n).reshape(n, n)
+    a, b, c, d = at[:-1, :-1].ravel(), at[:-1, 1:].ravel(), at[1:, 1:].ravel(), at[1:, :-1].ravel()
+    faces = np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])]).astype(np.int32)
+    return np.column_stack([x.ravel(), y.ravel(), z.ravel()]), faces
+
+
+def knot() -> tuple[Floats, Ints]:
+    """A tube along a trefoil, its faces in rows and longer along it than across."""
+    n, m = 260, 22
+    t = np.linspace(0.0, 2.0 * np.pi, n, endpoint=False)
+    middle = np.column_stack([np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t), -np.sin(3 * t)])
+    along = np.roll(middle, -1, axis=0) - np.roll(middle, 1, axis=0)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    first = np.cross(along, np.cross(np.gradient(along, axis=0), along))
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    second = np.cross(along, first)
+    s = np.linspace(0.0, 2.0 * np.pi, m, endpoint=False)
+    ring = np.cos(s)[None, :, None] * first[:, None, :] + np.sin(s)[None, :, None] * second[:, None, :]
+    points = (middle[:, None, :] + 0.5 * ring).reshape(-1, 3)
+    at = np.arange(n * m).reshape(n, m)
+    b, c, d = np.roll(at, -1, axis=0), np.roll(np.roll(at, -1, axis=0), -1, axis=1), np.roll(at, -1, axis=1)
+    faces = np.concatenate([np.column_stack([p.ravel() for p in (at, b, c)]), np.column_stack([p.ravel() for p in (at, c, d)])])
+    return points, faces.astype(np.int32)
+
+
+def house() -> tuple[Floats, Ints]:
+    """A block of oblique planes, some of them nearly flush, cut from a box by planes."""
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(*_box((2.0, 1.0, 1.0), np.eye(4))))
+    rng = np.random.default_rng(21)
+    for _ in range(6):
+        move = trimesh.transformations.random_rotation_matrix(rng.random(3))
+        move[:3, 3] = rng.normal(size=3)
+        move[:3, 3] *= 1.25 / np.linalg.norm(move[:3, 3]) * np.array([1.4, 1.0, 1.0])
+        meshes.add_mesh(pymeshlab.Mesh(*_box((1.1, 1.1, 1.1), move)))
+        meshes.generate_boolean_difference(first_mesh=meshes.mesh_number() - 2, second_mesh=meshes.mesh_number() - 1)
+    return remeshed(meshes, 1.5)
+
+
+def _box(size: tuple[float, float, float], move: Floats) -> tuple[Floats, Ints]:
+    box = trimesh.creation.box(size, transform=move)
+    return np.asarray(box.vertices), np.asarray(box.faces, dtype=np.int32)
+
+
+def looked_at(scans: Path | None) -> tuple[Shape, ...]:
+    """The half that constants may be found on."""
+    shapes = (
+        Shape("bunny10k", "n0.5 n1 n2 n3 n5 a3 i5", lambda: taken(SAMPLES / "bunny10k_textured.obj")),
+        Shape("cow", "n1 n3 a2 u4 i10", lambda: taken(SAMPLES / "cow.obj", edge=1.2)),
+        Shape("bracket", "n0.5 n1 n2 n3 n5 a2 a3 i5 i10 u4", lambda: part(True)),
+        Shape("uneven", "n2 n3 i8", lambda: part(False)),
+        Shape("lens", "n1 n2 n3 a2 i10", lens),
+        Shape("torus", "n0.3 n1 n3 u4 i8", torus),
+        Shape("blobs", "n0.3 n1 n2 n5 a1 i10", blobs),
+        Shape("terrain", "n1 n3 a2", terrain),
+    )
+    return (*shapes, *_scans(scans, (("rabbit.obj", 16000, "n0.5 n2 n3 a3 i8"),)))
+
+
+def unseen(scans: Path | None) -> tuple[Shape, ...]:
+    """The half that only the last run sees."""
+    shapes = (
+        Shape("bone", "n0.5 n2 n5 a2 i5", lambda: taken(SAMPLES / "bone.ply", edge=1.1)),
+        Shape("airplane", "n1 n2 n3 i10", lambda: taken(SAMPLES / "airplane.obj", edge=0.9)),
+        Shape("chest", "n0.5 n1 n3 a3 i8", chest_mesh),
+        Shape("dodecahedron", "n0.3 n2 n5 a3 i5", dodecahedron),
+        Shape("gear", "n0.5 n1 n2 n3 n6 a2 i5 u4", gear),
+        Shape("gyroid", "n0.3 n1 n3 a1 a3 i10", gyroid),
+        Shape("knot", "n1 n3 n5 a2 i8", knot),
+        Shape("house", "n0.5 n1 n2 n5 a3 i10", house),
+    )
+    return (*shapes, *_scans(scans, (("angel.obj", 24000, "n0.5 n2 n3 a2 i5"), ("iron.ply", 20000, "n1 n2 a3 i8"))))
+
+
+def _scans(folder: Path | None, wanted: Sequence[tuple[str, int, str]]) -> tuple[Shape, ...]:
+    if folder is None:
+        return ()
+    return tuple(
+        Shape(Path(file).stem, noises, partial(taken, folder / file, faces=faces, smooth=10)) for file, faces, noises in wanted
+    )
+
+
+def made(shapes: Sequence[Shape], only: Sequence[str] = ()) -> Iterator[NoisyPair]:
+    """The pairs of the shapes, those whose name holds one of the given texts, if any are given."""
+    for shape in shapes:
+        names = [n for n in shape.noises.split() if not only or any(text in f"{shape.name}_{n}" for text in only)]
+        if names:
+            truth, faces = shape.make()
+            for name in names:
+                noisy = NOISES[name](truth, faces, np.random.default_rng(7))
+                yield NoisyPair(f"{shape.name}_{name}", noisy, truth, faces)
+
+
+__all__ = ["NOISES", "NoisyPair", "Shape", "depth_maps", "looked_at", "made", "unseen"]

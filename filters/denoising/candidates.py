@@ -1,0 +1,137 @@
+"""What denoising without parameters chooses from: steps of Taubin's, and rounds of normal filtering after some of them."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import islice, pairwise
+
+import numpy as np
+
+from ..diffusion.taubin import taubin_fairing
+from ..execution import Progress, ignore_progress, part_of
+from ..mesh import Bools, Floats, Ints, normalised_mesh
+from ..robust import KernelName
+from ..topology import BorderPolicy
+from .face_neighbourhoods import Neighborhood
+from .normal_filter import NormalFilter, NormalFilterMethod
+from .normal_filtering import normal_filtering
+from .rounds import rounds
+from .surroundings import Surroundings
+
+
+@dataclass(frozen=True)
+class AutomaticParameters:
+    """What `normal_filtering` is to be called with, by its names."""
+
+    method: NormalFilterMethod
+    range_kernel: KernelName
+    range_sigma: float
+    range_floor: float
+    space_sigma: float
+    neighborhood: Neighborhood
+    vertex_iterations: int
+    outer_iterations: int
+    normal_iterations: int = 1
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Pairs of Taubin's steps, of 0.5 and -0.53, then normal filtering; neither is nothing at all."""
+
+    relaxation: int = 0
+    parameters: AutomaticParameters | None = None
+
+    def apply(
+        self,
+        vertices: Floats,
+        faces: Ints,
+        *,
+        border: BorderPolicy,
+        movable: Bools | None,
+        progress: Progress = ignore_progress,
+    ) -> Floats:
+        """(n, 3) the vertices of the mesh after it."""
+        share = 0.2 if self.relaxation else 0.0
+        fair = vertices.copy()
+        if self.relaxation:
+            fair = taubin_fairing(
+                vertices,
+                faces,
+                iterations=self.relaxation,
+                border=border,
+                movable=movable,
+                progress=part_of(progress, 0.0, share),
+            )
+        if self.parameters is None:
+            return fair
+        return normal_filtering(
+            fair, faces, **vars(self.parameters), border=border, movable=movable, progress=part_of(progress, share, 1.0)
+        )
+
+
+#: Steps of Taubin's alone, and before the chains. Noise in all directions moves vertices along the surface too, and filters of
+#: normals leave that as it is; the steps even it out.
+TAUBIN, RELAXATIONS = (0, 1, 2, 3, 5, 8, 12, 18, 28), (0, 3, 7, 15)
+#: Normal filtering with the outer iterations at which it may stop: kernels that cut off keep edges, the wider the more noise;
+#: Huber's over few neighbours suits figures.
+CHAINS: tuple[tuple[AutomaticParameters, tuple[int, ...]], ...] = (
+    (AutomaticParameters("bilateral", "truncated_l1", 1.0, 0.03, 2.5, "two_ring", 10, 0), (2, 5, 10, 20)),
+    (AutomaticParameters("bilateral", "truncated_l1", 0.5, 0.03, 2.5, "two_ring", 10, 0), (5, 10, 20)),
+    (AutomaticParameters("averaged", "truncated_l2", 0.15, 0.0, 2.5, "two_ring", 10, 0), (2, 4, 8, 14)),
+    (AutomaticParameters("averaged", "truncated_l2", 0.25, 0.0, 2.5, "two_ring", 10, 0), (4, 10, 20)),
+    (AutomaticParameters("averaged", "huber", 0.1, 0.0, 1.5, "vertex", 4, 0), (1, 2, 3, 4, 5, 6, 8, 11)),
+    (AutomaticParameters("bilateral", "huber", 0.1, 0.0, 1.5, "vertex", 5, 0), (1, 2, 3, 4, 5, 6, 8, 11, 16)),
+)
+
+#: What suits most meshes somewhat, for those who do not want to wait.
+FIXED = AutomaticParameters("bilateral", "lorentzian", 0.12, 0.0, 1.5, "two_ring", 5, 30)
+
+#: The settings, a row a family: Taubin's steps, and each chain after each number of them.
+SETTINGS: tuple[tuple[Setting, ...], ...] = (
+    tuple(map(Setting, TAUBIN)),
+    *(
+        tuple(Setting(relaxation, replace(chain, outer_iterations=stop)) for stop in stops)
+        for relaxation in RELAXATIONS
+        for chain, stops in CHAINS
+    ),
+)
+
+
+class SettingsTried:
+    """All `SETTINGS` on meshes of the same faces, what they have in common done once; see `choose`."""
+
+    def __init__(self, faces: Ints, n_vertices: int, *, border: BorderPolicy, movable: Bools | None) -> None:
+        """For (m, 3) triangles of n vertices."""
+        self._faces, self._border, self._movable = faces, border, movable
+        self._known = Surroundings.of(normalised_mesh(np.zeros((n_vertices, 3)), faces))
+        # Found here, once, and not by several threads at once.
+        for kind in {"edge", "vertex", *(chain.neighborhood for chain, _ in CHAINS)}:
+            self._known.around(kind)
+
+    def __call__(self, points: Floats) -> Sequence[Iterator[Floats]]:
+        """The results for (n, 3) points of ordinary size, by the families of `SETTINGS`."""
+        fair = {0: points}
+        for before, steps in pairwise(sorted({*TAUBIN, *RELAXATIONS})):
+            fair[steps] = taubin_fairing(
+                fair[before], self._faces, iterations=steps - before, border=self._border, movable=self._movable
+            )
+        chains = (self._chain(fair[start], chain, stops) for start in RELAXATIONS for chain, stops in CHAINS)
+        return [iter([fair[steps] for steps in TAUBIN]), *chains]
+
+    def _chain(self, points: Floats, chain: AutomaticParameters, stops: tuple[int, ...]) -> Iterator[Floats]:
+        """The results of the rounds at which the chain may stop."""
+        mesh = normalised_mesh(points, self._faces, self._movable).in_order(self._known.places)
+        settings = NormalFilter(
+            method=chain.method,
+            range_kernel=chain.range_kernel,
+            range_sigma=chain.range_sigma,
+            range_floor=chain.range_floor,
+            space_sigma=chain.space_sigma,
+            neighborhood=chain.neighborhood,
+            normal_iterations=chain.normal_iterations,
+        )
+        results = rounds(mesh, self._known, settings, vertex_iterations=chain.vertex_iterations, border=self._border)
+        done = 0
+        for stop in stops:
+            result = next(islice(results, stop - done - 1, None), mesh.points)
+            done = stop
+            yield mesh.restored(result)

@@ -1,0 +1,93 @@
+"""The passes of a filter of face normals over a measured mesh."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..execution import Progress
+from ..geometry import NORMAL
+from ..mesh import Floats
+from .face_neighbourhoods import FaceNeighbourhoods, mean_centre_distance
+from .guided import guide_normals
+from .normal_filter import NormalFilter
+from .normal_filters import mean_normals, weighted_normals
+from .surroundings import Surroundings
+from .vertex_normals import RINGS_OF_VERTICES, corner_means, measure_vertices, vertex_neighbourhoods
+
+
+class NormalPasses(NamedTuple):
+    """A filter, and the neighbourhoods that it looks at.
+
+    Attributes:
+        settings: the filter.
+        known: the connectivity of the mesh.
+        edge: the neighbours whose mean distance is the unit of `space_sigma`.
+        patches: those over which "averaged" and "guided" take their means.
+        averaged: those that the weighted mean goes over.
+    """
+
+    settings: NormalFilter
+    known: Surroundings
+    edge: FaceNeighbourhoods
+    patches: FaceNeighbourhoods
+    averaged: FaceNeighbourhoods
+
+    @staticmethod
+    def over(points: Floats, known: Surroundings, settings: NormalFilter) -> "NormalPasses":
+        """The passes over a mesh of (n, 3) points, in the order of `known`."""
+        if settings.method == "vertex_normals":
+            rings = RINGS_OF_VERTICES[settings.neighborhood]
+            near = vertex_neighbourhoods(known.faces, len(points), 1)
+            wide = near if rings == 1 else vertex_neighbourhoods(known.faces, len(points), rings)
+            return NormalPasses(settings, known, near, near, wide)
+        edge = known.around("edge")
+        patches = known.around("vertex") if settings.method in ("averaged", "guided") else edge
+        return NormalPasses(settings, known, edge, patches, known.within(settings.neighborhood, points, settings.radius))
+
+    def filtered(self, points: Floats, table: Floats, progress: Progress) -> Floats:
+        """(m, 3) the filtered unit normals of the faces.
+
+        Args:
+            points: (n, 3) coordinates of ordinary size.
+            table: (m, 8) of `measure_faces` for these points.
+            progress: called after every pass.
+        """
+        if self.settings.method != "vertex_normals":
+            return self._passed(table, progress)
+        normals = self._passed(measure_vertices(points, self.known.faces, table), progress)
+        return corner_means(normals, self.known.faces, table[:, NORMAL])
+
+    def _passed(self, table: Floats, progress: Progress) -> Floats:
+        """The normals of the table of faces or vertices after all passes."""
+        settings = self.settings
+        distance = mean_centre_distance(table, self.edge)
+        normals = np.ascontiguousarray(table[:, NORMAL])
+        for iteration in range(settings.normal_iterations):
+            if settings.method == "mean":
+                normals = mean_normals(normals, table, self.averaged)
+            else:
+                guide = self._guide(normals, table)
+                normals = weighted_normals(
+                    normals,
+                    table,
+                    self.averaged,
+                    guide=guide,
+                    range_kernel=settings.range_kernel,
+                    range_sigma=settings.range_sigma,
+                    range_measure=settings.range_measure,
+                    range_floor=settings.range_floor,
+                    space_kernel="constant" if settings.method == "unilateral" else settings.space_kernel,
+                    space_sigma=settings.space_sigma * distance,
+                    # A normal deviates from itself by 0, which outweighs all others in a kernel such as 1 / x; a guide is a mean.
+                    itself=guide is not None,
+                )
+            progress((iteration + 1) / settings.normal_iterations)
+        return normals
+
+    def _guide(self, normals: Floats, table: Floats) -> Floats | None:
+        """The normals on which deviations are measured; None for the filtered ones themselves."""
+        if self.settings.method == "averaged":
+            return mean_normals(normals, table, self.patches)
+        if self.settings.method == "guided":
+            return guide_normals(normals, table, self.patches, self.edge)
+        return None

@@ -1,0 +1,58 @@
+"""The rounds of two-step denoising: measure the faces, filter their normals, move the vertices; and again."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..execution import Progress, ignore_progress
+from ..geometry import measure_faces
+from ..mesh import Floats, NormalisedMesh
+from ..topology import BorderPolicy, border_vertices
+from .normal_filter import NormalFilter
+from .normal_passes import NormalPasses
+from .surroundings import Surroundings
+from .vertex_update import VertexUpdate, fit_vertices
+
+
+def rounds(
+    mesh: NormalisedMesh,
+    known: Surroundings,
+    settings: NormalFilter,
+    *,
+    vertex_iterations: int,
+    vertex_update: VertexUpdate = "sun",
+    border: BorderPolicy = "along",
+    progress: Progress = ignore_progress,
+) -> Iterator[Floats]:
+    """The points after one round, after two, and so on without end; none if no point may move. See `normal_filtering`.
+
+    Args:
+        mesh: the mesh, in the order of `known`.
+        known: its adjacency.
+        settings: the filter of the normals.
+        vertex_iterations: steps of the vertices in a round.
+        vertex_update: how they are fitted.
+        border: which way border vertices may go.
+        progress: called with the share of a round after each of its passes over the normals.
+    """
+    moves = np.diff(known.at_vertices.offsets) > 0
+    if mesh.movable is not None:
+        moves &= mesh.movable
+    on_border = border_vertices(known.faces, len(mesh))
+    if border == "fixed":
+        moves &= ~on_border
+    passes = NormalPasses.over(mesh.points, known, settings)
+    now, table = mesh.points, None
+    while moves.any():
+        table = measure_faces(now, known.faces, table)
+        now = fit_vertices(
+            now,
+            known.faces,
+            known.at_vertices,
+            passes.filtered(now, table, progress),
+            update=vertex_update,
+            iterations=vertex_iterations,
+            moves=moves,
+            along_normal=on_border if border == "along" else None,
+        )
+        yield now

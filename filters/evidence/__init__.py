@@ -1,0 +1,24 @@
+"""Choosing among filters by evidence: vertices that a filter has not seen, and how well it predicts them."""
+
+from .calm_noise import calm_noise
+from .choose import Candidates, Choice, Trial, choose
+from .held_out import far_from_border, held_out_vertices, without
+from .patches import Sample, sample_of
+from .quadric_prediction import predicted_heights
+from .verdict import Verdict, judge
+
+__all__ = [
+    "Candidates",
+    "Choice",
+    "Sample",
+    "Trial",
+    "Verdict",
+    "calm_noise",
+    "choose",
+    "far_from_border",
+    "held_out_vertices",
+    "judge",
+    "predicted_heights",
+    "sample_of",
+    "without",
+]

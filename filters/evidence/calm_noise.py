@@ -1,0 +1,43 @@
+"""How noisy the calmest parts of a surface are: more noise than that the whole of it need not have."""
+
+import numpy as np
+
+from ..mesh import Bools, Floats, Ints
+from ..topology import edges, one_rings
+from .quadric_prediction import predicted_heights
+
+# The calmest part, and how many times the squares are averaged over the one-rings: about sixty vertices then have a say.
+_CALMEST, _AVERAGED = 0.05, 4
+# Squares count up to so many times their median: outliers are not noise of their surroundings.
+_CLIP = 9.0
+
+
+def calm_noise(points: Floats, faces: Ints, *, normals: Floats, scored: Bools) -> float:
+    """The level of noise along the normals that a twentieth of the vertices stays below.
+
+    With h the height at which its surroundings expect a vertex, and g the share of their noise in that, h^2 / (1 + g^2) estimates
+    the variance of the noise at the vertex; it is averaged over the vertices around. Details and edges add to it, but not
+    everywhere: where the surface is calm noise alone is left.
+
+    Args:
+        points: (n, 3) coordinates of ordinary size.
+        faces: (m, 3) triangles.
+        normals: (n, 3) unit normals of a smoothed copy.
+        scored: (n,) the vertices that count.
+
+    Returns:
+        The level in the unit of the points; a fifth to a third below the standard deviation of even noise, since it is that of
+        the calmest part. 0 if no vertex counts.
+    """
+    which = np.flatnonzero(scored).astype(np.int32)
+    if not len(which):
+        return 0.0
+    heights, gains = predicted_heights(points, one_rings(faces, len(points)), normals, which)
+    squares = heights**2 / (1.0 + gains**2)
+    sums, weights = np.zeros(len(points)), scored.astype(np.float64)
+    sums[which] = np.minimum(squares, _CLIP * np.median(squares))
+    a, b = edges(faces).T
+    for _ in range(_AVERAGED):
+        for values in (sums, weights):
+            values += np.bincount(a, values[b], len(values)) + np.bincount(b, values[a], len(values))
+    return float(np.sqrt(np.quantile(sums[which] / weights[which], _CALMEST)))

@@ -1,0 +1,159 @@
+"""A filter chosen by what it says of vertices that it has not seen."""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Generic, NamedTuple, TypeAlias, TypeVar
+
+import numpy as np
+
+from ..execution import Progress, ignore_progress, in_parallel, part_of
+from ..geometry import face_normals
+from ..mesh import Bools, Floats, Ints
+from ..topology import face_adjacency, one_rings
+from .held_out import held_out_vertices, without
+from .verdict import judge
+
+Label = TypeVar("Label")
+
+#: Given (n, 3) vertices, one iterator a family of filters over (n, 3) results, from the first to the last of the family. They are
+#: read in threads, each only as far as is needed.
+Candidates: TypeAlias = Callable[[Floats], Sequence[Iterator[Floats]]]
+
+# Sets of held-out vertices, and as many more on small meshes until so many vertices were held out or so many sets are made.
+_MASKS, _ENOUGH, _MOST_MASKS = 4, 1000, 12
+# After the first set only what is within so many standard errors of the best is tried further.
+_STAYS = 2.0
+# Of what is within so many standard errors of the best in the end, the flattest is chosen.
+_EQUAL = 1.0
+
+
+class Trial(NamedTuple, Generic[Label]):
+    """One candidate and what was found of it.
+
+    Attributes:
+        label: which it is.
+        error: the root mean square of its deviations at the held-out vertices, outliers clipped, in mean edges.
+        excess: how much its mean square exceeds that of the best, in squared mean edges.
+        uncertainty: the standard error of the excess.
+        flatness: the mean difference of the normals of adjacent faces, where it was as good as the best; else None.
+        movement: the mean distance that it moves the vertices, in mean edges; None likewise.
+    """
+
+    label: Label
+    error: float
+    excess: float
+    uncertainty: float
+    flatness: float | None
+    movement: float | None
+
+
+class Choice(NamedTuple, Generic[Label]):
+    """What was chosen, and the candidates that were tried on all held-out vertices, in the order in which they were given."""
+
+    chosen: Trial[Label]
+    trials: tuple[Trial[Label], ...]
+
+
+def choose(
+    points: Floats,
+    faces: Ints,
+    candidates: Candidates,
+    labels: Sequence[Sequence[Label]],
+    *,
+    normals: Floats,
+    scored: Bools,
+    seed: int = 0,
+    progress: Progress = ignore_progress,
+) -> Choice[Label] | None:
+    """Choose the filter that best predicts vertices which it has not seen [batson2019].
+
+    Noise of a vertex is independent of its neighbours', the surface is not: what predicts a vertex from the others fits
+    the surface.
+
+    1. Hold out some vertices: put them where the others expect them, `without`.
+    2. Run every candidate, and measure n . (y - f) at the held-out vertices y; again with other vertices. After the first time
+       time candidates that are worse than the best by more than two standard errors are dropped, the very first one apart: it is
+       what the others are compared with.
+    3. Where positions cannot tell candidates apart, the flatter normals are right, but not at any price: of those within one
+       standard error of the best, see `judge`, take the one with the least product of the mean |n_f - n_g| over adjacent faces
+       f, g of its result on all vertices and of their mean displacement, as [reginska1996] does for the two norms of a
+       regularised solution. Filters that only slide vertices along the surface lose; doing nothing wins where it predicts as
+       well.
+
+    Args:
+        points: (n, 3) coordinates with a mean edge of 1.
+        faces: (m, 3) triangles.
+        candidates: what is tried.
+        labels: for each family the labels of its results. The very first should be that of doing nothing.
+        normals: (n, 3) unit normals of a smoothed copy.
+        scored: (n,) the vertices that may be held out; those near a border see half of their surroundings.
+        seed: other vertices are held out for another number.
+        progress: called after every family that was run; may raise to stop.
+
+    Returns:
+        The choice, the same for any number of threads; None if no vertex can be held out.
+    """
+    rings = one_rings(faces, len(points))
+    held = _masks(points, faces, scored, seed)
+    if not held:
+        return None
+    every = [label for family in labels for label in family]
+    starts = np.concatenate([[0], np.cumsum([len(family) for family in labels])])
+    kept = np.ones(len(every), dtype=np.bool_)
+    deviations: list[Floats] = []
+    shares = np.linspace(0.0, 0.9, len(held) + 1)
+    for number, mask in enumerate(held):
+        rows = np.zeros((len(every), len(mask)))
+        runs = candidates(without(points, rings, normals, mask))
+
+        def deviate(at: int, result: Floats, mask: Ints = mask, rows: Floats = rows) -> None:
+            rows[at] = np.einsum("ij,ij->i", points[mask] - result[mask], normals[mask])
+
+        _run(runs, starts, kept, deviate, part_of(progress, shares[number], shares[number + 1]))
+        deviations.append(rows)
+        if number == 0:
+            kept &= judge(rows).within(_STAYS)
+            kept[0] = True
+    verdict = judge(np.concatenate(deviations, axis=1)[kept])
+    tried = np.flatnonzero(kept)
+    equal = np.zeros_like(kept)
+    equal[tried[verdict.within(_EQUAL)]] = True
+    looks: dict[int, tuple[float, float]] = {}
+    pairs, _ = face_adjacency(faces)
+
+    def flat(at: int, result: Floats) -> None:
+        sides = face_normals(result, faces)[pairs]
+        flatness = float(np.linalg.norm(sides[:, 0] - sides[:, 1], axis=1).mean()) if len(pairs) else 0.0
+        looks[at] = flatness, float(np.linalg.norm(result - points, axis=1).mean())
+
+    _run(candidates(points), starts, equal, flat, part_of(progress, 0.9, 1.0))
+    trials = tuple(
+        Trial(every[at], float(error), float(excess), float(uncertainty), *looks.get(int(at), (None, None)))
+        for at, error, excess, uncertainty in zip(tried, verdict.errors, verdict.excess, verdict.uncertainty, strict=True)
+    )
+    chosen = min(looks, key=lambda at: (looks[at][0] * looks[at][1], at))
+    return Choice(trials[int(np.searchsorted(tried, chosen))], trials)
+
+
+def _masks(points: Floats, faces: Ints, scored: Bools, seed: int) -> list[Ints]:
+    """Sets of held-out vertices, four or more until they hold out enough."""
+    masks = held_out_vertices(points, faces, scored=scored, masks=_MASKS, seed=seed)
+    held = sum(map(len, masks))
+    if 0 < held < _ENOUGH:
+        wanted = min(_MOST_MASKS, -(-_ENOUGH * _MASKS // held))
+        masks = held_out_vertices(points, faces, scored=scored, masks=wanted, seed=seed)
+    return [mask for mask in masks if len(mask)]
+
+
+def _run(
+    runs: Sequence[Iterator[Floats]], starts: Ints, kept: Bools, look: Callable[[int, Floats], None], progress: Progress
+) -> None:
+    """Run each family as far as its last candidate that is kept, and look at those that are."""
+
+    def work(family: int) -> None:
+        wanted = np.flatnonzero(kept[starts[family] : starts[family + 1]])
+        for at, result in zip(range(int(wanted[-1]) + 1), runs[family], strict=False):
+            if at in wanted:
+                look(int(starts[family]) + at, result)
+
+    families = [(k,) for k in range(len(runs)) if kept[starts[k] : starts[k + 1]].any()]
+    in_parallel(work, families, progress)

@@ -1,0 +1,72 @@
+"""Vertices that are kept from a filter, so that it can be judged by what it says of them [batson2019]."""
+
+import numpy as np
+
+from ..geometry import mean_edge_length
+from ..mesh import Bools, Floats, Ints
+from ..topology import OneRings, border_vertices, edges
+from .quadric_prediction import predicted_heights
+
+# Each vertex asks to be held out with this probability; of two neighbours that ask, one gives in: about a ninth is left.
+_ASKS = 0.35
+# Random numbers are the fractions of these many times a length of the geometry, other multiples for every mask.
+_MULTIPLES = (997.0, 1511.0)
+_STEPS = (137.7, 211.1)
+
+
+def held_out_vertices(points: Floats, faces: Ints, *, scored: Bools, masks: int, seed: int = 0) -> list[Ints]:
+    """Sets of vertices, no two of a set adjacent, the sets disjoint as long as there are vertices left.
+
+    The random numbers are made of the lengths of the edges at a vertex over the mean length: moving, turning, scaling and
+    renumbering the mesh changes none of them by more than rounding.
+
+    Args:
+        points: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        scored: (n,) the vertices that may be held out.
+        masks: how many sets.
+        seed: other sets for another number.
+
+    Returns:
+        A list of ascending vertices for every set.
+    """
+    pairs = edges(faces)
+    lengths = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1) / mean_edge_length(points, pairs)
+    sums = np.bincount(pairs.ravel(), np.repeat(lengths, 2), minlength=len(points))
+    left, found = scored.copy(), []
+    for mask in range(seed * masks, (seed + 1) * masks):
+        asks, insists = ((sums * (multiple + step * mask)) % 1.0 for multiple, step in zip(_MULTIPLES, _STEPS, strict=True))
+        chosen = left & (asks < _ASKS)
+        a, b = pairs[chosen[pairs].all(axis=1)].T
+        chosen[np.where(insists[a] < insists[b], a, b)] = False
+        found.append(np.flatnonzero(chosen).astype(np.int32))
+        left &= ~chosen
+        if np.count_nonzero(left) < _ASKS * np.count_nonzero(scored):
+            left = scored.copy()
+    return found
+
+
+def without(points: Floats, rings: OneRings, normals: Floats, held: Ints) -> Floats:
+    """(n, 3) the points, those of the held-out vertices moved along their normals to where the others expect them.
+
+    The tangential place stays: it is no part of what is judged. See `predicted_heights`.
+    """
+    hidden = np.zeros(len(points), dtype=np.bool_)
+    hidden[held] = True
+    heights, _ = predicted_heights(points, rings, normals, held, hidden)
+    result = points.copy()
+    result[held] += heights[:, None] * normals[held]
+    return result
+
+
+def far_from_border(faces: Ints, n_vertices: int, *, rings: int = 2) -> Bools:
+    """(n,) the vertices of the faces that more than that many edges separate from the border: their surroundings are whole."""
+    pairs = edges(faces)
+    near = border_vertices(faces, n_vertices)
+    for _ in range(rings):
+        reached = near[pairs]
+        near[pairs[reached[:, 0], 1]] = True
+        near[pairs[reached[:, 1], 0]] = True
+    far = np.zeros(n_vertices, dtype=np.bool_)
+    far[pairs] = True
+    return np.asarray(far & ~near)

@@ -1,0 +1,90 @@
+"""A sample of a large mesh: patches grown from faces that lie anywhere."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from ..geometry import mean_edge_length
+from ..mesh import Floats, Ints, Longs
+from ..topology import edges, vertex_faces
+
+# Larger meshes are sampled by so many patches of about so many faces: ten large ones have misled, since shapes differ from place
+# to place.
+_WHOLE, _PATCHES, _FACES = 20_000, 40, 450
+# Random numbers are the fractions of so many times a length of the geometry.
+_MULTIPLE = 1013.0
+
+
+class Sample(NamedTuple):
+    """A mesh to try filters on, its mean edge 1.
+
+    Attributes:
+        points: (k, 3) coordinates around 0.
+        faces: (l, 3) triangles, by the numbers of these.
+        origin: (k,) which vertices of the mesh they are; one of several patches appears several times.
+    """
+
+    points: Floats
+    faces: Ints
+    origin: Ints
+
+
+def sample_of(vertices: Floats, faces: Ints) -> Sample:
+    """All of a mesh of up to 20,000 faces, or else 40 patches of about 450 faces each.
+
+    A patch is whole rings around a face. The faces are those with the least random numbers, made of their perimeters over the
+    mean edge: renumbering, moving, turning and scaling the mesh changes none of them by more than rounding.
+    """
+    pairs = edges(faces)
+    used = np.unique(pairs)
+    if len(faces) <= _WHOLE:
+        chosen, origin = faces, np.arange(len(vertices), dtype=np.int32)
+    else:
+        chosen, origin = _grown(vertices, faces, mean_edge_length(vertices, pairs))
+        used = origin
+    middle = vertices[used].mean(axis=0) if len(used) else np.zeros(3)
+    edge = mean_edge_length(vertices[origin], chosen)
+    # A mesh without a size is not to be scaled.
+    return Sample((vertices[origin] - middle) / (edge or 1.0), np.ascontiguousarray(chosen), origin)
+
+
+def _grown(vertices: Floats, faces: Ints, edge: float) -> tuple[Ints, Ints]:
+    """The faces of the patches, by numbers of their own, and the vertex that each of these numbers stands for."""
+    at_vertices = vertex_faces(faces, len(vertices))
+    sides = vertices[faces] - vertices[np.roll(faces, -1, axis=1)]
+    perimeters = np.linalg.norm(sides, axis=2).sum(axis=1) / edge
+    seeds = np.argsort((perimeters * _MULTIPLE) % 1.0, kind="stable")[:_PATCHES]
+    marks = np.full(len(faces), -1, dtype=np.int32)
+    parts, origins, count = [], [], 0
+    for number, seed in enumerate(seeds):
+        part = faces[np.sort(_rings_around(faces, at_vertices.offsets, at_vertices.rows, seed, _FACES, number, marks))]
+        origin, local = np.unique(part, return_inverse=True)
+        parts.append(local.reshape(-1, 3).astype(np.int32) + np.int32(count))
+        origins.append(origin.astype(np.int32))
+        count += len(origin)
+    return np.concatenate(parts), np.concatenate(origins)
+
+
+@njit(cache=True)
+def _rings_around(faces: Ints, offsets: Longs, rows: Ints, seed: int, least: int, number: int, marks: Ints) -> Longs:
+    """The face and whole rings of faces around it, until they are as many as said; `marks` differ from `number` before."""
+    found = np.empty(4 * least, dtype=np.int64)
+    found[0] = seed
+    marks[seed] = number
+    start, stop, count = 0, 1, 1
+    while start < stop and stop < least:
+        for at in range(start, stop):
+            for corner in range(3):
+                i = faces[found[at], corner]
+                for k in range(offsets[i], offsets[i + 1]):
+                    f = rows[k, 0]
+                    if marks[f] == number:
+                        continue
+                    marks[f] = number
+                    if count == found.shape[0]:
+                        found = np.concatenate((found, found))
+                    found[count] = f
+                    count += 1
+        start, stop = stop, count
+    return found[:count].copy()

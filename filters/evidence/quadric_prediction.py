@@ -1,0 +1,181 @@
+"""Where a vertex would be if its surroundings were all that is known: the quadric through them."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from ..mesh import Bools, Floats, Ints, Longs
+from ..topology import OneRings
+
+# The weight of a vertex at distance r is exp(-r^2 / 2 s^2), s so many mean distances of the one-ring: the second ring counts, but
+# less, since a quadric follows a surface only so far.
+_WIDTH = 1.3
+# A quadric has six numbers, a plane three. Below so many vertices, or where they lie on a curve of second order, it is a plane.
+_ENOUGH = 8
+_LEAST_PIVOT = 1e-4
+_MOST = 1024
+
+
+def predicted_heights(
+    points: Floats, rings: OneRings, normals: Floats, which: Ints, hidden: Bools | None = None
+) -> tuple[Floats, Floats]:
+    """The heights along their normals at which the others around them expect the vertices, and how they pass noise on.
+
+    Around vertex i with the unit normal n, the height n . (p_j - p_i) of the vertices j in two rings is fitted over the
+    tangential coordinates by a polynomial of second degree, least squares weighted by exp(-r^2 / 2 s^2), s = 1.3 mean distances
+    of the one-ring. The prediction is its value at 0. The vertex's own height has no part in it; its place along the surface has.
+
+    Args:
+        points: (n, 3) coordinates of ordinary size.
+        rings: the one-rings.
+        normals: (n, 3) unit normals.
+        which: (k,) the vertices.
+        hidden: (n,) vertices that count nowhere; None for none but the vertex itself.
+
+    Returns:
+        heights: (k,) in the unit of the points; 0 where nobody is around.
+        gains: (k,) the standard deviation of the prediction for independent heights of standard deviation 1.
+    """
+    heights, gains = np.zeros(len(which)), np.zeros(len(which))
+    unseen = np.zeros(len(points), dtype=np.bool_) if hidden is None else hidden
+    _predict(points, rings.offsets, rings.neighbours, normals, which, unseen, heights, gains)
+    return heights, gains
+
+
+@njit(cache=True, nogil=True)
+def _predict(
+    points: Floats, offsets: Longs, neighbours: Ints, normals: Floats, which: Ints, hidden: Bools, heights: Floats, gains: Floats
+) -> None:
+    seen = np.full(points.shape[0], -1, dtype=np.int32)
+    u, v, h, w = np.empty(_MOST), np.empty(_MOST), np.empty(_MOST), np.empty(_MOST)
+    matrix, side, terms, solution = np.empty((6, 6)), np.empty(6), np.empty(6), np.empty(6)
+    for k in range(which.shape[0]):
+        i = which[k]
+        scale = _ring_distance(points, offsets, neighbours, normals, i)
+        if scale == 0.0:
+            continue
+        count = _gather(points, offsets, neighbours, normals, hidden, i, scale, seen, u, v, h, w)
+        for size in (6, 3, 1):
+            if count < (_ENOUGH if size == 6 else size):
+                continue
+            matrix[:] = 0.0
+            for at in range(count):
+                _terms(u[at], v[at], terms)
+                for a in range(size):
+                    for b in range(a + 1):
+                        matrix[a, b] += w[at] * terms[a] * terms[b]
+            # Row 0 of the inverse turns the weighted sums into the value at 0.
+            side[:] = 0.0
+            side[0] = 1.0
+            if not _solve(matrix, side, size, solution):
+                continue
+            height = squares = 0.0
+            for at in range(count):
+                _terms(u[at], v[at], terms)
+                share = 0.0
+                for a in range(size):
+                    share += solution[a] * terms[a]
+                share *= w[at]
+                height += share * h[at]
+                squares += share * share
+            heights[k], gains[k] = scale * height, math.sqrt(squares)
+            break
+
+
+@njit(cache=True, nogil=True)
+def _ring_distance(points: Floats, offsets: Longs, neighbours: Ints, normals: Floats, i: int) -> float:
+    """The mean distance of the one-ring along the surface, in which the height of i has no part."""
+    total = 0.0
+    for k in range(offsets[i], offsets[i + 1]):
+        j = neighbours[k]
+        x, y, z = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
+        h = normals[i, 0] * x + normals[i, 1] * y + normals[i, 2] * z
+        total += math.sqrt(max(0.0, x * x + y * y + z * z - h * h))
+    return total / (offsets[i + 1] - offsets[i]) if offsets[i + 1] > offsets[i] else 0.0
+
+
+@njit(cache=True, nogil=True)
+def _gather(
+    points: Floats,
+    offsets: Longs,
+    neighbours: Ints,
+    normals: Floats,
+    hidden: Bools,
+    i: int,
+    scale: float,
+    seen: Ints,
+    u: Floats,
+    v: Floats,
+    h: Floats,
+    w: Floats,
+) -> int:
+    """Tangential coordinates, heights and weights of the two rings around i, in units of `scale`; and their number."""
+    x, y, z = normals[i, 0], normals[i, 1], normals[i, 2]
+    # A tangent across the coordinate axis that is least along the normal; the fit is the same for any.
+    if abs(x) <= abs(y) and abs(x) <= abs(z):
+        ax, ay, az = 0.0, z, -y
+    elif abs(y) <= abs(z):
+        ax, ay, az = -z, 0.0, x
+    else:
+        ax, ay, az = y, -x, 0.0
+    length = math.sqrt(ax * ax + ay * ay + az * az)
+    if length == 0.0:
+        return 0
+    ax, ay, az = ax / length, ay / length, az / length
+    bx, by, bz = y * az - z * ay, z * ax - x * az, x * ay - y * ax
+    count = 0
+    seen[i] = i
+    for first in range(offsets[i], offsets[i + 1]):
+        g = neighbours[first]
+        for second in range(offsets[g] - 1, offsets[g + 1]):
+            j = g if second < offsets[g] else neighbours[second]
+            if seen[j] == i or count == _MOST:
+                continue
+            seen[j] = i
+            if hidden[j]:
+                continue
+            dx, dy, dz = (
+                (points[j, 0] - points[i, 0]) / scale,
+                (points[j, 1] - points[i, 1]) / scale,
+                (points[j, 2] - points[i, 2]) / scale,
+            )
+            u[count], v[count] = ax * dx + ay * dy + az * dz, bx * dx + by * dy + bz * dz
+            h[count] = x * dx + y * dy + z * dz
+            w[count] = math.exp(-(u[count] ** 2 + v[count] ** 2) / (2.0 * _WIDTH * _WIDTH))
+            count += 1
+    return count
+
+
+@njit(cache=True, nogil=True)
+def _terms(u: float, v: float, terms: Floats) -> None:
+    terms[0], terms[1], terms[2], terms[3], terms[4], terms[5] = 1.0, u, v, u * u, u * v, v * v
+
+
+@njit(cache=True, nogil=True)
+def _solve(matrix: Floats, side: Floats, size: int, solution: Floats) -> bool:
+    """Solve by Cholesky's factors, in place of the lower triangle; False if the matrix is nearly singular."""
+    for a in range(size):
+        diagonal = matrix[a, a]
+        for b in range(a):
+            total = matrix[a, b]
+            for c in range(b):
+                total -= matrix[a, c] * matrix[b, c]
+            matrix[a, b] = total / matrix[b, b]
+        total = diagonal
+        for c in range(a):
+            total -= matrix[a, c] * matrix[a, c]
+        if not total > _LEAST_PIVOT * diagonal:
+            return False
+        matrix[a, a] = math.sqrt(total)
+    for a in range(size):
+        total = side[a]
+        for c in range(a):
+            total -= matrix[a, c] * solution[c]
+        solution[a] = total / matrix[a, a]
+    for a in range(size - 1, -1, -1):
+        total = solution[a]
+        for c in range(a + 1, size):
+            total -= matrix[c, a] * solution[c]
+        solution[a] = total / matrix[a, a]
+    return True

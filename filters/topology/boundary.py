@@ -1,0 +1,154 @@
+"""The boundary loops of a mesh: closed loops of border edges, each in the direction of the faces that would close it.
+
+A vertex at which several fans of faces meet is passed once for every gap between two of them, from each fan to the next one
+round the vertex. So two holes that share one or several vertices have two loops. A loop meets a vertex twice only where a part
+of the surface is attached to the rest by that vertex alone. Closed as one polygon, the vertex has a single fan again, which it
+would not have if such a loop were cut in two.
+"""
+
+from collections import defaultdict
+from typing import NamedTuple
+
+import numpy as np
+
+from ..mesh import Floats, Ints
+from .border_successors import BreakReason, border_successors
+from .edge_lists import edge_face_counts, proper_faces
+
+
+class BoundaryLoop(NamedTuple):
+    """A closed loop of border edges.
+
+    Attributes:
+        vertices: (k,) int32, from the lowest on. A face that closes the loop has the edge ``vertices[i]``, ``vertices[i + 1]`` in
+            this direction, the face of the mesh at this edge has it in the other.
+        opposite: (k,) int32 the third vertex of the face of the mesh at that edge.
+    """
+
+    vertices: Ints
+    opposite: Ints
+
+
+class BrokenBorder(NamedTuple):
+    """Connected border edges that lie on no loop.
+
+    Attributes:
+        vertices: (k,) int32 their vertices, ascending.
+        reason: "non_manifold": an edge with more than two faces ends at `vertex`. "orientation": the faces at `vertex` are not
+            coherently oriented.
+        vertex: the lowest vertex at which the border cannot be followed for this reason.
+    """
+
+    vertices: Ints
+    reason: BreakReason
+    vertex: int
+
+
+class Boundary(NamedTuple):
+    """The border edges of a mesh, each on a loop or in a broken part of the border.
+
+    Attributes:
+        loops: in ascending order of their first two vertices.
+        broken: in ascending order of their lowest vertices.
+    """
+
+    loops: list[BoundaryLoop]
+    broken: list[BrokenBorder]
+
+
+def boundary_loops(vertices: Floats, faces: Ints) -> Boundary:
+    """The boundary loops, and the parts of the border that form none.
+
+    Args:
+        vertices: (n, 3) coordinates; they decide only where three or more fans of faces meet at a vertex.
+        faces: (m, 3) triangles.
+    """
+    pairs, counts = edge_face_counts(faces)
+    border = pairs[counts == 1]
+    if len(border) == 0:
+        return Boundary([], [])
+    n = len(vertices)
+    near = _faces_at(border, faces, n)
+    starts, ends, opposite = _directed_border(border, near, n)
+    non_manifold = np.zeros(n, dtype=np.bool_)
+    non_manifold[pairs[counts > 2]] = True
+    following, breaks = border_successors(starts, ends, near, vertices, non_manifold)
+    cycles, rest = _cycles(following)
+    loops = []
+    for cycle in cycles:
+        along = starts[cycle]
+        first = min(range(len(cycle)), key=lambda i: (along[i], along[(i + 1) % len(cycle)]))
+        turned = np.roll(np.array(cycle), -first)
+        loops.append(BoundaryLoop(starts[turned], opposite[turned]))
+    loops.sort(key=lambda loop: tuple(loop.vertices[:2].tolist()))
+    return Boundary(loops, _broken(starts[rest], ends[rest], breaks))
+
+
+def is_seam(loop: BoundaryLoop, vertices: Floats) -> bool:
+    """Whether at least half of the loop's vertices coincide with another of them: two sides that were never merged."""
+    own = np.unique(loop.vertices)
+    _, counts = np.unique(vertices[own], axis=0, return_counts=True)
+    return 2 * int(counts[counts > 1].sum()) >= len(own)
+
+
+def _faces_at(border: Ints, faces: Ints, n_vertices: int) -> Ints:
+    """The proper faces with a vertex on the border."""
+    on_border = np.zeros(n_vertices, dtype=np.bool_)
+    on_border[border] = True
+    a, b, c = faces.T
+    near: Ints = faces[(on_border[a] | on_border[b] | on_border[c]) & proper_faces(faces)]
+    return near
+
+
+def _directed_border(border: Ints, near: Ints, n_vertices: int) -> tuple[Ints, Ints, Ints]:
+    """Start, end and opposite vertex of the border edges, against the direction of their faces, in ascending order."""
+    ends, starts, opposite = (np.concatenate([near[:, (k + j) % 3] for k in range(3)]) for j in range(3))
+    keys = np.minimum(starts, ends).astype(np.int64) * n_vertices + np.maximum(starts, ends)
+    chosen = np.isin(keys, border[:, 0].astype(np.int64) * n_vertices + border[:, 1])
+    starts, ends, opposite = starts[chosen], ends[chosen], opposite[chosen]
+    order = np.lexsort((ends, starts))
+    return starts[order], ends[order], opposite[order]
+
+
+def _cycles(following: Ints) -> tuple[list[list[int]], list[int]]:
+    """The cycles of the map from each edge to the next, and the edges that lie on none."""
+    onwards = following.tolist()
+    # 0: not visited, 1: on a path that ends at a vertex without a next edge, 2: on a cycle
+    state = [0] * len(onwards)
+    for e in sorted(set(range(len(onwards))) - set(onwards)):
+        while e >= 0:
+            state[e] = 1
+            e = onwards[e]
+    cycles = []
+    for e, before in enumerate(state):
+        if before == 0 and state[e] == 0:
+            cycle = []
+            while state[e] == 0:
+                state[e] = 2
+                cycle.append(e)
+                e = onwards[e]
+            cycles.append(cycle)
+    return cycles, [e for e, reached in enumerate(state) if reached == 1]
+
+
+def _broken(starts: Ints, ends: Ints, breaks: dict[int, BreakReason]) -> list[BrokenBorder]:
+    """The edges that lie on no loop, by connected component."""
+    parent: dict[int, int] = {}
+
+    def root(v: int) -> int:
+        while parent.setdefault(v, v) != v:
+            parent[v] = parent[parent[v]]
+            v = parent[v]
+        return v
+
+    for a, b in zip(starts.tolist(), ends.tolist(), strict=True):
+        low, high = sorted((root(a), root(b)))
+        parent[high] = low
+    groups: dict[int, list[int]] = defaultdict(list)
+    for v in sorted(parent):
+        groups[root(v)].append(v)
+    broken = []
+    for group in groups.values():
+        at = [v for v in group if breaks.get(v) == "non_manifold"] or [v for v in group if v in breaks]
+        broken.append(BrokenBorder(np.array(group, dtype=np.int32), breaks[at[0]], at[0]))
+    return broken

@@ -1,0 +1,13 @@
+"""Surfaces as smooth as possible: all of a mesh, along the surface alone, in a selected region, between two rims."""
+
+from .bilaplacian import apply_coord_bilaplacian_smoothing
+from .bridging import meshing_bridge_rims_by_fairing
+from .region import apply_coord_region_fairing
+from .tangential import apply_coord_tangential_smoothing
+
+__all__ = [
+    "apply_coord_bilaplacian_smoothing",
+    "apply_coord_region_fairing",
+    "apply_coord_tangential_smoothing",
+    "meshing_bridge_rims_by_fairing",
+]

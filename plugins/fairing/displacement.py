@@ -1,0 +1,15 @@
+"""How far the vertices of a mesh have moved."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pymeshfair.declaration import Floats
+
+
+def displacement(before: Floats, after: Floats) -> dict[str, float]:
+    """What a filter reports of the vertices: how many moved, and how far the furthest went, in mesh units."""
+    way = after - before
+    unit = float(np.abs(way).max(initial=0.0)) or 1.0  # in which squares are ordinary numbers
+    furthest = unit * float(np.linalg.norm(way / unit, axis=1).max(initial=0.0))
+    return {"moved": int((way != 0.0).any(axis=1).sum()), "largest_displacement": furthest}

@@ -1,0 +1,93 @@
+"""Region fairing: the selected part as smooth as its surroundings allow."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pymeshfair.declaration import Edit, FilterClass, Int, Layer, MeshElement, mesh_filter
+from pymeshfair.errors import MeshError
+from pymeshfair.filters.checks import FilterInputError
+from pymeshfair.filters.execution import Progress, ignore_progress
+from pymeshfair.filters.fairing import fair_region
+
+from ..moving_vertices import MOVES_VERTICES
+from .energy import FairingEnergy
+
+# A note says so if the area of a region falls below this share.
+_SHRUNK = 1 / 3
+
+
+@mesh_filter(
+    name="Region Fairing",
+    classes=FilterClass.SMOOTHING,
+    requires=MeshElement.FACENUMBER,
+    changes=MOVES_VERTICES,
+    references=("botsch2004",),
+)
+def apply_coord_region_fairing(
+    layer: Layer,
+    *,
+    energy: FairingEnergy = "thin_plate",
+    iterations: Annotated[
+        int,
+        Int(
+            label="Iterations",
+            minimum=1,
+            maximum=100,
+            advanced=True,
+            help="How often, each time with the areas and angles that the one before has left. More forget the shape that was "
+            "there more fully, and come nearer to the surface of least area or bending; one is mostly enough.",
+        ),
+    ] = 1,
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """Replaces the selected part of a surface by the smoothest one that continues its surroundings.
+
+    What the part looked like is forgotten: for dents, scars, bad fillings and seams. The selected vertices move, or, when no
+    vertex is selected, those all of whose triangles are; the others, and open borders, stay. One, two or three rings of vertices
+    around the region decide, so select until the damage ends, and a ring more. Returns how many vertices moved, the backward
+    error of the solution, and a bound of the error that solving leaves as a share of the region's diagonal.
+    """
+    try:
+        chosen = layer.selected_vertices()
+    except MeshError:
+        raise FilterInputError(
+            f"nothing is selected in {layer.label!r}: select the vertices of the part that is to be faired, or triangles on all "
+            "sides of them"
+        ) from None
+    if chosen.all():
+        raise FilterInputError(
+            "all vertices are selected, so that nothing around them says how the surface goes on: select the part that is to be "
+            "faired and leave its surroundings (to smooth a whole mesh take Bi-Laplacian Smoothing)"
+        )
+    vertices = layer.vertices
+    area_share = 1.0
+    for i in range(iterations):
+
+        def part(done: float, before: int = i) -> None:
+            progress((before + done) / iterations)
+
+        found = fair_region(vertices, layer.faces, chosen, energy=energy, progress=part)
+        vertices = found.vertices
+        area_share *= found.area_share
+    moved = int(found.free.sum())
+    notes = []
+    if stayed := int(chosen.sum()) - moved:
+        notes.append(
+            f"{stayed:,} of the {int(chosen.sum()):,} selected vertices lie on an open border or have no triangle, and stay."
+        )
+    if area_share < _SHRUNK:
+        notes.append(
+            f"The region's area shrank to {area_share:.2g} of what it was: the vertices that stay around it span less than it "
+            "covered. Select less if it was to keep its size."
+        )
+    return Edit(
+        vertices=found.vertices,
+        values={
+            "moved": moved,
+            "backward_error": found.backward_error,
+            "last_correction": found.last_correction,
+            "refinements": found.refinements,
+        },
+        notes=tuple(notes),
+    )

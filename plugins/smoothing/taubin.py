@@ -1,0 +1,71 @@
+"""Taubin's fairing: a step that smooths and a longer one back."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pymeshfair.declaration import Edit, Enum, FilterClass, Layer, MeshElement, mesh_filter
+from pymeshfair.filters.diffusion import TAUBIN_OPERATORS, TaubinOperator, taubin_fairing
+from pymeshfair.filters.execution import Progress, ignore_progress
+
+from ..moving_vertices import MOVES_VERTICES, Border, Iterations, Selected, movable_vertices
+from ..taubin_steps import taubin_mu, taubin_pass_band, taubin_step
+
+
+@mesh_filter(
+    name="Taubin Fairing",
+    classes=FilterClass.SMOOTHING,
+    requires=MeshElement.FACENUMBER,
+    changes=MOVES_VERTICES,
+    references=("taubin1995",),
+)
+def apply_coord_taubin_fairing(
+    layer: Layer,
+    *,
+    operator: Annotated[
+        TaubinOperator,
+        Enum(
+            label="Operator",
+            choices=TAUBIN_OPERATORS,
+            help="How neighbours are weighted. 'uniform' is Taubin's choice; 'inverse_length' keeps uneven sampling; 'cotangent' "
+            "moves vertices along the normal alone.",
+        ),
+    ] = "uniform",
+    step: Annotated[float, taubin_step("The step that smooths, above 0. Larger is smoother per iteration.")] = 0.5,
+    mu: Annotated[
+        float,
+        taubin_mu(
+            "The step that inflates again, below minus the first one. Nearer to -lambda narrows the pass band and is smoother; "
+            "not used when a pass band is given."
+        ),
+    ] = -0.53,
+    pass_band: Annotated[
+        float,
+        taubin_pass_band(
+            "Frequencies below it are kept, above it damped; on the operator's scale from 0 to 2, typically 0.01 to 0.1. "
+            "Smaller is smoother. 0: not used, mu decides. With it, mu = 1 / (pass band - 1 / lambda)."
+        ),
+    ] = 0.0,
+    iterations: Iterations = 10,
+    border: Border = "along",
+    selected: Selected = False,
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """Smooths without shrinking: each iteration is a smoothing step followed by a slightly longer step back.
+
+    With the uniform operator it is MeshLab's own Taubin Smooth, except on open borders, where a step of MeshLab's goes two thirds
+    of the way of ours.
+    """
+    vertices = taubin_fairing(
+        layer.vertices,
+        layer.faces,
+        operator=operator,
+        step=step,
+        mu=mu,
+        pass_band=pass_band or None,
+        iterations=iterations,
+        border=border,
+        movable=movable_vertices(layer, selected),
+        progress=progress,
+    )
+    return Edit(vertices=vertices)

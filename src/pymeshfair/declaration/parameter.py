@@ -1,0 +1,60 @@
+"""What every kind of parameter has in common."""
+
+from __future__ import annotations
+
+import typing
+from dataclasses import dataclass
+from typing import Any
+
+from ..errors import ParameterError
+from .length import Length
+from .values import shown
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parameter:
+    """One parameter of a filter.
+
+    Attributes:
+        name: the Python name, which is also the name in .mlx scripts unless `xml_name` says otherwise.
+        label: the words before the input field in a dialog.
+        help: the tooltip: what it means, in which unit, and which direction does what.
+        default: the value when none is given; None in a built-in filter whose default depends on the mesh.
+        advanced: whether a dialog hides it at first.
+        xml_name: the name in .mlx scripts, MeshLab's C++ name.
+    """
+
+    name: str = ""
+    label: str = ""
+    help: str = ""
+    default: Any = None
+    advanced: bool = False
+    xml_name: str = ""
+
+    #: the word for the kind of value in messages, e.g. "a whole number"
+    kind: typing.ClassVar[str] = "a value"
+    #: MeshLab's class of the parameter and the name of that class in .mlx scripts
+    rich_type: typing.ClassVar[str] = ""
+    xml_type: typing.ClassVar[str] = ""
+    #: the type that a filter's function receives
+    python_type: typing.ClassVar[Any] = object
+
+    def check(self, value: Any) -> Any:
+        """The value in the type that the filter receives; raise `ParameterError` if it is not one the parameter allows."""
+        raise NotImplementedError
+
+    def describe_allowed(self) -> str:
+        """What is allowed, in words: ``"a whole number of at least 1"``."""
+        return self.kind
+
+    def refusal(self, value: Any) -> ParameterError:
+        """The error that says what is allowed and what came."""
+        return ParameterError(
+            f"parameter {self.name!r} takes {self.describe_allowed()}, got {value if isinstance(value, Length) else shown(value)}"
+        )
+
+    def refuse_what_meshlab_cannot_hold(self, number: float) -> None:
+        """Raise `ParameterError` for a number that MeshLab would lose."""
+        # MeshLab's parameters are C floats; it drops a script's number outside their range without a word.
+        if number != 0.0 and not 2.0**-150 < abs(number) <= 3.4028234663852886e38:
+            raise ParameterError(f"{self.refusal(number)}: MeshLab keeps numbers in single precision, from 1e-45 to 3.4e38")

@@ -1,0 +1,36 @@
+"""The filters of plugins as methods, for `MeshSet` to inherit. Type checkers read ``filter_methods.pyi``, which is generated."""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import pymeshlab
+
+from ..registry import custom_filters
+from .errors import UnknownFilterError
+from .listing import known_filter
+from .methods import filter_method
+
+
+class FilterMethods:
+    """One method for each filter of a plugin; each calls `apply_filter` of the class that inherits it."""
+
+    def __getattr__(self, name: str) -> Any:
+        # Filters of plugins that were installed after the class was made; any other name gets a reason or a suggestion.
+        text = f"{type(self).__name__!r} object has no attribute {name!r}"
+        if name.startswith("_"):
+            raise AttributeError(text)
+        try:
+            known = known_filter(name)
+        except UnknownFilterError as error:
+            hint = f"; {error.cause}" if error.cause else f"; did you mean {error.suggestion!r}?" if error.suggestion else ""
+            raise AttributeError(f"{text}{hint}") from None
+        if known is None or known.python_name != name:
+            raise AttributeError(text)
+        return functools.partial(filter_method(known), self)
+
+
+for _known in custom_filters():
+    if not hasattr(pymeshlab.MeshSet, _known.python_name):
+        setattr(FilterMethods, _known.python_name, filter_method(_known))

@@ -1,0 +1,107 @@
+"""Applies filters of both kinds, from calls and from steps of scripts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import pymeshlab
+
+from ..declaration import Arity, Filter, Percentage
+from ..declaration import Mesh as MeshParameter
+from ..scripts.script import Step
+from ..write_back import without_helpers
+from .builtin_filters import BuiltinFilters
+from .errors import FilterFailedError, UnknownFilterError
+from .layers import Layers
+from .listing import known_filter
+from .plugin_filters import PluginFilters
+
+
+class FilterRunner:
+    """Finds a filter, sends it to those of its kind, and says what it ran with.
+
+    Ids of layers in a step do not count the layers that the write-back makes and removes, so that a script means the same
+    whenever it is applied; see `Workbench.without_helpers`.
+
+    Attributes:
+        plugins: the filters of plugins.
+        builtins: MeshLab's own.
+    """
+
+    def __init__(self, layers: Layers) -> None:
+        self._layers = layers
+        self.plugins = PluginFilters(layers)
+        self.builtins = BuiltinFilters(layers)
+
+    def apply(self, filter_name: str, given: Mapping[str, Any]) -> tuple[dict[str, Any], Step | None]:
+        """Apply a filter with values as a caller gives them.
+
+        Returns:
+            What it reports, and the step that says what it ran with; None for a filter of a plugin of MeshLab's own kind, which
+            no script of ours can name.
+        """
+        known = known_filter(filter_name)
+        if known is None:
+            return self.builtins.call(filter_name, given), None
+        self._check_mesh(known)
+        result, values = self._of_kind(known, dict(given) if known.is_builtin else self.plugins.check(known, given))
+        return result, Step(known, _with_ids(known, values, self._layers.bench.without_helpers))
+
+    def apply_step(self, step: Step) -> dict[str, Any]:
+        """Apply a step of a script, whose values are checked; what the filter reports."""
+        self._check_mesh(step.filter)
+        return self._of_kind(step.filter, self._values_here(step))[0]
+
+    def effective(self, step: Step) -> dict[str, Any]:
+        """All values that a step would run with, as a script says them: relative lengths stay relative."""
+        known, values = step.filter, self._values_here(step)
+        found = self.builtins.effective(known, values) if known.is_builtin else {**known.defaults, **values}
+        return _with_ids(known, found, self._layers.bench.without_helpers)
+
+    def on_mesh(self, step: Step) -> dict[str, Any]:
+        """As `effective`, with lengths in mesh units of the current layer."""
+        known, values = step.filter, self._values_here(step)
+        found = (self.builtins if known.is_builtin else self.plugins).on_mesh(known, values)
+        return _with_ids(known, found, self._layers.bench.without_helpers)
+
+    def values(self, filter_name: str, given: Mapping[str, Any]) -> dict[str, Any]:
+        """What `pymeshlab.MeshSet.filter_parameter_values` tells, for filters of both kinds and for file formats."""
+        self._layers.settle()
+        try:
+            known = known_filter(filter_name)
+        except UnknownFilterError as unknown:
+            try:  # perhaps a file format
+                return without_helpers(dict(self.builtins.ask(filter_name, **given)))
+            except pymeshlab.PyMeshLabException:
+                raise unknown from None
+        if known is None:
+            return dict(self.builtins.ask(filter_name, **given))
+        if known.is_builtin:
+            return self.builtins.values(known, given)
+        return self.plugins.on_mesh(known, self.plugins.check(known, given))
+
+    def _of_kind(self, known: Filter, values: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+        return (self.builtins if known.is_builtin else self.plugins).apply(known, values)
+
+    def _check_mesh(self, known: Filter) -> None:
+        if known.arity is not Arity.NONE and not self._layers.has_current():
+            raise FilterFailedError(f"{known.python_name} needs a mesh, and the mesh set has no current one: load one first")
+
+    def _values_here(self, step: Step) -> dict[str, Any]:
+        values = _with_ids(step.filter, step.values, self._layers.bench.with_helpers)
+        return {**_constant_defaults(step.filter), **values} if step.filter.is_builtin else values
+
+
+def _constant_defaults(known: Filter) -> dict[str, Any]:
+    """The defaults that are the same on every mesh.
+
+    Some filters of MeshLab, such as isotropic remeshing, take the values of their last use in the process as defaults; a script
+    must not depend on what ran before it.
+    """
+    return {p.name: p.default for p in known.parameters if p.default is not None and not isinstance(p, Percentage)}
+
+
+def _with_ids(known: Filter, values: Mapping[str, Any], change: Callable[[int], int]) -> dict[str, Any]:
+    ids = {p.name for p in known.parameters if isinstance(p, MeshParameter)}
+    return {name: change(value) if name in ids and isinstance(value, int) else value for name, value in values.items()}

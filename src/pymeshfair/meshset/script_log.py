@@ -1,0 +1,74 @@
+"""The filter script of a mesh set: what was loaded, and every filter applied since."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from ..declaration import Layer, Length
+from ..errors import Place
+from ..scripts import Script, Step, read_script, write_script
+from .errors import ScriptStepFailedError, reason
+from .methods import length_text
+
+
+class ScriptLog:
+    """A list of steps that is read from a file, grows with every filter applied, and is applied, printed and saved.
+
+    Attributes:
+        steps: in the order in which they run.
+    """
+
+    def __init__(self) -> None:
+        self.steps: list[Step] = []
+        self._file: Path | None = None
+
+    def load(self, file: str) -> None:
+        """Take the steps of an .mlx file in place of these; after a `ScriptError` these stay."""
+        script = read_script(file)
+        self.steps, self._file = list(script.steps), Path(file)
+
+    def clear(self) -> None:
+        """Forget all steps."""
+        self.steps, self._file = [], None
+
+    def apply(self, apply_step: Callable[[Step], object]) -> None:
+        """Apply each step in turn.
+
+        Raises:
+            ScriptStepFailedError: a step failed.
+        """
+        for number, step in enumerate(list(self.steps), 1):
+            self._apply_numbered(number, step, apply_step)
+
+    def _apply_numbered(self, number: int, step: Step, apply_step: Callable[[Step], object]) -> None:
+        try:
+            apply_step(step)
+        except Exception as error:
+            file = self._file if step.line is not None else None
+            place = Place.of_step(number, len(self.steps), step.filter.name, file=file, line=step.line)
+            raise ScriptStepFailedError(place, reason(error)) from error
+
+    def save(self, file: str, layer: Layer) -> None:
+        """Write the steps to an .mlx file, with absolute lengths beside the relative ones for this layer.
+
+        Raises:
+            PymeshfairError: the file cannot be written.
+        """
+        units = {value.unit for step in self.steps for value in step.values.values() if isinstance(value, Length)}
+        sizes: dict[str, float] = {}
+        if units - {"absolute"} and layer.diagonal > 0.0:
+            sizes["diagonal"] = layer.diagonal
+        if "edge" in units and sizes:
+            sizes["mean_edge"] = layer.mean_edge
+        write_script(Script(tuple(self.steps)), Path(file), **sizes)
+
+    def print(self) -> None:
+        """Print each step with the values of its parameters, as pymeshlab prints its script."""
+        print(f"Filter Script Size : {len(self.steps)}\n")
+        for number, step in enumerate(self.steps):
+            print(f"{number}: {step.filter.python_name}")
+            for name, value in step.values.items():
+                shown = length_text(value) if isinstance(value, Length) else value
+                print(f"\t{name} : {type(value).__name__} = {shown}")
+            print()

@@ -1,0 +1,150 @@
+"""What only some operating systems can: process groups, limits of memory, locks on files, folders that reach the disk.
+
+`this_system` gives what this machine has. `Portable` is the fallback, for Windows and whatever else is not POSIX: everything
+works with it, but with less protection, as each method says. The environment variable `FORCE_PORTABLE` chooses it anywhere.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess
+from pathlib import Path
+from typing import IO, Any
+
+#: the environment variable that, set to anything, makes every process of a run use the fallback
+FORCE_PORTABLE = "PYMESHFAIR_PORTABLE"
+
+
+class Portable:
+    """What every system can do that Python runs on."""
+
+    #: the signals by which a user or the system asks a process to end, as far as there are any
+    stop_signals: tuple[str, ...] = ("SIGINT", "SIGTERM")
+
+    def own_session(self) -> dict[str, Any]:
+        """Arguments of `subprocess.Popen` that keep Ctrl-C of the terminal from the child."""
+        return {"creationflags": getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)}
+
+    def kill(self, process: subprocess.Popen[bytes]) -> None:
+        """End a child. The processes that it started go on."""
+        process.kill()
+
+    def has_ended(self, process: subprocess.Popen[bytes]) -> bool:
+        """Whether a child is gone, whoever may still hold its pipes open."""
+        return process.poll() is not None
+
+    def limit_memory(self, most: int | None) -> None:
+        """Hold this process to so many bytes of memory, and keep it from dumping core. Does neither."""
+
+    def peak_memory(self) -> int | None:
+        """The most memory that this process has held so far in bytes. Not known."""
+        return None
+
+    def try_lock(self, file: IO[bytes], *, alone: bool) -> bool:
+        """Take the lock of a file without waiting, alone or with others; whether it was taken. It never is."""
+        return False
+
+    def claim(self, file: IO[bytes]) -> bool | None:
+        """Take the lock of a file alone, without waiting: whether it was taken, or None where there are no such locks."""
+        return None
+
+    def move_open_file(self, file: IO[bytes], source: Path, target: Path) -> None:
+        """Rename a file that this process has just made and holds open; here a second file gets the name."""
+        target.touch()
+
+    def flush(self, path: Path) -> None:
+        """Wait until the disk has a file. Does nothing for a folder's list of names."""
+        if path.is_file():
+            with path.open("r+b") as file:
+                os.fsync(file.fileno())
+
+    def processors(self) -> int:
+        """How many processors this process may use; here all of the machine."""
+        return os.cpu_count() or 1
+
+
+class Posix(Portable):
+    """What Linux and macOS can do besides."""
+
+    stop_signals = ("SIGINT", "SIGTERM", "SIGHUP")
+
+    def own_session(self) -> dict[str, Any]:
+        """As there; one signal ends the child with all that it started."""
+        return {"start_new_session": True}
+
+    def kill(self, process: subprocess.Popen[bytes]) -> None:
+        """End a child that was started with `own_session`, and whatever it has started."""
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(process.pid, signal.SIGKILL)
+
+    def has_ended(self, process: subprocess.Popen[bytes]) -> bool:
+        """As there; leaves the child to be waited for, so that what it started can be ended with it."""
+        if not hasattr(os, "waitid"):  # macOS before Python 3.13
+            return super().has_ended(process)
+        return os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
+
+    def limit_memory(self, most: int | None) -> None:
+        """As there, as far as the system lets it."""
+        import resource
+
+        with contextlib.suppress(OSError, ValueError):
+            resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        if most is not None:
+            # On Linux RLIMIT_DATA counts what is really the process's own; RLIMIT_AS also counts what is only reserved.
+            kind = resource.RLIMIT_DATA if Path("/proc/self/status").exists() else resource.RLIMIT_AS
+            with contextlib.suppress(OSError, ValueError):
+                resource.setrlimit(kind, (most, most))
+
+    def peak_memory(self) -> int | None:
+        """As there; known on Linux."""
+        with contextlib.suppress(OSError, ValueError, IndexError):
+            # Not getrusage: a child's begins with the memory of the process that started it.
+            for line in Path("/proc/self/status").read_text("ascii", "replace").splitlines():
+                if line.startswith("VmHWM:"):
+                    return int(line.split()[1]) * 1024
+        return None
+
+    def try_lock(self, file: IO[bytes], *, alone: bool) -> bool:
+        """As there; it is not taken while others hold it, or on a file system without locks."""
+        import fcntl
+
+        try:
+            fcntl.flock(file, (fcntl.LOCK_EX if alone else fcntl.LOCK_SH) | fcntl.LOCK_NB)
+        except OSError:
+            return False
+        return True
+
+    def claim(self, file: IO[bytes]) -> bool | None:
+        """As there."""
+        import fcntl
+
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return False
+        except OSError:  # a file system without locks
+            return None
+        return True
+
+    def move_open_file(self, file: IO[bytes], source: Path, target: Path) -> None:
+        """Rename a file that this process has just made and holds open."""
+        source.replace(target)
+
+    def flush(self, path: Path) -> None:
+        """Wait until the disk has a file or a folder's list of names."""
+        descriptor = os.open(path, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+
+    def processors(self) -> int:
+        """As there, but for those that the system keeps from this process."""
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else super().processors()
+
+
+def this_system() -> Portable:
+    """What the machine can do that this process runs on."""
+    return Portable() if os.name != "posix" or os.environ.get(FORCE_PORTABLE) else Posix()

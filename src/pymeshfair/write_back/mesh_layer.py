@@ -1,0 +1,209 @@
+"""A pymeshlab mesh as the `Layer` that filters are given."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..declaration import Bools, Edit, Floats, Ints, Layer
+from ..errors import MeshError
+from .arrays import EDITABLE, empty_array, read_array
+from .workbench import Workbench
+
+
+class MeshLayer:
+    """A pymeshlab mesh as the `Layer` that a filter reads, with edits that MeshLab has not been told yet.
+
+    Arrays are read when first asked for and then kept, so a layer serves until the mesh changes otherwise.
+    """
+
+    def __init__(
+        self,
+        mesh: Any,
+        bench: Workbench,
+        *,
+        other: Callable[[int], Layer],
+        settle: Callable[[], None],
+        edit: Edit | None = None,
+    ) -> None:
+        """See the class.
+
+        Args:
+            mesh: the pymeshlab mesh; None for no mesh at all, which reads as an empty one.
+            bench: of the mesh set that the mesh belongs to.
+            other: finds another layer by its id.
+            settle: writes the edits to the mesh; called when MeshLab must derive something from them.
+            edit: what is not written to the mesh yet; it adds and removes no elements.
+        """
+        self._mesh = mesh
+        self._bench = bench
+        self._other = other
+        self._settle = settle
+        self._edit = edit or Edit()
+        self._arrays: dict[str, NDArray[Any]] = {}
+        self._mean_edge: float | None = None
+
+    @property
+    def pending(self) -> Edit:
+        """The changes that MeshLab has not been told of yet."""
+        return self._edit
+
+    @property
+    def has_pending(self) -> bool:
+        """Whether there are such changes."""
+        return any(getattr(self._edit, name) is not None for name in EDITABLE)
+
+    def edited(self, edit: Edit) -> MeshLayer:
+        """The layer as it is after an edit that adds and removes no elements; shares the arrays that stay."""
+        changed = {name: value for name in EDITABLE if (value := getattr(edit, name)) is not None}
+        before = {name: value for name in EDITABLE if (value := getattr(self._edit, name)) is not None}
+        if "vertices" in changed and len(self.faces):
+            # Normals follow from coordinates; those of an earlier edit belong to the earlier surface.
+            before.pop("vertex_normals", None)
+            before.pop("face_normals", None)
+        after = MeshLayer(self._mesh, self._bench, other=self._other, settle=self._settle, edit=Edit(**{**before, **changed}))
+        kept = set(self._arrays) - set(changed)
+        if "vertices" in changed:
+            kept -= {"vertex_normals", "face_normals"} if len(self.faces) else set()
+        else:
+            after._mean_edge = self._mean_edge
+        after._arrays = {name: self._arrays[name] for name in kept}
+        return after
+
+    def _array(self, name: str) -> NDArray[Any]:
+        if name not in self._arrays:
+            value = getattr(self._edit, name, None)
+            if value is None:
+                value = self._read(name)
+            view: NDArray[Any] = np.ascontiguousarray(value).view()
+            view.flags.writeable = False
+            self._arrays[name] = view
+        return self._arrays[name]
+
+    def _read(self, name: str) -> NDArray[Any]:
+        if self._mesh is None:
+            return empty_array(name)
+        if name in ("face_scalars", "face_colors") and not getattr(self._mesh, f"has_{name[:-1]}")():
+            raise MeshError(f"the mesh {self.label!r} has no {name.replace('_', ' ')}")
+        if name.endswith("normals") and self._edit.vertices is not None and len(self.faces):
+            self._settle()
+        if name == "face_normals":
+            with self._bench.matrix_aside(self._mesh):
+                return read_array(self._mesh, name)
+        return read_array(self._mesh, name)
+
+    @property
+    def label(self) -> str:
+        return "" if self._mesh is None else str(self._mesh.label())
+
+    @property
+    def vertices(self) -> Floats:
+        return self._array("vertices")
+
+    @property
+    def faces(self) -> Ints:
+        return self._array("faces")
+
+    @property
+    def edges(self) -> Ints:
+        return self._array("edges")
+
+    @property
+    def vertex_normals(self) -> Floats:
+        return self._array("vertex_normals")
+
+    @property
+    def face_normals(self) -> Floats:
+        return self._array("face_normals")
+
+    @property
+    def vertex_selection(self) -> Bools:
+        return self._array("vertex_selection")
+
+    @property
+    def face_selection(self) -> Bools:
+        return self._array("face_selection")
+
+    @property
+    def vertex_scalars(self) -> Floats:
+        return self._array("vertex_scalars")
+
+    @property
+    def face_scalars(self) -> Floats:
+        return self._array("face_scalars")
+
+    @property
+    def vertex_colors(self) -> Floats:
+        return self._array("vertex_colors")
+
+    @property
+    def face_colors(self) -> Floats:
+        return self._array("face_colors")
+
+    @property
+    def has_vertex_scalars(self) -> bool:
+        return self._has("vertex_scalars")
+
+    @property
+    def has_vertex_colors(self) -> bool:
+        return self._has("vertex_colors")
+
+    @property
+    def has_face_scalars(self) -> bool:
+        return self._has("face_scalars")
+
+    @property
+    def has_face_colors(self) -> bool:
+        return self._has("face_colors")
+
+    @property
+    def has_wedge_tex_coords(self) -> bool:
+        return self._mesh is not None and bool(self._mesh.has_wedge_tex_coord())
+
+    def _has(self, name: str) -> bool:
+        if getattr(self._edit, name) is not None:
+            return True
+        return self._mesh is not None and bool(getattr(self._mesh, f"has_{name[:-1]}")())
+
+    @property
+    def diagonal(self) -> float:
+        points = self.vertices
+        return float(np.linalg.norm(points.max(axis=0) - points.min(axis=0))) if len(points) else 0.0
+
+    @property
+    def mean_edge(self) -> float:
+        if self._mean_edge is None:
+            self._mean_edge = self._measure_mean_edge()
+        return self._mean_edge
+
+    def _measure_mean_edge(self) -> float:
+        from pymeshfair.filters.geometry import mean_edge_length
+        from pymeshfair.filters.neighbours import nearest_neighbours
+
+        if len(self.faces):
+            return float(mean_edge_length(self.vertices, self.faces))
+        if len(self.edges):
+            return float(mean_edge_length(self.vertices, self.edges))
+        if len(self.vertices) < 2:
+            return 0.0
+        return float(nearest_neighbours(self.vertices, 1)[0].mean())
+
+    def selected_vertices(self) -> Bools:
+        selected = self.vertex_selection
+        if selected.any():
+            return selected
+        if self.face_selection.any():
+            strictly: Bools = np.zeros(len(self.vertices), dtype=np.bool_)
+            strictly[self.faces[self.face_selection]] = True
+            strictly[self.faces[~self.face_selection]] = False
+            if strictly.any():
+                return strictly
+        raise MeshError(
+            f"nothing is selected in {self.label!r}: select vertices, or triangles on all sides of them, or use selected=False"
+        )
+
+    def other(self, mesh_id: int) -> Layer:
+        return self._other(mesh_id)

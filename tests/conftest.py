@@ -1,0 +1,27 @@
+"""What tests of all kinds need."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+
+@pytest.fixture
+def terminal_signals() -> Iterator[None]:
+    """Processes that the test starts answer signals as in a terminal.
+
+    A background job of a script ignores SIGINT, one under nohup SIGHUP, and what it starts inherits that; handlers are not
+    inherited. pymeshfair leaves an ignored signal ignored, as a program should.
+    """
+    before: dict[int, Any] = {}
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) == signal.SIG_IGN:
+            usual = signal.default_int_handler if name == "SIGINT" else signal.SIG_DFL
+            before[number] = signal.signal(number, usual)
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)

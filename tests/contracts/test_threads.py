@@ -1,0 +1,29 @@
+"""Results are the same to the bit for any number of threads."""
+
+from __future__ import annotations
+
+import sys
+
+import numba
+import pytest
+
+from tests.contracts.scenes import apply, scene_for
+from tests.contracts.variants import Variant, each_variant, outcome_of
+
+
+@pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="one thread is all there is")
+@each_variant
+def test_two_threads_give_the_same_bits(variant: Variant, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As one thread does, on which so small a mesh is usually filtered."""
+    expected = outcome_of(variant)
+    monkeypatch.setattr("pymeshfair.filters.execution.threads.SERIAL_BELOW", 0)
+    for name, module in list(sys.modules.items()):
+        if name.startswith("pymeshfair.filters.") and hasattr(module, "SERIAL_BELOW"):
+            monkeypatch.setattr(module, "SERIAL_BELOW", 0)
+    before = numba.get_num_threads()
+    numba.set_num_threads(2)
+    try:
+        found = apply(variant.declared, scene_for(variant.declared), variant.values)
+    finally:
+        numba.set_num_threads(before)
+    assert found.differences(expected) == []

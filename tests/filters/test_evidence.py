@@ -1,0 +1,177 @@
+"""Choosing by held-out vertices: who is held out, where they are expected, and which candidate that speaks for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from pymeshfair.filters.evidence import (
+    calm_noise,
+    choose,
+    far_from_border,
+    held_out_vertices,
+    judge,
+    predicted_heights,
+    sample_of,
+    without,
+)
+from pymeshfair.filters.geometry import mean_edge_length
+from pymeshfair.filters.topology import border_vertices, edges, one_rings
+from tests.meshes import Floats, Ints, grid, icosphere, irregular_grid, noisy, renumbered, rotation, torus
+
+FLAT = irregular_grid(30, 34)
+UP = np.tile([0.0, 0.0, 1.0], (len(FLAT[0]), 1))
+
+
+def _rough(level: float, seed: int = 0) -> Floats:
+    """The sheet with noise of so many mean edges along its normal; its mean edge is 1."""
+    vertices, faces = FLAT
+    points = vertices / mean_edge_length(vertices, faces)
+    points[:, 2] += level * np.random.default_rng(seed).normal(size=len(points))
+    return points
+
+
+def test_a_quadric_is_predicted_exactly() -> None:
+    """On z = a x^2 + b xy + c y^2 + d x + e every inner vertex lies where the others expect it, to rounding."""
+    vertices, faces = FLAT
+    points = vertices.copy()
+    x, y = points[:, 0], points[:, 1]
+    points[:, 2] = 0.03 * x**2 - 0.02 * x * y + 0.01 * y**2 + 0.1 * x + 5.0
+    inner = np.flatnonzero(far_from_border(faces, len(points))).astype(np.int32)
+    heights, gains = predicted_heights(points, one_rings(faces, len(points)), UP, inner)
+    np.testing.assert_allclose(heights, 0.0, atol=1e-9)
+    assert (gains < 1.0).all()
+
+
+def test_prediction_is_weighted_least_squares() -> None:
+    """Height and gain are those of a fit by numpy to the two rings around, the vertex itself and hidden ones left out."""
+    points = _rough(0.3)
+    rings = one_rings(FLAT[1], len(points))
+    hidden = np.zeros(len(points), dtype=np.bool_)
+    hidden[::7] = True
+    which = np.flatnonzero(far_from_border(FLAT[1], len(points)))[::50].astype(np.int32)
+    heights, gains = predicted_heights(points, rings, UP, which, hidden)
+    for i, height, gain in zip(which, heights, gains, strict=True):
+        ring = rings.neighbours[rings.offsets[i] : rings.offsets[i + 1]]
+        two = {int(k) for j in ring for k in rings.neighbours[rings.offsets[j] : rings.offsets[j + 1]]} | set(map(int, ring))
+        others = [j for j in sorted(two - {int(i)}) if not hidden[j]]
+        scale = np.linalg.norm((points[ring] - points[i])[:, :2], axis=1).mean()
+        u, v, h = ((points[others] - points[i]) / scale).T
+        root = np.sqrt(np.exp(-(u**2 + v**2) / (2 * 1.3**2)))
+        terms = np.column_stack([np.ones_like(u), u, v, u * u, u * v, v * v]) * root[:, None]
+        row = np.linalg.pinv(terms)[0] * root
+        np.testing.assert_allclose(height, scale * row @ h, rtol=1e-9)
+        np.testing.assert_allclose(gain, np.linalg.norm(row), rtol=1e-9)
+
+
+def test_what_a_held_out_vertex_is_has_no_say() -> None:
+    """Moved up and down, held-out vertices are put at the same height, and all others stay."""
+    points = _rough(0.2)
+    rings = one_rings(FLAT[1], len(points))
+    held = held_out_vertices(points, FLAT[1], scored=far_from_border(FLAT[1], len(points)), masks=4)[0]
+    moved = points.copy()
+    moved[held, 2] += np.random.default_rng(1).normal(size=len(held))
+    first, second = without(points, rings, UP, held), without(moved, rings, UP, held)
+    np.testing.assert_allclose(second, first, atol=1e-12)
+    others = np.setdiff1d(np.arange(len(points)), held)
+    assert np.array_equal(first[others], points[others])
+
+
+def test_held_out_vertices_are_apart_disjoint_and_of_the_geometry() -> None:
+    """No two of a set are adjacent, the sets share none, each holds a twelfth to an eighth, and a moved mesh has the same."""
+    vertices, faces = noisy(icosphere(4), 0.01)
+    scored = np.ones(len(vertices), dtype=np.bool_)
+    masks = held_out_vertices(vertices, faces, scored=scored, masks=4)
+    pairs = edges(faces)
+    for mask in masks:
+        chosen = np.zeros(len(vertices), dtype=np.bool_)
+        chosen[mask] = True
+        assert not chosen[pairs].all(axis=1).any()
+        assert len(vertices) / 14 < len(mask) < len(vertices) / 7
+    assert len(np.unique(np.concatenate(masks))) == sum(map(len, masks))
+    shuffled, other_faces, old = renumbered((vertices, faces))
+    again = held_out_vertices(5.0 * shuffled @ rotation().T + 2.0, other_faces, scored=scored, masks=4)
+    for mask, other in zip(masks, again, strict=True):
+        assert set(old[other]) == set(mask)
+    assert set(held_out_vertices(vertices, faces, scored=scored, masks=4, seed=1)[0]) != set(masks[0])
+
+
+def test_far_from_border_is_more_than_two_edges_away() -> None:
+    """On a grid the three outermost rows are near."""
+    vertices, faces = grid(9, 10)
+    far = far_from_border(faces, len(vertices)).reshape(10, 11)
+    assert far[3:-3, 3:-3].all()
+    assert not far[:3].any()
+    assert not far[:, -3:].any()
+    assert not border_vertices(faces, len(vertices))[far.ravel()].any()
+
+
+def test_the_verdict_is_that_of_clipped_squares() -> None:
+    """Errors, excess and its standard error by their formulas; outliers count up to four medians."""
+    deviations = np.random.default_rng(3).normal(size=(3, 400)) * np.array([[1.0], [1.5], [1.02]])
+    deviations[0, 0] = 1e6
+    verdict = judge(deviations)
+    squares = np.minimum(np.abs(deviations), 4 * np.median(np.abs(deviations), axis=1).min()) ** 2
+    np.testing.assert_allclose(verdict.errors, np.sqrt(squares.mean(axis=1)))
+    assert verdict.best == int(squares.mean(axis=1).argmin())
+    excess = squares[1] - squares[verdict.best]
+    assert verdict.excess[1] == pytest.approx(excess.mean())
+    assert verdict.uncertainty[1] == pytest.approx(excess.std() / 20.0)
+    assert not verdict.within(1.0)[1]
+    assert verdict.within(0.0)[verdict.best]
+
+
+def _choose(points: Floats, faces: Ints, shrink: tuple[float, ...]) -> float:
+    """Which share of the noise of a sheet the held-out vertices want to be left, from smoothing alone to nothing."""
+
+    def candidates(vertices: Floats) -> list[Iterator[Floats]]:
+        return [iter([np.column_stack([vertices[:, :2], keep * vertices[:, 2]]) for keep in shrink])]
+
+    scored = far_from_border(faces, len(points))
+    found = choose(points, faces, candidates, [shrink], normals=UP, scored=scored)
+    assert found is not None
+    return found.chosen.label
+
+
+def test_noise_on_a_plane_is_taken_away_and_a_wave_is_not() -> None:
+    """Of multiples of the heights over a plane, noise speaks for 0 and a smooth wave for 1."""
+    shrink = (1.0, 0.75, 0.5, 0.25, 0.0)
+    assert _choose(_rough(0.2), FLAT[1], shrink) == 0.0
+    wave = _rough(0.0)
+    wave[:, 2] = 2.0 * np.sin(0.3 * wave[:, 0])
+    assert _choose(wave, FLAT[1], shrink) == 1.0
+
+
+def test_nothing_can_be_said_where_no_vertex_can_be_held_out() -> None:
+    """Without a scored vertex there is no choice."""
+    points = _rough(0.1)
+    nobody = np.zeros(len(points), dtype=np.bool_)
+    assert choose(points, FLAT[1], lambda p: [iter([p])], [["nothing"]], normals=UP, scored=nobody) is None
+
+
+def test_calm_noise_is_that_of_the_flat_part() -> None:
+    """Noise of 0.1 edges is found, less up to 0.04, whether or not half of the sheet has rough details; a quadric has none."""
+    scored = far_from_border(FLAT[1], len(FLAT[0]))
+    even, uneven = _rough(0.1), _rough(0.1)
+    half = uneven[:, 0] > np.median(uneven[:, 0])
+    uneven[half, 2] += 0.5 * np.random.default_rng(5).normal(size=half.sum())
+    for points in (even, uneven):
+        assert 0.06 < calm_noise(points, FLAT[1], normals=UP, scored=scored) < 0.1
+    assert calm_noise(_rough(0.0), FLAT[1], normals=UP, scored=scored) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_small_mesh_is_its_own_sample_and_a_large_one_is_sampled() -> None:
+    """A sample has a mean edge of 1; patches are whole discs of about 450 faces at the same places of a renumbered mesh."""
+    vertices, faces = torus(40, 20)
+    whole = sample_of(vertices, faces)
+    assert np.array_equal(whole.faces, faces)
+    assert mean_edge_length(whole.points, whole.faces) == pytest.approx(1.0)
+    mesh = noisy(torus(150, 80), 0.01)
+    patches = sample_of(*mesh)
+    assert 40 * 450 <= len(patches.faces) < 40 * 600
+    assert mean_edge_length(patches.points, patches.faces) == pytest.approx(1.0)
+    shuffled, other_faces, old = renumbered(mesh)
+    again = sample_of(shuffled, other_faces)
+    assert np.array_equal(np.sort(old[again.origin]), np.sort(patches.origin))

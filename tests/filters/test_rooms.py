@@ -1,0 +1,91 @@
+"""The rooms of the mathematics: foundation packages below families, imports downwards only, nothing loose."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+from pathlib import Path
+
+import pytest
+
+FILTERS = Path(__file__).parents[2] / "filters"
+#: the foundation from the ground up: a package imports those before it
+FOUNDATION = (
+    "checks",
+    "execution",
+    "compilation",
+    "mesh",
+    "topology",
+    "geometry",
+    "neighbours",
+    "robust",
+    "evidence",
+    "operators",
+    "linear_solvers",
+    "evidence",
+)
+#: the families, and which others each of them may import besides the foundation
+FAMILIES = {
+    "diffusion": set(),
+    "denoising": {"diffusion"},
+    "fairing": {"denoising"},
+    "holes": {"fairing"},
+    "curves": {"diffusion"},
+    "spectral": set(),
+    "outliers": set(),
+    "inspection": set(),
+}
+MODULES = sorted(path for path in FILTERS.rglob("*.py") if path.parent != FILTERS)
+
+
+def room(path: Path) -> str:
+    """The package of `filters` that a module belongs to."""
+    return path.relative_to(FILTERS).parts[0]
+
+
+def imported(path: Path) -> list[tuple[str, str]]:
+    """The other rooms that a module imports from, and the module within each of them, '' for the package itself."""
+    depth = len(path.relative_to(FILTERS).parts)
+    found = []
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.level == depth:
+            names = [node.module] if node.module else [alias.name for alias in node.names]
+            for name in names:
+                other, _, inside = name.partition(".")
+                found.append((other, inside))
+    return found
+
+
+def test_every_room_has_a_place() -> None:
+    """A new package is placed before it is used, none that is gone is named, and the root holds packages alone."""
+    packages = {path.name for path in FILTERS.iterdir() if (path / "__init__.py").exists()}
+    assert packages == set(FOUNDATION) | set(FAMILIES)
+    assert [path.name for path in FILTERS.glob("*.py")] == ["__init__.py"]
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(FILTERS)))
+def test_rooms_import_downwards(path: Path) -> None:
+    """The foundation imports what lies below, a family the foundation and the families that it is built on."""
+    own = room(path)
+    allowed = set(FOUNDATION[: FOUNDATION.index(own)]) if own in FOUNDATION else set(FOUNDATION) | FAMILIES[own]
+    assert {other for other, _ in imported(path)} <= allowed
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(FILTERS)))
+def test_the_foundation_is_entered_by_its_front_door(path: Path) -> None:
+    """What others need of a foundation package is imported from the package, so that its modules may move."""
+    assert not [(other, inside) for other, inside in imported(path) if other in FOUNDATION and inside]
+
+
+@pytest.mark.parametrize("name", FOUNDATION + tuple(FAMILIES))
+def test_a_room_says_what_it_offers(name: str) -> None:
+    """Every package has an `__all__`, in which each name exists and none stands twice."""
+    package = importlib.import_module(f"pymeshfair.filters.{name}")
+    assert len(package.__all__) == len(set(package.__all__)) > 0
+    assert not [offered for offered in package.__all__ if not hasattr(package, offered)]
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(FILTERS)))
+def test_modules_are_short(path: Path) -> None:
+    """No module of the mathematics is longer than 250 lines."""
+    assert len(path.read_text("utf-8").splitlines()) <= 250

@@ -1,0 +1,82 @@
+"""The parts of `MeshSet`, each alone: layers and filters on a plain pymeshlab mesh set, the script log on none."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pymeshlab
+import pytest
+
+from pymeshfair.declaration import Edit
+from pymeshfair.errors import StepFailedError
+from pymeshfair.meshset.errors import FilterParameterError, UnknownLayerError
+from pymeshfair.meshset.filter_runner import FilterRunner
+from pymeshfair.meshset.layers import Layers
+from pymeshfair.meshset.script_log import ScriptLog
+from pymeshfair.registry import find_filter
+from pymeshfair.scripts import Step
+from tests.meshes import icosphere
+
+
+@pytest.fixture
+def meshes() -> pymeshlab.MeshSet:
+    """Pymeshlab's own mesh set with one sphere."""
+    found = pymeshlab.MeshSet()
+    found.add_mesh(pymeshlab.Mesh(*icosphere(1)))
+    return found
+
+
+def test_layers_write_to_any_mesh_set_when_they_are_told_to(meshes: pymeshlab.MeshSet) -> None:
+    """An edit is seen at once by the next reader and reaches pymeshlab's mesh at the end of the context."""
+    layers = Layers(meshes)
+    before = meshes.current_mesh().vertex_matrix()
+    with layers.deferred():
+        layer = layers.current()
+        assert layers.take(layer, Edit(vertices=2.0 * layer.vertices)) == ()
+        assert np.array_equal(layers.current().vertices, 2.0 * before)
+        assert np.array_equal(meshes.current_mesh().vertex_matrix(), before)
+    assert np.array_equal(meshes.current_mesh().vertex_matrix(), 2.0 * before)
+    with pytest.raises(UnknownLayerError, match="here: there is no layer 7"):
+        layers.check(7, "here: ")
+
+
+def test_layers_of_an_empty_mesh_set_are_empty() -> None:
+    """Without a mesh there is no current layer, and what is read of it has no vertices."""
+    layers = Layers(pymeshlab.MeshSet())
+    assert not layers.has_current()
+    assert layers.current().vertices.shape == (0, 3)
+
+
+def test_the_runner_applies_both_kinds_and_says_what_ran(meshes: pymeshlab.MeshSet) -> None:
+    """A filter of MeshLab's and one of a plugin work on pymeshlab's mesh set and come back as steps with all their values."""
+    runner = FilterRunner(Layers(meshes))
+    before = meshes.current_mesh().vertex_matrix()
+    for name in ("apply_coord_taubin_smoothing", "apply_coord_taubin_fairing"):
+        _, step = runner.apply(name, {})
+        assert step is not None
+        assert set(step.values) == {p.name for p in find_filter(name).parameters}
+        assert not np.array_equal(meshes.current_mesh().vertex_matrix(), before)
+        before = meshes.current_mesh().vertex_matrix()
+    with pytest.raises(FilterParameterError, match="'iterations' takes a whole number"):
+        runner.apply("apply_coord_taubin_fairing", {"iterations": "many"})
+
+
+def test_the_log_applies_its_steps_in_order_and_names_the_one_that_fails(tmp_path: Path) -> None:
+    """Steps are handed over one by one; an error names step, file and line, and carries the words of its cause."""
+    file = tmp_path / "two.mlx"
+    file.write_text('<FilterScript>\n<filter name="Taubin Fairing"/>\n<filter name="Taubin Smooth"/>\n</FilterScript>\n')
+    log = ScriptLog()
+    log.load(str(file))
+    seen: list[Step] = []
+    log.apply(seen.append)
+    assert [step.filter.name for step in seen] == ["Taubin Fairing", "Taubin Smooth"]
+
+    def fail(step: Step) -> None:
+        if step is seen[1]:
+            raise FilterParameterError("no")
+
+    with pytest.raises(StepFailedError, match=r"^step 2 of 2, 'Taubin Smooth' \(two.mlx:3\): no$"):
+        log.apply(fail)
+    log.clear()
+    assert log.steps == []

@@ -1,0 +1,100 @@
+"""What only POSIX has, and the fallback that runs use elsewhere."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from pymeshfair.errors import StepFailedError
+from pymeshfair.files.staging import STAGE_PREFIX, staging_folder
+from pymeshfair.operating_system import FORCE_PORTABLE, Portable, Posix, this_system
+from pymeshfair.running.errors import RunTimeout, WorkerDied
+from pymeshfair.running.job import Job
+from pymeshfair.running.supervise import run_job
+
+from .runs import BONE, CRASHES, SLOW, SMOOTH, names_in, recipe_of
+
+SYSTEMS = [Portable(), pytest.param(Posix(), marks=pytest.mark.skipif(os.name != "posix", reason="needs POSIX"))]
+
+
+@pytest.fixture
+def portable(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Makes this process and its workers use the fallback."""
+    monkeypatch.setenv(FORCE_PORTABLE, "1")
+
+
+def test_the_system_is_that_of_the_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """POSIX is used where it is, the fallback elsewhere and where the environment says so."""
+    assert type(this_system()) is (Posix if os.name == "posix" else Portable)
+    monkeypatch.setenv(FORCE_PORTABLE, "1")
+    assert type(this_system()) is Portable
+    monkeypatch.delenv(FORCE_PORTABLE)
+    monkeypatch.setattr(os, "name", "nt")
+    assert type(this_system()) is Portable
+
+
+def test_both_have_the_same_methods() -> None:
+    """POSIX adds no method that the fallback lacks, so no caller can depend on one."""
+    assert set(vars(Posix)) - {"__doc__", "__module__"} <= set(vars(Portable))
+
+
+@pytest.mark.parametrize("system", SYSTEMS, ids=["portable", "posix"])
+def test_a_child_is_seen_to_run_and_to_end(system: Portable) -> None:
+    """A child runs until it is killed, and is gone afterwards."""
+    program = [sys.executable, "-c", "input()"]
+    with subprocess.Popen(program, stdin=subprocess.PIPE, **system.own_session()) as child:
+        assert not system.has_ended(child)
+        system.kill(child)
+        deadline = time.monotonic() + 30
+        while not system.has_ended(child):
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+
+
+@pytest.mark.parametrize("system", SYSTEMS, ids=["portable", "posix"])
+def test_files_and_folders_are_flushed_and_moved(system: Portable, tmp_path: Path) -> None:
+    """A file and a folder can be flushed; a file held open gets its new name, or a second one has it."""
+    with (tmp_path / "new").open("xb") as file:
+        system.move_open_file(file, tmp_path / "new", tmp_path / "old")
+    assert (tmp_path / "old").exists()
+    system.flush(tmp_path / "old")
+    system.flush(tmp_path)
+    assert system.processors() >= 1
+
+
+def test_a_run_needs_nothing_of_posix(portable: None, tmp_path: Path) -> None:
+    """With the fallback a run writes the same bytes, and its temporary folder goes."""
+    target = tmp_path / "clean.ply"
+    result = run_job(Job(recipe_of(SMOOTH), BONE, target, memory_limit=1 << 40))
+    assert names_in(tmp_path) == {"clean.ply", "clean.ply.provenance.json"}
+    assert result.peak_memory is None
+    fallback = target.read_bytes()
+    os.environ.pop(FORCE_PORTABLE)
+    run_job(Job(recipe_of(SMOOTH), BONE, target, overwrite=True))
+    assert target.read_bytes() == fallback
+
+
+def test_every_bad_end_is_told_without_posix(portable: None, tmp_path: Path) -> None:
+    """With the fallback a filter that refuses, a worker that crashes and one that is too slow are errors of their kinds."""
+    refused = ("apply_coord_taubin_fairing", {"selected": True})
+    with pytest.raises(StepFailedError, match=r"step 1 of 1, 'Taubin Fairing'"):
+        run_job(Job(recipe_of(refused), BONE, tmp_path / "a.ply"))
+    with pytest.raises(WorkerDied, match="step 1 of 1"):
+        run_job(Job(recipe_of(CRASHES), BONE, tmp_path / "a.ply"))
+    with pytest.raises(RunTimeout):
+        run_job(Job(recipe_of(SLOW), BONE, tmp_path / "a.ply", timeout=4.0))
+    assert names_in(tmp_path) == set()
+
+
+def test_without_locks_no_folder_in_use_is_taken_for_an_abandoned_one(portable: None, tmp_path: Path) -> None:
+    """Where nobody can tell who is alive, a folder stays rather than being removed under a run, however old it is."""
+    with staging_folder(tmp_path / "a.ply") as one:
+        os.utime(one, (0, 0))
+        with staging_folder(tmp_path / "b.ply"):
+            assert one.exists()
+    assert not [name for name in names_in(tmp_path) if name.startswith(STAGE_PREFIX)]
