@@ -17,7 +17,8 @@ from urllib.parse import unquote
 from .announced import Announced
 from .errors import InputError
 from .given import Given
-from .gltf_document import GltfError, check_document, counts_of, losses_of, pruned
+from .gltf_document import GltfError, check_document
+from .gltf_given import counts_of, losses_of, pruned
 from .references import References, Texture, check_image
 
 #: of how many parts a document may be: a million take a second to read

@@ -7,6 +7,8 @@ import os
 import re
 from pathlib import Path
 
+from ..errors import ParameterError
+
 #: of all memory; the rest is the system's, so that a hostile file stops its own run and nothing else
 SHARE = 0.8
 _UNITS = {"": 1, "K": 10**3, "M": 10**6, "G": 10**9, "T": 10**12, "KI": 2**10, "MI": 2**20, "GI": 2**30, "TI": 2**40}
@@ -27,12 +29,12 @@ def parse_memory(text: str) -> int:
     """Bytes from a text such as ``4GB``, ``500MB`` or ``2GiB``.
 
     Raises:
-        ValueError: it is none, or less than 100 MB, with which no worker starts.
+        ParameterError: it is none, or less than 100 MB, with which no worker starts.
     """
     match = re.fullmatch(r"(\d+(?:\.\d+)?)\s*([KMGT]?I?)B?", text.strip().upper())
     if match is None or match[2] not in _UNITS:
-        raise ValueError(f"{text!r} is no amount of memory; write 4GB, 500MB or 2GiB")
+        raise ParameterError(f"{text!r} is no amount of memory; write 4GB, 500MB or 2GiB")
     size = int(float(match[1]) * _UNITS[match[2]])
     if size < 10**8:
-        raise ValueError(f"{text!r} is less than the 100 MB that MeshLab takes for itself")
+        raise ParameterError(f"{text!r} is less than the 100 MB that MeshLab takes for itself")
     return size
