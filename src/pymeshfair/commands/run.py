@@ -28,6 +28,13 @@ def run(
         ),
     ] = None,
     timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop the run after that time.", min=0.001)] = None,
+    memory: Annotated[
+        str | None,
+        typer.Option(metavar="SIZE", help="Memory that the run may take, such as 4GB; by default 80 % of the machine's."),
+    ] = None,
+    allow_outside: Annotated[
+        bool, typer.Option("--allow-outside", help="Let INPUT name textures, materials and buffers outside its folder.")
+    ] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace OUTPUT, even if it is the input.")] = False,
     max_displacement: Annotated[
         str, typer.Option(metavar="LENGTH", help="Fail if a vertex moves further: 0.05 (or 0.05mm), 0.1% or 0.5edge.")
@@ -59,9 +66,14 @@ def run(
     """
     from ..recipe import load_recipe
     from ..running.job import Job
+    from ..running.memory import parse_memory
     from ..scripts.guards import Guards
 
     overrides = tuple(set or ())
+    try:
+        limit = None if memory is None else parse_memory(memory)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="--memory") from None
     limits = {
         "max_displacement": max_displacement,
         "max_volume_change": max_volume_change,
@@ -74,6 +86,8 @@ def run(
         output=output,
         overwrite=overwrite,
         timeout=timeout,
+        memory_limit=limit,
+        allow_outside=allow_outside,
         overrides=overrides,
         command=tuple(sys.argv),
         guards=Guards.parse({name: text for name, text in limits.items() if text}),

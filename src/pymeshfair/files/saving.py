@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from ..operating_system import this_system
+from .announced import Announced
 from .errors import OutputError
 from .formats import ATTRIBUTES, WRITABLE, Format, extension
-from .inputs import Announced
 from .outputs import StagedFile, material_path
 from .ply import PlyError, read_header
 from .ply_edges import append_edges

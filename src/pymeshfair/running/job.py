@@ -22,7 +22,9 @@ class Job:
         overwrite: replace `output` whatever it is, the input itself included. Without it an existing file is replaced only if
             it is, to the byte, what a former run wrote there from the same input.
         timeout: seconds from start to end, or None.
-        memory_limit: bytes that the worker may take, or None. Held by the operating system, where it has such limits.
+        memory_limit: bytes that the worker may take; None means a share of the machine's, see `memory`. Held by the operating
+            system, where it has such limits.
+        allow_outside: let the input name textures, materials and buffers outside its own folder.
         threads: that a filter may use; None means all processors, or what OMP_NUM_THREADS says.
         overrides: the texts ``STEP.PARAM=VALUE`` that the recipe was changed by, for the record alone.
         command: the command line that asked for the run, for the record alone.
@@ -37,6 +39,7 @@ class Job:
     overwrite: bool = False
     timeout: float | None = None
     memory_limit: int | None = None
+    allow_outside: bool = False
     threads: int | None = None
     overrides: tuple[str, ...] = ()
     command: tuple[str, ...] = ()

@@ -14,6 +14,7 @@ from ..registry import find_filter
 from ..scripts.guards import NO_GUARDS, Guards
 from ..scripts.script import Step
 from .job import Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
+from .memory import default_memory
 
 _EVENTS: Mapping[str, type[Event]] = {
     kind.__name__: kind for kind in (PhaseStarted, StepStarted, StepProgress, StepFinished, Message)
@@ -44,8 +45,9 @@ class Assignment:
         steps: Python names of filters and their values, as `Step` has them.
         input: the file to read, an absolute path.
         output: the file to write in the end, an absolute path; None if the mesh is only to be measured.
-        stage: the staging folder, whose subfolder ``new`` takes what the worker writes; None without an output.
+        stage: the staging folder, whose subfolder ``new`` takes what the worker writes.
         memory_limit: bytes, or None.
+        allow_outside: let the input name files outside its own folder.
         arrays: the .npz file to write the mesh as read to, for an assignment without an output; None if that is not wanted.
         self_intersections: whether to write there, too, which faces cut others.
         guards: what the result must not do.
@@ -55,9 +57,10 @@ class Assignment:
 
     steps: tuple[Step, ...]
     input: Path
+    stage: Path
     output: Path | None = None
-    stage: Path | None = None
     memory_limit: int | None = None
+    allow_outside: bool = False
     arrays: Path | None = None
     self_intersections: bool = False
     guards: Guards = NO_GUARDS
@@ -70,9 +73,10 @@ class Assignment:
         return cls(
             job.recipe.script.steps,
             job.input.absolute(),
-            job.output.absolute(),
             stage.absolute(),
-            job.memory_limit,
+            job.output.absolute(),
+            default_memory() if job.memory_limit is None else job.memory_limit,
+            job.allow_outside,
             guards=job.all_guards,
             keep_broken=job.keep_broken,
             map=None if job.map is None else job.map.absolute(),
@@ -84,8 +88,9 @@ class Assignment:
             "steps": [{"filter": s.filter.python_name, "values": _sent(s.values), "line": s.line} for s in self.steps],
             "input": str(self.input),
             "output": None if self.output is None else str(self.output),
-            "stage": None if self.stage is None else str(self.stage),
+            "stage": str(self.stage),
             "memory_limit": self.memory_limit,
+            "allow_outside": self.allow_outside,
             "arrays": None if self.arrays is None else str(self.arrays),
             "self_intersections": self.self_intersections,
             "guards": self.guards.texts(),
@@ -97,14 +102,14 @@ class Assignment:
     def from_document(cls, document: Mapping[str, Any]) -> Assignment:
         """The assignment in a document; its values were checked when the recipe was read."""
         steps = (Step(find_filter(s["filter"]), _received(s["values"]), s["line"]) for s in document["steps"])
-        paths = (document[name] for name in ("output", "stage", "arrays", "map"))
-        output, stage, arrays, map = (None if path is None else Path(path) for path in paths)
+        output, arrays, map = (None if document[name] is None else Path(document[name]) for name in ("output", "arrays", "map"))
         return cls(
             tuple(steps),
             Path(document["input"]),
+            Path(document["stage"]),
             output,
-            stage,
             document["memory_limit"],
+            document["allow_outside"],
             arrays,
             document["self_intersections"],
             Guards.parse(document["guards"]),

@@ -13,12 +13,14 @@ import numpy as np
 
 from ..declaration import Bools, Floats, Ints
 from ..files.inputs import check_input
+from ..files.staging import staging_folder
 from ..recipe import Recipe
 from ..scripts.script import Script
 from .child import WorkerProcess
 from .errors import WorkerDied
 from .interrupts import Interrupts
 from .job import Job
+from .memory import default_memory
 from .messages import Assignment
 from .watch import Watch
 
@@ -90,10 +92,12 @@ def _read(path: Path, self_intersections: bool, timeout: float | None, warnings:
     started = time.monotonic()
     queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
     job = Job(Recipe("reading", Script(())), path, path, timeout=timeout)
-    with tempfile.TemporaryDirectory(prefix="pymeshfair-") as folder:
-        arrays = Path(folder) / "arrays.npz"
-        assignment = Assignment((), path, arrays=arrays, self_intersections=self_intersections)
-        with Interrupts(queue), WorkerProcess(assignment.to_document(), queue, threads=None) as worker:
+    with Interrupts(queue), staging_folder(Path(tempfile.gettempdir()) / "reading") as stage:
+        arrays = stage / "arrays.npz"
+        assignment = Assignment(
+            (), path, stage, memory_limit=default_memory(), arrays=arrays, self_intersections=self_intersections
+        )
+        with WorkerProcess(assignment.to_document(), queue, threads=None) as worker:
             report = Watch(job, worker, queue, lambda event: None).until_done(started)
         with np.load(arrays, allow_pickle=False) as found:
             read = {name: found[name] for name in found.files}

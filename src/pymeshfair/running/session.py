@@ -6,6 +6,7 @@ The only module of a run in which MeshLab is at work.
 from __future__ import annotations
 
 import os
+import shutil
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
@@ -15,9 +16,10 @@ import numpy as np
 
 from ..declaration import FilterClass
 from ..errors import FilterInputError, Place, StepFailedError
+from ..files.announced import Announced
 from ..files.errors import InputError
 from ..files.formats import ATTRIBUTES
-from ..files.inputs import Announced, inspect_input
+from ..files.inputs import inspect_input
 from ..files.provenance import described_file, read_provenance
 from ..files.reading import apply_matrix, load_mesh
 from ..files.saving import attributes_of, save_mesh
@@ -62,10 +64,12 @@ class Session:
         on_first_compilation(lambda: self._event(Message(COMPILING)))
         self._event(PhaseStarted("reading"))
         source = described_file(self._assignment.input)
-        announced = inspect_input(self._assignment.input)
+        given = self._assignment.stage / "given"
+        announced = inspect_input(self._assignment.input, given, allow_outside=self._assignment.allow_outside)
         source["side_files"] = [described_file(path) for path in announced.side_files]
         for text in load_mesh(self._meshes, self._assignment.input, announced):
             self._warn(text)
+        shutil.rmtree(given, ignore_errors=True)
         before = self._measured(InputError(self._assignment.input, "it has coordinates that are not finite"))
         present = attributes_of(self._meshes, announced)
         if self._assignment.output is None:
@@ -130,7 +134,6 @@ class Session:
     ) -> dict[str, Any]:
         output, stage = self._assignment.output, self._assignment.stage
         assert output is not None
-        assert stage is not None
         self._event(PhaseStarted("writing"))
         if self._meshes.mesh_number() > 1:
             layer = self._meshes.current_mesh().label()

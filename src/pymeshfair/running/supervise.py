@@ -12,6 +12,7 @@ from typing import Any
 
 from ..files.errors import OutputError
 from ..files.inputs import check_input
+from ..files.output_lock import output_lock
 from ..files.outputs import StagedFile, check_maps, check_output, commit, place_files, write_whole
 from ..files.provenance import formatted, provenance_path
 from ..files.staging import staging_folder
@@ -50,7 +51,8 @@ def run_job(job: Job, on_event: Callable[[Event], None] = lambda event: None) ->
         job = replace(job, map=map)
         check_maps((map, removed_path(map)), job.output, job.input, overwrite=job.overwrite)
     queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
-    with Interrupts(queue) as interrupts, staging_folder(job.output) as stage:
+    with Interrupts(queue) as interrupts, output_lock(job.output), staging_folder(job.output) as stage:
+        check_output(job.output, job.input, overwrite=job.overwrite)  # again, now that nobody else writes it
         with WorkerProcess(Assignment.of(job, stage).to_document(), queue, threads=job.threads) as worker:
             watch = Watch(job, worker, queue, on_event)
             report = watch.until_done(clock)
