@@ -27,6 +27,11 @@ def run(
             help="Another value for a parameter; STEP is a number or a part of the filter's name. May be repeated.",
         ),
     ] = None,
+    others: Annotated[
+        list[Path] | None,
+        typer.Option("--with", metavar="MESH", help="The file of a further layer that the recipe names. May be repeated."),
+    ] = None,
+    upgrade: Annotated[bool, typer.Option("--upgrade", help="Bring a script of an older MeshLab up to date first.")] = False,
     timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop the run after that time.", min=0.001)] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace OUTPUT, even if it is the input.")] = False,
     json: Json = False,
@@ -38,12 +43,16 @@ def run(
     """
     from ..recipe import load_recipe
     from ..running.job import Job
+    from ..scripts.traps import traps
 
     overrides = tuple(set or ())
+    found = load_recipe(recipe, upgrade=upgrade).override(overrides)
     job = Job(
-        recipe=load_recipe(recipe).override(overrides),
+        recipe=found,
         input=input,
         output=output,
+        others=tuple(others or ()),
+        warnings=(*(str(change) for change in found.changes if not change.same_meaning), *traps(found.script)),
         overwrite=overwrite,
         timeout=timeout,
         overrides=overrides,

@@ -53,8 +53,13 @@ def former_filter(old: str) -> Former | None:
 
 def former_parameters(name: str) -> Former:
     """What became of the parameters of a filter that is called so today."""
-    entry = _table()["parameters"].get(name, {})
-    return Former(now=name, **entry)
+    return parameter_facts().get(name, Former(now=name))
+
+
+@functools.cache
+def parameter_facts() -> Mapping[str, Former]:
+    """What became of parameters, by today's name of their filter."""
+    return {name: Former(now=name, **entry) for name, entry in _table()["parameters"].items()}
 
 
 @functools.cache

@@ -18,6 +18,7 @@ class Job:
         recipe: the steps, overrides included.
         input: the mesh file to read.
         output: the file to write; its extension says the format.
+        others: mesh files for the layers 1, 2 ... that the recipe names; the input is layer 0 and stays the current one.
         overwrite: replace `output` whatever it is, the input itself included. Without it an existing file is replaced only if
             it is, to the byte, what a former run wrote there from the same input.
         timeout: seconds from start to end, or None.
@@ -25,17 +26,20 @@ class Job:
         threads: that a filter may use; None means all processors, or what OMP_NUM_THREADS says.
         overrides: the texts ``STEP.PARAM=VALUE`` that the recipe was changed by, for the record alone.
         command: the command line that asked for the run, for the record alone.
+        warnings: what is to be known about the recipe; the result and the record list them before those of the run.
     """
 
     recipe: Recipe
     input: Path
     output: Path
+    others: tuple[Path, ...] = ()
     overwrite: bool = False
     timeout: float | None = None
     memory_limit: int | None = None
     threads: int | None = None
     overrides: tuple[str, ...] = ()
     command: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
 
 # ------------------------------------------------------------------------------------------------------------------- events

@@ -42,6 +42,7 @@ class Assignment:
     Attributes:
         steps: Python names of filters and their values, as `Step` has them.
         input: the file to read, an absolute path.
+        others: the files of further layers, absolute paths.
         output: the file to write in the end, an absolute path; None if the mesh is only to be measured.
         stage: the staging folder, whose subfolder ``new`` takes what the worker writes; None without an output.
         memory_limit: bytes, or None.
@@ -52,11 +53,14 @@ class Assignment:
     output: Path | None = None
     stage: Path | None = None
     memory_limit: int | None = None
+    others: tuple[Path, ...] = ()
 
     @classmethod
     def of(cls, job: Job, stage: Path) -> Assignment:
         """The assignment for the worker of `job`."""
-        return cls(job.recipe.script.steps, job.input.absolute(), job.output.absolute(), stage.absolute(), job.memory_limit)
+        others = tuple(path.absolute() for path in job.others)
+        steps, limit = job.recipe.script.steps, job.memory_limit
+        return cls(steps, job.input.absolute(), job.output.absolute(), stage.absolute(), limit, others)
 
     def to_document(self) -> dict[str, Any]:
         """The assignment as a document that `from_document` reads."""
@@ -66,6 +70,7 @@ class Assignment:
             "output": None if self.output is None else str(self.output),
             "stage": None if self.stage is None else str(self.stage),
             "memory_limit": self.memory_limit,
+            "others": [str(path) for path in self.others],
         }
 
     @classmethod
@@ -73,7 +78,8 @@ class Assignment:
         """The assignment in a document; its values were checked when the recipe was read."""
         steps = (Step(find_filter(s["filter"]), _received(s["values"]), s["line"]) for s in document["steps"])
         output, stage = (None if document[name] is None else Path(document[name]) for name in ("output", "stage"))
-        return cls(tuple(steps), Path(document["input"]), output, stage, document["memory_limit"])
+        others = tuple(map(Path, document["others"]))
+        return cls(tuple(steps), Path(document["input"]), output, stage, document["memory_limit"], others)
 
 
 def _sent(values: Mapping[str, Any]) -> dict[str, Any]:

@@ -9,6 +9,7 @@ import os
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 from ..declaration import FilterClass
@@ -22,7 +23,8 @@ from ..files.saving import attributes_of, save_mesh
 from ..filters.compilation import on_first_compilation
 from ..filters.inspection.surface_measures import SurfaceMeasures, surface_measures
 from ..meshset import MeshSet
-from ..scripts.script import Step
+from ..scripts.script import Script, Step
+from ..scripts.traps import lengths_out_of_proportion
 from .job import Event, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
 from .messages import Assignment, encode_event, mark
 from .plain_values import plain
@@ -60,7 +62,10 @@ class Session:
         source["side_files"] = [described_file(path) for path in announced.side_files]
         for text in load_mesh(self._meshes, self._assignment.input, announced):
             self._warn(text)
+        source["others"] = [self._load_other(path) for path in self._assignment.others]
         before = self._measured(InputError(self._assignment.input, "it has coordinates that are not finite"))
+        for text in lengths_out_of_proportion(Script(self._assignment.steps), diagonal=before.diagonal):
+            self._warn(text)
         present = attributes_of(self._meshes, announced)
         if self._assignment.output is None:
             attributes = [a for a in ATTRIBUTES if a in present]
@@ -69,6 +74,16 @@ class Session:
             steps = [self._step(number) for number in range(1, len(self._assignment.steps) + 1)]
         written = self._write(announced, before, present)
         return {"input": source, "steps": steps, "counted": announced.vertices is not None, **written}
+
+    def _load_other(self, path: Path) -> dict[str, Any]:
+        """Load the file of a further layer, and say which it was; the current layer stays current."""
+        current = self._meshes.current_mesh_id()
+        announced = inspect_input(path)
+        described = described_file(path) | {"side_files": [described_file(side) for side in announced.side_files]}
+        for text in load_mesh(self._meshes, path, announced):
+            self._warn(text)
+        self._meshes.set_current_mesh(current)
+        return described
 
     # --------------------------------------------------------------------------------------------------------------- steps
 

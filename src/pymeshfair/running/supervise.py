@@ -15,6 +15,7 @@ from ..files.inputs import check_input
 from ..files.outputs import StagedFile, check_output, commit, write_whole
 from ..files.provenance import formatted, provenance_path
 from ..files.staging import staging_folder
+from ..scripts.needs import check_needs
 from .child import WorkerProcess
 from .interrupts import Interrupts
 from .job import Event, Job, RunResult
@@ -31,7 +32,8 @@ def run_job(job: Job, on_event: Callable[[Event], None] = lambda event: None) ->
         on_event: called with each event, in this thread. An exception that it raises stops the run and is passed on.
 
     Raises:
-        InputError: the input cannot be read.
+        ScriptError: a step needs layers or rasters that the run does not have.
+        InputError: the input, or another file, cannot be read.
         OutputError: the output cannot or must not be written.
         StepFailedError: a filter could not do its work.
         WorkerDied: the worker process crashed or was killed.
@@ -39,8 +41,11 @@ def run_job(job: Job, on_event: Callable[[Event], None] = lambda event: None) ->
         KeyboardInterrupt: Ctrl-C, within a second, after everything has been cleaned up.
     """
     started, clock = datetime.now(timezone.utc), time.monotonic()
-    job = replace(job, input=Path(job.input).absolute(), output=Path(job.output).absolute())
-    check_input(job.input)
+    others = tuple(Path(other).absolute() for other in job.others)
+    job = replace(job, input=Path(job.input).absolute(), output=Path(job.output).absolute(), others=others)
+    check_needs(job.recipe.script, layers=1 + len(others))
+    for path in (job.input, *others):
+        check_input(path)
     check_output(job.output, job.input, overwrite=job.overwrite)
     queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
     with Interrupts(queue) as interrupts, staging_folder(job.output) as stage:

@@ -7,17 +7,17 @@ from collections import Counter
 from collections.abc import Iterable
 
 from ..declaration import Enum, Filter
-from ..meshlab.former import Former
+from ..meshlab.former import Former, former_parameters
 from ..registry import all_filters, find_filter
 
-#: letters that a slip may add, drop, change or swap, and so many of a name's letters have to stand for each of them
-_MOST_SLIPS, _LETTERS_PER_SLIP = 2, 5
+#: from so many letters on a name may have so many slips; ``Delete Selection`` is not meant to be ``Dilate Selection``
+_SLIPS = ((20, 2), (4, 1), (0, 0))
 
 
 def close_spelling(name: str, names: Iterable[str]) -> str | None:
     """The only one of `names` that differs from `name` by case, spaces or a slip or two; None if there is none or several."""
     plain = _plain(name)
-    allowed = min(_MOST_SLIPS, len(plain) // _LETTERS_PER_SLIP)
+    allowed = next(slips for letters, slips in _SLIPS if len(plain) >= letters)
     found: list[tuple[int, str]] = []
     for other in names:
         slips = _distance(plain, _plain(other), allowed)
@@ -48,8 +48,8 @@ def renamed(former: Former) -> str:
     known = find_filter(former.now)
     for name, text in former.sets.items():
         said.append(f"; give it the parameter {name} with the value {text}{_meaning(known, name, text)}")
-    if former.renames:
-        said.append("; " + ", ".join(f"{old} is {new}" for old, new in former.renames.items()))
+    if renames := former_parameters(former.now).renames:
+        said.append("; of its parameters " + ", ".join(f"{old} is {new}" for old, new in renames.items()))
     return "".join(said) + "; `pymeshfair upgrade` rewrites it"
 
 

@@ -35,13 +35,13 @@ def upgraded_steps(
         later = script.steps[index + 1 :]
         line = step.line or 0
         name = names.get(line, step.filter.name)
-        if left_current_layer(step) and line not in always_current:
+        if left_current_layer(step):
             if deletes_result(later):
-                meaning = _LAYERS if _asks_for_layers(later[1:]) else ""
+                meaning = _ALWAYS if line in always_current else _LAYERS if _asks_for_layers(later[1:]) else "" if aged else _UNSURE
                 what = "is left out: today it would delete the result of the step before, then the input"
                 changes.append(Change(line=later[0].line or 0, filter=later[0].filter.name, what=what, meaning=meaning))
                 skipped = True
-            elif aged:
+            elif aged and line not in always_current:
                 changes.append(Change(line=line, filter=name, what="its result is the current layer now", meaning=_CURRENT))
         steps.append(step)
     whole: list[Step] = []
@@ -58,6 +58,8 @@ def upgraded_steps(
 
 
 _LAYERS = "the input stays as a layer, and a later step looks at layers"
+_ALWAYS = "the filter that the step before was made its result current in every version, so that this step deleted it"
+_UNSURE = "in MeshLab 2016 it deleted the input, today it deletes the result; now nothing is deleted, and the result is current"
 _CURRENT = "MeshLab 2016 left the input current; today later steps work on the result, and the result is written"
 _WHOLE = "without it only the faces that closed the holes were worked on; now it is the whole mesh"
 
