@@ -22,7 +22,11 @@ DECIMATION = "Simplification: Quadric Edge Collapse Decimation"
         ("Change the current layer", None, "no filter of today changes the current layer"),
         ("Smooth: Laplacian", "Laplacian Smooth", "no MeshLab has had"),
         ("Consistent Vertex Order", None, "no MeshLab had it"),
-        ("Surface Reconstruction: Poisson", "Surface Reconstruction: Screened Poisson", "the parameter pointWeight with the value 0"),
+        (
+            "Surface Reconstruction: Poisson",
+            "Surface Reconstruction: Screened Poisson",
+            "the parameter pointWeight with the value 0",
+        ),
         ("Make It Smooth", None, "there is no filter of that name"),
         ("Delete Selection", None, "there is no filter of that name"),
         ("Taubin Smoth", "Taubin Smooth", "there is no filter of that name"),

@@ -59,7 +59,7 @@ def test_a_filter_that_is_gone_is_left_out_or_refused(old: str) -> None:
         assert [step.filter.name for step in found.script.steps] == ["Close Holes"]
         assert [change.same_meaning for change in found.changes] == [True]
     else:
-        with pytest.raises(ScriptError, match="there is no such filter today: .{20}"):
+        with pytest.raises(ScriptError, match=r"there is no such filter today: .{20}"):
             upgrade_script(data, "old.mlx")
 
 
@@ -74,7 +74,9 @@ def test_merged_filters_say_which_method_they_were(old: str, method: str) -> Non
 def test_parameters_follow_their_new_names_and_kinds() -> None:
     """Renamed parameters keep their value, one that became a choice sets it, and those that are gone are left out."""
     param = '<Param type="RichBool" name="{}" value="{}"/>'.format
-    assert values(one_filter("Transform: Align to Principal Axis", param("FreezeMatrix", "false"), param("UseVertex", "true"))) == {
+    assert values(
+        one_filter("Transform: Align to Principal Axis", param("FreezeMatrix", "false"), param("UseVertex", "true"))
+    ) == {
         "pointsflag": True,
         "freeze": False,
     }
@@ -134,7 +136,9 @@ def test_types_case_and_missing_attributes_are_mended(param: str, value: Any) ->
 
 def test_a_second_document_type_is_left_out() -> None:
     """The script behind two document types is read, with its lines as they are."""
-    found = upgraded(b"<!DOCTYPE FilterScript>\n<!DOCTYPE FilterScript>\n<FilterScript>\n<filter name='Close Holes'/></FilterScript>")
+    found = upgraded(
+        b"<!DOCTYPE FilterScript>\n<!DOCTYPE FilterScript>\n<FilterScript>\n<filter name='Close Holes'/></FilterScript>"
+    )
     assert found.script.steps[0].line == 4
     assert [change.same_meaning for change in found.changes] == [True]
 
@@ -213,7 +217,7 @@ OLD = script(
 
 
 def test_an_upgraded_script_gives_plain_pymeshlab_the_mesh_that_its_filters_give(tmp_path: Path) -> None:
-    """pymeshlab loads the written script and gives the coordinates that calls of the same filters give, to the bit."""
+    """Pymeshlab loads the written script and gives the coordinates that calls of the same filters give, to the bit."""
     path = tmp_path / "new.mlx"
     path.write_text(format_script(upgraded(OLD).script, known_mesh=False), encoding="utf-8")
     # Decimation is left out, as it orders ties and faces differently from call to call.

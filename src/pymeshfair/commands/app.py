@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from . import check, demo, doctor, info, list, run, spectrum, suggest, upgrade
+from . import check, demo, doctor, export, info, list, run, spectrum, suggest, upgrade
 from .group import CommandGroup
 
 app = typer.Typer(
@@ -25,6 +25,7 @@ app.command()(demo.demo)
 app.command()(run.run)
 app.command()(check.check)
 app.command()(upgrade.upgrade)
+app.command()(export.export)
 app.add_typer(list.app, name="list")
 app.command()(info.info)
 app.command()(suggest.suggest)

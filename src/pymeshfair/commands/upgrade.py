@@ -61,8 +61,8 @@ def _document(script: Path, output: Path | None, upgraded: Upgrade) -> dict[str,
 
 
 def _refusal(upgraded: Upgrade) -> str:
-    count = len(upgraded.warnings)
-    return f"nothing is written: {count} of {len(upgraded.changes)} changes alter the meaning; --accept writes the script all the same"
+    count, total = len(upgraded.warnings), len(upgraded.changes)
+    return f"nothing is written: {count} of {total} changes alter the meaning; --accept writes the script all the same"
 
 
 def _summary(output: Path, upgraded: Upgrade) -> str:

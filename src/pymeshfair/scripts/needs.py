@@ -37,13 +37,12 @@ def unmet_needs(script: Script, *, layers: int) -> Iterator[Problem]:
         for parameter in step.filter.parameters:
             wanted = step.values.get(parameter.name)
             if isinstance(parameter, Mesh) and wanted is not None and known is not None and wanted >= known:
+                there = "is only layer 0" if known == 1 else f"are only layers 0 to {known - 1}"
                 message = (
-                    f"is layer {wanted}, but there {'is only layer 0' if known == 1 else f'are only layers 0 to {known - 1}'} then; "
-                    f"give the file of each further layer to `pymeshfair run` by --with"
+                    f"is layer {wanted}, but there {there} then; "
+                    "give the file of each further layer to `pymeshfair run` by --with"
                 )
-                yield Problem(
-                    file=name, line=step.line, filter=step.filter.name, parameter=parameter.xml_name, message=message
-                )
+                yield Problem(file=name, line=step.line, filter=step.filter.name, parameter=parameter.xml_name, message=message)
         if step.filter.python_name == _MANY_LAYERS:
             known = None
         elif known is not None and step.filter.python_name.startswith(_NEW_LAYER):

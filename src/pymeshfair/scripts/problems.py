@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 from ..errors import PymeshfairError
 
-
 #: So many problems of a script are listed at most; so many usually have one cause.
 MOST_PROBLEMS = 100
 

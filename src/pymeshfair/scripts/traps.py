@@ -20,8 +20,8 @@ def traps(script: Script) -> Iterator[str]:
         later = script.steps[index + 1 :]
         if left_current_layer(step) and deletes_result(later):
             yield (
-                f"{_place(script, index + 1)} deletes the result of the step before: since MeshLab 2016 that result is the current "
-                "layer; `pymeshfair upgrade` leaves the step out"
+                f"{_place(script, index + 1)} deletes the result of the step before: that is the current layer since "
+                "MeshLab 2016; `pymeshfair upgrade` leaves the step out"
             )
     for index in steps_on_leftover_selection(script.steps):
         yield (
@@ -43,9 +43,9 @@ def lengths_out_of_proportion(script: Script, *, diagonal: float) -> Iterator[st
                 part = abs(value.amount) / diagonal
                 if part < _SMALL_PART or part > max(_LARGE_PART, _LARGE_MULTIPLE * _default_part(step, name)):
                     yield (
-                        f"{_place(script, index)}: {name} is {value.amount:g}, which is {100 * part:.3g} % of this mesh's diagonal "
-                        f"{diagonal:.4g}; `pymeshfair upgrade --relative-to MESH` makes the lengths of a script that was made for "
-                        "MESH relative to its size"
+                        f"{_place(script, index)}: {name} is {value.amount:g}, which is {100 * part:.3g} % of this mesh's "
+                        f"diagonal {diagonal:.4g}; `pymeshfair upgrade --relative-to MESH` makes the lengths of a script that "
+                        "was made for MESH relative to its size"
                     )
         if step.filter.python_name == "compute_matrix_from_scaling_or_normalization":
             return

@@ -1,4 +1,4 @@
-"""What steps of an old script meant together and mean no longer: the layer that is current, and the selection that is left over."""
+"""What steps of an old script meant together and mean no longer: the current layer, and the selection that is left over."""
 
 from __future__ import annotations
 
@@ -37,7 +37,9 @@ def upgraded_steps(
         name = names.get(line, step.filter.name)
         if left_current_layer(step):
             if deletes_result(later):
-                meaning = _ALWAYS if line in always_current else _LAYERS if _asks_for_layers(later[1:]) else "" if aged else _UNSURE
+                meaning = (
+                    _ALWAYS if line in always_current else _LAYERS if _asks_for_layers(later[1:]) else "" if aged else _UNSURE
+                )
                 what = "is left out: today it would delete the result of the step before, then the input"
                 changes.append(Change(line=later[0].line or 0, filter=later[0].filter.name, what=what, meaning=meaning))
                 skipped = True
