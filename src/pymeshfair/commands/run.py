@@ -27,6 +27,11 @@ def run(
             help="Another value for a parameter; STEP is a number or a part of the filter's name. May be repeated.",
         ),
     ] = None,
+    others: Annotated[
+        list[Path] | None,
+        typer.Option("--with", metavar="MESH", help="The file of a further layer that the recipe names. May be repeated."),
+    ] = None,
+    upgrade: Annotated[bool, typer.Option("--upgrade", help="Bring a script of an older MeshLab up to date first.")] = False,
     timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop the run after that time.", min=0.001)] = None,
     memory: Annotated[
         str | None,
@@ -68,8 +73,10 @@ def run(
     from ..running.job import Job
     from ..running.memory import parse_memory
     from ..scripts.guards import Guards
+    from ..scripts.traps import traps
 
     overrides = tuple(set or ())
+    found = load_recipe(recipe, upgrade=upgrade).override(overrides)
     try:
         limit = None if memory is None else parse_memory(memory)
     except ValueError as error:
@@ -81,9 +88,11 @@ def run(
         "keep_sharp": keep_sharp,
     }
     job = Job(
-        recipe=load_recipe(recipe).override(overrides),
+        recipe=found,
         input=input,
         output=output,
+        others=tuple(others or ()),
+        warnings=(*(str(change) for change in found.changes if not change.same_meaning), *traps(found.script)),
         overwrite=overwrite,
         timeout=timeout,
         memory_limit=limit,

@@ -27,7 +27,7 @@ def load_mesh(meshes: Any, path: Path, announced: Announced) -> list[str]:
     Raises:
         InputError: MeshLab refuses it, or finds no vertex in it.
     """
-    before = path.stat()
+    before, layers = path.stat(), meshes.mesh_number()
     # Only the current layer is written, so the layers of one file have to become one.
     options = {"load_in_a_single_layer": True} if extension(path) in ("3ds", "glb", "gltf") else {}
     try:
@@ -41,8 +41,8 @@ def load_mesh(meshes: Any, path: Path, announced: Announced) -> list[str]:
     if (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns):
         raise InputError(path, "it changed while it was read")
     warnings = []
-    if meshes.mesh_number() > 1:
-        warnings.append(f"{path.name} holds {meshes.mesh_number()} meshes; one is cleaned and written, the others are not")
+    if (loaded := meshes.mesh_number() - layers) > 1:
+        warnings.append(f"{path.name} holds {loaded} meshes; one is cleaned and written, the others are not")
     apply_matrix(meshes)
     mesh = meshes.current_mesh()
     if mesh.vertex_number() == 0:

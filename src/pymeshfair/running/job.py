@@ -19,6 +19,7 @@ class Job:
         recipe: the steps, overrides included.
         input: the mesh file to read.
         output: the file to write; its extension says the format.
+        others: mesh files for the layers 1, 2 ... that the recipe names; the input is layer 0 and stays the current one.
         overwrite: replace `output` whatever it is, the input itself included. Without it an existing file is replaced only if
             it is, to the byte, what a former run wrote there from the same input.
         timeout: seconds from start to end, or None.
@@ -31,11 +32,13 @@ class Job:
         guards: limits over those of the recipe.
         keep_broken: write the output even if a guard was broken.
         map: the .ply file for the intervention map, or None.
+        warnings: what is to be known about the recipe; the result and the record list them before those of the run.
     """
 
     recipe: Recipe
     input: Path
     output: Path
+    others: tuple[Path, ...] = ()
     overwrite: bool = False
     timeout: float | None = None
     memory_limit: int | None = None
@@ -46,6 +49,7 @@ class Job:
     guards: Guards = NO_GUARDS
     keep_broken: bool = False
     map: Path | None = None
+    warnings: tuple[str, ...] = ()
 
     @property
     def all_guards(self) -> Guards:

@@ -44,6 +44,7 @@ class Assignment:
     Attributes:
         steps: Python names of filters and their values, as `Step` has them.
         input: the file to read, an absolute path.
+        others: the files of further layers, absolute paths.
         output: the file to write in the end, an absolute path; None if the mesh is only to be measured.
         stage: the staging folder, whose subfolder ``new`` takes what the worker writes.
         memory_limit: bytes, or None.
@@ -66,6 +67,7 @@ class Assignment:
     guards: Guards = NO_GUARDS
     keep_broken: bool = False
     map: Path | None = None
+    others: tuple[Path, ...] = ()
 
     @classmethod
     def of(cls, job: Job, stage: Path) -> Assignment:
@@ -79,6 +81,7 @@ class Assignment:
             job.allow_outside,
             guards=job.all_guards,
             keep_broken=job.keep_broken,
+            others=tuple(path.absolute() for path in job.others),
             map=None if job.map is None else job.map.absolute(),
         )
 
@@ -96,6 +99,7 @@ class Assignment:
             "guards": self.guards.texts(),
             "keep_broken": self.keep_broken,
             "map": None if self.map is None else str(self.map),
+            "others": [str(path) for path in self.others],
         }
 
     @classmethod
@@ -115,6 +119,7 @@ class Assignment:
             Guards.parse(document["guards"]),
             document["keep_broken"],
             map,
+            tuple(Path(path) for path in document["others"]),
         )
 
 

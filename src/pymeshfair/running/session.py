@@ -10,6 +10,7 @@ import shutil
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,8 @@ from ..files.saving import attributes_of, save_mesh
 from ..filters.compilation import on_first_compilation
 from ..filters.inspection.surface_measures import SurfaceMeasures, surface_measures
 from ..meshset import MeshSet
-from ..scripts.script import Step
+from ..scripts.script import Script, Step
+from ..scripts.traps import lengths_out_of_proportion
 from .guarding import breaches
 from .intervention import stage_map
 from .job import Event, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
@@ -69,8 +71,11 @@ class Session:
         source["side_files"] = [described_file(path) for path in announced.side_files]
         for text in load_mesh(self._meshes, self._assignment.input, announced):
             self._warn(text)
+        source["others"] = [self._load_other(path) for path in self._assignment.others]
         shutil.rmtree(given, ignore_errors=True)
         before = self._measured(InputError(self._assignment.input, "it has coordinates that are not finite"))
+        for text in lengths_out_of_proportion(Script(self._assignment.steps), diagonal=before.diagonal):
+            self._warn(text)
         present = attributes_of(self._meshes, announced)
         if self._assignment.output is None:
             if self._assignment.arrays is not None:
@@ -83,6 +88,18 @@ class Session:
             steps = [self._step(number) for number in range(1, len(self._assignment.steps) + 1)]
         written = self._write(announced, before, present, original)
         return {"input": source, "steps": steps, "counted": announced.vertices is not None, **written}
+
+    def _load_other(self, path: Path) -> dict[str, Any]:
+        """Load the file of a further layer, and say which it was; the current layer stays current."""
+        current = self._meshes.current_mesh_id()
+        given = self._assignment.stage / "given_other"
+        announced = inspect_input(path, given, allow_outside=self._assignment.allow_outside)
+        described = described_file(path) | {"side_files": [described_file(side) for side in announced.side_files]}
+        for text in load_mesh(self._meshes, path, announced):
+            self._warn(text)
+        shutil.rmtree(given, ignore_errors=True)
+        self._meshes.set_current_mesh(current)
+        return described
 
     # --------------------------------------------------------------------------------------------------------------- steps
 

@@ -16,6 +16,7 @@ from ..files.output_lock import output_lock
 from ..files.outputs import StagedFile, check_maps, check_output, commit, place_files, write_whole
 from ..files.provenance import formatted, provenance_path
 from ..files.staging import staging_folder
+from ..scripts.needs import check_needs
 from .child import WorkerProcess
 from .errors import GuardBroken
 from .interrupts import Interrupts
@@ -34,7 +35,8 @@ def run_job(job: Job, on_event: Callable[[Event], None] = lambda event: None) ->
         on_event: called with each event, in this thread. An exception that it raises stops the run and is passed on.
 
     Raises:
-        InputError: the input cannot be read.
+        ScriptError: a step needs layers or rasters that the run does not have.
+        InputError: the input, or another file, cannot be read.
         OutputError: the output cannot or must not be written.
         StepFailedError: a filter could not do its work.
         WorkerDied: the worker process crashed or was killed.
@@ -43,8 +45,11 @@ def run_job(job: Job, on_event: Callable[[Event], None] = lambda event: None) ->
         KeyboardInterrupt: Ctrl-C, within a second, after everything has been cleaned up.
     """
     started, clock = datetime.now(timezone.utc), time.monotonic()
-    job = replace(job, input=Path(job.input).absolute(), output=Path(job.output).absolute())
-    check_input(job.input)
+    others = tuple(Path(other).absolute() for other in job.others)
+    job = replace(job, input=Path(job.input).absolute(), output=Path(job.output).absolute(), others=others)
+    check_needs(job.recipe.script, layers=1 + len(others))
+    for path in (job.input, *others):
+        check_input(path)
     check_output(job.output, job.input, overwrite=job.overwrite)
     if job.map is not None:
         map = Path(job.map).absolute()
