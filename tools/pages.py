@@ -111,13 +111,13 @@ def old_scripts_page() -> str:
     return "\n".join(
         [
             "# Scripts of older MeshLab versions\n",
-            "`pymeshfair upgrade OLD.mlx -o NEW.mlx` brings a script up to date and lists every change; `pymeshfair run --upgrade` "
-            "does so for one run. A change after which the script does not mean quite the same says how, and has to be accepted by "
-            "`--accept`; a run lists it among the warnings of its record. Written by `python tools/generate.py pages` from the table "
-            "of facts.\n",
+            "`pymeshfair upgrade OLD.mlx -o NEW.mlx` brings a script up to date and lists every change; "
+            "`pymeshfair run --upgrade` does so for one run. A change after which the script does not mean quite the same says "
+            "how, and has to be accepted by `--accept`; a run lists it among the warnings of its record. Written by "
+            "`python tools/generate.py pages` from the table of facts.\n",
             "Besides names, an upgrade turns `<xmlfilter>` into `<filter>`, gives every value the type of its parameter "
-            "(`RichPoint3f` is `RichPosition` or `RichDirection` today), mends the case of names, and leaves a second document type "
-            "out. Two things cannot be seen in the names:\n",
+            "(`RichPoint3f` is `RichPosition` or `RichDirection` today), mends the case of names, and leaves a second "
+            "document type out. Two things cannot be seen in the names:\n",
             "* In MeshLab 2016 Screened Poisson and Poisson-disk Sampling left the current layer alone; today their result is "
             "current. A Delete Current Mesh right behind them deleted the input and would delete the result: it is left out.",
             "* After Close Holes the new faces are selected, and a step without `Selected` works on them alone: it gets "

@@ -29,19 +29,23 @@ def upgrade(
 
     Every change is listed, and whether the script still means the same. Nothing is written if a meaning changes, unless accepted.
     """
+    from ..files.errors import InputError
     from ..scripts import upgrade_file, write_script
     from ..scripts.relative import relative_script
+    from ..scripts.write import NOMINAL_DIAGONAL
 
     upgraded = upgrade_file(script)
-    found, measures = upgraded.script, None
+    found, diagonal = upgraded.script, NOMINAL_DIAGONAL
     if relative_to is not None:
         from ..running.inspect import inspect_mesh
 
-        measures = inspect_mesh(relative_to)
-        found = relative_script(found, diagonal=measures["diagonal"])
+        diagonal = inspect_mesh(relative_to)["diagonal"]
+        if not diagonal > 0:
+            raise InputError(relative_to, "its points are all in one place, so that no length can be relative to its size")
+        found = relative_script(found, diagonal=diagonal)
     written = accept or not upgraded.warnings
     if written:
-        write_script(found, output, known_mesh=False, **({} if measures is None else {"diagonal": measures["diagonal"]}))
+        write_script(found, output, known_mesh=False, diagonal=diagonal)
     if json:
         print_document(_document(script, output if written else None, upgraded))
     else:
