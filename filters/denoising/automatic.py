@@ -77,14 +77,15 @@ def automatic_choice(
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.
     """
-    points, triangles = check_mesh(vertices, faces)
-    moves = None if movable is None else check_movable(movable, len(points))
+    mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
+    points, triangles = mesh.points, mesh.cells
     noise = estimate_noise(points, triangles)
+    noise = noise._replace(length=noise.length / mesh.scale)
     if noise.deviation < _NOTHING or _is_designed(points, triangles):
         return AutomaticChoice("clean", Setting(), noise)
     if neighbours_share_noise(points, triangles, noise):
         return AutomaticChoice("range map", RANGE_MAP, noise)
-    evidence = held_out_evidence(points, triangles, border=border, movable=moves, progress=progress)
+    evidence = held_out_evidence(points, triangles, border=border, movable=mesh.movable, progress=progress)
     if evidence is None or evidence.chosen.label == Setting():
         return AutomaticChoice("clean", Setting(), noise, evidence)
     return AutomaticChoice("noisy", evidence.chosen.label, noise, evidence)
