@@ -36,14 +36,14 @@ AGREEMENT = 1e-7
 def by_scipy(problem: SpectralProblem, count: int) -> Pairs:
     """ARPACK with SuperLU's factors of S - sigma M, sigma just below 0."""
     mass = sparse.csc_matrix(sparse.diags_array(problem.mass))
-    kappa, modes = eigsh(sparse.csc_matrix(problem.stiffness), count, mass, sigma=-1e-2 / problem.mass.sum())
+    kappa, modes = eigsh(sparse.csc_matrix(problem.dirichlet), count, mass, sigma=-1e-2 / problem.mass.sum())
     return np.asarray(kappa), np.asarray(modes)
 
 
 def residual(problem: SpectralProblem, pairs: Pairs) -> float:
     """The largest |S v - kappa M v| in the norm of M^-1 as a share of kappa."""
     kappa, modes = pairs
-    rest = (problem.stiffness @ modes - problem.mass[:, None] * modes * kappa) / np.sqrt(problem.mass)[:, None]
+    rest = (problem.dirichlet @ modes - problem.mass[:, None] * modes * kappa) / np.sqrt(problem.mass)[:, None]
     size = np.sqrt((modes * modes * problem.mass[:, None]).sum(axis=0))
     return float((np.linalg.norm(rest, axis=0) / size / np.maximum(kappa, kappa[1])).max())
 

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, TypeAlias, get_args
 import numpy as np
 
 from pymeshfair.declaration import Bool, Edit, Enum, FilterClass, Floats, Int, Layer, MeshElement, mesh_filter
+from pymeshfair.errors import MeshError
 from pymeshfair.filters.denoising import (
     FIXED,
     VERTEX_UPDATES,
@@ -23,7 +24,7 @@ from pymeshfair.filters.denoising import (
     normal_filtering,
 )
 from pymeshfair.filters.execution import Progress, ignore_progress
-from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy
+from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy, referenced_vertices
 
 from .moving_vertices import MOVES_VERTICES, Selected, movable_vertices
 from .normal_filter_parameters import Auto, NormalFilterParameters
@@ -169,6 +170,8 @@ def apply_normal_robust_filtering_per_face(
     chosen from the noise that is measured; 0 normal iterations are as many as Normal Filtering takes in all. Returns the
     parameters that were used.
     """
+    if selected and not layer.face_selection.any():
+        raise MeshError(f"nothing is selected in {layer.label!r}: select faces, or use selected=False")
     given = _given(**asdict(normals))
     effective, found = _completed(layer, given, choice)
     if "normal_iterations" not in given:
@@ -212,9 +215,10 @@ def _findings(made: AutomaticChoice) -> dict[str, Any]:
 
 
 def _mean_displacement(layer: Layer, vertices: Floats) -> float:
-    """The mean distance of the vertices from where they were, in mean edges."""
-    if len(vertices) == 0 or layer.mean_edge == 0.0:
+    """The mean distance of the vertices that a face uses from where they were, in mean edges."""
+    used = referenced_vertices(layer.faces, len(vertices))
+    if not used.any() or layer.mean_edge == 0.0:
         return 0.0
     # In edges first, so that squares neither overflow nor vanish.
-    moved = (vertices - layer.vertices) / layer.mean_edge
+    moved = (vertices - layer.vertices)[used] / layer.mean_edge
     return float(np.linalg.norm(moved, axis=1).mean())

@@ -1,4 +1,4 @@
-"""Compiled kernels: where they are kept, and when one is compiled."""
+"""The cache of compiled kernels, and a notice when one is compiled."""
 
 from .kernel_cache import ensure_kernel_cache, on_first_compilation
 

@@ -1,7 +1,7 @@
-"""Where compiled kernels are kept, and when one has to be compiled.
+"""The cache of compiled kernels, and a notice when one has to be compiled.
 
-Numba keeps compiled code beside the sources or in the user's cache folder, and refuses to import a module of kernels where it
-can write to neither: a package installed by an administrator, run by an account without a home, as containers do.
+Numba keeps compiled code beside the sources or in the user's cache folder. Where it can write to neither it refuses to import a
+module of kernels: in a container, for example, where an administrator installed the package and the account has no home.
 """
 
 import atexit
@@ -14,9 +14,9 @@ from typing import Any
 
 
 def ensure_kernel_cache() -> None:
-    """Let numba keep this process's kernels in a temporary folder if nothing else can be written to.
+    """Makes numba keep this process's kernels in a temporary folder if it can write nowhere else.
 
-    They are compiled again in the next process; the environment variable NUMBA_CACHE_DIR names a folder that lasts.
+    The next process compiles them again; the environment variable NUMBA_CACHE_DIR names a folder that lasts.
     """
     if "NUMBA_CACHE_DIR" in os.environ or os.access(Path(__file__).parent, os.W_OK):
         return
@@ -25,7 +25,7 @@ def ensure_kernel_cache() -> None:
     try:
         numba.njit(cache=True)(_probe)
     except RuntimeError:
-        # A fresh folder of our own: compiled code from a place where others can write would be theirs to choose.
+        # A new folder of our own: in a folder where others can write, they could replace the compiled code.
         folder = tempfile.mkdtemp(prefix="pymeshfair-kernels-")
         atexit.register(shutil.rmtree, folder, ignore_errors=True)
         config: Any = numba.config
@@ -33,11 +33,11 @@ def ensure_kernel_cache() -> None:
 
 
 def on_first_compilation(tell: Callable[[], None]) -> None:
-    """Call `tell` once, when this process first compiles a kernel instead of finding it compiled; that takes seconds."""
+    """Calls `tell` once, when this process first compiles a kernel, which takes seconds, instead of loading it."""
     from numba.core import event
 
     class Once(event.Listener):
-        """Tells of the first beginning."""
+        """Calls `tell` at the first start of a compilation."""
 
         told = False
 
@@ -47,7 +47,7 @@ def on_first_compilation(tell: Callable[[], None]) -> None:
                 tell()
 
         def on_end(self, event: object) -> None:
-            """Nobody waits for it."""
+            """Required by numba."""
 
     register: Any = event.register
     register("numba:compile", Once())

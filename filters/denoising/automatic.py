@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ..evidence import Choice, calm_noise, choose, far_from_border, sample_of
 from ..execution import Progress, ignore_progress, part_of
 from ..geometry import face_normals
-from ..mesh import Bools, Floats, Ints, check_mesh, check_movable, enter, ordered_frame
+from ..mesh import Bools, Floats, Ints, check_mesh, check_movable, normalised_mesh
 from ..topology import BorderPolicy, face_adjacency
 from .candidates import SETTINGS, AutomaticParameters, Setting, SettingsTried
 from .noise_level import NoiseEstimate, estimate_noise, smooth_normals
@@ -145,8 +145,9 @@ def held_out_evidence(
 
 def _is_designed(points: Floats, faces: Ints) -> bool:
     """Whether the mesh is made of planes of two faces and more, without noise."""
-    pairs, _ = face_adjacency(faces)
-    normals = face_normals(enter(points, ordered_frame(points[np.unique(faces)], None)), faces)
+    mesh = normalised_mesh(points, faces)
+    pairs, _ = face_adjacency(mesh.cells)
+    normals = face_normals(mesh.points, mesh.cells)
     first, second = normals[pairs[:, 0]], normals[pairs[:, 1]]
     flat = (np.linalg.norm(np.cross(first, second), axis=1) < _FLAT) & (np.einsum("ij,ij->i", first, second) > 0.0)
-    return len(np.unique(pairs[flat])) > _DESIGNED * len(faces)
+    return len(np.unique(pairs[flat])) > _DESIGNED * len(mesh.cells)

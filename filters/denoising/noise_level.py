@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..diffusion.taubin import taubin_fairing
 from ..geometry import NORMAL, mean_edge_length, measure_faces
-from ..mesh import Bools, Floats, Ints, check_mesh, enter, ordered_frame
+from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
 from ..topology import BorderPolicy, border_vertices, edges, vertex_faces
 from .face_neighbourhoods import face_neighbourhoods
 from .normal_filters import mean_normals
@@ -133,8 +133,8 @@ def smooth_normals(points: Floats, faces: Ints) -> Floats:
     """(n, 3) unit normals of the vertices of a smoothed copy of the mesh; 0 where no face is."""
     smooth = taubin_fairing(points, faces, iterations=_STEPS, border=_BORDER)
     around = face_neighbourhoods(faces, vertex_faces(faces, len(points)), "vertex")
-    frame = ordered_frame(points[np.unique(faces)], None)
-    table = measure_faces(enter(smooth, frame), faces)
+    mesh = normalised_mesh(points, faces)
+    table = measure_faces((smooth - mesh.middle) * mesh.scale, faces)
     normals = np.ascontiguousarray(table[:, NORMAL])
     for _ in range(_MEANS):
         normals = mean_normals(normals, table, around)

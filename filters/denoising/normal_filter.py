@@ -1,7 +1,9 @@
 """The settings of a filter of face normals, and what each of them means."""
 
+import inspect
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal, TypeAlias, TypedDict, get_args
+from typing import Any, Literal, TypeAlias, TypedDict, TypeVar, get_args
 
 from ..checks import check_choice, check_finite, check_positive, check_whole_number
 from ..robust import KernelName
@@ -15,6 +17,8 @@ from .vertex_normals import RINGS_OF_VERTICES
 #: "vertex_normals": bilateral, on the normals of vertices; a face gets the mean of its corners'. It is there to compare with.
 NormalFilterMethod: TypeAlias = Literal["mean", "unilateral", "bilateral", "averaged", "guided", "vertex_normals"]
 NORMAL_FILTER_METHODS: tuple[NormalFilterMethod, ...] = get_args(NormalFilterMethod)
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,3 +88,12 @@ class NormalFilterKeywords(TypedDict, total=False):
     neighborhood: Neighborhood
     radius: float
     normal_iterations: int
+
+
+def lists_settings(function: _Function) -> _Function:
+    """The function, whose signature lists the attributes of `NormalFilter` that it takes as ``**keywords``, for `help`."""
+    signature = inspect.signature(function)
+    listed = [p for p in signature.parameters.values() if p.kind is not p.VAR_KEYWORD]
+    settings = inspect.signature(NormalFilter).parameters.values()
+    function.__signature__ = signature.replace(parameters=[*listed, *settings])  # type: ignore[attr-defined]
+    return function

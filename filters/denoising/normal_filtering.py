@@ -13,7 +13,7 @@ from ..execution import Progress, ignore_progress
 from ..geometry import measure_faces
 from ..mesh import Floats, check_mesh, normalised_mesh
 from ..topology import BORDER_POLICIES, BorderPolicy
-from .normal_filter import NormalFilter, NormalFilterKeywords
+from .normal_filter import NormalFilter, NormalFilterKeywords, lists_settings
 from .normal_passes import NormalPasses
 from .rounds import rounds
 from .surroundings import Surroundings
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 
+@lists_settings
 def normal_filtering(
     vertices: ArrayLike,
     faces: ArrayLike,
@@ -89,6 +90,7 @@ def normal_filtering(
     return mesh.restored(now)
 
 
+@lists_settings
 def filter_face_normals(
     vertices: ArrayLike,
     faces: ArrayLike,

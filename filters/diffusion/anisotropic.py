@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from ..checks import FilterInputError, UnstableStepError, check_choice, check_whole_number
 from ..execution import Progress, ignore_progress, threads_for
 from ..mesh import Bools, Floats, Ints, Longs, check_movable
-from ..robust import KERNEL_CODES, MAD_TO_DEVIATION, SIGMA_IN_DEVIATIONS, KernelName, kernel_weight
+from ..robust import KERNEL_CODES, SIGMA_IN_DEVIATIONS, KernelName, kernel_weight, robust_deviation
 from ..topology import OneRings, one_rings
 
 #: The M-estimators whose weight at 0 is finite: divided by it, they are edge-stopping functions g with g(0) = 1 [black1998].
@@ -116,9 +116,7 @@ def automatic_contrast(values: Floats, rings: OneRings, edge_stop: EdgeStop) -> 
     if largest == 0.0:
         return 0.0
     differences = np.linalg.norm(differences / largest, axis=1)  # squares of very large values would overflow
-    # Where most neighbours are equal the median says nothing.
-    deviation = float(MAD_TO_DEVIATION * np.median(differences) or differences.mean())
-    return _CONTRAST_IN_DEVIATIONS.get(edge_stop, 1.0) * deviation * largest
+    return _CONTRAST_IN_DEVIATIONS.get(edge_stop, 1.0) * robust_deviation(differences) * largest
 
 
 def _longest_step(rings: OneRings) -> float:

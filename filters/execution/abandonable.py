@@ -1,4 +1,4 @@
-"""Work of one long call into a library, which nobody can interrupt but anybody can turn away from."""
+"""Runs an uninterruptible library call in a thread that can be abandoned."""
 
 import threading
 from collections.abc import Callable
@@ -7,14 +7,20 @@ from typing import TypeVar
 from .progress import Progress
 
 T = TypeVar("T")
+#: Seconds between two reports of the progress.
 _POLL = 0.1
 
 
 def abandonable(work: Callable[[], T], progress: Progress, done: float) -> T:
-    """The result of `work`, done in a thread so that `progress` is called meanwhile with `done`.
+    """The result of `work`, which runs in a thread of its own while `progress` is called.
 
-    If `progress` raises, the thread is left to itself: it ends with its call, and what it has made goes with it. That helps only
-    with calls that let other threads run, as SuperLU and numpy's eigensolver do.
+    If `progress` raises, the thread is abandoned: it ends when its call returns, and its result is dropped. This helps only with
+    calls that release the GIL, as SuperLU and numpy's eigensolver do.
+
+    Args:
+        work: the call.
+        progress: called about ten times a second with `done`; may raise to stop.
+        done: the share of the whole work that was done before.
     """
     results: list[T] = []
     errors: list[BaseException] = []
@@ -22,7 +28,7 @@ def abandonable(work: Callable[[], T], progress: Progress, done: float) -> T:
     def run() -> None:
         try:
             results.append(work())
-        except BaseException as error:  # told to the one who waits
+        except BaseException as error:  # raised again in the waiting thread
             errors.append(error)
 
     worker = threading.Thread(target=run, daemon=True)

@@ -1,4 +1,4 @@
-"""Work shared out among threads, in tasks that differ in length."""
+"""Tasks of different lengths, run on a pool of threads."""
 
 from __future__ import annotations
 
@@ -11,16 +11,21 @@ from numba import get_num_threads
 from . import threads  # noqa: F401  chooses numba's threading layer
 from .progress import Progress
 
-#: seconds after which a long task's progress is said again, so that whoever hears it can stop the work
+#: Seconds after which the progress is reported again while a long task runs, so that the caller can stop the work.
 _PATIENCE = 0.2
 
 
 def in_parallel(work: Callable[..., None], tasks: Iterable[tuple[Any, ...]], progress: Progress) -> None:
-    """Call ``work(*task)`` for every task on as many threads as numba may use; `progress` may raise to drop the tasks to come.
+    """Calls ``work(*task)`` for every task on as many threads as numba may use.
 
-    A pool of Python threads over kernels without the GIL, and not ``prange``: whoever is done takes the next task, the caller
-    hears of every task and can be interrupted, and two threads of a program may do this at once, which numba's own pool does
+    The threads are Python's and the kernels release the GIL. ``prange`` would not do: here a thread that is done takes the next
+    task, `progress` is called after every task, and several threads of a program may work at once, which numba's own pool does
     not survive everywhere.
+
+    Args:
+        work: writes its result to a place of its own.
+        tasks: the arguments of each call.
+        progress: called after every task and while a long one runs; may raise, which drops the tasks that have not begun.
     """
     with ThreadPoolExecutor(get_num_threads()) as pool:
         futures = [pool.submit(work, *task) for task in tasks]
@@ -33,8 +38,3 @@ def in_parallel(work: Callable[..., None], tasks: Iterable[tuple[Any, ...]], pro
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
-
-
-def part_of(progress: Progress, start: float, stop: float) -> Progress:
-    """The progress of a part of the work, which begins when the share `start` of the whole is done and ends at `stop`."""
-    return lambda share: progress(start + share * (stop - start))

@@ -1,7 +1,7 @@
-"""How many threads a compiled kernel gets.
+"""The number of threads of a compiled kernel.
 
-Every parallel kernel here writes each result from one iteration alone, so the results are the same to the bit for any number of
-threads. Small meshes are faster on one.
+Every parallel kernel writes each result from one iteration alone, so the results have the same bits for any number of threads.
+Small meshes are faster on one.
 """
 
 import os
@@ -11,13 +11,13 @@ from typing import Any
 
 import numba
 
-#: Fewer vertices than this stay on one thread: waking the others costs more than it saves, above all on a busy machine.
+#: Kernels on fewer vertices run on one thread: waking others costs more than it saves, above all on a busy machine.
 SERIAL_BELOW = 200_000
 #: Into so many parts loops over large meshes are cut where one kernel serves them and, without the GIL, small meshes: waking
 #: numba's threads for a small mesh costs as much as the work, even if one of them gets all of it.
 PARTS = 64
 
-# Numba tries Intel TBB first and warns when it finds an old one, which pymeshlab brings along. OpenMP is as fast and is there.
+# Numba tries Intel TBB first and warns when it finds an old one, such as that in the pymeshlab wheel. OpenMP is as fast.
 if "NUMBA_THREADING_LAYER" not in os.environ and "NUMBA_THREADING_LAYER_PRIORITY" not in os.environ:
     _config: Any = numba.config
     _config.THREADING_LAYER_PRIORITY = ["omp", "tbb", "workqueue"]
@@ -25,7 +25,7 @@ if "NUMBA_THREADING_LAYER" not in os.environ and "NUMBA_THREADING_LAYER_PRIORITY
 
 @contextmanager
 def threads_for(size: int) -> Iterator[None]:
-    """Within it, kernels called from this thread run on one thread if `size`, a number of vertices, is small."""
+    """A context in which kernels called from this thread run on one thread if `size`, a number of vertices, is small."""
     if size >= SERIAL_BELOW:
         yield
         return

@@ -19,7 +19,7 @@ _EVEN, _FACTORISED = 0.05, 400_000
 class BendingEnergy(NamedTuple):
     """p'^T S B S p' + w (p' - p)^T M (p' - p), B = M^-1 W."""
 
-    stiffness: sparse.csr_matrix
+    dirichlet: sparse.csr_matrix
     mass: Floats
     bending: Floats
     weight: float
@@ -31,7 +31,7 @@ class BendingEnergy(NamedTuple):
         # Divided by a mean of both terms the system stays finite for every w.
         typical = float(self.mass[free].mean())
         unit = 1.0 / (1.0 / typical + self.weight * typical)
-        columns = self.stiffness if free.all() else sparse.csr_matrix(self.stiffness[:, free])
+        columns = self.dirichlet if free.all() else sparse.csr_matrix(self.dirichlet[:, free])
         data = self.mass[free] * (self.weight * unit)
         bending = self.bending * unit
         matrix = sparse.csr_matrix(columns.T @ sparse.csr_matrix(sparse.diags_array(bending) @ columns))
@@ -41,11 +41,11 @@ class BendingEnergy(NamedTuple):
 
         def residual(displacement: Floats) -> Floats:
             moved[free] = displacement
-            force = laplacian_power(self.stiffness, bending, 2, start, moved - prescribed)[free]
+            force = laplacian_power(self.dirichlet, bending, 2, start, moved - prescribed)[free]
             return np.asarray(-force - data[:, None] * displacement)
 
         # The energy of a component without fixed vertex is blind to its translation; but its equations sum up to 0.
-        count, labels = sparse.csgraph.connected_components(self.stiffness, directed=False)
+        count, labels = sparse.csgraph.connected_components(self.dirichlet, directed=False)
         anchored = np.bincount(labels[~free], minlength=count) > 0
         loose = np.where(anchored[labels[free]], -1, labels[free])
         floating = FloatingComponents(loose, data, count)

@@ -59,10 +59,10 @@ class HalfFactors:
     is silent and cannot be interrupted, for 0.9 s at 41,000 vertices; SuperLU, which can be, takes six times as long.
     """
 
-    def __init__(self, stiffness: sparse.csr_matrix, mass: Floats, weight: float, unit: float, progress: Progress) -> None:
+    def __init__(self, dirichlet: sparse.csr_matrix, mass: Floats, weight: float, unit: float, progress: Progress) -> None:
         root = math.sqrt(weight)
         size = 1.0 / (1.0 + root)
-        half = sparse.csr_matrix(stiffness * size)
+        half = sparse.csr_matrix(dirichlet * size)
         half.setdiag(half.diagonal() + mass * (root * size))
         progress(0.0)
         if half.shape[0] > _MOST_ROWS:

@@ -54,8 +54,8 @@ def fair_region(
 ) -> FairedRegion:
     """Solves L^k p = 0 on the free vertices, k = 1, 2, 3, with k rings of fixed vertices around as boundary [botsch2004].
 
-    In symmetric form (S M^-1)^(k-1) S p = 0 with S the cotangent stiffness (positive semidefinite here) and M the mixed Voronoi
-    areas of the surface as it comes in: the minimiser of the integral of |grad p|^2, |L p|^2 or |grad L p|^2. What the region
+    In symmetric form (S M^-1)^(k-1) S p = 0 with S = -C, C the cotangent stiffness, and M the mixed Voronoi areas of the
+    surface as it comes in: the minimiser of the integral of |grad p|^2, |L p|^2 or |grad L p|^2. What the region
     looked like before matters through S and M alone. The result depends on the parametrisation that the input is; fairing once
     more, with the operator of the faired surface, comes closer to the surface of least area or bending.
 
@@ -84,17 +84,20 @@ def fair_region(
     order = ENERGIES.index(energy) + 1
     chosen = _check_free(free, len(points))
     if not chosen.any():
+        progress(1.0)
         return FairedRegion(points.copy(), np.zeros(len(points), dtype=np.bool_), 0.0, 0.0, 0)
     part = submesh_around(points, triangles, chosen, order)
     if not part.free.any() or not np.ptp(part.points, axis=0).any():
+        progress(1.0)
         return FairedRegion(points.copy(), np.zeros(len(points), dtype=np.bool_), 0.0, 0.0, 0)
     mesh = normalised_mesh(part.points, part.faces)
     system = _system(part._replace(points=mesh.points), order, dense)
-    _check_anchored(system.stiffness, part._replace(points=system.points), order)
+    _check_anchored(system.dirichlet, part._replace(points=system.points), order)
     extent = float(np.linalg.norm(np.ptp(system.points, axis=0)))
     solution = refined_solution(
         system.matrix(), system.residual, system.points[part.free], extent=extent, method=method, progress=progress
     )
+    progress(1.0)
     moved = points.copy()
     moved[part.vertices[part.free]] = solution.values / mesh.scale + mesh.middle
     everywhere = np.zeros(len(points), dtype=np.bool_)
@@ -112,7 +115,7 @@ def fair_region(
 class _System(NamedTuple):
     """(S M^-1)^(k-1) S p = 0 on the free vertices of a submesh."""
 
-    stiffness: sparse.csr_matrix
+    dirichlet: sparse.csr_matrix
     inverse_mass: Floats
     order: int
     points: Floats
@@ -120,18 +123,18 @@ class _System(NamedTuple):
 
     def matrix(self) -> sparse.csr_matrix:
         """The columns and rows of the free vertices, (f, f)."""
-        columns = sparse.csr_matrix(self.stiffness[:, self.free])
+        columns = sparse.csr_matrix(self.dirichlet[:, self.free])
         if self.order == 1:
             return sparse.csr_matrix(columns[self.free])
         scaled = sparse.csr_matrix(sparse.diags_array(self.inverse_mass) @ columns)
-        product = columns.T @ scaled if self.order == 2 else scaled.T @ (self.stiffness @ scaled)
+        product = columns.T @ scaled if self.order == 2 else scaled.T @ (self.dirichlet @ scaled)
         return sparse.csr_matrix(product)
 
     def residual(self, values: Floats) -> Floats:
         """-(S M^-1)^(k-1) S p at the free vertices, in twice the precision, for their places."""
         everywhere = self.points.copy()
         everywhere[self.free] = values
-        return -laplacian_power(self.stiffness, self.inverse_mass, self.order, everywhere)[self.free]
+        return -laplacian_power(self.dirichlet, self.inverse_mass, self.order, everywhere)[self.free]
 
 
 def _system(part: Submesh, order: int, dense: bool) -> _System:
@@ -140,12 +143,12 @@ def _system(part: Submesh, order: int, dense: bool) -> _System:
     # no whole star to take a Laplacian on.
     mass = _rim_as_dense(operator, part.free) if dense and order == 2 else operator.mass
     inverse = np.where(part.border, 0.0, float(mass.mean()) / mass)
-    return _System(operator.stiffness, inverse, order, part.points, part.free)
+    return _System(operator.dirichlet, inverse, order, part.points, part.free)
 
 
 def _rim_as_dense(operator: SurfaceOperator, free: Bools) -> Floats:
     """The masses, those of fixed vertices next to free ones at most the mean of their free neighbours'."""
-    beside = sparse.csr_matrix(operator.stiffness != 0.0)[:, free].astype(np.float64)
+    beside = sparse.csr_matrix(operator.dirichlet != 0.0)[:, free].astype(np.float64)
     count = np.asarray(beside.sum(axis=1)).ravel()
     rim = ~free & (count > 0.0)
     mass = operator.mass.copy()
@@ -167,15 +170,15 @@ def _area(points: Floats, faces: Ints) -> float:
     return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
 
 
-def _check_anchored(stiffness: sparse.csr_matrix, part: Submesh, rings: int) -> None:
+def _check_anchored(dirichlet: sparse.csr_matrix, part: Submesh, rings: int) -> None:
     """Refuses free vertices that are connected with no fixed one, or with less than a triangle of them."""
-    graph = stiffness[part.free][:, part.free]
+    graph = dirichlet[part.free][:, part.free]
     count, labels = sparse.csgraph.connected_components(graph, directed=False)
     anchored = np.zeros(count, dtype=np.bool_)
-    touching = (stiffness[part.free][:, ~part.free] != 0.0).sum(axis=1)
+    touching = (dirichlet[part.free][:, ~part.free] != 0.0).sum(axis=1)
     anchored[labels[np.asarray(touching).ravel() > 0]] = True
     if anchored.all():
-        _check_spanned(stiffness, part, rings, labels, count)
+        _check_spanned(dirichlet, part, rings, labels, count)
         return
     loose = int(np.flatnonzero(~anchored)[0])
     members: Ints = part.vertices[part.free][labels == loose]
@@ -185,9 +188,9 @@ def _check_anchored(stiffness: sparse.csr_matrix, part: Submesh, rings: int) -> 
     )
 
 
-def _check_spanned(stiffness: sparse.csr_matrix, part: Submesh, rings: int, labels: Ints, count: int) -> None:
+def _check_spanned(dirichlet: sparse.csr_matrix, part: Submesh, rings: int, labels: Ints, count: int) -> None:
     """Refuses parts within whose rings lie no three fixed vertices that span a triangle, unless all is in one line with them."""
-    pattern = sparse.csr_matrix((np.ones(stiffness.nnz), stiffness.indices, stiffness.indptr), shape=stiffness.shape)
+    pattern = sparse.csr_matrix((np.ones(dirichlet.nnz), dirichlet.indices, dirichlet.indptr), shape=dirichlet.shape)
     places = np.flatnonzero(part.free)
     reached = sparse.csr_matrix((np.ones(len(places)), (labels, places)), shape=(count, len(part.points)))
     fixed = sparse.diags_array((~part.free).astype(np.float64))

@@ -1,4 +1,4 @@
-"""The Laplace-Beltrami operator of energies: with a mass at every vertex, and one for meshes that cotangents do not fit."""
+"""The Laplace-Beltrami operator of energies: that of the surface, with a mass above 0 at every vertex."""
 
 from typing import NamedTuple
 
@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from ..mesh import Floats, Ints
-from ..operators import laplace_beltrami, needs_robust_operator, robust_mesh_laplacian
+from ..operators import surface_laplacian
 
 # Masses below this share of the largest among their neighbours count as that: the slivers of a bad triangulation would spoil the
 # conditioning of all. Parts may be as much smaller than others as they like, down to the second share, of the mean: triangles of
@@ -18,24 +18,22 @@ class SurfaceOperator(NamedTuple):
     """L = -M^-1 S on n vertices.
 
     Attributes:
-        stiffness: S, (n, n) symmetric, positive semidefinite, with rows that sum to 0.
+        dirichlet: S = -C with C the stiffness, (n, n) symmetric, positive semidefinite, with rows that sum to 0.
         mass: the diagonal of M, (n,), above 0.
     """
 
-    stiffness: sparse.csr_matrix
+    dirichlet: sparse.csr_matrix
     mass: Floats
 
 
 def surface_operator(points: Floats, faces: Ints) -> SurfaceOperator:
-    """Cotangents and mixed Voronoi areas [meyer2003]; for meshes that are not manifold, or have triangles next to no area, the
-    same on the intrinsic Delaunay triangulation of the tufted cover [sharp2020].
+    """The operator of `surface_laplacian`, with a lower bound on the masses.
 
     Args:
         points: (n, 3) coordinates.
         faces: (m, 3) triangles.
     """
-    robust = needs_robust_operator(points, faces)
-    laplacian = robust_mesh_laplacian(points, faces) if robust else laplace_beltrami(points, faces)
+    laplacian, _ = surface_laplacian(points, faces)
     return SurfaceOperator(sparse.csr_matrix(-laplacian.stiffness), _floored(laplacian.mass, faces))
 
 

@@ -90,7 +90,7 @@ class KeptSurface:
         return tentative
 
     def _harmed(self, points: Floats, at: Ints, before: Floats, checked: Longs) -> Bools:
-        """(k,) which of the checked faces turned too far against `before` or the surface, or lie too far from the surface."""
+        """(k,) which of the checked faces have turned too far from `before` or the surface, or are too far from the latter."""
         faces = self.faces[checked]
         a, b, c = (points[faces[:, k]] for k in range(3))
         normals = face_normals(points, np.ascontiguousarray(faces))

@@ -4,22 +4,19 @@ from .cholesky import Cholesky
 from .compensated import laplacian_power
 from .conjugate_gradients import conjugate_gradients, preconditioned_norm
 from .nested_dissection import nested_dissection
+from .refined_solution import DirectMethod, refined_solution
 from .shifted_factors import ShiftedFactors
-from .smoothed_aggregation import SmoothedAggregation
-from .solvers import FINEST, DirectMethod, Factorisation, SpdSolver, refined_solution, solve_spd
+from .spd_solver import FINEST_TOLERANCE, SpdSolver
 
 __all__ = [
-    "FINEST",
+    "FINEST_TOLERANCE",
     "Cholesky",
     "DirectMethod",
-    "Factorisation",
     "ShiftedFactors",
-    "SmoothedAggregation",
     "SpdSolver",
     "conjugate_gradients",
     "laplacian_power",
     "nested_dissection",
     "preconditioned_norm",
     "refined_solution",
-    "solve_spd",
 ]

@@ -1,4 +1,4 @@
-"""Sparse Cholesky factors: exact, fast to use again, slow to make."""
+"""Sparse Cholesky factors: slow to make, fast to solve with."""
 
 import cholespy
 import numpy as np
@@ -11,8 +11,7 @@ from ..mesh import Floats
 class Cholesky:
     """The factors of a symmetric positive definite matrix, by CHOLMOD with nested dissection.
 
-    Making them cannot be interrupted: 0.05 s for a mesh of 10,000 vertices, 0.8 s for 100,000, 16 s for 1,000,000. A solve
-    with three right-hand sides takes 0.001 s, 0.014 s and 0.2 s.
+    Making them cannot be interrupted, and takes about a second for a mesh of 100,000 vertices; see docs/solvers.md.
     """
 
     def __init__(self, matrix: sparse.csr_matrix) -> None:
@@ -25,8 +24,8 @@ class Cholesky:
         csr.sum_duplicates()
         if not (csr.diagonal() > 0.0).all():
             raise ConvergenceError("the matrix is not positive definite: it has a diagonal entry that is not positive")
-        # The CSC type of cholespy reallocates the caller's arrays, which numpy owns; its CSR type makes a copy. To a symmetric
-        # matrix the two are the same.
+        # The CSC type of cholespy reallocates the caller's arrays, which numpy owns; its CSR type makes a copy. For a symmetric
+        # matrix both are the same.
         self._factors = None
         if csr.shape[0] == 0:
             return

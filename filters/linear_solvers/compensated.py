@@ -12,31 +12,31 @@ _SPLITTER = 134217729.0
 
 
 def laplacian_power(
-    stiffness: sparse.csr_matrix, inverse_mass: Floats, order: int, values: Floats, more: Floats | None = None
+    matrix: sparse.csr_matrix, inverse_mass: Floats, order: int, values: Floats, more: Floats | None = None
 ) -> Floats:
     """(S M^-1)^(order - 1) S x, computed with about 32 digits and rounded once.
 
-    S is taken to have rows that sum to 0 exactly: its diagonal is not read. In ordinary precision each application loses the
-    digits that differences of neighbours lose, at order 3 and 100,000 vertices nearly all; here what is lost was to spare. Sums
-    and products carry their rounding errors along as a second double [dekker1971].
+    The rows of S count as summing to 0 exactly: its diagonal is not read. In ordinary precision each application loses the digits
+    that differences between neighbours lose, at order 3 and 100,000 vertices nearly all of 16; of 32 enough are left. Sums and
+    products carry their rounding errors along as a second double [dekker1971].
 
     Args:
-        stiffness: S, (n, n) symmetric.
+        matrix: S, (n, n) symmetric; S or -S is semidefinite.
         inverse_mass: (n,) the diagonal of M^-1.
         order: the power, at least 1.
         values: x, (n, 3).
-        more: (n, 3) what is to be added to x without rounding; nothing if None.
+        more: (n, 3) added to x without rounding; None for 0.
 
     Returns:
         (n, 3).
     """
     high, low = np.ascontiguousarray(values), np.zeros(values.shape) if more is None else np.ascontiguousarray(more)
-    indptr, indices = stiffness.indptr.astype(np.int64), stiffness.indices.astype(np.int32)
+    indptr, indices = matrix.indptr.astype(np.int64), matrix.indices.astype(np.int32)
     with threads_for(len(values)):
         for step in range(order):
             high_product, low_product = np.empty(values.shape), np.empty(values.shape)
             factors = inverse_mass if step < order - 1 else np.ones(len(values))
-            _apply(indptr, indices, stiffness.data, factors, high, low, high_product, low_product)
+            _apply(indptr, indices, matrix.data, factors, high, low, high_product, low_product)
             high, low = high_product, low_product
     return high
 

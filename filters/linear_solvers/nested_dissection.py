@@ -8,19 +8,19 @@ from scipy import sparse
 
 from ..mesh import Ints, Longs
 
-#: Parts of this many vertices are not cut further.
+#: Parts of at most this many vertices are not cut further.
 _LEAF = 48
-# How much dearer a separator counts that leaves everything on one side.
+#: A separator that lies a share s of the part away from its middle counts as 1 + this times s of its size.
 _UNEVEN = 0.5
 
 
 def nested_dissection(matrix: sparse.csc_matrix) -> Ints:
     """(n,) int32 a permutation: row i of the matrix to factorise is row ``order[i]`` of this one.
 
-    A part of the graph is cut into halves by the vertices at half the way from one end, of which as few are taken as part the two
-    sides; these come last, after both halves, which are cut in the same way [george1973]. On a surface the factors have about
-    n log n entries. Orders by least degree have no fewer, and can take quadratic time on meshes that are regular: 104 s for a
-    subdivided icosahedron of 41,000 vertices, where this takes 0.1 s.
+    The vertices are sorted by their distance in edges from one end of the graph. A separator, the vertices of a level near the
+    middle that touch the next level, comes last in the order; the two sides come before it, each ordered in the same way
+    [george1973]. On a surface the factors have about n log n entries. Written here because the orders by least degree that come
+    with SuperLU take quadratic time on regular meshes; docs/solvers.md compares them.
 
     Args:
         matrix: (n, n) with a symmetric pattern.
@@ -36,9 +36,9 @@ def nested_dissection(matrix: sparse.csc_matrix) -> Ints:
 def _levels(
     starts: Longs, neighbours: Ints, part: Longs, name: int, first: int, level: Ints, queue: Ints, at: int
 ) -> tuple[int, int]:
-    """The vertices of a part by their distance from the first, into `queue` from `at`; the end there and the number of levels.
+    """Writes the vertices of a part, by their distance from `first`, into `queue` from `at` on; returns its end and their levels.
 
-    `level` is -1 for all of the part before, and their distance after.
+    `level` is -1 at all vertices of the part before the call, and their distance in edges after it.
     """
     queue[at] = first
     level[first] = 0
@@ -57,7 +57,7 @@ def _levels(
 
 @njit(cache=True)
 def _dissect(starts: Longs, neighbours: Ints, order: Ints, part: Longs, leaf: int) -> None:
-    """Cuts ``order[low:high]`` for every part on the stack; a vertex is in part `part`, whose name is where it begins, plus 1."""
+    """Cuts ``order[low:high]`` for every part on the stack; `part` is the number of each vertex's part, its `low` plus 1."""
     n = order.shape[0]
     level = np.full(n, -1, dtype=np.int32)
     queue = np.empty(n, dtype=np.int32)
@@ -69,15 +69,14 @@ def _dissect(starts: Longs, neighbours: Ints, order: Ints, part: Longs, leaf: in
         name = low + 1
         for k in range(low, high):
             part[order[k]] = name
-        # From any vertex to the farthest, and from there the levels: few and narrow ones.
+        # Levels counted from the vertex that is farthest from any other are many and narrow.
         end, _ = _levels(starts, neighbours, part, name, order[low], level, queue, low)
         far = queue[end - 1]
         for k in range(low, end):
             level[queue[k]] = -1
         end, depth = _levels(starts, neighbours, part, name, far, level, queue, low)
         if end < high:
-            # Not connected: what was reached, and the others.
-            place = low
+            # The part is not connected: split it into the vertices that were reached and the others.
             rest = end
             for k in range(low, high):
                 i = order[k]
@@ -87,18 +86,17 @@ def _dissect(starts: Longs, neighbours: Ints, order: Ints, part: Longs, leaf: in
             order[low:high] = queue[low:high]
             for k in range(low, end):
                 level[order[k]] = -1
-            place = end
             for k in range(low, high):
                 part[order[k]] = 0
-            stack.append((low, place))
-            stack.append((place, high))
+            stack.append((low, end))
+            stack.append((end, high))
             continue
         if depth < 3:
             for k in range(low, high):
                 level[order[k]] = -1
                 part[order[k]] = 0
             continue
-        # Of the levels that end between a third and two thirds of the way, or of all if none does, the narrowest for its cut.
+        # The narrowest level among those that leave at least a third of the part on either side, or among all if none does.
         middle, least, begin = 0, np.inf, low
         for k in range(low, high):
             if level[queue[k]] == depth - 1:
@@ -111,7 +109,7 @@ def _dissect(starts: Longs, neighbours: Ints, order: Ints, part: Longs, leaf: in
                 if cost < least:
                     middle, least = level[queue[k]], cost
                 begin = k + 1
-        # Nearer half from the front, then the farther one, then those of the middle level that touch it.
+        # The near side first, then the far side, then the separator: the vertices of the middle level that touch the far side.
         front, back, count = low, 0, 0
         for k in range(low, high):
             i = queue[k]

@@ -1,4 +1,4 @@
-"""Factors of a shifted operator, A - shift I = L D L^T: they solve, and they count the eigenvalues below the shift."""
+"""Factors of a shifted operator, A - shift I = L D L^T, which solve systems and count the eigenvalues below the shift."""
 
 from functools import partial
 from typing import Any
@@ -12,29 +12,37 @@ from ..checks import ConvergenceError
 from ..execution import Progress, abandonable
 from ..mesh import Floats, Ints
 
-# Columns that one pass over the factors solves for: what fits the registers.
+#: Columns that one pass over the factors solves for: as many as fit into the registers.
 _TOGETHER = 8
+#: Shifts that are tried.
 _ATTEMPTS = 4
-# Backward errors of a solution by factors that are good, and by such as do if there are no better ones: the count is right while
-# no eigenvalue is closer to the shift than this share of the largest, and what the modes lose one step of refinement restores.
+#: Factors with a backward error of at most the first are taken at once; if there are none, the best ones up to the second. The
+#: count is right while no eigenvalue is closer to the shift than this share of the largest one, and one step of refinement makes
+#: up for what the modes lose.
 _GOOD, _ROUGH = 1e-12, 1e-9
 
 
 class ShiftedFactors:
     """L D L^T of A - shift I for a symmetric A, by SuperLU without row exchanges.
 
-    Without exchanges D is diagonal and by Sylvester's law of inertia has as many negative entries as A has eigenvalues below the
-    shift. A pivot next to 0 would spoil that; then the shift is moved a little. The rows are eliminated as they stand; that
-    should be in the order of `nested_dissection`.
+    Without exchanges D is diagonal, and by Sylvester's law of inertia it has as many negative entries as A has eigenvalues below
+    the shift. A pivot close to 0 would spoil that; then the shift is moved a little. Rows are eliminated in the order in which
+    they stand, which should be that of `nested_dissection`. Solves are written here because SuperLU's own take the columns one by
+    one; docs/solvers.md compares their times.
 
     Attributes:
-        shift: what was subtracted in the end.
+        shift: what was subtracted, close to what was asked for.
         below: how many eigenvalues of A, counted with multiplicity, lie below the shift.
     """
 
     def __init__(self, matrix: sparse.csc_matrix, shift: float, progress: Progress, done: float) -> None:
-        """Factorises in a thread, so that `progress` is called meanwhile, with `done`. If it raises, the thread is left to itself
-        and drops what it has done as soon as it ends.
+        """Factorises.
+
+        Args:
+            matrix: A, (n, n) symmetric.
+            shift: of the order of A's eigenvalues, above 0 or below.
+            progress: called about ten times a second with `done`; may raise to stop, see `abandonable`.
+            done: the share of the work that was done before.
 
         Raises:
             ConvergenceError: no shift close by gives factors.
@@ -76,14 +84,14 @@ def _solved(factors: Any, right_side: Floats) -> Floats:
 
 
 def _factorised(matrix: sparse.csc_matrix) -> Any:
-    """SuperLU's factors, None if it meets a pivot that is 0."""
+    """SuperLU's factors; None if it meets a pivot that is 0."""
     try:
         return splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError:
         return None
 
 
-# One pass streams the factors through memory, which a second thread would not speed up.
+# A pass is limited by reading the factors from memory, which a second thread would not speed up.
 @njit(cache=True)
 def _solve(starts: Any, rows: Ints, values: Floats, pivots: Floats, place: Ints, b: Floats, x: Floats) -> None:
     n, count = b.shape

@@ -1,4 +1,4 @@
-"""A symmetric positive definite matrix, checked, and how well something solves a system with it."""
+"""The checked matrix of a symmetric positive definite system, its scale, and the backward error of a solution."""
 
 from typing import NamedTuple
 

@@ -18,8 +18,7 @@ _QUICK = 5000
 class SuperLU:
     """The factors L U of a symmetric positive definite matrix, minimum degree order, no row exchanges.
 
-    Against `Cholesky`, seconds of one thread for C M^-1 C and (C M^-1)^2 C on a patch, set up and solved for three right-hand
-    sides: at 10,000 vertices 0.10 and 0.19 (Cholesky 0.13 and 0.28), at 80,000 vertices 2.2 and 4.9 (2.4 and 8.2).
+    On squares and cubes of Laplace operators as fast as `Cholesky` or faster (docs/solvers.md), and it can be stopped.
     """
 
     def __init__(self, matrix: sparse.csr_matrix, *, progress: Progress = ignore_progress, done: float = 0.0) -> None:
@@ -28,7 +27,7 @@ class SuperLU:
         Args:
             matrix: symmetric positive definite.
             progress: called about ten times a second with `done`; may raise to stop.
-            done: the share of the work that is done before.
+            done: the share of the work that was done before.
 
         Raises:
             ConvergenceError: it is not positive definite to rounding.

@@ -2,14 +2,12 @@
 
 from .arrays import Bools, Floats, Ints, Longs, check_edges, check_mesh, check_movable, check_points
 from .box import bounding_box, scaled_to_unit, unit_scale
-from .frame import Frame, enter, leave, ordered_frame
 from .normalised import NormalisedMesh, normalised_mesh
 from .ordering import worth_reordering
 
 __all__ = [
     "Bools",
     "Floats",
-    "Frame",
     "Ints",
     "Longs",
     "NormalisedMesh",
@@ -18,10 +16,7 @@ __all__ = [
     "check_mesh",
     "check_movable",
     "check_points",
-    "enter",
-    "leave",
     "normalised_mesh",
-    "ordered_frame",
     "scaled_to_unit",
     "unit_scale",
     "worth_reordering",

@@ -1,14 +1,14 @@
 """Nearest neighbours of points."""
 
 from .kd_tree import LEAF, build_tree
-from .nearest import check_cloud, chunks, nearest_neighbours
-from .tree_search import search
+from .nearest import check_cloud, leaf_ranges, nearest_neighbours
+from .tree_search import search_leaves
 
 __all__ = [
     "LEAF",
     "build_tree",
     "check_cloud",
-    "chunks",
+    "leaf_ranges",
     "nearest_neighbours",
-    "search",
+    "search_leaves",
 ]

@@ -1,5 +1,7 @@
 """A balanced k-d tree [friedman1977] of the points of a cloud, built on all cores.
 
+Written here because SciPy's and pykdtree's do not order ties and are slower; docs/solvers.md has the times.
+
 A node's points are halved at the median of the widest side of their bounding box, down to leaves of `LEAF` points, so that the
 tree adapts to any density. Node 1 is the root, the children of node i are 2 i and 2 i + 1. A node covers a range of leaves, its
 children the two halves of that range, and every leaf but the last is full.
@@ -11,17 +13,18 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from ..execution import Progress, in_parallel, part_of
+from ..mesh import Floats, Ints, Longs
+from .selection import partition
 
-#: points in a leaf: 8 and 32 were measured to be slower; compiled into the kernels here and in search.py
+#: Points in a leaf, compiled into the kernels: 8 and 32 are slower.
 LEAF = 16
-#: leaves of a subtree that one thread builds in one go
+#: Leaves of a subtree that one task builds.
 _SUBTREE = 4096
-#: a stack this deep holds any walk down a tree of 2^31 points
+#: Deep enough for any walk down a tree of 2^31 points.
 STACK = 64
-#: the column of the index, which is exact in a float64 and so moves with the coordinates
+#: The column of the index, which is exact in a float64 and so moves with the coordinates.
 _INDEX = 3
 
 
@@ -40,13 +43,13 @@ class KdTree:
 
     count: int
     scale: float
-    coordinates: NDArray[np.float64]
-    indices: NDArray[np.int32]
-    boxes: NDArray[np.float64]
-    lowest: NDArray[np.int64]
+    coordinates: Floats
+    indices: Ints
+    boxes: Floats
+    lowest: Longs
 
 
-def build_tree(points: NDArray[np.float64], progress: Progress) -> KdTree:
+def build_tree(points: Floats, progress: Progress) -> KdTree:
     """The tree of (n, 3) finite points, n >= 1; the same for any number of threads."""
     count = len(points)
     leaves = -(-count // LEAF)
@@ -56,8 +59,8 @@ def build_tree(points: NDArray[np.float64], progress: Progress) -> KdTree:
     np.multiply(points, 1.0 / scale, out=rows[:count, :3])
     rows[:, _INDEX] = np.arange(len(rows))
     nodes = 2 << (leaves - 1).bit_length()
-    boxes: NDArray[np.float64] = np.empty((nodes, 2, 3))
-    lowest: NDArray[np.int64] = np.empty(nodes, np.int64)
+    boxes: Floats = np.empty((nodes, 2, 3))
+    lowest: Longs = np.empty(nodes, np.int64)
 
     def split(node: int, first: int, last: int) -> None:
         _split(rows[:count], node, first, last, boxes, lowest)
@@ -65,7 +68,7 @@ def build_tree(points: NDArray[np.float64], progress: Progress) -> KdTree:
     def build(node: int, first: int, last: int) -> None:
         _build(rows[:count], node, first, last, boxes, lowest)
 
-    # The nodes of a level do not touch each other. The upper levels are split one by one, the subtrees below each in one task.
+    # The nodes of a level are independent. The upper levels are split one after the other, each subtree below them is one task.
     level = [(1, 0, leaves)]
     depth = ((leaves - 1) // _SUBTREE).bit_length()
     for above in range(depth):
@@ -82,10 +85,8 @@ def _children(node: int, first: int, last: int) -> tuple[tuple[int, int, int], t
 
 
 @njit(nogil=True, cache=True)
-def _build(
-    rows: NDArray[np.float64], node: int, first: int, last: int, boxes: NDArray[np.float64], lowest: NDArray[np.int64]
-) -> None:
-    """Split a node that covers the leaves from `first` to before `last`, and all nodes below it."""
+def _build(rows: Floats, node: int, first: int, last: int, boxes: Floats, lowest: Longs) -> None:
+    """Splits a node that covers the leaves from `first` to before `last`, and all nodes below it."""
     stack = np.empty((STACK, 3), np.int64)
     stack[0, 0], stack[0, 1], stack[0, 2] = node, first, last
     top = 1
@@ -101,10 +102,8 @@ def _build(
 
 
 @njit(nogil=True, cache=True)
-def _split(
-    rows: NDArray[np.float64], node: int, first: int, last: int, boxes: NDArray[np.float64], lowest: NDArray[np.int64]
-) -> None:
-    """Measure one node and move its points so that those of its first half of leaves come first."""
+def _split(rows: Floats, node: int, first: int, last: int, boxes: Floats, lowest: Longs) -> None:
+    """Computes the box of one node and moves its points so that those of its first half of leaves come first."""
     start, stop = first * LEAF, min(last * LEAF, rows.shape[0])
     low = rows[start].copy()
     high = rows[start].copy()
@@ -119,37 +118,5 @@ def _split(
         axis = c if high[c] - low[c] > high[axis] - low[axis] else axis
     lowest[node] = np.int64(low[_INDEX])
     if last - first > 1:
-        # Points that all coincide are halved by their index, so that a search finds the lowest ones first and can stop there.
-        _partition(rows, start, stop, (first + last) // 2 * LEAF, axis if high[axis] > low[axis] else _INDEX)
-
-
-@njit(nogil=True, cache=True)
-def _partition(rows: NDArray[np.float64], start: int, stop: int, middle: int, column: int) -> None:
-    """Move the rows from `start` to before `stop` so that none before `middle` is above one after it (Hoare's selection)."""
-    low, high = start, stop - 1
-    seed = np.uint64(start + stop)
-    while low < high:
-        # The median of three at pseudo-random places: a scan's order has patterns that make regular places quadratic.
-        seed = seed * np.uint64(6364136223846793005) + np.uint64(1442695040888963407)
-        size = np.uint64(high - low + 1)
-        a = rows[low + np.int64((seed >> np.uint64(43)) % size), column]
-        b = rows[low + np.int64((seed >> np.uint64(22) & np.uint64(0x1FFFFF)) % size), column]
-        c = rows[(low + high) // 2, column]
-        pivot = max(min(a, b), min(max(a, b), c))
-        i, j = low, high
-        while i <= j:
-            while rows[i, column] < pivot:
-                i += 1
-            while rows[j, column] > pivot:
-                j -= 1
-            if i <= j:
-                for d in range(4):
-                    rows[i, d], rows[j, d] = rows[j, d], rows[i, d]
-                i += 1
-                j -= 1
-        if middle <= j:
-            high = j
-        elif middle >= i:
-            low = i
-        else:
-            return
+        # Points that all coincide are halved by index, so that a search finds the lowest ones first and can stop there.
+        partition(rows, start, stop, (first + last) // 2 * LEAF, axis if high[axis] > low[axis] else _INDEX)

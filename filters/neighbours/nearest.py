@@ -3,29 +3,27 @@
 from __future__ import annotations
 
 import math
-import operator
 
 import numpy as np
 from numba import njit
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError
+from ..checks import FilterInputError, check_whole_number
 from ..execution import Progress, ignore_progress, in_parallel, part_of
+from ..mesh import Floats, Ints
 from .kd_tree import LEAF, KdTree, build_tree
-from .tree_search import search
+from .tree_search import search_leaves
 
-#: the share of the time that building the tree takes, roughly
+#: The share of the time that building the tree takes, roughly.
 _BUILDING = 0.2
-#: neighbours that are found in one task: about a hundredth of a second, and their arrays stay in the cache
+#: Neighbours that one task finds: about a hundredth of a second, and their arrays stay in the cache.
 _CHUNK = 2**18
-#: at least so many tasks, if there are as many leaves, so that all threads end at about the same time
+#: At least this many tasks, if there are as many leaves, so that all threads end at about the same time.
 _TASKS = 64
 
 
-def nearest_neighbours(
-    points: ArrayLike, k: int, *, progress: Progress = ignore_progress
-) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-    """Find the k nearest neighbours of every point among all other points.
+def nearest_neighbours(points: ArrayLike, k: int, *, progress: Progress = ignore_progress) -> tuple[Floats, Ints]:
+    """The k nearest neighbours of every point among all other points.
 
     The search is exact: neighbours are ordered by the squared distance as computed in float64, then by index. A point is left
     out of its own neighbours by its index, so that a point at the same place is a neighbour at distance 0.
@@ -44,25 +42,27 @@ def nearest_neighbours(
     """
     cloud, k = check_cloud(points, k)
     tree = build_tree(cloud, part_of(progress, 0.0, _BUILDING))
-    distances: NDArray[np.float64] = np.empty((tree.count, k))
-    indices: NDArray[np.int32] = np.empty((tree.count, k), np.int32)
+    distances: Floats = np.empty((tree.count, k))
+    indices: Ints = np.empty((tree.count, k), np.int32)
 
     def find(first: int, last: int) -> None:
-        positions, squared = search(tree, first, last, k)
+        positions, squared = search_leaves(tree, first, last, k)
         _sort_rows(tree.indices, first * LEAF, positions, squared, tree.scale, indices, distances)
 
-    in_parallel(find, chunks(tree, k), part_of(progress, _BUILDING, 1.0))
+    in_parallel(find, leaf_ranges(tree, k), part_of(progress, _BUILDING, 1.0))
     return distances, indices
 
 
-def check_cloud(points: ArrayLike, k: int) -> tuple[NDArray[np.float64], int]:
-    """The points as (n, 3) float64 and k as an int, if every point is finite and has k others; else raise `FilterInputError`."""
+def check_cloud(points: ArrayLike, k: int, name: str = "k") -> tuple[Floats, int]:
+    """The points as (n, 3) float64, and the number of neighbours as an int.
+
+    Raises:
+        FilterInputError: points of another shape or not finite, or no k other points for each; `name` is that of k.
+    """
     cloud = np.ascontiguousarray(points, dtype=np.float64)
     if cloud.ndim != 2 or cloud.shape[1] != 3:
         raise FilterInputError(f"points must have the shape (n, 3), got {cloud.shape}")
-    k = operator.index(k)
-    if k < 1:
-        raise FilterInputError(f"the number of neighbours must be at least 1, got {k}")
+    k = check_whole_number(name, k, least=1)
     if k >= len(cloud):
         raise FilterInputError(
             f"{k} neighbours need a cloud of at least {k + 1} points, got {len(cloud)}: ask for fewer neighbours or add points"
@@ -76,8 +76,8 @@ def check_cloud(points: ArrayLike, k: int) -> tuple[NDArray[np.float64], int]:
     return cloud, k
 
 
-def chunks(tree: KdTree, k: int) -> list[tuple[int, int]]:
-    """Ranges of leaves to search at a time."""
+def leaf_ranges(tree: KdTree, k: int) -> list[tuple[int, int]]:
+    """The ranges of leaves that one task searches for."""
     leaves = len(tree.coordinates)
     size = max(1, min(_CHUNK // (k * LEAF), leaves // _TASKS))
     return [(first, min(first + size, leaves)) for first in range(0, leaves, size)]
@@ -85,15 +85,15 @@ def chunks(tree: KdTree, k: int) -> list[tuple[int, int]]:
 
 @njit(nogil=True, cache=True)
 def _sort_rows(
-    index_at: NDArray[np.int32],
+    index_at: Ints,
     start: int,
-    positions: NDArray[np.int32],
-    squared: NDArray[np.float64],
+    positions: Ints,
+    squared: Floats,
     scale: float,
-    indices: NDArray[np.int32],
-    distances: NDArray[np.float64],
+    indices: Ints,
+    distances: Floats,
 ) -> None:
-    """Put the rows found for the positions from `start` into the places of their points, ordered by distance, then by index."""
+    """Writes the rows found for the positions from `start` on to the rows of their points, by distance, then by index."""
     k = positions.shape[1]
     found = np.empty(k, np.int32)
     for r in range(positions.shape[0]):
@@ -101,7 +101,7 @@ def _sort_rows(
         for i in range(k):
             found[i] = index_at[positions[r, i]]
         for i in range(k):
-            # Counting those before it runs in vector instructions, which beats sorting up to hundreds of neighbours.
+            # Counting the nearer ones uses vector instructions, which is faster than sorting for up to hundreds of neighbours.
             place = 0
             for j in range(k):
                 place += (squared[r, j] < squared[r, i]) | ((squared[r, j] == squared[r, i]) & (found[j] < found[i]))

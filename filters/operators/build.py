@@ -2,7 +2,7 @@
 
 from typing import Literal, TypeAlias, get_args
 
-from ..checks import FilterInputError
+from ..checks import FilterInputError, check_choice
 from ..mesh import Floats, Ints
 from .cotangent import cotangent_laplacian, laplace_beltrami
 from .inverse_length import inverse_length_laplacian
@@ -27,8 +27,7 @@ def build_laplacian(vertices: Floats, faces: Ints, operator: OperatorName) -> La
     Raises:
         FilterInputError: an unknown name, or a point cloud with another operator than "robust".
     """
-    if operator not in OPERATOR_NAMES:
-        raise FilterInputError(f"operator {operator!r} is not one of {', '.join(map(repr, OPERATOR_NAMES))}")
+    check_choice("operator", operator, OPERATOR_NAMES)
     if len(faces) == 0 and len(vertices) > 0:
         if operator != "robust":
             raise FilterInputError(f"operator {operator!r} needs triangles and there are none; for a point cloud take 'robust'")

@@ -1,4 +1,4 @@
-"""What an operator of surfaces becomes on curves, such as the borders of a mesh."""
+"""The operator of curves that corresponds to one of surfaces, for example on the borders of a mesh."""
 
 from typing import Literal
 
@@ -9,8 +9,8 @@ from .laplacian import Laplacian
 from .scale_dependent import scale_dependent_laplacian
 from .uniform import uniform_laplacian
 
-#: What an operator of surfaces becomes on a curve. Inverse lengths are to a polyline what cotangents are to triangles: linear
-#: finite elements; the scale-dependent operator is their second derivative by arc length, with the unit of Laplace-Beltrami.
+#: The operator of curves for each of surfaces. Inverse lengths on a polyline are linear finite elements, as cotangents are on
+#: triangles; the scale-dependent operator is the second derivative by arc length, which has the unit of Laplace-Beltrami.
 CURVE_OPERATOR: dict[OperatorName, Literal["uniform", "inverse_length", "scale_dependent"]] = {
     "uniform": "uniform",
     "inverse_length": "inverse_length",
@@ -22,12 +22,12 @@ CURVE_OPERATOR: dict[OperatorName, Literal["uniform", "inverse_length", "scale_d
 
 
 def curve_laplacian(vertices: Floats, edges: Ints, operator: OperatorName) -> Laplacian:
-    """What `operator` becomes on the polylines that the edges form, such as the borders of a mesh under the policy "along".
+    """The operator of `CURVE_OPERATOR` on the polylines that the edges form, for example the borders of a mesh.
 
     Args:
         vertices: (n, 3) coordinates.
         edges: (e, 2) edges; the rows of vertices that none of them touches are 0.
-        operator: an operator of surfaces; its curve operator is that of `CURVE_OPERATOR`.
+        operator: the operator of the surface.
     """
     curve = CURVE_OPERATOR[operator]
     if curve == "uniform":

@@ -1,4 +1,4 @@
-"""The inverse-length operator: near neighbours pull more."""
+"""The inverse-length operator: near neighbours weigh more."""
 
 import numpy as np
 
@@ -6,8 +6,8 @@ from ..mesh import Floats, Ints
 from ..topology import OneRings, one_rings
 from .laplacian import Laplacian, assemble_stiffness, ring_lengths, ring_sums
 
-#: An edge shorter than this share of the mean edge pulls like one of that length: a weight of 1 / 0 would be no number.
-#: Coordinates of 32 bits cannot tell such an edge from a point.
+#: An edge shorter than this share of the mean edge has the weight of that length, which keeps weights finite. Coordinates of 32
+#: bits do not resolve shorter edges.
 SHORTEST_EDGE = 1e-6
 
 

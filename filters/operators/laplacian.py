@@ -1,4 +1,4 @@
-"""What every Laplace operator here is made of: a stiffness matrix and a mass for every vertex."""
+"""The form of every Laplace operator: a stiffness matrix and a mass for every vertex."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
 """The area that belongs to each vertex."""
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 from numba import njit, prange
@@ -11,34 +10,20 @@ from ..mesh import Floats, Ints, Longs, scaled_to_unit
 from ..topology import ring_ends
 
 
-def barycentric_areas(vertices: Floats, faces: Ints) -> Floats:
-    """(n,) a third of the area of the triangles around each vertex; they add up to the area of the mesh.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-    """
-    return _summed(vertices, faces, _sum_thirds)
-
-
 def mixed_voronoi_areas(vertices: Floats, faces: Ints) -> Floats:
     """(n,) the mixed Voronoi area of each vertex; they add up to the area of the mesh [meyer2003].
 
-    In a triangle without obtuse angle a corner owns the points that lie nearest to it; else the obtuse corner owns half of the
+    In a triangle without an obtuse angle each corner owns the points nearest to it; otherwise the obtuse corner owns half of the
     triangle and the others a quarter each. A triangle without area contributes nothing.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
     """
-    return _summed(vertices, faces, _sum_mixed)
-
-
-def _summed(vertices: Floats, faces: Ints, sum_up: Callable[[Floats, Longs, Ints, Floats], None]) -> Floats:
     points, scale = scaled_to_unit(vertices)
     areas = np.empty(len(vertices))
     with threads_for(len(vertices)):
-        sum_up(points, *ring_ends(faces, len(vertices)), areas)
+        _sum_areas(points, *ring_ends(faces, len(vertices)), areas)
     return areas / scale / scale
 
 
@@ -60,21 +45,7 @@ def mixed_share(ux: float, uy: float, uz: float, uu: float, vx: float, vy: float
 
 
 @njit(cache=True, parallel=True)
-def _sum_thirds(points: Floats, offsets: Longs, ends: Ints, areas: Floats) -> None:
-    for i in prange(offsets.shape[0] - 1):
-        x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        total = 0.0
-        for k in range(offsets[i], offsets[i + 1], 2):
-            a, b = ends[k], ends[k + 1]
-            ux, uy, uz = points[a, 0] - x, points[a, 1] - y, points[a, 2] - z
-            vx, vy, vz = points[b, 0] - x, points[b, 1] - y, points[b, 2] - z
-            cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-            total += math.sqrt(cx * cx + cy * cy + cz * cz)
-        areas[i] = total / 6.0
-
-
-@njit(cache=True, parallel=True)
-def _sum_mixed(points: Floats, offsets: Longs, ends: Ints, areas: Floats) -> None:
+def _sum_areas(points: Floats, offsets: Longs, ends: Ints, areas: Floats) -> None:
     for i in prange(offsets.shape[0] - 1):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         total = 0.0

@@ -11,7 +11,7 @@ from .laplacian import Laplacian
 
 
 def robust_mesh_laplacian(vertices: Floats, faces: Ints, *, mollify_factor: float = 1e-5) -> Laplacian:
-    """The operator of `laplace_beltrami` without its troubles: no weight is negative and none is infinite [sharp2020].
+    """The Laplace-Beltrami operator with weights that are neither negative nor infinite [sharp2020].
 
     For slivers, obtuse triangles and non-manifold meshes. The mass is a third of the area around a vertex in the intrinsic
     triangulation. A mesh whose vertices all coincide has the operator 0.
@@ -84,7 +84,7 @@ def _at_the_origin(points: Floats) -> tuple[Floats, float]:
 
 
 def _spread(positive: Any, masses: Any, scale: float, spread: sparse.csr_array) -> Laplacian:
-    """The operator of the library on k points, handed out to n vertices by the shares of the (k, n) matrix `spread`."""
+    """The library's operator on k points as one on n vertices, by the shares of the (k, n) matrix `spread`."""
     stiffness = sparse.csr_matrix(-(spread.T @ sparse.csr_array(positive) @ spread))
     stiffness.sort_indices()
     return Laplacian(stiffness, np.asarray(spread.T @ masses.diagonal()) / scale / scale)

@@ -1,4 +1,4 @@
-"""The uniform (umbrella) operator: every neighbour pulls alike."""
+"""The uniform (umbrella) operator: all neighbours weigh the same."""
 
 import numpy as np
 
@@ -10,8 +10,8 @@ from .laplacian import Laplacian, assemble_stiffness
 def uniform_laplacian(faces_or_edges: Ints, n_vertices: int) -> Laplacian:
     """L p_i = mean of the one-ring minus p_i: w_ij = 1, mass the number of neighbours [taubin1995].
 
-    The eigenvalues lie in [-2, 0] whatever the mesh, so a step of up to 1 is stable. It knows no coordinates: it also evens out
-    the triangulation, and so moves the vertices of a flat but irregular mesh.
+    The eigenvalues lie in [-2, 0] for any mesh, so a step of up to 1 is stable. It does not depend on coordinates: it also evens
+    out the triangulation, and so moves the vertices of a flat but irregular mesh.
 
     Args:
         faces_or_edges: (m, 3) triangles, or (e, 2) edges.

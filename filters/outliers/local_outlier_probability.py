@@ -2,27 +2,26 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numba import njit
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import erf
 
-from ..checks import FilterInputError
+from ..checks import check_positive
 from ..execution import Progress, ignore_progress, in_parallel, part_of
-from ..neighbours import LEAF, build_tree, check_cloud, chunks, search
+from ..mesh import Floats, Ints
+from ..neighbours import LEAF, build_tree, check_cloud, leaf_ranges, search_leaves
 
-#: what rounding makes of equal distances, in units of the largest coordinate, which is between 1/2 and 1 in a tree
+#: The difference that rounding makes between equal distances, in the unit of a tree, where the largest coordinate is 1/2 to 1.
 _ROUNDING = 32 * np.finfo(np.float64).eps
-#: ... and never more than this share of the distance, as a cloud may be finer than that around the origin
+#: And at most this share of the distance, since a cloud may be finer than that around the origin.
 _ALIKE = 1e-6
 
 
 def local_outlier_probability(
     points: ArrayLike, *, neighbors: int = 20, extent: float = 3.0, progress: Progress = ignore_progress
-) -> NDArray[np.float64]:
-    r"""Compute the probability of every point to be an outlier from its distances to its neighbours, compared with theirs.
+) -> Floats:
+    r"""The probability of each point to be an outlier: the distances to its neighbours compared with theirs to their own.
 
     With :math:`K_p` the k nearest neighbours of p, p itself left out:
 
@@ -33,8 +32,8 @@ def local_outlier_probability(
         \mathrm{nPLOF} &= \lambda \sqrt{\tfrac1n \textstyle\sum_p \mathrm{PLOF}(p)^2} \\
         \mathrm{LoOP}(p) &= \max(0, \mathrm{erf}(\mathrm{PLOF}(p) / (\sqrt2 \, \mathrm{nPLOF})))
 
-    The result depends neither on the unit nor on the density of the cloud: a point is an outlier where its surroundings are
-    denser than its own distances, by more than is usual in the cloud.
+    The result depends neither on the unit nor on the density of the cloud: a point is an outlier if its neighbours are farther
+    from it than from their own neighbours, by more than is usual in the cloud.
 
     Args:
         points: (n, 3) finite coordinates.
@@ -45,38 +44,37 @@ def local_outlier_probability(
         progress: called with the share of the work done.
 
     Returns:
-        (n,) float64 probabilities in [0, 1]. Where a point and all its neighbours coincide it is 0; where its neighbours have
-        all their own neighbours at distance 0 but the point stands apart, PLOF is infinite: the probability is 1, and the point
-        is left out of the mean in nPLOF. Distances that differ by no more than the rounding of the coordinates count as equal:
-        a regular arrangement of points has no outliers.
+        (n,) float64 probabilities in [0, 1]. Where a point coincides with all its neighbours the probability is 0. Where all
+        neighbours coincide with theirs but the point does not, PLOF is infinite: the probability is 1, and the point is left out
+        of the mean in nPLOF. Distances that differ by no more than the rounding of the coordinates count as equal, so that a
+        regular arrangement of points has no outliers.
 
     Raises:
         FilterInputError: a parameter is out of its bounds, or coordinates are missing, NaN or infinite.
     """
-    if not 0.0 < extent < math.inf:
-        raise FilterInputError(f"the extent must be a finite number above 0, got {extent}")
+    check_positive("extent", extent)
     factors = outlier_factors(points, neighbors=neighbors, progress=progress)
     finite = factors[np.isfinite(factors)]
     scale = np.abs(finite).max(initial=0.0) or 1.0  # so that no square overflows
     spread = extent * scale * np.sqrt(np.mean((finite / scale) ** 2)) if finite.size else 0.0
     if spread == 0.0:
         return (factors > 0.0).astype(np.float64)
-    probabilities: NDArray[np.float64] = np.maximum(0.0, erf(factors / (np.sqrt(2.0) * spread)))
+    probabilities: Floats = np.maximum(0.0, erf(factors / (np.sqrt(2.0) * spread)))
     return probabilities
 
 
-def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = ignore_progress) -> NDArray[np.float64]:
-    """The (n,) probabilistic local outlier factors PLOF of `local_outlier_probability`: above 0 where a point is lonelier than
-    its neighbours, at least -1, and infinite as said there.
+def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = ignore_progress) -> Floats:
+    """(n,) the probabilistic local outlier factors PLOF of `local_outlier_probability`: at least -1, above 0 where a point is
+    farther from its neighbours than they are from theirs, and infinite as said there.
     """
-    cloud, k = check_cloud(points, neighbors)
+    cloud, k = check_cloud(points, neighbors, "neighbors")
     tree = build_tree(cloud, part_of(progress, 0.0, 0.2))
-    distances: NDArray[np.float64] = np.empty(tree.count)
-    positions: NDArray[np.int32] = np.empty((tree.count, k), np.int32)
-    factors: NDArray[np.float64] = np.empty(tree.count)
+    distances: Floats = np.empty(tree.count)
+    positions: Ints = np.empty((tree.count, k), np.int32)
+    factors: Floats = np.empty(tree.count)
 
     def find(first: int, last: int) -> None:
-        found, squared = search(tree, first, last, k)
+        found, squared = search_leaves(tree, first, last, k)
         rows = slice(first * LEAF, first * LEAF + len(found))
         positions[rows] = found
         distances[rows] = np.sqrt(_row_sums(squared) / k)
@@ -84,13 +82,13 @@ def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = i
     def compare(first: int, last: int) -> None:
         _compare(distances, positions, tree.indices, first * LEAF, min(last * LEAF, tree.count), factors)
 
-    in_parallel(find, chunks(tree, k), part_of(progress, 0.2, 0.9))
-    in_parallel(compare, chunks(tree, k), part_of(progress, 0.9, 1.0))
+    in_parallel(find, leaf_ranges(tree, k), part_of(progress, 0.2, 0.9))
+    in_parallel(compare, leaf_ranges(tree, k), part_of(progress, 0.9, 1.0))
     return factors
 
 
 @njit(nogil=True, cache=True)
-def _row_sums(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _row_sums(values: Floats) -> Floats:
     sums = np.zeros(values.shape[0])
     for r in range(values.shape[0]):
         for c in range(values.shape[1]):
@@ -100,14 +98,14 @@ def _row_sums(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @njit(nogil=True, cache=True)
 def _compare(
-    distances: NDArray[np.float64],
-    positions: NDArray[np.int32],
-    indices: NDArray[np.int32],
+    distances: Floats,
+    positions: Ints,
+    indices: Ints,
     start: int,
     stop: int,
-    factors: NDArray[np.float64],
+    factors: Floats,
 ) -> None:
-    """PLOF of the points at the positions from `start` to before `stop`."""
+    """Computes PLOF in place, of the points at the positions from `start` to before `stop`."""
     k = positions.shape[1]
     for p in range(start, stop):
         total = 0.0

@@ -1,18 +1,19 @@
 """M-estimators and the robust statistics made of them."""
 
-from .m_estimators import KERNEL_CODES, KERNEL_NAMES, REDESCENDING, KernelName, kernel_code, kernel_weight, weight
-from .statistics import MAD_TO_DEVIATION, SIGMA_IN_DEVIATIONS, mad_scale, robust_line, robust_mean
+from .m_estimators import KERNEL_CODES, KERNEL_NAMES, KernelName, kernel_code, kernel_weight, psi, rho, weight
+from .statistics import SIGMA_IN_DEVIATIONS, Line, robust_deviation, robust_line, robust_mean
 
 __all__ = [
     "KERNEL_CODES",
     "KERNEL_NAMES",
-    "MAD_TO_DEVIATION",
-    "REDESCENDING",
     "SIGMA_IN_DEVIATIONS",
     "KernelName",
+    "Line",
     "kernel_code",
     "kernel_weight",
-    "mad_scale",
+    "psi",
+    "rho",
+    "robust_deviation",
     "robust_line",
     "robust_mean",
     "weight",

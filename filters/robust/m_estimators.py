@@ -1,7 +1,7 @@
-"""Nine M-estimators: how much a deviation x costs, and how much a sample that deviates by x therefore weighs.
+"""Nine M-estimators: the cost of a deviation x, and the weight of a sample with that deviation.
 
 An estimate that minimises sum rho(x_i) satisfies sum psi(x_i) = 0 with psi = rho', so it is a mean with the weights
-g = psi / x of the residuals themselves. As range kernels these weights tell a filter which neighbours lie across a feature.
+g = psi / x of its own residuals. As range kernels these weights suppress neighbours that lie across a feature.
 With the scale sigma, in the normalisation of [yadav2021] and with rho(0) = 0:
 
 ============  ===============================================  =====================================================
@@ -18,8 +18,8 @@ tukey         sigma^2 / 12 (1 - (1 - x^2 / sigma^2)^3)         (1 - x^2 / sigma^
 hampel        three parts, see `HAMPEL_KNOTS`                  1; a1 / |x|; a1 (a3 - |x|) / ((a3 - a2) |x|); 0
 ============  ===============================================  =====================================================
 
-Lectures and papers print the Lorentzian weight as 2 x / (x^2 + 2 sigma^2). That is its psi: as a weight it would be 0 for a
-sample without deviation and negative for negative ones, and the mean would leave out what fits best. Here psi / x is used.
+Lectures and papers print the Lorentzian weight as 2 x / (x^2 + 2 sigma^2). That is its psi: as a weight it would be 0 for samples
+that fit exactly and negative for negative deviations. Here psi / x is used.
 """
 
 import math
@@ -29,15 +29,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError
+from ..checks import check_choice, check_positive
 from ..mesh import Floats
 
 KernelName: TypeAlias = Literal["l2", "l1", "truncated_l2", "truncated_l1", "huber", "lorentzian", "gaussian", "tukey", "hampel"]
 KERNEL_NAMES: tuple[KernelName, ...] = get_args(KernelName)
-#: the numbers by which compiled code knows the kernels
+#: The number of each kernel in compiled code.
 KERNEL_CODES: dict[KernelName, int] = {name: code for code, name in enumerate(KERNEL_NAMES)}
-#: psi returns to 0: a deviation that is large enough has no influence. The others cost more the larger it is, without end.
-REDESCENDING: frozenset[KernelName] = frozenset({"truncated_l2", "truncated_l1", "lorentzian", "gaussian", "tukey", "hampel"})
 #: Hampel's a1, a2, a3 in units of sigma: psi is x up to a1, level up to a2, and falls to 0 at a3. His 2, 4, 8 in proportion.
 HAMPEL_KNOTS = (1.0, 2.0, 4.0)
 #: 1 / |x| is bounded by 1 / (SMALLEST_DEVIATION sigma), so that a sample that fits exactly has a weight that can be summed.
@@ -58,10 +56,7 @@ def rho(name: KernelName, x: ArrayLike, sigma: float) -> Floats:
     Raises:
         FilterInputError: no such kernel, or a scale that is not finite and above 0.
     """
-    code, deviations = _checked(name, x, sigma)
-    result = np.empty(deviations.shape)
-    _each_rho(code, deviations.ravel(), sigma, result.reshape(-1))
-    return result
+    return _evaluated(name, x, sigma, cost=True)
 
 
 def psi(name: KernelName, x: ArrayLike, sigma: float) -> Floats:
@@ -73,11 +68,8 @@ def psi(name: KernelName, x: ArrayLike, sigma: float) -> Floats:
 
 
 def weight(name: KernelName, x: ArrayLike, sigma: float) -> Floats:
-    """The weight psi(x) / x of samples that deviate by x; even, never negative, never rising with |x|. Arguments as `rho`."""
-    code, deviations = _checked(name, x, sigma)
-    result = np.empty(deviations.shape)
-    _each_weight(code, deviations.ravel(), sigma, result.reshape(-1))
-    return result
+    """The weight psi(x) / x of samples that deviate by x; even, at least 0, never rising with |x|. Arguments as `rho`."""
+    return _evaluated(name, x, sigma, cost=False)
 
 
 def kernel_code(name: KernelName) -> int:
@@ -86,8 +78,7 @@ def kernel_code(name: KernelName) -> int:
     Raises:
         FilterInputError: no such kernel.
     """
-    if name not in KERNEL_CODES:
-        raise FilterInputError(f"kernel {name!r} is not one of {', '.join(map(repr, KERNEL_NAMES))}")
+    check_choice("kernel", name, KERNEL_NAMES)
     return KERNEL_CODES[name]
 
 
@@ -155,19 +146,15 @@ def _rho(code: int, x: float, sigma: float) -> float:
 
 
 @njit(cache=True)
-def _each_weight(code: int, x: Floats, sigma: float, result: Floats) -> None:
+def _evaluate(code: int, x: Floats, sigma: float, cost: bool, result: Floats) -> None:
     for i in range(x.shape[0]):
-        result[i] = kernel_weight(code, x[i], sigma)
+        result[i] = _rho(code, x[i], sigma) if cost else kernel_weight(code, x[i], sigma)
 
 
-@njit(cache=True)
-def _each_rho(code: int, x: Floats, sigma: float, result: Floats) -> None:
-    for i in range(x.shape[0]):
-        result[i] = _rho(code, x[i], sigma)
-
-
-def _checked(name: KernelName, x: ArrayLike, sigma: float) -> tuple[int, Floats]:
-    code = kernel_code(name)
-    if not (math.isfinite(sigma) and sigma > 0.0):
-        raise FilterInputError(f"sigma {sigma} of the kernel {name!r} is not finite and above 0")
-    return code, np.asarray(x, dtype=np.float64)
+def _evaluated(name: KernelName, x: ArrayLike, sigma: float, *, cost: bool) -> Floats:
+    """The costs or the weights of deviations of any shape."""
+    code, scale = kernel_code(name), check_positive("sigma", sigma)
+    deviations = np.asarray(x, dtype=np.float64)
+    result = np.empty(deviations.shape)
+    _evaluate(code, deviations.ravel(), scale, cost, result.reshape(-1))
+    return result

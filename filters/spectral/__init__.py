@@ -1,4 +1,4 @@
-"""Spectral filters: what a surface looks like with some of its wavelengths removed, kept or made stronger."""
+"""Spectral filters: a surface with some of its wavelengths removed, kept or made stronger."""
 
 from .eigenpairs import lowest_eigenpairs
 from .harmonics import ManifoldHarmonics, manifold_harmonics

@@ -1,4 +1,4 @@
-"""Chebyshev series of scalar functions, with the largest error of cutting them off."""
+"""Chebyshev series of scalar functions, with a bound of the truncation error."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scipy.fft import dct
 
 from ..mesh import Floats
 
-#: Fewest samples, and how many there are in 1 / width.
+#: The fewest samples, and the samples per 1 / width.
 _FIRST_SAMPLES, _SAMPLES_A_WIDTH = 64, 16
 #: Coefficients below this share of the largest are rounding.
 _ROUNDING = 1e-15
@@ -23,8 +23,7 @@ class ChebyshevSeries:
 
     Attributes:
         coefficients: (degree + 1,).
-        error: a bound of |p - f| on [-1, 1]: the sum of the sizes of the coefficients that were left out, as far as they were
-            computed.
+        error: a bound of |p - f| on [-1, 1]: the sum of the sizes of the computed coefficients that were left out.
     """
 
     coefficients: Floats
@@ -45,15 +44,14 @@ def chebyshev_series(
 ) -> ChebyshevSeries:
     """The shortest Chebyshev series of a smooth function whose error is bounded by the tolerance.
 
-    The coefficients come from samples at the roots of a T_N, by a cosine transform. N doubles until the second half of the
-    coefficients is below a hundredth of the tolerance in sum, so that what is folded into the kept ones does not count.
+    The coefficients come from samples at the roots of a T_N, by a cosine transform. N doubles until the sum of the second half of
+    the coefficients is below a hundredth of the tolerance, so that aliasing into the kept ones is negligible.
 
     Args:
         function: of (N,) t in (-1, 1).
         tolerance: of |p - f|, above 0.
-        width: the least angle theta, t = cos theta, in which the function changes: samples that lie farther apart could miss it.
-        largest_degree: the series has at most this degree; its `error` is then what that leaves, infinite if that
-            is not known.
+        width: the smallest angle theta, t = cos theta, in which the function changes: samples farther apart could miss it.
+        largest_degree: the series has at most this degree. Its `error` is then larger than the tolerance, infinite if unknown.
     """
     if not width * largest_degree > 1.0:
         return ChebyshevSeries(np.zeros(1), math.inf)
@@ -68,7 +66,7 @@ def chebyshev_series(
         if second_half <= max(0.01 * tolerance, floor) or samples > 4 * largest_degree:
             break
         samples *= 2
-    # tails[k] is what is left out by a series of degree k - 1; what lies beyond the samples is less than their second half.
+    # tails[k] is the error of a series of degree k - 1; the coefficients beyond the samples sum to less than their second half.
     tails = np.append(np.cumsum(sizes[::-1])[::-1], 0.0) + second_half
     degree = int(np.argmax(tails[1:] <= max(tolerance, tails[-1])))
     degree = min(degree, largest_degree)

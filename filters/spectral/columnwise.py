@@ -1,4 +1,4 @@
-"""Products with tall Fortran-ordered matrices, a few columns at a time, so that long ones can be interrupted between them."""
+"""Products with tall Fortran-ordered matrices, a few columns at a time, so that long ones can be interrupted."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -11,18 +11,19 @@ from scipy.linalg import blas
 from ..execution import Progress
 from ..mesh import Floats, Ints
 
+#: Columns in a group.
 _TOGETHER = 16
 
 
 def groups(count: int, progress: Progress, done: float = 1.0) -> Iterator[slice]:
-    """The columns from 0 to `count` in groups, with `progress` told `done` before each."""
+    """The columns from 0 to `count` in groups; calls `progress` with `done` before each."""
     for first in range(0, count, _TOGETHER):
         progress(done)
         yield slice(first, min(first + _TOGETHER, count))
 
 
 def sparse_product(operator: sparse.csc_matrix, columns: Floats) -> Floats:
-    """A X, (n, k), for a symmetric A; the same to the bit for any number of threads."""
+    """A X, (n, k), for a symmetric A, on all threads with the same bits for any number of them."""
     made = np.empty(columns.shape, order="F")
     kernel: Any = _product
     kernel(operator.indptr, operator.indices, operator.data, columns, made)
@@ -46,7 +47,7 @@ def inner_products(left: Floats, right: Floats, progress: Progress) -> Floats:
 
 
 def remove(directions: Floats, block: Floats) -> Floats:
-    """Makes the block, in place, orthogonal to orthonormal directions; returns its share of each."""
+    """Makes the block orthogonal to orthonormal directions, in place; returns its components along them."""
     share = blas.dgemm(1.0, directions, block, trans_a=True)
     blas.dgemm(-1.0, directions, share, 1.0, block, overwrite_c=True)
     return np.asarray(share)

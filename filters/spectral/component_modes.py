@@ -11,14 +11,14 @@ from ..mesh import Floats
 from .columnwise import groups, sparse_product
 from .spectrum_slicing import lowest_modes
 
-#: Up to this many vertices, or while more than one in `_DENSE_SHARE` modes are asked for up to the second, the matrix is dense.
+#: The matrix is dense up to this many vertices, and up to the limit if more than one in `_DENSE_SHARE` modes is asked for.
 _DENSE, _DENSE_SHARE, _DENSE_LIMIT = 600, 8, 4000
-#: Dense matrices of at most this many rows take less time than a thread.
+#: Dense matrices of at most this many rows are solved without a thread of their own.
 _AT_ONCE = 200
-#: A dense solver is exact to rounding of the highest eigenvalue: where that is so many times the first ones, of the order of 1 in
-#: the unit used, these drown. Slicing, whose factors are exact row by row, then finds up to one in `_SLICED_SHARE` modes.
+#: A dense solver is exact to rounding of the highest eigenvalue. If that exceeds this, in the unit in which the first ones are of
+#: the order of 1, they drown. Slicing, whose factors are exact row by row, then finds up to one in `_SLICED_SHARE` modes.
 _TOO_GRADED, _SLICED_SHARE = 1e10, 2
-#: What residuals may be made of rounding, and how far modes may be from orthonormal, at most.
+#: The largest residuals that are accepted as rounding, and the largest deviation of modes from orthonormality.
 _LARGEST_FLOOR = 1e-6
 
 
@@ -35,10 +35,10 @@ def component_modes(
         progress: called several times a second; may raise to stop.
 
     Returns:
-        kappa, (count,), and V, (n, count), the first of which is constant.
+        kappa, (count,), and V, (n, count), the first column of which is constant.
 
     Raises:
-        ConvergenceError: the residual is not reached.
+        ConvergenceError: the tolerance is not reached.
     """
     unit = area.sum() / (4.0 * np.pi)
     root = np.sqrt(area / unit)
@@ -49,7 +49,7 @@ def component_modes(
     data = part.data / (np.repeat(root, np.diff(part.indptr)) * root[part.indices])
     operator = sparse.csc_matrix((data, part.indices, part.indptr), shape=part.shape)
     kernel = root / np.linalg.norm(root)
-    # Both sums of a symmetric matrix are bounds of its highest eigenvalue.
+    # The largest sum of a column is a bound of the highest eigenvalue.
     highest = float(np.bincount(part.indices, np.abs(data), n).max())
     dense = n <= _DENSE or (n <= _DENSE_LIMIT and count * _DENSE_SHARE > n)
     sliceable = count * _SLICED_SHARE + 20 <= n
@@ -88,7 +88,7 @@ class _Checked:
     """
 
     def __init__(self, operator: sparse.csc_matrix, kernel: Floats, vectors: Floats, progress: Progress) -> None:
-        """Takes the vectors as its own and sets the first."""
+        """Measures the vectors, which it may overwrite; the first is set to the kernel."""
         count = vectors.shape[1]
         self.vectors = np.asfortranarray(vectors)
         self.vectors[:, 0] = kernel
@@ -101,13 +101,13 @@ class _Checked:
         self.kappa[0] = 0.0
         self.least = max(float(self.kappa[1]), float(np.finfo(float).tiny))
         self.residuals = rest / np.maximum(self.kappa, self.least)
-        # A random sum of columns has its own coefficients back if V^T V = I.
+        # V^T V w = w for a random w if V^T V = I.
         weights = np.random.default_rng(1).normal(size=count) / np.sqrt(count)
         again = blas.dgemv(1.0, self.vectors, blas.dgemv(1.0, self.vectors, weights), trans=1)
         self._deviation = float(np.abs(again - weights).max())
 
     def good(self, tolerance: float, highest: float) -> bool:
-        """Whether the residuals are within the tolerance, or within what rounding makes of it, up to a limit."""
+        """Whether the residuals are within the tolerance, or within rounding if that is larger, up to a limit."""
         floor = min(4e-15 * highest / self.least, _LARGEST_FLOOR)
         return bool(self.residuals.max() <= max(tolerance, floor) and self._deviation <= _LARGEST_FLOOR)
 
@@ -131,7 +131,8 @@ def _by_slicing(
     vectors[places] = ordered
     found = _Checked(operator, kernel, vectors, progress)
     if not found.good(tolerance, highest):
-        # Rounding of products at tiny triangles has high frequencies alone, which hardly enter the modes: the energy tells.
+        # Products at tiny triangles have rounding of high frequencies only, which hardly affects the modes: measure it in the
+        # energy norm.
         factors = ShiftedFactors(dissected, -found.least, progress, 0.99)
         for group in groups(count, progress, 0.99):
             some = np.asfortranarray(found.vectors[places, group])

@@ -1,4 +1,4 @@
-"""Spectral filters by modes: as many as a smooth response reaches, or a brick wall after some."""
+"""Spectral filters by modes: as many as a smooth response needs, or a given number with a sharp cutoff."""
 
 import math
 from collections.abc import Callable
@@ -7,26 +7,26 @@ from typing import NamedTuple
 import numpy as np
 
 from ..checks import FilterInputError
-from ..execution import Progress, ignore_progress
+from ..execution import Progress, ignore_progress, rising
 from ..mesh import Floats
 from .eigenpairs import lowest_eigenpairs
 from .problem import SpectralProblem
 from .responses import Response
 
-#: numbers that a basis may take up: 0.8 GB
+#: The largest size of a basis, in numbers: 0.8 GB.
 LARGEST_BASIS = 100_000_000
-#: modes more than Weyl's law gives for a frequency, since it leaves out a term that grows with the border
+#: The factor on the number of modes by Weyl's law, which leaves out a term that grows with the border.
 _MARGIN = 1.15
 
 
 class FilteredByModes(NamedTuple):
-    """What a filter by modes gives.
+    """The result of a filter by modes.
 
     Attributes:
         values: (n, 3).
         error: bound of the root mean square error over the surface, in the unit of the values.
-        modes: how many were computed, those that are constant on a component not counted.
-        last_frequency: of the last one, 0 if there is none.
+        modes: how many were computed, without those that are constant on a component.
+        last_frequency: the frequency of the last one, 0 if there is none.
     """
 
     values: Floats
@@ -41,7 +41,7 @@ def basis_fits(problem: SpectralProblem, count: int) -> bool:
 
 
 def most_modes(problem: SpectralProblem) -> int:
-    """How many modes there are, but for those that are constant on a component."""
+    """How many modes there are, without those that are constant on a component."""
     return len(problem.mass) - problem.n_components
 
 
@@ -54,7 +54,7 @@ def filter_by_modes(
         problem: of n rows.
         values: v, (n, 3), of mean 0 on every component.
         response: F.
-        tolerance: by how much F may differ from its limit at modes that are left out. Smaller takes more modes.
+        tolerance: the most that F may differ from its limit at modes that are left out. Smaller takes more modes.
         progress: told the share that is done; may raise to stop.
 
     Raises:
@@ -66,8 +66,9 @@ def filter_by_modes(
     estimate = math.ceil(_MARGIN * float(problem.mass.sum()) * last**2 / (4.0 * math.pi)) + 10
     most = most_modes(problem)
     count = min(estimate, most)
+    not_back = rising(progress)
     while True:
-        omega, shapes = _modes(problem, count, progress)
+        omega, shapes = _modes(problem, count, not_back)
         if count == most or omega[-1] >= last:
             break
         count = min(count + count // 3 + 10, most)
@@ -89,9 +90,9 @@ def brick_wall(
     Args:
         problem: of n rows.
         values: (n, 3), of mean 0 on every component.
-        count: how many modes, from 1, those that are constant on a component not counted; more than there are give all.
-        response: None keeps these modes and drops the rest. A band pass or enhancement, by the wavelength of the last mode: then
-            modes up to the band's longest wave get the gain of its middle, and all else what the response has at infinity.
+        count: how many modes, from 1, without those that are constant on a component; if there are fewer, all.
+        response: None keeps these modes and drops the rest. Otherwise a band pass or enhancement, given the wavelength of the
+            last mode: modes from the longest wave of the band on get its gain, and all others the limit of the response.
         progress: told the share that is done; may raise to stop.
 
     Raises:
@@ -104,14 +105,14 @@ def brick_wall(
     if response is not None and count and omega[-1] > 0.0:
         band = response(2.0 * math.pi / float(omega[-1]))
         rest = band.infinity
-        # The weight of the profile at the short end is what the band adds to the limit.
+        # The band adds the weight of the profile at its short end to the limit.
         factors = np.where(omega >= band.cutoffs[0], rest + band.weights[-1], rest)
     after, _ = _combined(problem, values, shapes, factors, rest)
     return FilteredByModes(after, 0.0, count, float(omega[-1]) if count else 0.0)
 
 
 def _modes(problem: SpectralProblem, count: int, progress: Progress) -> tuple[Floats, Floats]:
-    """Frequencies and modes without those that are constant on a component, of which the values have no part."""
+    """The frequencies and modes, without the modes that are constant on a component, to which the values are orthogonal."""
     if not basis_fits(problem, count):
         raise FilterInputError(
             f"{count} modes of {len(problem.mass)} vertices take {8e-9 * count * len(problem.mass):.1f} GB: take the method "
@@ -122,7 +123,7 @@ def _modes(problem: SpectralProblem, count: int, progress: Progress) -> tuple[Fl
 
 
 def _combined(problem: SpectralProblem, values: Floats, shapes: Floats, factors: Floats, infinity: float) -> tuple[Floats, float]:
-    """The values with their modes multiplied, what is no mode times `infinity`, and the root mean square of that remainder."""
+    """The modes of the values times factors plus the remainder times `infinity`, and the root mean square of the remainder."""
     rest, after = values.copy(), np.zeros_like(values)
     for k in range(shapes.shape[1]):  # one by one: a product of matrices may round differently with the number of threads
         along = np.einsum("i,ij->j", problem.mass * shapes[:, k], values)

@@ -11,7 +11,7 @@ from ..execution import Progress, ignore_progress
 from ..mesh import Floats
 from .problem import SpectralProblem
 
-#: the mass that slivers may be given, as a share of the area
+#: The mass that may be added at slivers, as a share of the area.
 _ADDED = 1e-4
 _FEWEST_STEPS, _MOST_STEPS = 100, 600
 
@@ -19,26 +19,26 @@ _FEWEST_STEPS, _MOST_STEPS = 100, 600
 def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
     """The problem with more mass at the vertices of the highest S_ii / M_i, at most a ten-thousandth of the area in all.
 
-    Slivers and tiny triangles have modes of far higher frequency than any wave of the surface, and the process takes as many more
-    steps. It bounds kappa up to a factor of 2 or so.
+    Slivers and tiny triangles have modes of far higher frequency than any wave of the surface, for which Lanczos's process would
+    take as many more steps. The result bounds kappa up to a factor of about 2.
     """
-    stiffness, area = problem.stiffness.diagonal(), float(problem.mass.sum())
-    low, high = 1e-300, float(np.max(stiffness / problem.mass, initial=1e-300))
+    diagonal, area = problem.dirichlet.diagonal(), float(problem.mass.sum())
+    low, high = 1e-300, float(np.max(diagonal / problem.mass, initial=1e-300))
     for _ in range(200):  # a bisection of the logarithm down to a percent
         if high <= 1.01 * low:
             break
         middle = math.sqrt(low) * math.sqrt(high)
-        added = float(np.maximum(stiffness / middle - problem.mass, 0.0).sum())
+        added = float(np.maximum(diagonal / middle - problem.mass, 0.0).sum())
         low, high = (low, middle) if added <= _ADDED * area else (middle, high)
-    return replace(problem, mass=np.maximum(problem.mass, stiffness / high))
+    return replace(problem, mass=np.maximum(problem.mass, diagonal / high))
 
 
 def enough_steps(problem: SpectralProblem, kappa: float) -> int:
-    """Steps that tell bands of a third of an octave apart from kappa on, at most 600.
+    """The steps that resolve bands of a third of an octave from kappa on, at most 600.
 
-    Nodes lie pi / (2 steps) of the highest frequency apart: half a band at sqrt(kappa).
+    The distance between nodes is pi / (2 steps) of the highest frequency: half a band at sqrt(kappa).
     """
-    highest = 2.0 * float(np.max(problem.stiffness.diagonal() / problem.mass))
+    highest = 2.0 * float(np.max(problem.dirichlet.diagonal() / problem.mass))
     wanted = 12.0 * math.sqrt(highest / kappa) if kappa > 0.0 else math.inf
     return int(min(max(wanted, _FEWEST_STEPS), _MOST_STEPS))
 
@@ -49,20 +49,20 @@ def energy_quadrature(
     """Nodes kappa and weights w such that sum w f(kappa) = sum over columns of <v, f(M^-1 S) v>_M.
 
     The process of D = M^-1/2 S M^-1/2 that starts with M^1/2 v gives a tridiagonal matrix whose eigenvalues are the nodes. It is
-    exact for polynomials f of degree 2 steps - 1. Its vectors are not made orthogonal again: rounding then repeats nodes and
-    shares their weight out among them, which leaves the energy of a band what it is.
+    exact for polynomials f of degree 2 steps - 1. Its vectors are not orthogonalised again: rounding then repeats nodes and
+    divides their weight among them, which does not change the energy of a band.
 
     Args:
         problem: of n rows.
         values: v, (n, d); columns have nodes of their own.
-        steps: how many; more tell neighbouring frequencies apart more sharply.
+        steps: how many; more resolve frequencies more finely.
         progress: told the share that is done after each step; may raise to stop.
 
     Returns:
         (k,) nodes and (k,) weights of all columns; none if all values are 0.
     """
     root = np.sqrt(problem.mass)
-    symmetric = csr_matrix(problem.stiffness.multiply(1.0 / root[:, None]).multiply(1.0 / root[None, :]))
+    symmetric = csr_matrix(problem.dirichlet.multiply(1.0 / root[:, None]).multiply(1.0 / root[None, :]))
     start = root[:, None] * values
     norms = np.sqrt(np.einsum("ij,ij->j", start, start))
     present = norms > 0.0
@@ -82,7 +82,7 @@ def energy_quadrature(
         progress((step + 1) / steps)
     nodes, weights = [], []
     for column, norm in enumerate(norms[present]):
-        # A Krylov space that is exhausted ends with an entry that is rounding alone.
+        # An exhausted Krylov space ends with an entry that is pure rounding.
         ends = np.flatnonzero(beside[:, column] <= 1e-14 * np.abs(diagonal[:, column]).max())
         size = int(ends[0]) + 1 if len(ends) else steps
         kappa, vectors = eigh_tridiagonal(diagonal[:size, column], beside[: size - 1, column])

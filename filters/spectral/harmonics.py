@@ -1,4 +1,4 @@
-"""Manifold harmonics: the lowest modes of a surface, to use again and again."""
+"""Manifold harmonics: the lowest modes of a surface, to be computed once, kept and reused."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
-from ..checks import FilterInputError
+from ..checks import FilterInputError, check_choice
 from ..execution import Progress, ignore_progress
 from ..mesh import Floats
 from .eigenpairs import lowest_eigenpairs
@@ -26,8 +26,8 @@ _FORMAT = "manifold harmonics 1"
 class ManifoldHarmonics:
     """The k lowest modes of a surface of n vertices, orthonormal: V^T M V = I [vallet2008].
 
-    A function on the surface is a sum of modes as a sound is one of sines, with the coefficients c = V^T M f; V c, of the lowest
-    modes only, is its low-pass filtered form.
+    A function f on the surface is a sum of modes, as a sound is one of sines, with the coefficients c = V^T M f. The sum V c of
+    the lowest modes only is f after a low pass.
 
     Attributes:
         modes: V, (n, k) float64, a mode a column. 0 at vertices that are part of no surface.
@@ -47,7 +47,7 @@ class ManifoldHarmonics:
     def transform(self, values: ArrayLike) -> Floats:
         """The coefficients V^T M f, (k,) or (k, d), of (n,) or (n, d) values."""
         f = self._of_vertices(values)
-        # One order of summation, whatever the number of threads.
+        # One thread, for one order of summation.
         with threadpool_limits(limits=1, user_api="blas"):
             return np.asarray(self.modes.T @ (f * (self.mass if f.ndim == 1 else self.mass[:, None])))
 
@@ -68,12 +68,10 @@ class ManifoldHarmonics:
 
         Args:
             values: (n,) or (n, d). Those at vertices that are part of no surface come back as they are.
-            response: F, called with (k,) frequencies in radians per mesh unit, giving (k,) factors: 1 keeps, 0 takes out.
-            rest: what becomes of the part of the values that the k modes do not span: "keep" leaves it as it is, "drop" takes it
-                out.
+            response: F, called with (k,) frequencies in radians per mesh unit; returns (k,) factors: 1 keeps, 0 removes.
+            rest: the part of the values that the k modes do not span: "keep" leaves it as it is, "drop" removes it.
         """
-        if rest not in ("keep", "drop"):
-            raise FilterInputError(f"rest {rest!r} is not one of 'keep', 'drop'")
+        check_choice("rest", rest, ("keep", "drop"))
         f = self._of_vertices(values)
         factors = np.asarray(response(self.frequencies), dtype=np.float64)
         if factors.shape != self.eigenvalues.shape or not np.isfinite(factors).all():
@@ -148,8 +146,4 @@ def manifold_harmonics(
     """
     problem = spectral_problem(vertices, faces, operator=operator)
     eigenvalues, modes = lowest_eigenpairs(problem, count, progress=progress)
-    spread = np.zeros((problem.n_vertices, len(eigenvalues)), order="F")
-    spread[problem.vertices] = modes
-    mass = np.zeros(problem.n_vertices)
-    mass[problem.vertices] = problem.mass
-    return ManifoldHarmonics(spread, eigenvalues, mass)
+    return ManifoldHarmonics(problem.on_mesh(modes), eigenvalues, problem.on_mesh(problem.mass))

@@ -1,11 +1,11 @@
-"""One mode of a surface to look at, numbered such that every number above 0 is a wave."""
+"""One mode of a surface to look at, numbered so that 0 is the constant and every other number a wave."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError
+from ..checks import FilterInputError, check_whole_number
 from ..execution import Progress, ignore_progress
 from ..mesh import Floats
 from .eigenpairs import lowest_eigenpairs
@@ -39,10 +39,12 @@ def one_harmonic(
 ) -> OneHarmonic:
     """Mode 0 is constant on the whole surface, mode k the k-th wave by rising frequency over all components [vallet2008].
 
+    Where several waves have one frequency, as on a sphere, a mode is one of their combinations, the same in every run.
+
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        mode: which one, from 0. Larger has shorter waves.
+        mode: its number, from 0. Larger has shorter waves.
         operator: see `spectral_problem`.
         progress: told the share that is done; may raise to stop.
 
@@ -50,8 +52,7 @@ def one_harmonic(
         FilterInputError: not a mesh, or no such mode.
         ConvergenceError: the modes cannot be computed.
     """
-    if mode != int(mode) or mode < 0:
-        raise FilterInputError(f"mode is {mode}: it is a whole number of at least 0")
+    mode = check_whole_number("mode", mode)
     problem = spectral_problem(vertices, faces, operator=operator)
     last = len(problem.mass) - problem.n_components
     if len(problem.mass) == 0:
@@ -59,14 +60,11 @@ def one_harmonic(
     if mode > last:
         raise FilterInputError(f"mode {mode} does not exist: this mesh has modes 0 to {last}")
     area = float(problem.mass.sum())
-    values = np.zeros(problem.n_vertices)
     if mode == 0:
-        values[problem.vertices] = 1.0
         progress(1.0)
-        return OneHarmonic(values, 0.0, 1.0, problem.n_components)
-    kappa, modes = lowest_eigenpairs(problem, int(mode), constants=False, progress=progress)
+        return OneHarmonic(problem.on_mesh(np.ones(len(problem.mass))), 0.0, 1.0, problem.n_components)
+    kappa, modes = lowest_eigenpairs(problem, mode, constants=False, progress=progress)
     shape = modes[:, -1]
-    values[problem.vertices] = shape * np.sqrt(area)
     component = problem.components[np.abs(shape).argmax()]
     share = float(problem.mass[problem.components == component].sum()) / area
-    return OneHarmonic(values, float(kappa[-1]), share, problem.n_components)
+    return OneHarmonic(problem.on_mesh(shape * np.sqrt(area)), float(kappa[-1]), share, problem.n_components)

@@ -1,11 +1,11 @@
-"""Filters by a polynomial of the operator: nothing but products with the stiffness matrix [hammond2011].
+"""Filters by a polynomial of the operator, which takes only products with a sparse matrix [hammond2011].
 
 A response F(sqrt kappa) is approximated on [0, b], b at least the largest eigenvalue, by a Chebyshev series p, and p(M^-1 S) v is
 summed by the recurrence T_{k+1}(t) = 2 t T_k(t) - T_{k-1}(t). The matrix is used as D = M^-1/2 S M^-1/2 on M^1/2 v, symmetric,
 so that the error of p is that of the filter: |p(M^-1 S) v - F v|_M <= max |p - F| |v|_M.
 
-The degree grows with sqrt(b) / omega_c, for the default low pass and 1e-6 as 8.7 times that: with the cutoff wavelength in edges,
-and with the square root of the thinnest triangles' share.
+The degree grows with sqrt(b) / omega_c, for the default low pass and 1e-6 as 8.7 times that: so with the cutoff wavelength in
+edges, and with thinner triangles.
 """
 
 from __future__ import annotations
@@ -16,22 +16,17 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 from scipy import sparse
-from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from ..execution import SERIAL_BELOW, Progress, ignore_progress, threads_for
+from ..execution import Progress, ignore_progress, part_of, threads_for
 from ..mesh import Floats, Ints
 from .chebyshev import ChebyshevSeries, chebyshev_series
 from .responses import Response
+from .row_order import nearby_order, put_back
 
-#: Steps of Lanczos's method for the largest eigenvalue, and what its result is raised by.
-_LANCZOS_STEPS, _MARGIN = 24, 1.02
-#: Bounds are compared with norms in floating point.
+#: Norms may exceed their bound by this factor, for rounding.
 _GROWTH = 1.0 + 1e-6
 _CHECKED_EVERY = 16
-#: The order of a large matrix counts where more than this share of its entries is farther than this from the diagonal; to change
-#: it takes the time that a bad one costs this many products, with each of three columns counted.
-_SCATTERED, _NEAR, _PRODUCTS_AN_ORDER_COSTS = 0.2, 8192, 300
-#: Above this degree nothing is tried, however slow the other route.
+#: The highest degree that is tried.
 LARGEST_DEGREE = 100_000
 
 
@@ -40,55 +35,6 @@ class Applied(NamedTuple):
 
     values: Floats
     largest_error: float
-
-
-def symmetric_form(stiffness: sparse.csr_matrix, mass: Floats) -> sparse.csr_matrix:
-    """D = M^-1/2 S M^-1/2, (n, n), the eigenvalues of which are those of M^-1 S."""
-    inverse_root = 1.0 / np.sqrt(mass)
-    data = np.empty(stiffness.nnz)
-    with threads_for(len(mass)):
-        _scale_rows(stiffness.indptr, stiffness.indices, stiffness.data, inverse_root, data)
-    return sparse.csr_matrix((data, stiffness.indices, stiffness.indptr), shape=stiffness.shape)
-
-
-def gershgorin_bound(symmetric: sparse.csr_matrix, mass: Floats) -> float:
-    """A certain bound of the largest eigenvalue, by the circles of M^-1 S, which on good triangles is 4/3 of the truth."""
-    sums = np.empty(len(mass))
-    with threads_for(len(mass)):
-        _sum_circles(symmetric.indptr, symmetric.indices, symmetric.data, np.sqrt(mass), sums)
-    return float(sums.max(initial=0.0))
-
-
-def lanczos_bound(symmetric: sparse.csr_matrix) -> float:
-    """An estimate from above of the largest eigenvalue: the largest Ritz value plus its residual, raised by 2 %.
-
-    The Ritz value of 24 steps from a start with parts in all modes is low by about a percent where eigenvalues are crowded, and
-    not at all where one stands out. `polynomial_filter` notices if the estimate was too low. Infinite for small
-    matrices and where the method ends early, since it may have seen only some of the modes.
-    """
-    n = symmetric.shape[0]
-    if n < 4 * _LANCZOS_STEPS:
-        return math.inf
-    steps = _LANCZOS_STEPS
-    q = np.random.default_rng(0).uniform(-1.0, 1.0, n)
-    q /= math.sqrt(float((q * q).sum()))
-    before = np.zeros(n)
-    diagonal, off = np.zeros(steps), np.zeros(steps)
-    beta = 0.0
-    with threads_for(n):
-        for k in range(steps):
-            w = np.empty(n)
-            _multiply(symmetric.indptr, symmetric.indices, symmetric.data, q, w)
-            w -= beta * before
-            # Sums by numpy, whose order is fixed; BLAS would divide a product among its threads.
-            diagonal[k] = alpha = float((w * q).sum())
-            w -= alpha * q
-            off[k] = beta = math.sqrt(float((w * w).sum()))
-            if beta <= 1e-12 * abs(diagonal[: k + 1]).max():
-                return math.inf
-            before, q = q, w / beta
-    largest, last = _tridiagonal(diagonal, off[:-1])
-    return _MARGIN * (largest + abs(beta * last))
 
 
 def polynomial_series(response: Response, bound: float, *, tolerance: float) -> ChebyshevSeries:
@@ -122,7 +68,7 @@ def polynomial_filter(
         progress: called after every product; may raise to stop.
 
     Returns:
-        None if D has an eigenvalue above b, which the growth of the recurrence tells.
+        None if D has an eigenvalue above b, which shows in the growth of the recurrence.
     """
     n, columns = values.shape
     root = np.sqrt(mass)
@@ -135,17 +81,14 @@ def polynomial_filter(
     for first in range(0, columns, 3):
         start = np.zeros((n, 3))
         start[:, : min(3, columns - first)] = values[:, first : first + 3] * root[:, None]
-
-        def partial(share: float, before: int = first) -> None:
-            progress(min(1.0, (before + 3.0 * share) / columns))
-
+        partial = part_of(progress, first / columns, min(1.0, (first + 3) / columns))
         sums = _sum_series(doubled, start if order is None else start[order], series.coefficients, partial)
         if sums is None:
             return None
         summed, last = sums if order is None else (put_back(sums[0], order), put_back(sums[1], order))
         groups.append(summed / root[:, None])
         largest += (last / mass[:, None]).sum(axis=1)
-    # The terms left out look like the last that were computed, and their coefficients sum to the error of the series.
+    # The omitted terms are about as large as the last computed ones, and their coefficients sum to the error of the series.
     result = np.hstack(groups)[:, :columns] if groups else np.empty((n, 0))
     return Applied(result, series.error * math.sqrt(float(largest.max(initial=0.0))))
 
@@ -153,7 +96,7 @@ def polynomial_filter(
 def _sum_series(
     doubled: sparse.csr_matrix, start: Floats, coefficients: Floats, progress: Progress
 ) -> tuple[Floats, Floats] | None:
-    """sum_k c_k T_k(A) x and the larger squares of the last two T_k(A) x, for 2 A."""
+    """Sums c_k T_k(A) x, given 2 A; also returns the larger squares of the last two T_k(A) x."""
     now, before = start.copy(), np.empty_like(start)
     total = coefficients[0] * now
     allowed = _GROWTH * float((start * start).sum())
@@ -173,7 +116,7 @@ def _sum_series(
 
 
 def _doubled_shifted(symmetric: sparse.csr_matrix, bound: float) -> sparse.csr_matrix:
-    """2 A for A = I - 2 D / b, as a matrix whose rows all have a diagonal entry."""
+    """The matrix 2 A for A = I - 2 D / b, with a diagonal entry in every row."""
     scaled = sparse.csr_matrix((symmetric.data * (-4.0 / bound), symmetric.indices, symmetric.indptr), shape=symmetric.shape)
     diagonal = scaled.diagonal() + 2.0
     if _set_diagonal(scaled.indptr, scaled.indices, scaled.data, diagonal):
@@ -181,37 +124,13 @@ def _doubled_shifted(symmetric: sparse.csr_matrix, bound: float) -> sparse.csr_m
     return sparse.csr_matrix(scaled + 2.0 * sparse.eye_array(scaled.shape[0]))
 
 
-def nearby_order(matrix: sparse.csr_matrix, products: int) -> Ints | None:
-    """(n,) the rows in an order that puts neighbours near each other, by Cuthill and McKee; None if it would not pay."""
-    n = matrix.shape[0]
-    if n < SERIAL_BELOW or products < _PRODUCTS_AN_ORDER_COSTS:
-        return None
-    rows = np.repeat(np.arange(n, dtype=matrix.indices.dtype), np.diff(matrix.indptr))
-    if (np.abs(rows - matrix.indices) > _NEAR).mean() < _SCATTERED:
-        return None
-    return np.asarray(reverse_cuthill_mckee(matrix, symmetric_mode=True), dtype=np.int32)
-
-
-def put_back(rows: Floats, order: Ints) -> Floats:
-    """The rows where they were before the order was applied."""
-    result = np.empty_like(rows)
-    result[order] = rows
-    return result
-
-
-def _tridiagonal(diagonal: Floats, off: Floats) -> tuple[float, float]:
-    """The largest eigenvalue of a symmetric tridiagonal matrix and the last entry of its vector."""
-    eigenvalues, vectors = np.linalg.eigh(np.diag(diagonal) + np.diag(off, 1) + np.diag(off, -1))
-    return float(eigenvalues[-1]), float(vectors[-1, -1])
-
-
-# The indices are unsigned: numba would else ask of each whether it counts from the end, which takes half of the time.
-# A product and a sum may be fused: half of the time again, and more exact.
+# Unsigned indices spare the test whether each counts from the end, which takes half of the time. Fusing products and sums halves
+# the time again, and is more exact.
 @njit(cache=True, parallel=True, fastmath={"contract"})
 def _advance(
     indptr: Ints, indices: Ints, data: Floats, now: Floats, before: Floats, total: Floats, coefficient: float, factor: float
 ) -> None:
-    """Let before = factor (B now) - before and total += coefficient before, for the three columns in one pass over B's rows."""
+    """Computes before = factor (B now) - before and total += coefficient before in place, in one pass over the rows of B."""
     for row in prange(now.shape[0]):
         i = np.uint64(row)
         x = y = z = 0.0
@@ -230,34 +149,9 @@ def _advance(
         total[i, 2] += coefficient * z
 
 
-@njit(cache=True, parallel=True)
-def _multiply(indptr: Ints, indices: Ints, data: Floats, x: Floats, product: Floats) -> None:
-    for i in prange(x.shape[0]):
-        total = 0.0
-        for k in range(indptr[i], indptr[i + 1]):
-            total += data[k] * x[indices[k]]
-        product[i] = total
-
-
-@njit(cache=True, parallel=True)
-def _scale_rows(indptr: Ints, indices: Ints, data: Floats, factors: Floats, scaled: Floats) -> None:
-    for i in prange(factors.shape[0]):
-        for k in range(indptr[i], indptr[i + 1]):
-            scaled[k] = data[k] * (factors[i] * factors[indices[k]])
-
-
-@njit(cache=True, parallel=True)
-def _sum_circles(indptr: Ints, indices: Ints, data: Floats, root: Floats, sums: Floats) -> None:
-    for i in prange(root.shape[0]):
-        total = 0.0
-        for k in range(indptr[i], indptr[i + 1]):
-            total += abs(data[k]) * root[indices[k]]
-        sums[i] = total / root[i]
-
-
 @njit(cache=True)
 def _set_diagonal(indptr: Ints, indices: Ints, data: Floats, diagonal: Floats) -> bool:
-    """Whether every row had a diagonal entry to be set."""
+    """Sets the diagonal in place; returns whether every row has a diagonal entry."""
     complete = True
     for i in range(diagonal.shape[0]):
         found = False

@@ -1,7 +1,7 @@
-"""The generalised eigenproblem of a surface's Laplace-Beltrami operator: S v = kappa M v."""
+"""The generalised eigenproblem of the Laplace-Beltrami operator of a surface: S v = kappa M v."""
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias, get_args
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,11 +9,11 @@ from scipy import sparse
 
 from ..checks import FilterInputError
 from ..mesh import Bools, Floats, Ints, check_mesh
-from ..operators import Laplacian, laplace_beltrami, needs_robust_operator, robust_mesh_laplacian
+from ..operators import SURFACE_OPERATORS, ChosenLaplacian, Laplacian, SurfaceOperatorName, surface_laplacian
 from ..topology import connected_components
 
-SpectralOperator: TypeAlias = Literal["auto", "cotangent", "robust"]
-SPECTRAL_OPERATORS: tuple[SpectralOperator, ...] = get_args(SpectralOperator)
+SpectralOperator: TypeAlias = SurfaceOperatorName
+SPECTRAL_OPERATORS: tuple[SpectralOperator, ...] = SURFACE_OPERATORS
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,16 +24,17 @@ class SpectralProblem:
     per mesh unit, 2 pi / sqrt(kappa) a wavelength. Borders are natural: modes end there with slope 0.
 
     Attributes:
-        stiffness: S = -C, (n, n) scipy.sparse.csr_matrix float64, symmetric, positive semidefinite, with rows that sum to 0.
+        dirichlet: S = -C with C the stiffness, (n, n) scipy.sparse.csr_matrix float64, symmetric, positive semidefinite, with
+            rows that sum to 0; v^T S v is the Dirichlet energy of v.
         mass: the diagonal of M, (n,), above 0, in squared mesh units.
-        vertices: (n,) ascending, the vertex of the mesh that each row stands for. The others, which no triangle uses or whose
-            component has no area, have no part in it.
+        vertices: (n,) ascending, the vertex of the mesh that each row stands for. Vertices that no triangle uses, or whose
+            component has no area, have no row.
         components: (n,) the connected component of each row, counted from 0 in order of its first row. No entry of S joins two.
         n_vertices: the number of vertices of the mesh.
-        operator: "cotangent" or "robust", what S and M were made by.
+        operator: "cotangent" or "robust", the operator that S and M come from.
     """
 
-    stiffness: sparse.csr_matrix
+    dirichlet: sparse.csr_matrix
     mass: Floats
     vertices: Ints
     components: Ints
@@ -45,6 +46,12 @@ class SpectralProblem:
         """How many connected components there are."""
         return int(self.components.max(initial=-1)) + 1
 
+    def on_mesh(self, values: Floats) -> Floats:
+        """(n_vertices,) or (n_vertices, k), Fortran-ordered: (n,) or (n, k) values of rows at their vertices, 0 elsewhere."""
+        spread = np.zeros((self.n_vertices, *values.shape[1:]), order="F")
+        spread[self.vertices] = values
+        return spread
+
 
 def spectral_problem(vertices: ArrayLike, faces: ArrayLike, *, operator: SpectralOperator = "auto") -> SpectralProblem:
     """The eigenproblem of a mesh.
@@ -52,27 +59,20 @@ def spectral_problem(vertices: ArrayLike, faces: ArrayLike, *, operator: Spectra
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        operator: "cotangent": linear finite elements with mixed Voronoi areas as lumped mass [meyer2003]. "robust": the same on
-            the intrinsic Delaunay triangulation of the tufted cover [sharp2020], for meshes that are not manifold or have
-            triangles next to no area. "auto": "robust" for those, "cotangent" for all others.
+        operator: see `surface_laplacian`.
 
     Raises:
         FilterInputError: not a mesh, an unknown operator, or "cotangent" for a mesh with vertices all of whose triangles have no
             area.
     """
     points, triangles = check_mesh(vertices, faces)
-    if operator not in SPECTRAL_OPERATORS:
-        raise FilterInputError(f"operator {operator!r} is not one of {', '.join(map(repr, SPECTRAL_OPERATORS))}")
     components, _ = connected_components(triangles, len(points))
-    chosen: Literal["cotangent", "robust"] = "robust" if operator == "robust" else "cotangent"
-    if operator == "auto" and needs_robust_operator(points, triangles):
-        chosen = "robust"
-    laplacian = robust_mesh_laplacian(points, triangles) if chosen == "robust" else laplace_beltrami(points, triangles)
-    return _restricted(laplacian, components, _usable(laplacian, components, operator), chosen)
+    chosen = surface_laplacian(points, triangles, operator)
+    return _restricted(chosen, components, _usable(chosen.laplacian, components, operator))
 
 
 def _usable(laplacian: Laplacian, components: Ints, operator: SpectralOperator) -> Bools:
-    """(n,) which vertices have a part in the problem: those of components all of whose masses are above 0."""
+    """(n,) which vertices have a row: those of components all of whose masses are above 0."""
     used = components >= 0
     massless = used & ~(laplacian.mass > 0.0)
     if not massless.any():
@@ -90,16 +90,17 @@ def _usable(laplacian: Laplacian, components: Ints, operator: SpectralOperator) 
     return used & ~stricken[components]
 
 
-def _restricted(laplacian: Laplacian, components: Ints, used: Bools, operator: Literal["cotangent", "robust"]) -> SpectralProblem:
+def _restricted(chosen: ChosenLaplacian, components: Ints, used: Bools) -> SpectralProblem:
+    laplacian, operator = chosen
     rows = np.flatnonzero(used).astype(np.int32)
-    stiffness = sparse.csr_matrix(-laplacian.stiffness)
+    dirichlet = sparse.csr_matrix(-laplacian.stiffness)
     if len(rows) < len(used):
-        stiffness = sparse.csr_matrix(stiffness[rows][:, rows])
-    stiffness.sort_indices()
+        dirichlet = sparse.csr_matrix(dirichlet[rows][:, rows])
+    dirichlet.sort_indices()
     left, first, inverse = np.unique(components[rows], return_index=True, return_inverse=True)
-    # In the order of their first vertex already, since connected components are counted so.
+    # They are in the order of their first vertex already, since connected components are numbered so.
     assert len(left) < 2 or (np.diff(first) > 0).all()
-    return SpectralProblem(stiffness, laplacian.mass[rows], rows, inverse.astype(np.int32).ravel(), len(used), operator)
+    return SpectralProblem(dirichlet, laplacian.mass[rows], rows, inverse.astype(np.int32).ravel(), len(used), operator)
 
 
 def about_centroids(points: Floats, problem: SpectralProblem) -> tuple[Floats, Floats]:

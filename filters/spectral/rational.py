@@ -15,19 +15,20 @@ import numpy as np
 from scipy import sparse
 
 from ..checks import ConvergenceError
-from ..execution import Progress, ignore_progress
-from ..linear_solvers import FINEST, Cholesky, SpdSolver
+from ..execution import Progress, ignore_progress, part_of
+from ..linear_solvers import FINEST_TOLERANCE, Cholesky, SpdSolver
 from ..mesh import Floats
 from .chebyshev import ChebyshevSeries, chebyshev_series
-from .polynomial import Applied, nearby_order, put_back
+from .polynomial import Applied
 from .responses import Response
+from .row_order import nearby_order, put_back
 
-#: Poles that are tried: from the lowest to the highest squared cutoff, widened by these factors.
+#: The poles that are tried go from the lowest squared cutoff times the first factor to the highest times the second.
 _LOWEST_POLE, _HIGHEST_POLE, _POLES = 0.2, 30.0, 40
 _LARGEST_DEGREE = 400
-#: Systems of at most this many rows are factorised, which takes a second then and cannot be interrupted.
+#: Systems of at most this many rows are factorised, which takes up to a second and cannot be interrupted.
 LARGEST_FACTORS = 120_000
-#: The share of the tolerance that is left to the solves.
+#: The share of the tolerance that the solves may use.
 _SHARE_OF_SOLVES = 0.3
 
 
@@ -39,7 +40,7 @@ def rational_series(response: Response, *, tolerance: float) -> tuple[ChebyshevS
 
 
 def rational_filter(
-    stiffness: sparse.csr_matrix,
+    dirichlet: sparse.csr_matrix,
     mass: Floats,
     values: Floats,
     series: ChebyshevSeries,
@@ -50,11 +51,11 @@ def rational_filter(
 ) -> tuple[Applied, float]:
     """The series of `rational_series` applied to (n, k) values.
 
-    An error e_k of the k-th solve comes back in all later terms, multiplied by at most 2 sum_{j>k} |c_j| (j - k). These factors
-    fall with k: the first solves are the exact ones.
+    An error e_k of the k-th solve enters all later terms, multiplied by at most 4 sum_{j>k} |c_j| (j - k). These factors fall
+    with k, so the first solves have to be the most exact.
 
     Args:
-        stiffness: S, (n, n).
+        dirichlet: S, (n, n).
         mass: (n,), above 0.
         values: v, (n, k).
         series: of degree d.
@@ -68,26 +69,22 @@ def rational_filter(
     Raises:
         ConvergenceError: a system cannot be solved.
     """
-    order = None if series.degree == 0 or len(mass) <= LARGEST_FACTORS else nearby_order(stiffness, values.shape[1] * 300)
+    order = None if series.degree == 0 or len(mass) <= LARGEST_FACTORS else nearby_order(dirichlet, values.shape[1] * 300)
     if order is not None:
-        stiffness, mass, values = sparse.csr_matrix(stiffness[order][:, order]), mass[order], values[order]
+        dirichlet, mass, values = sparse.csr_matrix(dirichlet[order][:, order]), mass[order], values[order]
     c, degree = series.coefficients, series.degree
-    system = _System(stiffness, mass, pole, degree, progress)
+    system = _System(dirichlet, mass, pole, degree, progress)
     amplification = _amplification(np.abs(c))
     size = m_norm(mass, values)
     now, before, total = values.copy(), np.zeros_like(values), c[0] * values
     image, image_before = np.zeros_like(values), np.zeros_like(values)
     error = 0.0
     for k in range(degree):
-
-        def partial(share: float, done: int = k) -> None:
-            progress((done + share) / degree)
-
         allowed = _SHARE_OF_SOLVES * tolerance * size / (degree * max(float(amplification[k]), 1e-300))
         # R T_k = 4 R R T_{k-1} - 2 R T_{k-1} - R T_{k-2}, and R changes little in what it was applied to before.
         guess = now if k == 0 else 2.0 * image - image_before
         image_before = image
-        image, missed = system.solve(now, guess, allowed, partial)
+        image, missed = system.solve(now, guess, allowed, part_of(progress, k / degree, (k + 1) / degree))
         error += float(amplification[k]) * missed
         following = 2.0 * image - now
         now, before = (following if k == 0 else 2.0 * following - before), now
@@ -99,21 +96,21 @@ def rational_filter(
 
 
 class _System:
-    """A x = sigma M b for A = S + sigma M, by factors up to a size at which they take a second, else by multigrid."""
+    """Solves A x = sigma M b for A = S + sigma M, by factors up to `LARGEST_FACTORS` rows, else by multigrid."""
 
-    def __init__(self, stiffness: sparse.csr_matrix, mass: Floats, pole: float, solves: int, progress: Progress) -> None:
+    def __init__(self, dirichlet: sparse.csr_matrix, mass: Floats, pole: float, solves: int, progress: Progress) -> None:
         self._mass, self._pole = mass, pole
-        self._matrix = sparse.csr_matrix(stiffness + pole * sparse.diags_array(mass))
+        self._matrix = sparse.csr_matrix(dirichlet + pole * sparse.diags_array(mass))
         self._factors: Cholesky | None = None
         if len(mass) <= LARGEST_FACTORS and solves > 0:
             progress(0.0)
-            # Factors that rounding spoils are made up for by the iteration.
+            # If rounding spoils the factors the iterative solver takes over.
             with suppress(ConvergenceError):
                 self._factors = Cholesky(self._matrix)
         self._solver = SpdSolver(self._matrix)
 
     def solve(self, values: Floats, guess: Floats, allowed: float, progress: Progress) -> tuple[Floats, float]:
-        """R b, and its error in the M-norm, which should be at most `allowed`."""
+        """R b, and its error in the M-norm, which is to be at most `allowed`."""
         right = (self._pole * self._mass)[:, None] * values
         if self._factors is not None:
             x = self._factors.solve(right)
@@ -123,13 +120,13 @@ class _System:
                 residual = right - self._matrix @ x
             error = self._bound(residual)
             if error > allowed:
-                # Rounding at tiny triangles makes that bound far too large: what a further correction would be tells.
+                # Rounding at tiny triangles makes that bound far too large; the size of a further correction is closer.
                 error = min(error, m_norm(self._mass, self._factors.solve(residual)))
             return x, error
         # |e|_M <= |e|_A / sqrt(sigma), since A >= sigma M.
         root = math.sqrt(self._pole)
         reference = root * max(m_norm(self._mass, values), np.finfo(float).tiny)
-        share = min(max(allowed * root / reference, FINEST), 1e-3)
+        share = min(max(allowed * root / reference, FINEST_TOLERANCE), 1e-3)
         solution = self._solver.solve(right, tolerance=share, reference=reference, start=guess, progress=progress)
         if solution.method == "cholesky":
             return solution.values, self._bound(right - self._matrix @ solution.values)

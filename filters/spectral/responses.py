@@ -1,11 +1,11 @@
-"""Transfer functions: by what a filter multiplies each frequency of a surface.
+"""Transfer functions: the factor by which a filter multiplies each frequency of a surface.
 
 The frequency of a mode v with S v = kappa M v is omega = sqrt(kappa), in radians per unit length; its wavelength is 2 pi / omega.
 All responses are made of one profile, F(omega) = exp(-ln 2 (omega / omega_c)^(2 n)): the diffusion of order n for the time that
-halves omega_c. Compared with the rational 1 / (1 + (omega / omega_c)^(2 n)) it is as flat at 0 and as easy to approximate by
-polynomials, and it ends: at n = 2 it is below 1e-6 beyond 2.11 omega_c, where the rational one still has 5 %. So few eigenvectors
-are enough for it, and what is filtered out is gone. The default n = 2 is the lowest order that is flat at omega = 0 beyond the
-omega^2 of ordinary diffusion; higher orders are nearer to a brick wall, with its ringing, and cost more.
+halves omega_c. It is as flat at 0 as the rational 1 / (1 + (omega / omega_c)^(2 n)) and as easy to approximate by polynomials,
+but falls faster: at n = 2 it is below 1e-6 beyond 2.11 omega_c, where the rational one is still 5 %. So few eigenvectors are
+enough for it. The default n = 2 is the lowest order that is flatter at omega = 0 than the omega^2 of ordinary diffusion; higher
+orders are nearer to a brick wall, with its ringing, and cost more.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
-from ..checks import FilterInputError
+from ..checks import FilterInputError, check_finite, check_positive, check_whole_number
 from ..mesh import Floats
 
 ResponseName: TypeAlias = Literal["low_pass", "band_pass", "enhance"]
 RESPONSE_NAMES: tuple[ResponseName, ...] = get_args(ResponseName)
 
-#: Of 2 n in the exponent, n.
+#: The orders n.
 ORDERS = range(1, 9)
 DEFAULT_ORDER = 2
 
@@ -38,8 +38,8 @@ class Response:
         order: n of the profile.
         weights: of the profiles at the cutoffs: F(omega) = infinity + sum_i weights_i exp(-ln 2 (omega / cutoffs_i)^(2 n)).
         infinity: the limit of F for short waves.
-        constant: what the mean of a component is multiplied by; 1 where the surface is to stay where it is, also if F tends to
-            another number for long waves.
+        constant: the factor of the mean of a component; 1 keeps the surface in its place, also if F tends to another number
+            for long waves.
     """
 
     name: ResponseName
@@ -50,7 +50,7 @@ class Response:
     constant: float = 1.0
 
     def __call__(self, frequencies: Floats) -> Floats:
-        """F at each frequency from 0; at exactly 0, the frequency of a component's mean, `constant`."""
+        """F at each frequency from 0; `constant` at exactly 0, the frequency of a component's mean."""
         omega = np.asarray(frequencies, dtype=np.float64)
         return np.where(omega == 0.0, self.constant, self.profile(omega))
 
@@ -72,7 +72,7 @@ class Response:
 
 
 def low_pass(detail_size: float, *, order: int = DEFAULT_ORDER) -> Response:
-    """Waves shorter than the detail size go, longer ones stay: F(2 pi / detail_size) = 1/2 exactly.
+    """Removes waves shorter than the detail size and keeps longer ones: F(2 pi / detail_size) = 1/2 exactly.
 
     Args:
         detail_size: the wavelength whose amplitude is halved, in mesh units. Larger is smoother.
@@ -82,7 +82,7 @@ def low_pass(detail_size: float, *, order: int = DEFAULT_ORDER) -> Response:
 
 
 def band_pass(detail_size: float, largest_size: float, *, gain: float = 1.0, order: int = DEFAULT_ORDER) -> Response:
-    """Only waves between two lengths stay, about the centroid of each component: a difference of two low passes.
+    """Keeps only waves between two lengths, about the centroid of each component: a difference of two low passes.
 
     At both ends the amplitude is half of `gain`, to a share of 2^-((largest_size / detail_size)^(2 n)) at the short end and
     1 - 2^-((detail_size / largest_size)^(2 n)) at the long one: 4 % for an octave and n = 2.
@@ -90,16 +90,16 @@ def band_pass(detail_size: float, largest_size: float, *, gain: float = 1.0, ord
     Args:
         detail_size: the shortest wavelength that stays, in mesh units.
         largest_size: the longest one, above `detail_size`.
-        gain: what the band is multiplied by, finite.
+        gain: the factor of the band, finite.
         order: see `low_pass`.
     """
     long, short = _band(detail_size, largest_size)
-    _check_gain(gain)
+    gain = check_finite("gain", gain)
     return Response("band_pass", (long, short), _checked_order(order), (-gain, gain))
 
 
 def enhance(detail_size: float, largest_size: float, *, gain: float = 2.0, order: int = DEFAULT_ORDER) -> Response:
-    """Waves between two lengths are multiplied by `gain`, all others stay: 1 + (gain - 1) times the band of `band_pass`.
+    """Multiplies waves between two lengths by `gain` and keeps all others: 1 + (gain - 1) times the band of `band_pass`.
 
     Args:
         detail_size: the shortest wavelength that changes, in mesh units. Choose it above the size of the noise.
@@ -108,7 +108,7 @@ def enhance(detail_size: float, largest_size: float, *, gain: float = 2.0, order
         order: see `low_pass`.
     """
     long, short = _band(detail_size, largest_size)
-    _check_gain(gain)
+    gain = check_finite("gain", gain)
     return Response("enhance", (long, short), _checked_order(order), (1.0 - gain, gain - 1.0), infinity=1.0)
 
 
@@ -118,9 +118,7 @@ RESPONSES: dict[ResponseName, Callable[..., Response]] = {"low_pass": low_pass, 
 
 def cutoff_frequency(name: str, wavelength: float) -> float:
     """2 pi / wavelength, in radians per unit length, of the parameter of that name."""
-    if not (math.isfinite(wavelength) and wavelength > 0.0):
-        raise FilterInputError(f"{name} {wavelength} is not finite and above 0: it is a wavelength in mesh units")
-    return 2.0 * math.pi / wavelength
+    return 2.0 * math.pi / check_positive(name, wavelength, note=": it is a wavelength in mesh units")
 
 
 def _band(detail_size: float, largest_size: float) -> tuple[float, float]:
@@ -131,11 +129,4 @@ def _band(detail_size: float, largest_size: float) -> tuple[float, float]:
 
 
 def _checked_order(order: int) -> int:
-    if order not in ORDERS:
-        raise FilterInputError(f"order {order} is not a whole number from {ORDERS[0]} to {ORDERS[-1]}")
-    return int(order)
-
-
-def _check_gain(gain: float) -> None:
-    if not math.isfinite(gain):
-        raise FilterInputError(f"gain {gain} is not finite")
+    return check_whole_number("order", order, least=ORDERS[0], most=ORDERS[-1])

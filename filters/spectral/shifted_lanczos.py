@@ -1,4 +1,4 @@
-"""Block Lanczos about a shift: the modes whose eigenvalues are nearest to it."""
+"""Block Lanczos about a shift: the modes with the eigenvalues nearest to it."""
 
 import numpy as np
 from scipy import linalg
@@ -11,33 +11,35 @@ from .columnwise import combined, remove
 
 #: Columns that the factors solve for at once. Eigenvalues of a higher multiplicity take a second search.
 BLOCK = 8
-# A basis this many times the number of wanted modes holds them mostly; then it grows by a tenth, to the limit.
+#: Convergence is tested from a basis of the first factor times the number of wanted modes on, and then at every growth by the
+#: second, up to the limit.
 _FIRST_LOOK, _GROWTH, _LIMIT = 1.6, 1.1, 8.0
+#: Vectors added to these sizes, for small numbers of modes.
 _SMALL = 40
-# The basis stays orthogonal to what is locked but for rounding, which grows slowly enough to be taken out every few blocks.
+#: Blocks after which locked modes are removed again: rounding brings them back, slowly.
 _RENEWAL = 2
 
 
 def modes_near(
     factors: ShiftedFactors, locked: Floats, *, below: int, above: int, tolerance: float, seed: int, progress: Progress
 ) -> tuple[Floats, Floats]:
-    """The `below` modes of A nearest below the shift, and at least `above` of those nearest above it, but for those locked.
+    """The `below` modes of A nearest below the shift, and at least `above` of those nearest above it, without the locked ones.
 
-    Block Lanczos [grimes1994] with (A - shift I)^-1, every new block made orthogonal to all before. A Ritz vector is improved by
-    one inverse iteration, which costs no solve since the last block is at hand: then its residual in A is the Ritz residual in
+    Block Lanczos [grimes1994] with (A - shift I)^-1, every new block made orthogonal to all earlier ones. One inverse iteration
+    improves the Ritz vectors; it needs no solve, since the last block contains it. The residual in A is then the Ritz residual in
     the inverse times (kappa - shift)^2.
 
     Args:
         factors: of A - shift I.
         locked: (n, l) orthonormal modes that are known; the search is orthogonal to them.
-        below: how many to find below, all that there are.
+        below: how many to find below; there must be exactly as many.
         above: how many to find above.
         tolerance: of the residual |A x - kappa x| as a share of kappa.
         seed: of the random block to start from.
         progress: called at every step with a growing share; may raise to stop.
 
     Returns:
-        (k,) eigenvalues, ascending and without a gap but for modes locked, and (n, k) orthonormal modes.
+        (k,) eigenvalues, ascending, complete but for the locked modes, and (n, k) orthonormal modes.
     """
     n, wanted = len(locked), below + above
     limit = min(n - locked.shape[1], int(_LIMIT * wanted) + 10 * _SMALL) // BLOCK * BLOCK
@@ -51,7 +53,7 @@ def modes_near(
         now = basis[:, size : size + BLOCK]
         block = factors.solve(now)
         progress(min(1.0, size / (2.0 * wanted + _SMALL)))
-        # The two neighbours first, which hold nearly all of it: then one pass over the whole basis is exact.
+        # First against the last two blocks, where nearly all of the overlap is: then one pass over the whole basis is exact.
         coarse = remove(basis[:, max(0, size - BLOCK) : size + BLOCK], block)
         size += BLOCK
         share = remove(basis[:, :size], block)

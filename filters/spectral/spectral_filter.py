@@ -1,4 +1,4 @@
-"""Spectral filtering of a surface: by its modes or without them, whichever is cheaper."""
+"""Spectral filtering of a surface, with its modes or without them."""
 
 import math
 from dataclasses import dataclass
@@ -6,24 +6,24 @@ from typing import Literal, TypeAlias, get_args
 
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError, check_choice, check_whole_number
+from ..checks import FilterInputError, check_choice, check_positive, check_whole_number
 from ..execution import Progress, ignore_progress
 from ..mesh import Floats, check_mesh, normalised_mesh
 from .eigenvector_filter import basis_fits, brick_wall, filter_by_modes
 from .eigenvector_free import filter_without_eigenvectors
 from .problem import SpectralOperator, about_centroids, spectral_problem
-from .responses import DEFAULT_ORDER, RESPONSE_NAMES, RESPONSES, Response, ResponseName
+from .responses import DEFAULT_ORDER, RESPONSE_NAMES, RESPONSES, Response, ResponseName, cutoff_frequency
 
 SpectralMethod: TypeAlias = Literal["auto", "eigenvectors", "polynomial"]
 SPECTRAL_METHODS: tuple[SpectralMethod, ...] = get_args(SpectralMethod)
 
-#: the longest wave of a band where none is given, in detail sizes: two octaves
+#: The longest wave of a band where none is given, in detail sizes: two octaves.
 BAND = 4.0
 
 
 @dataclass(frozen=True, eq=False)
 class SpectralResult:
-    """A filtered surface and how it came about.
+    """A filtered surface and how it was computed.
 
     Attributes:
         vertices: (n, 3) the new coordinates.
@@ -91,7 +91,7 @@ def spectral_filter(
         progress: told the share that is done; may raise to stop.
 
     Returns:
-        The coordinates and how they came about. Vertices that do not move keep every bit: those that no face with an area uses,
+        The coordinates and how they were computed. Vertices that do not move keep every bit: those that no face with area uses,
         and those not `movable`. Deterministic to the bit.
 
     Raises:
@@ -101,15 +101,14 @@ def spectral_filter(
     points, triangles = check_mesh(vertices, faces)
     check_choice("response", response, RESPONSE_NAMES)
     check_choice("method", method, SPECTRAL_METHODS)
-    if not (math.isfinite(tolerance) and tolerance > 0.0):
-        raise FilterInputError(f"tolerance {tolerance} is not finite and above 0")
+    check_positive("tolerance", tolerance)
     mesh = normalised_mesh(points, triangles, movable)
     if (detail_size is None) == (modes is None):
         raise FilterInputError("give either detail_size, a wavelength, or modes, their number")
     if modes is not None:
         check_whole_number("modes", modes, least=1)
-    if largest_size is not None and response != "low_pass" and not (math.isfinite(largest_size) and largest_size > 0.0):
-        raise FilterInputError(f"largest_size {largest_size} is not finite and above 0: it is a wavelength in mesh units")
+    if largest_size is not None and response != "low_pass":
+        cutoff_frequency("largest_size", largest_size)
     if detail_size is not None:  # before any work, and also where there is nothing to filter
         _response(response, detail_size, largest_size, gain, order)
     if len(triangles) == 0 and len(points):

@@ -13,11 +13,11 @@ from .eigenpairs import lowest_eigenpairs
 from .energy_quadrature import energy_quadrature, enough_steps, without_stiffest
 from .problem import SpectralOperator, SpectralProblem, about_centroids, spectral_problem
 
-#: bands an octave
+#: Bands in an octave.
 BANDS = 3
-#: waves shorter than this share of the mean edge share the last band: no mesh carries them, slivers alone have such modes
+#: Waves shorter than this share of the mean edge go into the last band: only slivers have such modes.
 SHORTEST = 0.5
-#: of the work, what the modes take
+#: The share of the work that the modes take.
 _SHARE_OF_MODES = 0.6
 
 
@@ -33,8 +33,8 @@ class Spectrum:
             are constant on a component, of frequency 0, are left out.
         energies: (k,) their energies.
         band_edges: (b + 1,) frequencies between bands, whole powers of 2^(1/3), the same for all meshes.
-        band_energies: (b,) the energy within each band, that of the modes included; the last band has all that is above it.
-        energy: of all frequencies.
+        band_energies: (b,) the energy in each band, that of the modes included; the last band includes all higher frequencies.
+        energy: of all frequencies together.
         area: of the surface.
     """
 
@@ -60,7 +60,7 @@ def spectrum(
     operator: SpectralOperator = "auto",
     progress: Progress = ignore_progress,
 ) -> Spectrum:
-    """Where the energy of a shape lies: mode by mode for the lowest, by a quadrature for all others.
+    """The energy of a shape against frequency: mode by mode for the lowest, by a quadrature for all others.
 
     What the modes leave of the coordinates starts a Lanczos process of the operator M^-1/2 S M^-1/2, whose tridiagonal matrix
     gives the nodes and weights of Gauss's quadrature for the energy against kappa = omega^2 [golub1969]. It is exact for
@@ -71,10 +71,10 @@ def spectrum(
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles, at least one.
-        modes: how many modes are computed [vallet2008], those that are constant on a component not counted. More tell
-            single modes up to a higher frequency, and take longer.
-        steps: of the Lanczos process; None for as many as tell the bands above the last mode apart, at most 600. More tell
-            neighbouring bands apart more sharply, above all at low frequencies, and take longer.
+        modes: how many modes are computed [vallet2008], without those that are constant on a component. More give single modes
+            up to a higher frequency, and take longer.
+        steps: of the Lanczos process; None for as many as resolve the bands above the last mode, at most 600. More separate
+            neighbouring bands more sharply, above all at low frequencies, and take longer.
         operator: "cotangent", "robust", or "auto": robust where the mesh is not manifold.
         progress: told the share that is done; may raise to stop.
 
@@ -122,12 +122,12 @@ def spectrum(
 
 
 def _bands(frequencies: Floats, energies: Floats, *, highest: float) -> tuple[Floats, Floats]:
-    """Edges of bands from the lowest frequency with energy to the highest, and the energy in each, the last one with the rest."""
+    """The edges of the bands from the lowest frequency with energy to the highest, and the energy in each."""
     counted = (frequencies > 0.0) & (energies > 0.0)
     if not counted.any():
         return np.empty(0), np.empty(0)
     omega, energy = np.minimum(frequencies[counted], highest), energies[counted]
-    # Next to nothing below the lowest mode is rounding, which would make for bands without end.
+    # Tiny energies below the lowest mode are rounding, and would add any number of bands.
     lowest = omega[energy > 1e-14 * energy.sum()].min()
     place = np.floor(BANDS * np.log2(np.maximum(omega, lowest))).astype(np.int64)
     first, last = int(place.min()), int(place.max())

@@ -1,4 +1,7 @@
-"""Spectrum slicing: the lowest modes of a large sparse operator, band by band, every band counted."""
+"""Spectrum slicing: the lowest modes of a large sparse operator, band by band, with the eigenvalues of every band counted.
+
+Written here because ARPACK, in SciPy, searches about one shift and does not count; docs/solvers.md compares their times.
+"""
 
 import numpy as np
 from scipy import linalg, sparse
@@ -10,9 +13,9 @@ from ..mesh import Floats
 from .columnwise import combined, groups, inner_products, remove, sparse_product
 from .shifted_lanczos import modes_near
 
-#: Modes of a band: more make the basis dearer to keep orthogonal, fewer need more factorisations.
+#: Modes of a band: with more, keeping the basis orthogonal costs more; with fewer, more factorisations are needed.
 _BAND, _BAND_OF_LARGE, _LARGE = 100, 160, 50_000
-#: Modes found beyond the last one wanted, among which the last count finds a gap.
+#: Modes beyond the last one wanted, in whose widest gap the last shift is put.
 _GUARD = 6
 _ROUNDS = 10_000
 _POLISHES = 3
@@ -23,9 +26,9 @@ def lowest_modes(
 ) -> tuple[Floats, Floats]:
     """The `count` lowest eigenvalues and orthonormal eigenvectors of a semidefinite operator with a kernel of dimension 1.
 
-    A shift is put where about half a band of new eigenvalues is expected below it. The signs of its factors' pivots tell how many
-    eigenvalues there are below [grimes1994]; all that are missing, and about as many above, are searched for by `modes_near`. The
-    last shift lies above the last mode and only counts; should one be missing it is searched for.
+    A shift is put where about half a band of new eigenvalues is expected below it. The signs of its factors' pivots count the
+    eigenvalues below [grimes1994]; `modes_near` searches for all that are missing and about as many above. The last shift lies
+    above the last mode and only counts; if a mode is missing, it is searched for.
 
     Args:
         operator: A, (n, n) symmetric, positive semidefinite, in an order that keeps its factors sparse, scaled such that
@@ -66,7 +69,7 @@ def lowest_modes(
         )
         if len(found) == 0:
             continue
-        # Modes near the edge of an earlier band mix with their neighbours there by their residual over the gap.
+        # Modes near the edge of an earlier band contain a share of their neighbours there, their residual divided by the gap.
         for group in groups(len(found), partial):
             remove(modes, vectors[:, group])
         found, vectors = _polished(operator, factors, found, vectors, 0.7 * tolerance, partial)
@@ -80,10 +83,10 @@ def lowest_modes(
 def _polished(
     operator: sparse.csc_matrix, factors: ShiftedFactors, kappa: Floats, vectors: Floats, tolerance: float, progress: Progress
 ) -> tuple[Floats, Floats]:
-    """The modes of a band, orthonormal, with residuals of at most a share of kappa; the vectors given are overwritten.
+    """The modes of a band, orthonormal, with residuals of at most `tolerance` times kappa; `vectors` is overwritten.
 
-    Far from the shift what remains is the noise of the solves, amplified by the nearest eigenvalue. A fresh solve is without it,
-    but brings in the modes nearest to the shift, which the best vectors within the band's space are free of.
+    Far from the shift the residual is noise of the solves, amplified by the nearest eigenvalue. A further solve removes it, but
+    adds modes near the shift; the best vectors in the space of the band are free of these.
     """
     for _ in range(_POLISHES):
         residual = np.empty(len(kappa))
@@ -104,7 +107,7 @@ def _polished(
         overlap = inner_products(vectors, vectors, progress)
         kappa, weights = linalg.eigh(0.5 * (energy + energy.T), overlap, check_finite=False)
         vectors = combined(vectors, weights, progress)
-    # The higher give way to the lower, whose residuals must be smaller.
+    # Gram-Schmidt by Cholesky's factor: a mode is changed by lower ones only, whose residuals must be smaller.
     triangle = linalg.cholesky(inner_products(vectors, vectors, progress), check_finite=False)
     inverse = linalg.solve_triangular(triangle, np.eye(len(kappa)), check_finite=False)
     return kappa, combined(vectors, inverse, progress)
@@ -113,7 +116,7 @@ def _polished(
 def _placed(
     operator: sparse.csc_matrix, kappa: Floats, step: float, band: int, progress: Progress, done: float
 ) -> ShiftedFactors:
-    """Factors for a shift above all known eigenvalues that leaves neither too many unknown ones below it nor next to none."""
+    """Factors for a shift above all known eigenvalues, with between an eighth of a band and a band of unknown ones below it."""
     low, high = 0.0, np.inf
     factors = ShiftedFactors(operator, float(kappa[-1]) + step, progress, done)
     for _ in range(40):

@@ -32,7 +32,7 @@ def faces_across(faces: Ints) -> Ints:
 
 @njit(cache=True)
 def _faces_by_edge(faces: Ints, n_vertices: int) -> tuple[Longs, Longs]:
-    """The edges of all faces by their lower vertex, with the key (higher vertex) * 2^32 + face, ascending at each vertex."""
+    """The edges of all faces by their lower vertex; the key of each is (higher vertex) * 2^32 + face, ascending at a vertex."""
     offsets = np.zeros(n_vertices + 1, dtype=np.int64)
     for f in range(faces.shape[0]):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]

@@ -48,8 +48,7 @@ class Scene:
     @property
     def chosen_faces(self) -> Bools:
         """(m,) the faces that `apply` selects: those of which all vertices are."""
-        chosen: Bools = self.chosen[self.faces].all(axis=1)
-        return chosen
+        return np.asarray(self.chosen[self.faces].all(axis=1))
 
     def with_stray(self, at: int, position: Floats) -> Scene:
         """The scene with one vertex more, number `at`, that no face and no edge uses and that is never chosen."""
@@ -149,7 +148,7 @@ def mesh_set(scene: Scene, *, select: bool = False) -> pymeshfair.MeshSet:
         meshes.set_selection_all()
         meshes.meshing_remove_selected_vertices()
         return meshes
-    given = {
+    given: dict[str, NDArray[Any]] = {
         "vertex_matrix": scene.vertices,
         "face_matrix": scene.faces,
         "edge_matrix": scene.edges,

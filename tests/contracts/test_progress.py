@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from pymeshfair.declaration import Filter, FilterClass
-from tests.contracts.scenes import apply, scene_for
+from tests.contracts.scenes import apply, mesh_set, scene_for
 from tests.contracts.variants import FILTERS, Variant, each_variant, outcome_of
 from tests.host.snapshots import differences, everything
-from tests.contracts.scenes import mesh_set
 
 
 def tells_progress(declared: Filter) -> bool:

@@ -6,14 +6,13 @@ import inspect
 import math
 import re
 from collections.abc import Callable, Iterator
-from types import CodeType
 from typing import Any
 
 import numpy as np
 import pymeshlab
 import pytest
 
-from pymeshfair.declaration import Bool, Enum, Filter, Float, Int, Parameter, Percentage
+from pymeshfair.declaration import Bool, Enum, Filter, Float, Int, Mesh, Parameter, Percentage, Point
 from pymeshfair.errors import PymeshfairError
 from pymeshfair.filters.checks import FilterInputError
 from tests.contracts.scenes import mesh_set, scene_for, two_open_spheres
@@ -28,6 +27,8 @@ NONE_OF: dict[type[Parameter], tuple[Any, ...]] = {
     Percentage: ("wide", "nan", "-1%", "1e999", 0.5, True, None),
     Enum: ("umbrella", "", 1, None, True),
     Bool: (1, 0.0, "yes", None, NAN),
+    Mesh: (-1, 1.0, True, "0", None, 2**40),
+    Point: ("up", (1.0, 2.0), (1.0, 2.0, NAN), 1.0, None),
 }
 PARAMETERS = [(declared, parameter) for declared in FILTERS for parameter in declared.parameters]
 
@@ -88,23 +89,21 @@ ALONG: dict[tuple[str, str | None], dict[str, Any]] = {
 
 
 def functions_of(declared: Filter) -> Iterator[Callable[..., Any]]:
-    """The functions of arrays in `pymeshfair.filters` that the filter calls, itself or through its module's own."""
-    assert declared.function is not None
-    module = inspect.getmodule(declared.function)
-    ahead, seen = [declared.function.__code__], set[CodeType]()
+    """The functions of arrays in `pymeshfair.filters` that the filter calls, itself or through functions of plugins."""
+    ahead, seen = [declared.function], set[Callable[..., Any]]()
     while ahead:
-        code = ahead.pop()
-        if code in seen:
+        caller = ahead.pop()
+        if not inspect.isfunction(caller) or caller in seen:
             continue
-        seen.add(code)
-        for name in code.co_names:
-            called = getattr(module, name, None)
+        seen.add(caller)
+        for name in caller.__code__.co_names:
+            called = caller.__globals__.get(name)
             if not inspect.isfunction(called):
                 continue
             if called.__module__.startswith("pymeshfair.filters."):
                 yield called
-            elif called.__module__ == declared.function.__module__:
-                ahead.append(called.__code__)
+            elif called.__module__.startswith("pymeshfair.plugins."):
+                ahead.append(called)
 
 
 def arguments(function: Callable[..., Any], declared: Filter, parameter: str | None = None) -> dict[str, Any] | None:

@@ -25,7 +25,7 @@ def test_what_is_not_selected_keeps_every_bit(variant: Variant) -> None:
     scene = scene_for(variant.declared)
     before = arrays_of(mesh_set(scene, select=True))
     after = apply(variant.declared, scene, {**variant.values, "selected": True}).arrays
-    held = {name: ~scene.chosen for name in ("vertices", "vertex_scalars", "vertex_colors")}
+    held = dict.fromkeys(("vertices", "vertex_scalars", "vertex_colors"), ~scene.chosen)
     if not variant.declared.changes & (MeshElement.VERTCOORD | MeshElement.FACENUMBER):
         held["face_normals"] = ~scene.chosen_faces
     for name, keeps in held.items():

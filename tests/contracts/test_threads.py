@@ -11,7 +11,7 @@ from tests.contracts.scenes import apply, scene_for
 from tests.contracts.variants import Variant, each_variant, outcome_of
 
 
-@pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="one thread is all there is")
+@pytest.mark.skipif(numba.get_num_threads() < 2, reason="one thread is all there is")
 @each_variant
 def test_two_threads_give_the_same_bits(variant: Variant, monkeypatch: pytest.MonkeyPatch) -> None:
     """As one thread does, on which so small a mesh is usually filtered."""

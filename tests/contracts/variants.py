@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -85,14 +85,10 @@ def variants_of(declared: Filter) -> list[Variant]:
 VARIANTS: list[Variant] = [variant for declared in FILTERS for variant in variants_of(declared)]
 
 
-def each_filter(test: Callable[..., None]) -> Callable[..., None]:
-    """Run a test for every filter, as its parameter `declared`."""
-    return pytest.mark.parametrize("declared", FILTERS, ids=lambda d: d.python_name)(test)
-
-
-def each_variant(test: Callable[..., None]) -> Callable[..., None]:
-    """Run a test for every way to call every filter, as its parameter `variant`."""
-    return pytest.mark.parametrize("variant", VARIANTS, ids=lambda v: v.name)(test)
+#: runs a test for every filter, as its parameter `declared`
+each_filter = pytest.mark.parametrize("declared", FILTERS, ids=lambda declared: declared.python_name)
+#: runs a test for every way to call every filter, as its parameter `variant`
+each_variant = pytest.mark.parametrize("variant", VARIANTS, ids=lambda variant: variant.name)
 
 
 @functools.cache

@@ -15,7 +15,7 @@ from pymeshfair.filters import topology
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.denoising.bilateral import bilateral_fleishman, bilateral_jones
 from pymeshfair.filters.execution import threads as parallel
-from pymeshfair.filters.robust import KERNEL_NAMES, KernelName, m_estimators
+from pymeshfair.filters.robust import KERNEL_NAMES, KernelName, weight
 from tests.meshes import (
     AWKWARD,
     Mesh,
@@ -58,8 +58,8 @@ def fleishman_by_loops(mesh: Mesh, f: KernelName, g: KernelName, space: float, h
             found, grown = more, len(more) > len(found)
         others = sorted(found - {i})
         heights = (vertices[others] - p) @ normal
-        weights = m_estimators.weight(f, np.linalg.norm(vertices[others] - p, axis=1), space)
-        weights = weights * m_estimators.weight(g, heights, height)
+        weights = weight(f, np.linalg.norm(vertices[others] - p, axis=1), space)
+        weights = weights * weight(g, heights, height)
         if weights.sum() > 0:
             result[i] = p + normal * (weights @ heights) / weights.sum()
     return result
@@ -73,7 +73,7 @@ def jones_by_loops(mesh: Mesh, f: KernelName, g: KernelName, space: float, heigh
     for i, p in enumerate(vertices):
         distances = np.linalg.norm(centres - p, axis=1)
         near = distances <= math.sqrt(2) * space / 2
-        weights = areas[near] * m_estimators.weight(f, distances[near], space / 2)
+        weights = areas[near] * weight(f, distances[near], space / 2)
         if weights.sum() > 0:
             smooth[i] = weights @ centres[near] / weights.sum()
     normals = area_vectors(smooth, faces)
@@ -82,8 +82,8 @@ def jones_by_loops(mesh: Mesh, f: KernelName, g: KernelName, space: float, heigh
         distances = np.linalg.norm(centres - p, axis=1)
         near = distances <= math.sqrt(2) * space
         predictions = p + normals[near] * ((centres[near] - p) * normals[near]).sum(axis=1, keepdims=True)
-        weights = areas[near] * m_estimators.weight(f, distances[near], space)
-        weights = weights * m_estimators.weight(g, np.linalg.norm(predictions - p, axis=1), height)
+        weights = areas[near] * weight(f, distances[near], space)
+        weights = weights * weight(g, np.linalg.norm(predictions - p, axis=1), height)
         if weights.sum() > 0:
             result[i] = weights @ predictions / weights.sum()
     return result

@@ -13,7 +13,7 @@ from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.denoising.clouds import bilateral_projection, normals_of
 from pymeshfair.filters.execution import threads as parallel
 from pymeshfair.filters.neighbours import nearest_neighbours
-from pymeshfair.filters.robust import KERNEL_NAMES, KernelName, m_estimators
+from pymeshfair.filters.robust import KERNEL_NAMES, KernelName, weight
 from tests.meshes import AWKWARD, icosphere, rotation
 
 Floats = NDArray[np.float64]
@@ -52,8 +52,8 @@ def test_a_loop_over_points_gives_the_same(name: KernelName) -> None:
     for i, p in enumerate(points):
         normal = np.linalg.eigh(np.cov(points[indices[i]].T))[1][:, 0]
         arms = points[indices[i, 1:]] - p
-        weights = m_estimators.weight(name, np.linalg.norm(arms, axis=1), 0.3)
-        weights = weights * m_estimators.weight(name, arms @ normal, 0.05)
+        weights = weight(name, np.linalg.norm(arms, axis=1), 0.3)
+        weights = weights * weight(name, arms @ normal, 0.05)
         if weights.sum() > 0:
             expected[i] = p + normal * (weights @ (arms @ normal)) / weights.sum()
     found = bilateral_projection(

@@ -168,8 +168,9 @@ def test_the_same_bits_for_any_number_of_threads() -> None:
 
 
 def test_a_range_map_gains_more_than_a_tenth() -> None:
-    """On a range map two iterations raise the mean quality by 12 % and more, within a tenth of an edge of the input."""
-    mesh = without_loose_vertices(sample("rangemaps/face000.ply"))
+    """On a part of a range map two iterations raise the mean quality by 12 % and more, within a tenth of an edge of the input."""
+    vertices, faces = sample("rangemaps/face000.ply")
+    mesh = without_loose_vertices((vertices, faces[: len(faces) // 8]))
     result = improve_triangles(*mesh, iterations=2)
     assert quality(*result) > 1.12 * quality(*mesh)
     assert hausdorff(result, mesh) < 0.1 * mean_edge_length(*mesh)

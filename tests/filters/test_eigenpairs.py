@@ -24,7 +24,7 @@ from tests.meshes import Mesh, book, grid, icosphere, irregular_grid, noisy, ren
 
 def residual(problem: SpectralProblem, kappa: np.ndarray, modes: np.ndarray) -> float:
     """The largest |S v - kappa M v| in the norm of M^-1 as a share of kappa, of the least kappa above 0 for those that are 0."""
-    rest = (problem.stiffness @ modes - problem.mass[:, None] * modes * kappa) / np.sqrt(problem.mass)[:, None]
+    rest = (problem.dirichlet @ modes - problem.mass[:, None] * modes * kappa) / np.sqrt(problem.mass)[:, None]
     least = kappa[kappa > 1e-9 * kappa[-1]].min()
     return float((np.linalg.norm(rest, axis=0) / np.maximum(kappa, least)).max())
 
@@ -38,7 +38,7 @@ def dense(problem: SpectralProblem) -> np.ndarray:
     """All eigenvalues, by LAPACK."""
     root = 1.0 / np.sqrt(problem.mass)
     with threadpool_limits(limits=1):
-        return np.asarray(linalg.eigvalsh(root[:, None] * problem.stiffness.toarray() * root))
+        return np.asarray(linalg.eigvalsh(root[:, None] * problem.dirichlet.toarray() * root))
 
 
 def test_sphere_eigenvalues_tend_to_the_closed_form_at_order_two() -> None:

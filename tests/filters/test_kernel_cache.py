@@ -19,7 +19,7 @@ def test_kernels_work_where_neither_the_package_nor_a_home_can_be_written(tmp_pa
             PROJECT / name, tmp_path / name, symlinks=True, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info")
         )
     program = (
-        "import numpy as np, numba, os, pymeshfair.filters.topology.edge_lists as t;"
+        "import numpy as np, numba, os, pymeshfair.filters.topology as t;"
         "assert t.__file__.startswith(os.environ['PYTHONPATH']), t.__file__;"
         "print(t.border_edges(np.array([[0, 1, 2]], dtype=np.int32)).tolist(), numba.config.CACHE_DIR)"
     )
@@ -44,11 +44,10 @@ def test_kernels_work_where_neither_the_package_nor_a_home_can_be_written(tmp_pa
 def test_compilation_is_told_once_and_only_where_it_happens(tmp_path: Path) -> None:
     """The first process with an empty cache tells once; the next finds every kernel compiled and tells nothing."""
     program = (
-        "import numpy as np;"
         "from pymeshfair.filters.compilation.kernel_cache import on_first_compilation;"
-        "from pymeshfair.filters.topology import border_edges;"
+        "from pymeshfair.filters.robust import kernel_weight;"
         "on_first_compilation(lambda: print('compiling'));"
-        "border_edges(np.array([[0, 1, 2]], dtype=np.int32))"
+        "kernel_weight(0, 1.0, 2.0)"
     )
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
     said = [

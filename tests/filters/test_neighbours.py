@@ -184,7 +184,9 @@ def test_takes_any_array_and_leaves_it_alone() -> None:
         np.testing.assert_array_equal(nearest_neighbours(given_points, 3)[1], expected)
 
 
-@pytest.mark.parametrize(("k", "message"), [(0, "at least 1, got 0"), (-3, "got -3"), (10, "at least 11 points, got 10")])
+@pytest.mark.parametrize(
+    ("k", "message"), [(0, "k is 0: it is a whole number of at least 1"), (2.0, "written 2"), (10, "at least 11 points, got 10")]
+)
 def test_impossible_numbers_of_neighbours(k: int, message: str) -> None:
     """Too few or too many neighbours are refused with the number and what is allowed."""
     with pytest.raises(FilterInputError, match=message):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 from collections.abc import Callable
 from dataclasses import asdict, fields
@@ -365,6 +366,9 @@ def test_the_keywords_are_the_settings() -> None:
     settings = NormalFilter(method="unilateral", range_kernel="huber", normal_iterations=3)
     named = filter_face_normals(*NOISY, method="unilateral", range_kernel="huber", normal_iterations=3)
     assert filter_face_normals(*NOISY, **asdict(settings)).tobytes() == named.tobytes()
+    for function in (normal_filtering, filter_face_normals):
+        listed = inspect.signature(function).parameters
+        assert {f.name: listed[f.name].default for f in fields(NormalFilter)} == {f.name: f.default for f in fields(NormalFilter)}
     with pytest.raises(TypeError, match="unexpected keyword argument 'range_sigmas'"):
         filter_face_normals(*NOISY, range_sigmas=0.3)  # type: ignore[call-arg]
 

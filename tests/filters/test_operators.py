@@ -13,10 +13,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from pymeshfair.filters import operators, topology
+from pymeshfair.filters import topology
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.geometry import mean_edge_length
-from pymeshfair.filters.operators import OPERATOR_NAMES, OperatorName, build_laplacian
+from pymeshfair.filters.operators import (
+    OPERATOR_NAMES,
+    OperatorName,
+    build_laplacian,
+    cotangent_laplacian,
+    laplace_beltrami,
+    mixed_voronoi_areas,
+    uniform_laplacian,
+)
+from pymeshfair.filters.operators.cotangent import cotangent_stiffness
+from pymeshfair.filters.operators.inverse_length import inverse_length_laplacian
+from pymeshfair.filters.operators.scale_dependent import scale_dependent_laplacian
 from tests.meshes import (
     AWKWARD,
     Mesh,
@@ -106,22 +117,19 @@ def test_operators_are_their_definitions(operator: OperatorName, mesh: Mesh) -> 
     ids=["noisy sphere", "irregular grid", "torus", "cow"],
 )
 def test_cotangents_and_areas_are_those_of_libigl(mesh: Mesh) -> None:
-    """Stiffness, mixed Voronoi and barycentric areas equal igl.cotmatrix and igl.massmatrix, to 1e-12 of their largest."""
+    """Stiffness and mixed Voronoi areas equal igl.cotmatrix and igl.massmatrix, to 1e-12 of their largest."""
     vertices, faces = mesh
     expected = igl.cotmatrix(vertices, faces)
-    assert abs(operators.cotangent_stiffness(vertices, faces) - expected).max() <= 1e-12 * abs(expected).max()
-    for ours, kind in (
-        (operators.mixed_voronoi_areas(vertices, faces), igl.MASSMATRIX_TYPE_VORONOI),
-        (operators.barycentric_areas(vertices, faces), igl.MASSMATRIX_TYPE_BARYCENTRIC),
-    ):
-        theirs = igl.massmatrix(vertices, faces, kind).diagonal()
-        np.testing.assert_allclose(ours, theirs, atol=1e-12 * theirs.max())
-        assert ours.sum() == pytest.approx(area(vertices, faces), rel=1e-12)
+    assert abs(cotangent_stiffness(vertices, faces) - expected).max() <= 1e-12 * abs(expected).max()
+    ours = mixed_voronoi_areas(vertices, faces)
+    theirs = igl.massmatrix(vertices, faces, igl.MASSMATRIX_TYPE_VORONOI).diagonal()
+    np.testing.assert_allclose(ours, theirs, atol=1e-12 * theirs.max())
+    assert ours.sum() == pytest.approx(area(vertices, faces), rel=1e-12)
 
 
 def test_closed_forms_on_one_triangle() -> None:
     """On the triangle 3, 4, 5 the cotangents are 0, 3/4 and 4/3; the right corner owns half the area 6, the others a quarter."""
-    laplacian = operators.laplace_beltrami(*single_triangle())
+    laplacian = laplace_beltrami(*single_triangle())
     expected = np.array([[-(3 / 8 + 4 / 6), 4 / 6, 3 / 8], [4 / 6, -4 / 6, 0], [3 / 8, 0, -3 / 8]])
     # The angle at vertex 1 (3, 0) has cotangent 3/4 and weighs the edge (0, 2); that at vertex 2 has 4/3 and weighs (0, 1).
     np.testing.assert_allclose(laplacian.stiffness.toarray(), expected, rtol=1e-15, atol=1e-16)
@@ -209,7 +217,7 @@ def test_far_from_the_origin_nothing_is_lost_but_the_coordinates_digits() -> Non
     vertices, faces = icosphere(2)
     # The coordinates themselves are rounded to 1e-9, which turns an edge of 0.3 by 3e-9 and a weight by some ten times that.
     moved = vertices + np.array([5e5, 5.5e6, 300.0])
-    assert abs(operators.cotangent_stiffness(moved, faces) - operators.cotangent_stiffness(vertices, faces)).max() < 1e-7
+    assert abs(cotangent_stiffness(moved, faces) - cotangent_stiffness(vertices, faces)).max() < 1e-7
 
 
 @pytest.mark.parametrize("operator", ["cotangent", "laplace_beltrami", "robust"])
@@ -228,7 +236,7 @@ def test_a_flat_mesh_has_no_laplacian_inside(operator: OperatorName) -> None:
 def test_a_flat_mesh_has_a_uniform_laplacian() -> None:
     """The uniform operator moves the vertices of a flat irregular mesh within its plane."""
     vertices, faces = irregular_grid()
-    image = operators.uniform_laplacian(faces, len(vertices)).apply(vertices)
+    image = uniform_laplacian(faces, len(vertices)).apply(vertices)
     inside = ~topology.border_vertices(faces, len(vertices))
     assert np.abs(image[inside]).max() > 0.1
     assert not image[:, 2].any()
@@ -239,17 +247,17 @@ def test_a_straight_uneven_polyline_has_no_inverse_length_laplacian() -> None:
     steps = np.array([1.0, 0.001, 9.0, 0.3, 2.0, 0.05, 4.0])
     vertices = np.outer(np.concatenate([[0.0], np.cumsum(steps)]), [1.0, -2.0, 0.5])
     edges = np.column_stack([np.arange(7), np.arange(1, 8)]).astype(np.int32)
-    assert np.abs(operators.inverse_length_laplacian(vertices, edges).apply(vertices)[1:-1]).max() < 1e-12
+    assert np.abs(inverse_length_laplacian(vertices, edges).apply(vertices)[1:-1]).max() < 1e-12
     # Divided by half the length of the edges beside it, 0.5 at the shortest, and with weights of up to 500.
-    assert np.abs(operators.scale_dependent_laplacian(vertices, edges).apply(vertices)[1:-1]).max() < 1e-10
-    assert np.abs(operators.uniform_laplacian(edges, 8).apply(vertices)[1:-1]).max() > 1.0
+    assert np.abs(scale_dependent_laplacian(vertices, edges).apply(vertices)[1:-1]).max() < 1e-10
+    assert np.abs(uniform_laplacian(edges, 8).apply(vertices)[1:-1]).max() > 1.0
 
 
 @pytest.mark.parametrize("n", [5, 12])
 def test_a_closed_polygon_has_the_spectrum_of_the_circle(n: int) -> None:
     """The uniform operator of an n-gon has the eigenvalues cos(2 pi floor(i/2) / n) - 1."""
     polygon = np.column_stack([np.arange(n), np.roll(np.arange(n), -1)]).astype(np.int32)
-    found = np.sort(np.linalg.eigvals(operators.uniform_laplacian(polygon, n).matrix().toarray()).real)[::-1]
+    found = np.sort(np.linalg.eigvals(uniform_laplacian(polygon, n).matrix().toarray()).real)[::-1]
     np.testing.assert_allclose(found, [math.cos(2 * math.pi * ((i + 1) // 2) / n) - 1 for i in range(n)], atol=1e-14)
 
 
@@ -259,10 +267,10 @@ def test_uniform_eigenvalues_end_at_three_halves_where_every_edge_has_two_triang
         [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]], dtype=np.int32
     )
     for faces in (octahedron, tetrahedron()[1], icosphere(1)[1], torus(9, 6)[1]):
-        values = np.linalg.eigvals(operators.uniform_laplacian(faces, int(faces.max()) + 1).matrix().toarray()).real
+        values = np.linalg.eigvals(uniform_laplacian(faces, int(faces.max()) + 1).matrix().toarray()).real
         assert values.max() < 1e-14
         assert values.min() > -1.5 - 1e-13
-    assert np.linalg.eigvals(operators.uniform_laplacian(octahedron, 6).matrix().toarray()).real.min() == pytest.approx(-1.5)
+    assert np.linalg.eigvals(uniform_laplacian(octahedron, 6).matrix().toarray()).real.min() == pytest.approx(-1.5)
 
 
 def test_on_a_sphere_laplace_beltrami_tends_to_twice_the_curvature() -> None:
@@ -274,7 +282,7 @@ def test_on_a_sphere_laplace_beltrami_tends_to_twice_the_curvature() -> None:
     errors = []
     for level in (2, 3, 4):
         vertices, faces = icosphere(level, radius)
-        image = operators.laplace_beltrami(vertices, faces).apply(vertices)
+        image = laplace_beltrami(vertices, faces).apply(vertices)
         error = np.linalg.norm(image + 2 * vertices / radius**2, axis=1) * radius
         errors.append((error.max(), math.sqrt((error**2).mean())))
     for (worst, mean), (next_worst, next_mean) in itertools.pairwise(errors):
@@ -288,9 +296,9 @@ def test_valence_five_is_exact_with_mixed_areas_and_never_with_thirds() -> None:
     for level in (2, 4):
         vertices, faces = icosphere(level)
         five = np.arange(12)
-        stiff = (operators.cotangent_stiffness(vertices, faces) @ vertices)[five]
-        mixed = operators.mixed_voronoi_areas(vertices, faces)[five]
-        thirds = operators.barycentric_areas(vertices, faces)[five]
+        stiff = (cotangent_stiffness(vertices, faces) @ vertices)[five]
+        mixed = mixed_voronoi_areas(vertices, faces)[five]
+        thirds = igl.massmatrix(vertices, faces, igl.MASSMATRIX_TYPE_BARYCENTRIC).diagonal()[five]
         # 1e-12: a ratio of sums that cancel to the square of an edge, 0.07 at the finest.
         np.testing.assert_allclose(stiff / mixed[:, None], -2 * vertices[five], atol=1e-12)
         # Flat stars have that ratio; those of an icosphere come within the square of an edge of it.
@@ -305,20 +313,20 @@ def test_mean_curvature_converges_on_a_torus_and_is_exact_on_a_cylinder() -> Non
         vertices, faces = torus(2 * n, n, 2.0, 0.7)
         cosine = np.cos(2 * np.pi * np.tile(np.arange(n), 2 * n) / n)
         curvature = (2.0 + 1.4 * cosine) / (0.7 * (2.0 + 0.7 * cosine))
-        image = operators.laplace_beltrami(vertices, faces).apply(vertices)
+        image = laplace_beltrami(vertices, faces).apply(vertices)
         errors.append(np.abs(np.linalg.norm(image, axis=1) - curvature).max())
     assert 3.5 < errors[0] / errors[1] < 4.5
     assert 3.5 < errors[1] / errors[2] < 4.5
     vertices, faces = tube(12, 6, radius=2.0)
     inside = ~topology.border_vertices(faces, len(vertices))
-    image = operators.laplace_beltrami(vertices, faces).apply(vertices)
+    image = laplace_beltrami(vertices, faces).apply(vertices)
     np.testing.assert_allclose(image[inside], -(vertices * [1, 1, 0] / 4.0)[inside], atol=1e-12)
 
 
 def test_obtuse_triangles_slow_the_normalised_operator_down_and_nothing_else() -> None:
     """Where no weight is negative the mass is the sum of the weights; elsewhere it is larger, by twice the negative ones."""
     vertices, faces = irregular_grid(amount=0.45)
-    laplacian = operators.cotangent_laplacian(vertices, faces)
+    laplacian = cotangent_laplacian(vertices, faces)
     dense = laplacian.stiffness.toarray()
     np.fill_diagonal(dense, 0.0)
     negative = -np.minimum(dense, 0.0).sum(axis=1)
@@ -331,7 +339,7 @@ def test_obtuse_triangles_slow_the_normalised_operator_down_and_nothing_else() -
 def test_thin_caps_keep_the_cotangents_semidefinite(height: float) -> None:
     """However thin a cap, no eigenvalue of C is positive beyond what computing eigenvalues costs: n eps times the largest."""
     vertices, faces = with_caps(height)
-    eigenvalues = np.linalg.eigvalsh(operators.cotangent_stiffness(vertices, faces).toarray())
+    eigenvalues = np.linalg.eigvalsh(cotangent_stiffness(vertices, faces).toarray())
     assert eigenvalues[-1] <= len(vertices) * np.finfo(float).eps * -eigenvalues[0]
 
 
@@ -339,7 +347,7 @@ def test_short_edges_pull_like_the_shortest_that_counts() -> None:
     """An edge of length 0 gets the weight of one of a millionth of the mean, 1/3 here, so that its ends stay together."""
     vertices = np.array([[0.0, 0, 0], [1.0, 0, 0], [1.0, 0, 0], [1.0, 0, 0]])
     path = np.array([[0, 1], [1, 2], [2, 3]], dtype=np.int32)
-    stiffness = operators.inverse_length_laplacian(vertices, path).stiffness.toarray()
+    stiffness = inverse_length_laplacian(vertices, path).stiffness.toarray()
     assert stiffness[1, 2] == pytest.approx(1e6 * 3, rel=1e-12)
     assert stiffness[0, 1] == 1.0
 
@@ -370,7 +378,7 @@ def test_names_are_checked_and_clouds_take_the_robust_operator() -> None:
 def test_an_operator_applies_to_one_value_or_several() -> None:
     """L of (n,) and of (n, 2) values is the product with the matrix L."""
     vertices, faces = noisy(icosphere(1), 0.1)
-    laplacian = operators.laplace_beltrami(vertices, faces)
+    laplacian = laplace_beltrami(vertices, faces)
     values: Any = np.random.default_rng(0).normal(size=(len(vertices), 2))
     dense = laplacian.matrix().toarray()
     np.testing.assert_allclose(laplacian.apply(values), dense @ values, rtol=1e-12, atol=1e-12)

@@ -11,7 +11,15 @@ from pymeshfair.filters.spectral.eigenvector_free import filter_without_eigenvec
 from pymeshfair.filters.spectral.problem import spectral_problem
 from pymeshfair.filters.spectral.rational import rational_series
 from pymeshfair.filters.spectral.responses import Response, enhance, low_pass
-from tests.filters.test_polynomial_filter import MESHES, RESPONSES, all_modes, filtered_by_modes, posed, root_mean_square
+from tests.filters.test_polynomial_filter import (
+    MESHES,
+    RESPONSES,
+    against_modes,
+    all_modes,
+    filtered_by_modes,
+    posed,
+    root_mean_square,
+)
 from tests.meshes import icosphere, with_caps
 
 
@@ -20,14 +28,9 @@ from tests.meshes import icosphere, with_caps
 @pytest.mark.parametrize("mesh", MESHES)
 def test_the_error_is_within_its_estimate(mesh: str, response: str, tolerance: float) -> None:
     """The distance to the filter by all eigenvectors is at most what is reported, and that near the tolerance."""
-    vertices, _ = MESHES[mesh]
-    problem, omega, modes = posed(mesh)
-    exact = filtered_by_modes(problem, omega, modes, vertices, RESPONSES[response])
-    values, bound, route = filter_without_eigenvectors(
-        problem, vertices, RESPONSES[response], tolerance=tolerance, route="rational"
-    )
-    assert root_mean_square(problem, values - exact) <= bound + 1e-12
-    assert route.share <= 2.0 * tolerance
+    difference, found = against_modes(mesh, response, tolerance, "rational")
+    assert root_mean_square(posed(mesh)[0], difference) <= found.error_bound + 1e-12
+    assert found.route.share <= 2.0 * tolerance
 
 
 @pytest.mark.parametrize("response", [low_pass(1.0), low_pass(1.0, order=1), low_pass(1.0, order=4), enhance(1.0, 20.0)])

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 import robust_laplacian
 
-from pymeshfair.filters import operators, topology
+from pymeshfair.filters import topology
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.operators import robust_cloud_laplacian, robust_mesh_laplacian
+from pymeshfair.filters.operators import cotangent_laplacian
+from pymeshfair.filters.operators.cotangent import cotangent_stiffness
+from pymeshfair.filters.operators.robust import robust_cloud_laplacian, robust_mesh_laplacian
 from tests.meshes import AWKWARD, area, icosphere, irregular_grid, noisy, sample
 
 
@@ -29,7 +31,7 @@ def test_it_is_the_cotangent_operator_of_the_intrinsic_delaunay_triangulation() 
     lengths = np.linalg.norm(vertices[faces[:, [1, 2, 0]]] - vertices[faces[:, [2, 0, 1]]], axis=2)
     expected = igl.intrinsic_delaunay_cotmatrix(vertices, faces)
     expected = (expected[0] if isinstance(expected, tuple) else expected).toarray()
-    assert abs(operators.cotangent_stiffness(vertices, faces).toarray() - expected).max() > 0.1
+    assert abs(cotangent_stiffness(vertices, faces).toarray() - expected).max() > 0.1
     # An edge of length l moved by d changes a cotangent by some d / l of its square.
     tolerance = 10 * 1e-5 * lengths.mean() / lengths.min() * np.abs(expected).max()
     np.testing.assert_allclose(robust_mesh_laplacian(vertices, faces).stiffness.toarray(), expected, atol=tolerance)
@@ -54,7 +56,7 @@ def test_no_weight_is_negative_on_awkward_meshes(name: str) -> None:
 def test_no_weight_is_negative_on_an_obtuse_scan() -> None:
     """The cow, where a sixth of the cotangent weights is negative, has at most rounding below 0."""
     vertices, faces = sample("cow.obj")
-    plain, robust = (f(vertices, faces) for f in (operators.cotangent_laplacian, robust_mesh_laplacian))
+    plain, robust = (f(vertices, faces) for f in (cotangent_laplacian, robust_mesh_laplacian))
     weights = plain.stiffness.tocoo()
     assert (weights.data[weights.row != weights.col] < 0).mean() > 0.15
     weights = robust.stiffness.tocoo()

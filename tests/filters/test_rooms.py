@@ -22,6 +22,7 @@ FOUNDATION = (
     "evidence",
     "operators",
     "linear_solvers",
+    "evidence",
 )
 #: the families, and which others each of them may import besides the foundation
 FAMILIES = {

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +15,10 @@ from scipy.sparse.linalg import spsolve
 
 from pymeshfair.filters.checks import ConvergenceError, FilterInputError
 from pymeshfair.filters.geometry import mean_edge_length
-from pymeshfair.filters.linear_solvers import Factorisation, SmoothedAggregation, SpdSolver, conjugate_gradients, solve_spd
+from pymeshfair.filters.linear_solvers import SpdSolver, conjugate_gradients
+from pymeshfair.filters.linear_solvers.factorisation import Factorisation
+from pymeshfair.filters.linear_solvers.smoothed_aggregation import SmoothedAggregation
+from pymeshfair.filters.linear_solvers.solution import Solution
 from pymeshfair.filters.operators import laplace_beltrami
 from tests.meshes import Floats, Mesh, icosphere, irregular_grid, noisy
 
@@ -26,6 +30,11 @@ def system(mesh: Mesh, edges: float) -> tuple[sparse.csr_matrix, Floats]:
     t = (edges * mean_edge_length(vertices, faces)) ** 2
     matrix = sparse.csr_matrix((sparse.diags_array(laplacian.mass) - t * laplacian.stiffness) / (1.0 + t))
     return matrix, t / (1.0 + t) * (laplacian.stiffness @ vertices)
+
+
+def solved(matrix: sparse.csr_matrix, b: Floats, **options: Any) -> Solution:
+    """The solution of one system."""
+    return SpdSolver(matrix).solve(b, **options)
 
 
 def energy(matrix: sparse.csr_matrix, x: Floats) -> float:
@@ -43,7 +52,7 @@ def rough_sphere(subdivisions: int = 4) -> Mesh:
 def test_agrees_with_a_direct_solver(edges: float, method: str) -> None:
     """Either way of conjugate gradients ends within its tolerance, in the energy norm, of what SuperLU gives."""
     matrix, b = system(rough_sphere(), edges)
-    solution = solve_spd(matrix, b, tolerance=1e-10)
+    solution = solved(matrix, b, tolerance=1e-10)
     expected = spsolve(matrix.tocsc(), b)
     assert solution.method == method
     # The tolerance holds for an estimate of the error that the spread of the preconditioned spectrum blurs.
@@ -56,7 +65,7 @@ def test_the_estimated_error_is_the_error(edges: float, tolerance: float) -> Non
     """The error that a solution reports is its true one in the energy norm, within a factor of five, and below the tolerance."""
     matrix, b = system(rough_sphere(), edges)
     expected = Factorisation(matrix).solve(b).values
-    solution = solve_spd(matrix, b, tolerance=tolerance, reference=energy(matrix, expected))
+    solution = solved(matrix, b, tolerance=tolerance, reference=energy(matrix, expected))
     true = energy(matrix, solution.values - expected)
     assert true / 5 <= solution.error <= 5 * true
     assert solution.error <= 2 * tolerance * energy(matrix, expected)
@@ -81,13 +90,13 @@ def test_factors_pay_for_many_solves() -> None:
     assert solver.solve(b).method == "jacobi"
     many = solver.solve(b)
     assert many.method == "cholesky"
-    assert np.abs(many.values - solve_spd(matrix, b, tolerance=1e-12).values).max() < 1e-10 * np.abs(many.values).max()
+    assert np.abs(many.values - solved(matrix, b, tolerance=1e-12).values).max() < 1e-10 * np.abs(many.values).max()
 
 
 @pytest.mark.parametrize("edges", [10.0, 1e3, 1e6])
 def test_multigrid_steps_do_not_grow(edges: float) -> None:
     """The steps of multigrid are few for any step length and grow by less than half from 642 times 4 to 642 times 16 unknowns."""
-    steps = [solve_spd(*system(icosphere(level), edges), tolerance=1e-8).iterations for level in (4, 5)]
+    steps = [solved(*system(icosphere(level), edges), tolerance=1e-8).iterations for level in (4, 5)]
     assert steps[0] <= 20
     assert steps[1] <= 1.5 * steps[0]
 
@@ -103,7 +112,7 @@ def test_multigrid_is_symmetric_and_positive() -> None:
     assert ((r * through_r).sum(axis=0) > 0).all()
 
 
-def test_multigrid_of_unknowns_that_do_not_know_each_other() -> None:
+def test_multigrid_of_a_diagonal_matrix_is_exact() -> None:
     """On a diagonal matrix, where there is nothing to aggregate, one cycle is exact."""
     diagonal = np.random.default_rng(0).uniform(1, 2, 3000)
     cycle = SmoothedAggregation(sparse.csr_matrix(sparse.diags_array(diagonal)))
@@ -116,20 +125,20 @@ def test_any_number_of_right_hand_sides(columns: int) -> None:
     """Right-hand sides are solved for in threes, and the answer has their shape and order."""
     matrix, _ = system(icosphere(2), 1.0)
     b = np.random.default_rng(0).normal(size=(matrix.shape[0], columns))
-    solution = solve_spd(matrix, b, tolerance=1e-12)
+    solution = solved(matrix, b, tolerance=1e-12)
     expected = np.linalg.solve(matrix.toarray(), b)
     assert solution.values.shape == b.shape
     assert np.abs(solution.values - expected).max(initial=0.0) < 1e-9 * np.abs(expected).max(initial=1.0)
-    assert columns == 0 or solve_spd(matrix, b[:, 0]).values.shape == (matrix.shape[0],)
+    assert columns == 0 or solved(matrix, b[:, 0]).values.shape == (matrix.shape[0],)
 
 
 def test_nothing_to_solve() -> None:
     """A right-hand side of zeros has the solution 0, without a step; so does a system without equations."""
     matrix, b = system(icosphere(2), 1.0)
-    solution = solve_spd(matrix, 0 * b)
+    solution = solved(matrix, 0 * b)
     assert solution.iterations == 0
     assert (solution.values == 0).all()
-    assert solve_spd(sparse.csr_matrix((0, 0)), np.empty((0, 3))).values.shape == (0, 3)
+    assert solved(sparse.csr_matrix((0, 0)), np.empty((0, 3))).values.shape == (0, 3)
     assert Factorisation(sparse.csr_matrix((0, 0))).solve(np.empty((0, 3))).values.shape == (0, 3)
     assert Factorisation(matrix).solve(b[:, :0]).values.shape == (len(b), 0)
 
@@ -137,14 +146,14 @@ def test_nothing_to_solve() -> None:
 def test_a_good_guess_saves_the_work() -> None:
     """Started from its own answer the solver takes no step and changes nothing."""
     matrix, b = system(rough_sphere(3), 1.0)
-    first = solve_spd(matrix, b, tolerance=1e-8)
-    second = solve_spd(matrix, b, tolerance=1e-8, start=first.values)
+    first = solved(matrix, b, tolerance=1e-8)
+    second = solved(matrix, b, tolerance=1e-8, start=first.values)
     assert second.iterations <= 1
     assert np.abs(second.values - first.values).max() <= 1e-8 * np.abs(first.values).max()
 
 
 def test_the_scale_of_the_unknowns_makes_no_difference() -> None:
-    """Unknowns measured in other units, powers of two from 2^-30 to 2^30, give the same solution to the last bit."""
+    """Unknowns measured in other units, powers of two from 2^-30 to 2^30, give the same solution bit by bit."""
     matrix, b = system(rough_sphere(), 1.0)
     units = 2.0 ** np.random.default_rng(0).integers(-30, 31, matrix.shape[0])
     scaled = sparse.csr_matrix(sparse.diags_array(units) @ matrix @ sparse.diags_array(units))
@@ -159,7 +168,7 @@ def test_singular_but_consistent() -> None:
     stiffness = -laplace_beltrami(vertices, faces).stiffness
     b = stiffness @ vertices
     b -= b.mean(axis=0)
-    x = solve_spd(sparse.csr_matrix(stiffness), b, tolerance=1e-10).values
+    x = solved(sparse.csr_matrix(stiffness), b, tolerance=1e-10).values
     difference = (x - x.mean(axis=0)) - (vertices - vertices.mean(axis=0))
     assert np.abs(difference).max() < 1e-8
 
@@ -172,7 +181,7 @@ def test_callers_arrays_are_left_alone() -> None:
     view = sparse.csr_matrix(tuple(array[1:-1] for array in whole), shape=matrix.shape)
     b.flags.writeable = False
     expected = spsolve(matrix.tocsc(), b)
-    for solution in (solve_spd(view, b), Factorisation(view).solve(b)):
+    for solution in (solved(view, b), Factorisation(view).solve(b)):
         assert np.abs(solution.values - expected).max() < 1e-8 * np.abs(expected).max()
     assert all(np.array_equal(array, before) for array, before in zip(whole, kept, strict=True))
 
@@ -181,7 +190,7 @@ def test_progress_is_told_and_may_stop_the_work() -> None:
     """Progress never goes back, stays in [0, 1], is told at every step, and an exception of it comes through at once."""
     matrix, b = system(rough_sphere(), 1.0)
     told: list[float] = []
-    solution = solve_spd(matrix, b, progress=told.append)
+    solution = solved(matrix, b, progress=told.append)
     assert told == sorted(told)
     assert 0.0 <= min(told) <= max(told) <= 1.0
     assert len(told) >= solution.iterations - 1
@@ -194,7 +203,7 @@ def test_progress_is_told_and_may_stop_the_work() -> None:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        solve_spd(matrix, b, progress=stop)
+        solved(matrix, b, progress=stop)
     assert len(calls) == 3
 
 
@@ -203,7 +212,7 @@ def test_an_indefinite_matrix_is_an_error() -> None:
     matrix, b = system(icosphere(3), 1.0)
     indefinite = sparse.csr_matrix(matrix - 0.999 * sparse.diags_array(matrix.diagonal()))
     with pytest.raises(ConvergenceError, match=r"backward error of .* 642 equations.*not positive definite"):
-        solve_spd(indefinite, b)
+        solved(indefinite, b)
     with pytest.raises(ConvergenceError, match="not positive definite"):
         Factorisation(indefinite)
 
@@ -221,25 +230,25 @@ def test_an_indefinite_matrix_is_an_error() -> None:
 def test_matrices_that_are_refused(matrix: NDArray[np.float64], message: str) -> None:
     """A matrix that no system can have is refused with the reason."""
     with pytest.raises(FilterInputError, match=message):
-        solve_spd(sparse.csr_matrix(matrix), np.ones(matrix.shape[0]))
+        solved(sparse.csr_matrix(matrix), np.ones(matrix.shape[0]))
 
 
 @pytest.mark.parametrize("b", [np.ones(3), np.ones((3, 3)), np.array([1.0, np.nan])])
 def test_right_hand_sides_that_are_refused(b: NDArray[np.float64]) -> None:
     """A right-hand side of another length, or one that is not finite, is refused."""
     with pytest.raises(FilterInputError, match="right-hand side of 2 rows"):
-        solve_spd(sparse.csr_matrix(np.eye(2)), b)
+        solved(sparse.csr_matrix(np.eye(2)), b)
 
 
 _DIGEST = """
 import hashlib
 import numba
 import numpy as np
-from pymeshfair.filters import parallel
+from pymeshfair.filters.execution import threads
 from pymeshfair.filters.diffusion.implicit import implicit_fairing
 from tests.meshes import irregular_grid
 
-parallel.SERIAL_BELOW = 0
+threads.SERIAL_BELOW = 0
 vertices, faces = irregular_grid(150, 150)
 vertices[:, 2] = np.random.default_rng(0).normal(size=len(vertices))
 print(numba.get_num_threads())
@@ -268,5 +277,5 @@ def test_the_mesh_of_the_thread_test_uses_both_preconditioners() -> None:
     for t in (0.5, 100.0):
         laplacian = laplace_beltrami(vertices, faces)
         matrix = sparse.csr_matrix(sparse.diags_array(laplacian.mass) - t * laplacian.stiffness)
-        methods.append(solve_spd(matrix, laplacian.stiffness @ vertices, tolerance=1e-8).method)
+        methods.append(solved(matrix, laplacian.stiffness @ vertices, tolerance=1e-8).method)
     assert methods == ["jacobi", "multigrid"]

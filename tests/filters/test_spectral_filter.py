@@ -246,7 +246,7 @@ def test_progress_is_told_and_may_stop() -> None:
         ({"detail_size": 1.0, "method": "fast"}, "method 'fast' is not one of 'auto'"),
         ({"detail_size": 1.0, "response": "enhance", "largest_size": 0.5}, "largest_size 0.5 is not above detail_size 1.0"),
         ({"detail_size": 1.0, "tolerance": 0.0}, r"tolerance 0\.0 is not finite and above 0"),
-        ({"detail_size": 1.0, "order": 0}, "order 0 is not"),
+        ({"detail_size": 1.0, "order": 0}, "order is 0: it is a whole number from 1 to 8"),
         ({"detail_size": 1.0, "operator": "uniform"}, "operator 'uniform' is not one of"),
         ({"detail_size": 1.0, "movable": [True]}, "movable must be a boolean array of 42 values"),
     ],

@@ -15,10 +15,10 @@ def test_it_is_laplace_beltrami_with_the_sign_turned() -> None:
     """S = -C and M the mixed Voronoi areas, whose sum is the area; rows of S add up to 0."""
     vertices, faces = icosphere(3)
     problem, laplacian = spectral_problem(vertices, faces), laplace_beltrami(vertices, faces)
-    assert (problem.stiffness != -laplacian.stiffness).nnz == 0
+    assert (problem.dirichlet != -laplacian.stiffness).nnz == 0
     np.testing.assert_array_equal(problem.mass, laplacian.mass)
     assert problem.mass.sum() == pytest.approx(area(vertices, faces), rel=1e-13)
-    assert np.abs(problem.stiffness.sum(axis=1)).max() < 1e-13
+    assert np.abs(problem.dirichlet.sum(axis=1)).max() < 1e-13
     assert (problem.operator, problem.n_components, problem.n_vertices) == ("cotangent", 1, len(vertices))
 
 
@@ -44,7 +44,7 @@ def test_unreferenced_vertices_have_no_part() -> None:
     problem = spectral_problem(vertices, faces)
     np.testing.assert_array_equal(problem.vertices, np.arange(1, len(vertices) - 1))
     assert problem.n_vertices == len(vertices)
-    assert problem.stiffness.shape == (len(vertices) - 2, len(vertices) - 2)
+    assert problem.dirichlet.shape == (len(vertices) - 2, len(vertices) - 2)
 
 
 def test_components_are_those_of_the_surface() -> None:
@@ -52,7 +52,7 @@ def test_components_are_those_of_the_surface() -> None:
     vertices, faces = two_spheres()
     problem = spectral_problem(vertices, faces)
     np.testing.assert_array_equal(problem.components, np.repeat([0, 1], len(vertices) // 2))
-    entries = problem.stiffness.tocoo()
+    entries = problem.dirichlet.tocoo()
     assert (problem.components[entries.row] == problem.components[entries.col]).all()
 
 
@@ -79,10 +79,10 @@ def test_a_vertex_without_area_is_refused_by_name() -> None:
 def test_awkward_meshes_give_a_semidefinite_problem(name: str) -> None:
     """Whatever the mesh, S is symmetric and finite with nothing below 0 and the masses are above 0."""
     problem = spectral_problem(*AWKWARD[name]())
-    assert np.isfinite(problem.stiffness.data).all()
+    assert np.isfinite(problem.dirichlet.data).all()
     assert (problem.mass > 0.0).all()
     if len(problem.mass):
-        matrix = problem.stiffness.toarray()
+        matrix = problem.dirichlet.toarray()
         size = np.abs(matrix).max()
         assert np.abs(matrix - matrix.T).max() <= 1e-12 * size
         assert np.linalg.eigvalsh(matrix).min() >= -1e-12 * size * len(matrix)

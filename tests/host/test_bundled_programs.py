@@ -57,3 +57,17 @@ def test_a_bundled_program_runs_unchanged(program: str, passed: str) -> None:
 def test_there_are_programs() -> None:
     """The wheel carries them; should it stop to, this says so."""
     assert len(PROGRAMS) >= 25
+
+
+def test_filters_of_plugins_work_where_ours_has_taken_the_place_of_pymeshlabs() -> None:
+    """A program that replaces pymeshlab.MeshSet by ours applies a filter of ours: what the write-back does enters no script."""
+    program = (
+        "import pymeshfair, pymeshlab\n"
+        "pymeshlab.MeshSet = pymeshfair.MeshSet\n"
+        "meshes = pymeshlab.MeshSet()\n"
+        "meshes.create_sphere()\n"
+        "meshes.apply_coord_taubin_fairing()\n"
+        "meshes.print_filter_script()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120)
+    assert done.stdout.startswith("Filter Script Size : 2\n"), done.stderr

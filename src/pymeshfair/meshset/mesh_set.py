@@ -34,7 +34,7 @@ class MeshSet(FilterMethods, pymeshlab.MeshSet):  # type: ignore[misc]
     filter_list = staticmethod(filter_list)
 
     def __init__(self, verbose: bool = False) -> None:
-        pymeshlab.MeshSet.__init__(self, verbose)
+        _BASE.__init__(self, verbose)
         self._layers = Layers(self, verbose=verbose)
         self._filters = FilterRunner(self._layers)
         self._script = ScriptLog()

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import pymeshlab
 
+#: pymeshlab's own class: a program may put `pymeshfair.MeshSet` in its place later.
+BASE: Any = pymeshlab.MeshSet
 #: A mesh set that is kept as long as the process runs.
 _KEEPER: list[Any] = []
 #: Mesh sets that MeshLab still holds pointers to.
@@ -22,7 +24,7 @@ def after_failure(meshset: Any, *, verbose: bool) -> None:
     good, so it is kept as long as the process runs.
     """
     if not _KEEPER:
-        keeper = pymeshlab.MeshSet()
+        keeper = BASE()
         keeper.add_mesh(pymeshlab.Mesh(vertex_matrix=np.zeros((1, 3))))
         _KEEPER.append(keeper)
     (keeper,) = _KEEPER

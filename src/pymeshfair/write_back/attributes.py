@@ -17,6 +17,7 @@ import pymeshlab
 
 from ..declaration import Floats
 from ..errors import MeshError
+from .aftermath import BASE
 from .arrays import read_array
 from .refill import refill_faces, refill_vertices
 from .workbench import Workbench
@@ -99,7 +100,7 @@ def attribute_names(bench: Workbench, element: Element) -> list[str]:
 
 def _saved(bench: Workbench, prefix: str) -> list[str]:
     """The custom attributes of one kind; MeshLab tells them as parameters of saving a PLY file."""
-    offered = pymeshlab.MeshSet.filter_parameter_values(bench.meshset, "ply")
+    offered = BASE.filter_parameter_values(bench.meshset, "ply")
     return [key.removeprefix(prefix) for key in offered if key.startswith(prefix)]
 
 
@@ -188,7 +189,7 @@ def without_helpers(parameters: dict[str, Any]) -> dict[str, Any]:
 
 def explain(bench: Workbench, error: Exception) -> MeshError:
     """The error to raise when one of MeshLab's "by function" filters has failed during a write-back."""
-    mesh = pymeshlab.MeshSet.current_mesh(bench.meshset)
+    mesh = BASE.current_mesh(bench.meshset)
     own = [name or told for _, told, _, name in _own(bench, mesh)]
     if own and "unknown exception" in str(error):
         return MeshError(

@@ -13,6 +13,7 @@ import pymeshlab
 from ..declaration import Edit
 from ..errors import MeshError
 from .addition import write_vertex_uv, write_wedge_uv
+from .aftermath import BASE
 from .arrays import EDITABLE, read_array
 from .growth import shrink
 from .values import write_values
@@ -31,7 +32,7 @@ def undone_on_failure(bench: Workbench, mesh: Any) -> Iterator[None]:
     Raises:
         MeshError: something failed, and something else could not be put back.
     """
-    base = pymeshlab.MeshSet
+    base = BASE
     layers = {layer.id() for layer in base.__iter__(bench.meshset)}
     matrix = mesh.transform_matrix()
     before: _Before | None = None

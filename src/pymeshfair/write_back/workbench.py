@@ -7,10 +7,9 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-import pymeshlab
 from numpy.typing import NDArray
 
-from .aftermath import after_failure
+from .aftermath import BASE, after_failure
 
 
 class Workbench:
@@ -36,17 +35,17 @@ class Workbench:
         """Apply a filter of MeshLab to the current layer; what it reports."""
         with self._silence():
             try:
-                told: dict[str, Any] = pymeshlab.MeshSet.apply_filter(self.meshset, filter_name, **parameters)
+                told: dict[str, Any] = BASE.apply_filter(self.meshset, filter_name, **parameters)
             except Exception:
                 after_failure(self.meshset, verbose=False)
                 raise
-        pymeshlab.MeshSet.clear_filter_script(self.meshset)
+        BASE.clear_filter_script(self.meshset)
         return told
 
     @contextmanager
     def helper_layer(self, mesh: Any) -> Iterator[int]:
         """Another layer for as long as the context lasts; gives its id. The current layer stays the current one."""
-        base = pymeshlab.MeshSet
+        base = BASE
         current = base.current_mesh_id(self.meshset)
         base.add_mesh(self.meshset, mesh, "", False)
         helper: int = [m.id() for m in base.__iter__(self.meshset)][-1]
@@ -76,7 +75,7 @@ class Workbench:
             self._set_matrix(mesh, matrix)
 
     def _set_matrix(self, mesh: Any, matrix: NDArray[np.float64]) -> None:
-        base = pymeshlab.MeshSet
+        base = BASE
         current = base.current_mesh_id(self.meshset)
         base.set_current_mesh(self.meshset, mesh.id())
         self.apply("set_matrix", transformmatrix=matrix, compose=False, freeze=False)
@@ -84,7 +83,7 @@ class Workbench:
 
     @contextmanager
     def _silence(self) -> Iterator[None]:
-        base = pymeshlab.MeshSet
+        base = BASE
         base.set_verbosity(self.meshset, False)
         base.set_parameter_verbosity(self.meshset, False)
         try:

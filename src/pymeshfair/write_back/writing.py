@@ -10,6 +10,7 @@ import pymeshlab
 from ..declaration import Edit, NewLayer
 from ..errors import MeshError
 from .addition import add_elements
+from .aftermath import BASE
 from .arrays import read_array
 from .attributes import ELEMENTS, explain
 from .edits import adds
@@ -32,7 +33,7 @@ def write_edit(bench: Workbench, edit: Edit) -> tuple[str, ...]:
     Raises:
         MeshError: MeshLab cannot hold or delete what the edit says.
     """
-    mesh = pymeshlab.MeshSet.current_mesh(bench.meshset) if pymeshlab.MeshSet.mesh_number(bench.meshset) else None
+    mesh = BASE.current_mesh(bench.meshset) if BASE.mesh_number(bench.meshset) else None
     notes: tuple[str, ...] = ()
     if mesh is not None:
         try:
@@ -96,4 +97,4 @@ def _add_layer(bench: Workbench, layer: NewLayer, *, current: bool) -> None:
         mesh = pymeshlab.Mesh(**given)
     except (pymeshlab.PyMeshLabException, TypeError) as error:
         raise MeshError(f"the new layer {layer.label!r} is no mesh that MeshLab can hold: {error}") from error
-    pymeshlab.MeshSet.add_mesh(bench.meshset, mesh, layer.label, current)
+    BASE.add_mesh(bench.meshset, mesh, layer.label, current)
