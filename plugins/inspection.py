@@ -1,11 +1,59 @@
-"""Looking at a mesh: what it measures."""
+"""Looking at a mesh: what it measures, how it bends, how it reflects, and how far it lies from another one."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import asdict
+from typing import Annotated, Any
 
-from pymeshfair.declaration import Edit, FilterClass, Layer, mesh_filter
-from pymeshfair.filters.inspection import surface_measures
+import numpy as np
+
+from pymeshfair.declaration import (
+    Arity,
+    Bool,
+    Bools,
+    Direction,
+    Edit,
+    Enum,
+    FilterClass,
+    Float,
+    Floats,
+    Layer,
+    Mesh,
+    MeshElement,
+    mesh_filter,
+)
+from pymeshfair.filters.inspection import (
+    CORRESPONDENCES,
+    CURVATURE_OPERATORS,
+    GAUSSIAN_MEASURES,
+    Correspondence,
+    CurvatureOperator,
+    GaussianMeasure,
+    Limits,
+    displacement,
+    diverging_colors,
+    gaussian_curvature,
+    mean_curvature,
+    mesh_normals,
+    reflection_stripes,
+    robust_limits,
+    sequential_colors,
+    surface_measures,
+    symmetric_limits,
+    triangle_shapes,
+)
+from pymeshfair.filters.topology import referenced_vertices
+
+Colored = Annotated[
+    bool,
+    Bool(
+        label="Colour",
+        help="Colour the mesh by the scalar, too, which replaces its colours. Without it only the scalar is written.",
+    ),
+]
+
+_LOOKS_AT_VERTICES = MeshElement.VERTQUALITY | MeshElement.VERTCOLOR
 
 
 @mesh_filter(name="Surface Measures", classes=FilterClass.MEASURE)
@@ -19,3 +67,203 @@ def get_surface_measures(layer: Layer) -> Edit:
     nothing. Exact far from the origin, too.
     """
     return Edit(values=asdict(surface_measures(layer.vertices, layer.faces, edges=layer.edges)))
+
+
+@mesh_filter(
+    name="Mean Curvature by Laplacian",
+    classes=FilterClass.QUALITY | FilterClass.VERTEX_COLORING,
+    requires=MeshElement.FACENUMBER,
+    changes=_LOOKS_AT_VERTICES,
+    references=("meyer2003",),
+)
+def compute_scalar_by_mean_curvature_per_vertex(
+    layer: Layer,
+    *,
+    operator: Annotated[
+        CurvatureOperator,
+        Enum(
+            label="Operator",
+            choices=CURVATURE_OPERATORS,
+            help="'cotangent' is the Laplace-Beltrami operator, right on every mesh; 'uniform' is the mean of the neighbours, "
+            "calm at slivers, but wrong where vertices are spread unevenly.",
+        ),
+    ] = "cotangent",
+    color: Colored = True,
+) -> Edit:
+    """Gives every vertex its mean curvature: 1/r on a sphere of radius r, positive on bulges and negative in hollows.
+
+    In 1 / mesh unit; 0 on borders. Colours: blue in hollows, nearly white where it is flat, orange on bulges, between limits that
+    enclose 98 % of the vertices. The sign follows the orientation of the faces. Returns the limits, the lowest, the highest and
+    the mean value.
+    """
+    values = mean_curvature(layer.vertices, layer.faces, operator=operator)
+    return _seen(layer, values, symmetric_limits, diverging_colors, color)
+
+
+@mesh_filter(
+    name="Gaussian Curvature by Angle Deficit",
+    classes=FilterClass.QUALITY | FilterClass.VERTEX_COLORING,
+    requires=MeshElement.FACENUMBER,
+    changes=_LOOKS_AT_VERTICES,
+    references=("meyer2003",),
+)
+def compute_scalar_by_gaussian_curvature_per_vertex(
+    layer: Layer,
+    *,
+    measure: Annotated[
+        GaussianMeasure,
+        Enum(
+            label="Measure",
+            choices=GAUSSIAN_MEASURES,
+            help="'per_area' is the curvature, in 1 / squared mesh unit; 'deficit' is the angle that is missing there, in "
+            "radians, which adds up to 2 pi times the Euler characteristic.",
+        ),
+    ] = "per_area",
+    color: Colored = True,
+) -> Edit:
+    """Gives every vertex its Gaussian curvature: 1/r^2 on a sphere of radius r, 0 on cylinders and planes, negative on saddles.
+
+    Colours: blue on saddles, nearly white where the surface can be unrolled, orange on domes and in bowls, between limits that
+    enclose 98 % of the vertices. Per area it is 0 on borders; as a deficit it is there how far the border turns. Returns the
+    limits, the lowest, the highest and the mean value, and the sum.
+    """
+    values = gaussian_curvature(layer.vertices, layer.faces, measure=measure)
+    return _seen(layer, values, symmetric_limits, diverging_colors, color, sum=float(values[_used(layer)].sum()))
+
+
+@mesh_filter(
+    name="Triangle Shape",
+    classes=FilterClass.QUALITY | FilterClass.FACE_COLORING,
+    requires=MeshElement.FACENUMBER,
+    changes=MeshElement.FACEQUALITY | MeshElement.FACECOLOR,
+)
+def compute_scalar_by_triangle_shape_per_face(layer: Layer, *, color: Colored = True) -> Edit:
+    """Gives every face its shape: 1 for an equilateral triangle, towards 0 for slivers, 0 without area.
+
+    The shortest edge over the radius of the circumcircle, normalised. Colours from dark violet at 0 to bright yellow at 1.
+    Returns the limits, the lowest, the highest and the mean value.
+    """
+    shapes = triangle_shapes(layer.vertices, layer.faces)
+    limits = Limits(0.0, 1.0)
+    return Edit(
+        face_scalars=shapes,
+        face_colors=sequential_colors(shapes, limits) if color else None,
+        values=_told(shapes, limits),
+    )
+
+
+@mesh_filter(
+    name="Reflection Lines",
+    classes=FilterClass.QUALITY | FilterClass.VERTEX_COLORING,
+    requires=MeshElement.FACENUMBER,
+    changes=_LOOKS_AT_VERTICES,
+)
+def compute_color_by_reflection_lines_per_vertex(
+    layer: Layer,
+    *,
+    stripes: Annotated[
+        float,
+        Float(
+            label="Stripes",
+            minimum=1,
+            maximum=200,
+            help="How many lamps there are all round. More show smaller defects; too many for the mesh flicker from vertex to "
+            "vertex.",
+        ),
+    ] = 8.0,
+    direction: Annotated[
+        tuple[float, float, float], Direction(label="Direction", help="Along the lamps, which are parallel and infinitely far.")
+    ] = (0.0, 1.0, 0.0),
+    view: Annotated[tuple[float, float, float], Direction(label="View", help="From the mesh to the eye.")] = (0.0, 0.0, 1.0),
+) -> Edit:
+    """Colours the vertices as if the mesh were polished and stood in a hall of parallel lamps.
+
+    The lines jump where the surface has a crease and bend where its curvature does, which shading does not show. The brightness,
+    from 0 to 1, becomes the vertex scalar. The colours are those for this one direction of view.
+    """
+    normals = mesh_normals(layer.vertices, layer.faces)
+    bright = reflection_stripes(normals, view=view, direction=direction, stripes=stripes)
+    grey = 0.08 + 0.84 * bright
+    return Edit(vertex_scalars=bright, vertex_colors=np.column_stack([grey, grey, grey, np.ones(len(grey))]))
+
+
+@mesh_filter(
+    name="Displacement from Another Layer",
+    classes=FilterClass.QUALITY | FilterClass.VERTEX_COLORING | FilterClass.MEASURE,
+    changes=_LOOKS_AT_VERTICES,
+    arity=Arity.FIXED,
+)
+def compute_scalar_by_displacement_per_vertex(
+    layer: Layer,
+    *,
+    reference: Annotated[
+        int, Mesh(label="Reference", help="The layer from which the displacement is measured, such as the mesh before cleaning.")
+    ] = 0,
+    correspondence: Annotated[
+        Correspondence,
+        Enum(
+            label="Correspondence",
+            choices=CORRESPONDENCES,
+            help="'vertex' measures from the vertex of the same number, 'surface' from the nearest place of the reference; "
+            "'auto' takes 'vertex' where the two layers have the same faces.",
+        ),
+    ] = "auto",
+    signed: Annotated[
+        bool,
+        Bool(
+            label="Signed",
+            help="Negative where the mesh lies on the inner side of the reference. Without it all values are distances.",
+        ),
+    ] = True,
+    color: Colored = True,
+) -> Edit:
+    """Gives every vertex how far it lies from another layer: what a clean-up has moved.
+
+    In mesh units. Signed: positive on the side to which the reference's faces look; blue below 0, nearly white there, orange
+    above. Otherwise from dark violet to yellow. The limits enclose 98 % of the vertices. Returns the limits, the mean distance,
+    the root of the mean square, the distance that 95 % keep below, the largest one, and whether vertices were compared by number.
+    """
+    other = layer.other(reference)
+    found = displacement(layer.vertices, layer.faces, other.vertices, other.faces, correspondence=correspondence)
+    d = found.distances[_used(layer)]
+    told: dict[str, Any] = {"by_vertex": found.by_vertex}
+    if len(d):
+        told |= {
+            "mean_distance": float(d.mean()),
+            "rms_distance": float(np.sqrt((d**2).mean())),
+            "distance_95": float(np.quantile(d, 0.95)),
+            "largest_distance": float(d.max()),
+        }
+    if signed:
+        return _seen(layer, found.signed, symmetric_limits, diverging_colors, color, **told)
+    return _seen(layer, found.distances, robust_limits, sequential_colors, color, **told)
+
+
+def _used(layer: Layer) -> Bools:
+    """(n,) the vertices that count: those of triangles, or all of a mesh without any."""
+    return referenced_vertices(layer.faces, len(layer.vertices)) if len(layer.faces) else np.ones(len(layer.vertices), dtype=bool)
+
+
+def _seen(
+    layer: Layer,
+    values: Floats,
+    limits_of: Callable[[Floats], Limits],
+    colors_of: Callable[[Floats, Limits], Floats],
+    color: bool,
+    **more: Any,
+) -> Edit:
+    """Values of vertices as their scalar and, if asked for, their colour."""
+    counted = values[_used(layer)]
+    limits = limits_of(counted)
+    return Edit(
+        vertex_scalars=values,
+        vertex_colors=colors_of(values, limits) if color else None,
+        values=_told(counted, limits) | more,
+    )
+
+
+def _told(values: Floats, limits: Limits) -> dict[str, Any]:
+    told: dict[str, Any] = {"lower_limit": limits.low, "upper_limit": limits.high}
+    if len(values):
+        told |= {"lowest": float(values.min()), "highest": float(values.max()), "mean": float(values.mean())}
+    return told

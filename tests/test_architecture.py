@@ -35,6 +35,7 @@ FLOORS = [
     {"scripts"},
     {"meshset", "recipe"},
     {"running"},
+    {"looking"},
     {"commands"},
     {"__main__"},
 ]

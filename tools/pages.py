@@ -1,6 +1,7 @@
 """The pages that follow from the code.
 
-``docs/filters.md`` comes from the declarations and the bibliography, ``docs/recipes.md`` from the head comments of the recipes.
+``docs/filters.md`` comes from the declarations and the bibliography, ``docs/recipes.md`` from the head comments of the recipes,
+``docs/old_scripts.md`` from the facts about former filters.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from unicodedata import normalize
 
 from pymeshfair.declaration import Filter, Parameter, Percentage, nearest
 from pymeshfair.errors import UnknownNameError
+from pymeshfair.meshlab.former import Former, former_filters, parameter_facts
 from pymeshfair.recipe import load_recipe, shipped_recipes
 from pymeshfair.registry import custom_filters
 
@@ -100,4 +102,63 @@ def recipes_page() -> str:
     return "\n".join(parts)
 
 
-PAGES = {"filters.md": filters_page, "recipes.md": recipes_page}
+def old_scripts_page() -> str:
+    """What became of the filters and parameters of older MeshLab versions."""
+    filters = [f"| `{old}` | {_today(former)} | {_with(former)} |" for old, former in former_filters().items()]
+    parameters = [
+        f"| {name} | `{old}` | {now} |" for name, former in parameter_facts().items() for old, now in _old_parameters(former)
+    ]
+    return "\n".join(
+        [
+            "# Scripts of older MeshLab versions\n",
+            "`pymeshfair upgrade OLD.mlx -o NEW.mlx` brings a script up to date and lists every change; "
+            "`pymeshfair run --upgrade` does so for one run. A change after which the script does not mean quite the same says "
+            "how, and has to be accepted by `--accept`; a run lists it among the warnings of its record. Written by "
+            "`python tools/generate.py pages` from the table of facts.\n",
+            "Besides names, an upgrade turns `<xmlfilter>` into `<filter>`, gives every value the type of its parameter "
+            "(`RichPoint3f` is `RichPosition` or `RichDirection` today), mends the case of names, and leaves a second "
+            "document type out. Two things cannot be seen in the names:\n",
+            "* In MeshLab 2016 Screened Poisson and Poisson-disk Sampling left the current layer alone; today their result is "
+            "current. A Delete Current Mesh right behind them deleted the input and would delete the result: it is left out.",
+            "* After Close Holes the new faces are selected, and a step without `Selected` works on them alone: it gets "
+            "`Selected=false`.\n",
+            "`--relative-to MESH` makes the lengths of a script that was made for one mesh relative to its size.\n",
+            "## Filters\n",
+            "| once | today | with |",
+            "|---|---|---|",
+            *filters,
+            "",
+            "## Parameters\n",
+            "| filter | once | today |",
+            "|---|---|---|",
+            *parameters,
+            "",
+        ]
+    )
+
+
+def _today(former: Former) -> str:
+    if former.now is None:
+        return "nothing: it never changed a mesh" if former.idle else "gone"
+    return f"{former.now} (the old name was never MeshLab's)" if former.invented else former.now
+
+
+def _with(former: Former) -> str:
+    sets = ", ".join(f"`{name}={text}`" for name, text in former.sets.items())
+    return "; ".join(part for part in (sets, former.note) if part)
+
+
+def _old_parameters(former: Former) -> list[tuple[str, str]]:
+    """Each old parameter with what says the same today."""
+    rows = [(old, f"`{new}`") for old, new in former.renames.items()]
+    for old, cases in former.turns.items():
+        said = []
+        for value, new in cases.items():
+            sets = ", ".join(f"`{name}={'VALUE' if text == '*' else text}`" for name, text in new.items()) or "nothing"
+            said.append(sets if value == "*" else f"{value}: {sets}")
+        rows.append((old, "; ".join(said)))
+    rows += [(old, "gone" if same is None else f"gone; today as with {same}") for old, same in former.drops.items()]
+    return rows
+
+
+PAGES = {"filters.md": filters_page, "recipes.md": recipes_page, "old_scripts.md": old_scripts_page}

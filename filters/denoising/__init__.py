@@ -1,8 +1,8 @@
 """Denoising that keeps features: robust statistics of normals and of neighbours, one technique a module."""
 
-from .automatic import AutomaticChoice, automatic_choice, denoise_automatically
+from .automatic import AutomaticChoice, automatic_choice, denoise_automatically, held_out_evidence
 from .bilateral import JONES_BORDERS, JonesBorder, bilateral_fleishman, bilateral_jones
-from .candidates import FIXED, AutomaticParameters, Setting
+from .candidates import FIXED, SETTINGS, AutomaticParameters, Setting, SettingsTried
 from .clouds import bilateral_projection
 from .face_neighbourhoods import NEIGHBORHOODS, Neighborhood
 from .folded_faces import folded_faces
@@ -18,6 +18,7 @@ __all__ = [
     "NEIGHBORHOODS",
     "NORMAL_FILTER_METHODS",
     "RANGE_MEASURES",
+    "SETTINGS",
     "SPACE_KERNELS",
     "VERTEX_UPDATES",
     "AutomaticChoice",
@@ -29,6 +30,7 @@ __all__ = [
     "NormalFilterMethod",
     "RangeMeasure",
     "Setting",
+    "SettingsTried",
     "SpaceKernel",
     "VertexUpdate",
     "automatic_choice",
@@ -39,5 +41,6 @@ __all__ = [
     "estimate_noise",
     "filter_face_normals",
     "folded_faces",
+    "held_out_evidence",
     "normal_filtering",
 ]

@@ -19,8 +19,8 @@ from .noise_level import NoiseEstimate, estimate_noise, smooth_normals
 from .shared_noise import neighbours_share_noise
 
 #: Range maps of depth cameras, whose noise neighbours share, so that held-out vertices say nothing: strong, and fixed. One map of
-#: a camera and five computed ones all prefer two rings to the faces at the vertices.
-RANGE_MAP = Setting(0, AutomaticParameters("bilateral", "huber", 0.1, 0.0, 2.5, "two_ring", 10, 30))
+#: a camera and three computed ones prefer it to Huber's kernel and to fewer steps.
+RANGE_MAP = Setting(0, AutomaticParameters("averaged", "gaussian", 0.4, 0.0, 2.5, "two_ring", 20, 40))
 
 # Vertices of clean meshes are up to so many mean edges from where their surroundings expect them, even where the mesh is calm:
 # scans smoothed or decimated have 0.007 to 0.03, the same with noise of 0.05 edges 0.04 to 0.05. With less, something must
@@ -84,7 +84,7 @@ def automatic_choice(
         return AutomaticChoice("clean", Setting(), noise)
     if neighbours_share_noise(points, triangles, noise):
         return AutomaticChoice("range map", RANGE_MAP, noise)
-    evidence = _evidence(points, triangles, border, moves, progress)
+    evidence = held_out_evidence(points, triangles, border=border, movable=moves, progress=progress)
     if evidence is None or evidence.chosen.label == Setting():
         return AutomaticChoice("clean", Setting(), noise, evidence)
     return AutomaticChoice("noisy", evidence.chosen.label, noise, evidence)
@@ -111,17 +111,32 @@ def denoise_automatically(
     return result, choice
 
 
-def _evidence(
-    points: Floats, faces: Ints, border: BorderPolicy, movable: Bools | None, progress: Progress
+def held_out_evidence(
+    points: Floats,
+    faces: Ints,
+    *,
+    border: BorderPolicy = "along",
+    movable: Bools | None = None,
+    seed: int = 0,
+    progress: Progress = ignore_progress,
 ) -> Choice[Setting] | None:
-    """What held-out vertices say of the settings, on a sample of the mesh."""
+    """What held-out vertices say of `SETTINGS`, on a sample of the mesh; None if they cannot say anything.
+
+    Args:
+        points: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        border: see `normal_filtering`.
+        movable: (n,) which vertices may move; the others are not held out.
+        seed: other vertices are held out for another number.
+        progress: called with the share that is done; may raise to stop.
+    """
     sample = sample_of(points, faces)
     moves = None if movable is None else movable[sample.origin]
     scored = far_from_border(sample.faces, len(sample.points))
     tried = SettingsTried(sample.faces, len(sample.points), border=border, movable=moves)
     normals = smooth_normals(sample.points, sample.faces)
     scored = scored if moves is None else scored & moves
-    evidence = choose(sample.points, sample.faces, tried, SETTINGS, normals=normals, scored=scored, progress=progress)
+    evidence = choose(sample.points, sample.faces, tried, SETTINGS, normals=normals, scored=scored, seed=seed, progress=progress)
     if evidence is None or calm_noise(sample.points, sample.faces, normals=normals, scored=scored) > _MESHING:
         return evidence
     nothing = evidence.trials[0]

@@ -57,13 +57,14 @@ def bilateral_projection(
     """
     given = check_points(points)
     directions = None if normals is None else _unit(normals, len(given))
+    count = check_whole_number("neighbors", neighbors, least=1)
     steps = check_whole_number("iterations", iterations)
     cloud = normalised_mesh(given, np.empty((0, 3), dtype=np.int32), movable)
     moves = np.ones(len(cloud), dtype=np.bool_) if cloud.movable is None else cloud.movable
     now = cloud.points
     space = height = None
     for iteration in range(steps):
-        distances, indices = nearest_neighbours(now, neighbors)
+        distances, indices = nearest_neighbours(now, count)
         axes = normals_of(now, indices) if directions is None else directions
         if space is None or height is None:
             space = space_term(space_kernel, space_sigma, cloud.scale, float(distances[:, -1].mean()) / REACH)

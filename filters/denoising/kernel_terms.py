@@ -3,9 +3,9 @@
 import math
 from typing import NamedTuple
 
-from ..checks import FilterInputError, check_positive
+from ..checks import FilterInputError, check_choice, check_positive
 from ..mesh import Floats
-from ..robust import SIGMA_IN_DEVIATIONS, KernelName, kernel_code, robust_deviation
+from ..robust import KERNEL_CODES, KERNEL_NAMES, SIGMA_IN_DEVIATIONS, KernelName, robust_deviation
 
 #: How far a space kernel reaches, in its sigma. A Gaussian exp(-x^2 / (2 s^2)) is our kernel "gaussian" with sigma = sqrt(2) s:
 #: this is the distance 2 s at which the papers cut it off.
@@ -28,7 +28,8 @@ def space_term(kernel: KernelName, sigma: float | None, scale: float, automatic:
         scale: how long one mesh unit is in the coordinates that the kernel is applied to.
         automatic: the automatic sigma, in these coordinates.
     """
-    return Term(kernel_code(kernel), _scaled("space_sigma", sigma, scale, automatic))
+    check_choice("space_kernel", kernel, KERNEL_NAMES)
+    return Term(KERNEL_CODES[kernel], _scaled("space_sigma", sigma, scale, automatic))
 
 
 def range_term(kernel: KernelName, sigma: float | None, scale: float, heights: Floats, share: float) -> Term:
@@ -38,9 +39,9 @@ def range_term(kernel: KernelName, sigma: float | None, scale: float, heights: F
     being smooth, the median of their sizes is that of noise, not of features. A term with sigma 0 comes from heights that are all
     0: there is nothing to remove.
     """
-    code = kernel_code(kernel)
+    check_choice("range_kernel", kernel, KERNEL_NAMES)
     deviation = robust_deviation(heights) if sigma is None and len(heights) else 0.0
-    return Term(code, _scaled("range_sigma", sigma, scale, share * SIGMA_IN_DEVIATIONS[kernel] * deviation))
+    return Term(KERNEL_CODES[kernel], _scaled("range_sigma", sigma, scale, share * SIGMA_IN_DEVIATIONS[kernel] * deviation))
 
 
 def _scaled(name: str, sigma: float | None, scale: float, automatic: float) -> float:

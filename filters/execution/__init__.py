@@ -1,7 +1,7 @@
 """How work is done: threads, tasks, progress, and library calls that can be abandoned."""
 
 from .abandonable import abandonable
-from .progress import Progress, ignore_progress, part_of
+from .progress import Progress, ignore_progress, part_of, rising
 from .tasks import in_parallel
 from .threads import PARTS, SERIAL_BELOW, threads_for
 
@@ -13,5 +13,6 @@ __all__ = [
     "ignore_progress",
     "in_parallel",
     "part_of",
+    "rising",
     "threads_for",
 ]

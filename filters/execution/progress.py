@@ -13,3 +13,15 @@ def ignore_progress(done: float) -> None:
 def part_of(progress: Progress, start: float, stop: float) -> Progress:
     """The progress of a part of the work, which begins when the share `start` of the whole is done and ends at `stop`."""
     return lambda share: progress(start + share * (stop - start))
+
+
+def rising(progress: Progress, start: float = 0.0, stop: float = 1.0) -> Progress:
+    """As `part_of`, and never less than before, for work that may begin once more."""
+    furthest = 0.0
+
+    def tell(share: float) -> None:
+        nonlocal furthest
+        furthest = max(furthest, share)
+        progress(start + (stop - start) * furthest)
+
+    return tell

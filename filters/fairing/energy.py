@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
 
-from ..checks import FilterInputError, check_choice
-from ..execution import Progress, ignore_progress, threads_for
+from ..checks import FilterInputError, check_choice, check_positive
+from ..execution import Progress, ignore_progress, rising, threads_for
 from ..mesh import Floats, bounding_box, check_mesh, normalised_mesh
 from ..operators import curve_laplacian
 from ..topology import BORDER_POLICIES, BorderPolicy, border_edges
@@ -27,7 +27,7 @@ def weight_of_detail_size(detail_size: float) -> float:
     Returns:
         w, in one over the fourth power of mesh units; 0 or infinity where no number is so small or large.
     """
-    _check_detail_size(detail_size)
+    check_positive("detail_size", detail_size)
     with np.errstate(over="ignore", under="ignore"):
         return float((np.float64(2.0 * math.pi) / detail_size) ** 4)
 
@@ -78,12 +78,14 @@ def bilaplacian_smoothing(
     mesh = normalised_mesh(points, triangles, movable)
     moves = np.ones(len(mesh), dtype=np.bool_) if mesh.movable is None else mesh.movable
     if not moves.any() or len(triangles) == 0:
+        progress(1.0)
         return points.copy()
     start, triangles, features = mesh.points, mesh.cells, features[mesh.used]
     w = _scaled_weight(detail_size, weight, mesh.scale)
     low, high = bounding_box(start)  # not of those that move, which may be one
     diagonal = float(np.linalg.norm(high - low))
     if diagonal == 0.0:
+        progress(1.0)
         return points.copy()
     edges = border_edges(triangles)
     at_border = np.zeros(len(start), dtype=np.bool_)
@@ -96,40 +98,24 @@ def bilaplacian_smoothing(
             mass = np.where(curve.mass > 0.0, curve.mass, 1.0)
             quadratic = BendingEnergy(sparse.csr_matrix(-curve.stiffness), mass, inverse * features, w)
             # A curve is done before much has happened on the surface.
-            displacement = quadratic.minimiser(start, displacement, moves & at_border, diagonal, _Rising(progress, 0.0, 0.1))
+            displacement = quadratic.minimiser(start, displacement, moves & at_border, diagonal, rising(progress, 0.0, 0.1))
         inside = moves if border == "free" else moves & ~at_border
         operator = surface_operator(start, triangles)
         # A border vertex has no whole star to take a Laplacian on.
         bending = np.where(at_border, 0.0, features / operator.mass)
         quadratic = BendingEnergy(operator.dirichlet, operator.mass, bending, w)
-        displacement = quadratic.minimiser(start, displacement, inside, diagonal, _Rising(progress, 0.1, 1.0))
+        displacement = quadratic.minimiser(start, displacement, inside, diagonal, rising(progress, 0.1, 1.0))
+    progress(1.0)
     return mesh.restored(start + displacement)
-
-
-class _Rising:
-    """The progress of a part of the work, from `start` to `end`, that does not go back when a solver begins once more."""
-
-    def __init__(self, progress: Progress, start: float, end: float) -> None:
-        self._progress, self._start, self._end = progress, start, end
-        self._furthest = 0.0
-
-    def __call__(self, done: float) -> None:
-        self._furthest = max(self._furthest, done)
-        self._progress(self._start + (self._end - self._start) * self._furthest)
 
 
 def _check_weight(detail_size: float | None, weight: float | None) -> None:
     if (detail_size is None) == (weight is None):
         raise FilterInputError(f"give either detail_size or weight, got detail_size={detail_size} and weight={weight}")
     if detail_size is not None:
-        _check_detail_size(detail_size)
-    if weight is not None and not weight > 0.0:
-        raise FilterInputError(f"weight {weight} is not above 0: without it nothing holds the surface")
-
-
-def _check_detail_size(detail_size: float) -> None:
-    if not (math.isfinite(detail_size) and detail_size > 0.0):
-        raise FilterInputError(f"detail_size {detail_size} is not finite and above 0")
+        check_positive("detail_size", detail_size)
+    if weight is not None and weight != math.inf:
+        check_positive("weight", weight, note=": without it nothing keeps the surface where it is")
 
 
 def _scaled_weight(detail_size: float | None, weight: float | None, scale: float) -> float:

@@ -84,9 +84,11 @@ def fair_region(
     order = ENERGIES.index(energy) + 1
     chosen = _check_free(free, len(points))
     if not chosen.any():
+        progress(1.0)
         return FairedRegion(points.copy(), np.zeros(len(points), dtype=np.bool_), 0.0, 0.0, 0)
     part = submesh_around(points, triangles, chosen, order)
     if not part.free.any() or not np.ptp(part.points, axis=0).any():
+        progress(1.0)
         return FairedRegion(points.copy(), np.zeros(len(points), dtype=np.bool_), 0.0, 0.0, 0)
     mesh = normalised_mesh(part.points, part.faces)
     system = _system(part._replace(points=mesh.points), order, dense)
@@ -95,6 +97,7 @@ def fair_region(
     solution = refined_solution(
         system.matrix(), system.residual, system.points[part.free], extent=extent, method=method, progress=progress
     )
+    progress(1.0)
     moved = points.copy()
     moved[part.vertices[part.free]] = solution.values / mesh.scale + mesh.middle
     everywhere = np.zeros(len(points), dtype=np.bool_)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..checks import FilterInputError
-from ..execution import Progress, ignore_progress
+from ..execution import Progress, ignore_progress, rising
 from ..mesh import Floats
 from .eigenpairs import lowest_eigenpairs
 from .problem import SpectralProblem
@@ -66,8 +66,9 @@ def filter_by_modes(
     estimate = math.ceil(_MARGIN * float(problem.mass.sum()) * last**2 / (4.0 * math.pi)) + 10
     most = most_modes(problem)
     count = min(estimate, most)
+    not_back = rising(progress)
     while True:
-        omega, shapes = _modes(problem, count, progress)
+        omega, shapes = _modes(problem, count, not_back)
         if count == most or omega[-1] >= last:
             break
         count = min(count + count // 3 + 10, most)

@@ -46,6 +46,10 @@ class Portable:
         """Take the lock of a file without waiting, alone or with others; whether it was taken. It never is."""
         return False
 
+    def claim(self, file: IO[bytes]) -> bool | None:
+        """Take the lock of a file alone, without waiting: whether it was taken, or None where there are no such locks."""
+        return None
+
     def move_open_file(self, file: IO[bytes], source: Path, target: Path) -> None:
         """Rename a file that this process has just made and holds open; here a second file gets the name."""
         target.touch()
@@ -110,6 +114,18 @@ class Posix(Portable):
             fcntl.flock(file, (fcntl.LOCK_EX if alone else fcntl.LOCK_SH) | fcntl.LOCK_NB)
         except OSError:
             return False
+        return True
+
+    def claim(self, file: IO[bytes]) -> bool | None:
+        """As there."""
+        import fcntl
+
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return False
+        except OSError:  # a file system without locks
+            return None
         return True
 
     def move_open_file(self, file: IO[bytes], source: Path, target: Path) -> None:

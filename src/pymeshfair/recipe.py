@@ -12,9 +12,11 @@ from typing import TYPE_CHECKING
 
 from .declaration import nearest
 from .errors import UnknownNameError
+from .scripts.changes import Change
 from .scripts.overrides import override
 from .scripts.read import parse_script, read_head, read_script
 from .scripts.script import Script
+from .scripts.upgrade import upgrade_file
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
@@ -49,10 +51,12 @@ class Recipe:
     Attributes:
         name: a shipped recipe's name, or the path of a script without its folder and ``.mlx``.
         script: the steps.
+        changes: how the script that was read was upgraded; empty if it was not.
     """
 
     name: str
     script: Script
+    changes: tuple[Change, ...] = ()
 
     @property
     def info(self) -> RecipeInfo:
@@ -103,8 +107,11 @@ def shipped_heads() -> list[RecipeHead]:
     return heads
 
 
-def load_recipe(name_or_path: str | os.PathLike[str]) -> Recipe:
+def load_recipe(name_or_path: str | os.PathLike[str], *, upgrade: bool = False) -> Recipe:
     """A shipped recipe by its name, or a script by its path; a path ends in ``.mlx`` or has a folder.
+
+    With `upgrade` a script of an older MeshLab is brought up to date as `pymeshfair.scripts.upgrade_file` does; the recipe's
+    `changes` say how.
 
     Raises:
         UnknownNameError: no recipe of that name is shipped, and there is no such file.
@@ -117,6 +124,9 @@ def load_recipe(name_or_path: str | os.PathLike[str]) -> Recipe:
         file = shipped[text]
         return Recipe(text, parse_script(file.read_bytes(), file.name, path=Path(str(file))))
     if path.suffix.lower() == ".mlx" or path.name != text or path.is_file():
+        if upgrade:
+            upgraded = upgrade_file(path)
+            return Recipe(path.stem, upgraded.script, upgraded.changes)
         return Recipe(path.stem, read_script(path))
     near = nearest(text, shipped)
     hint = f"; did you mean {near!r}?" if near else ""

@@ -12,7 +12,7 @@ import numpy as np
 import pymeshlab
 import pytest
 
-from pymeshfair.declaration import Bool, Enum, Filter, Float, Int, Parameter, Percentage
+from pymeshfair.declaration import Bool, Enum, Filter, Float, Int, Mesh, Parameter, Percentage, Point
 from pymeshfair.errors import PymeshfairError
 from pymeshfair.filters.checks import FilterInputError
 from tests.contracts.scenes import mesh_set, scene_for, two_open_spheres
@@ -27,6 +27,8 @@ NONE_OF: dict[type[Parameter], tuple[Any, ...]] = {
     Percentage: ("wide", "nan", "-1%", "1e999", 0.5, True, None),
     Enum: ("umbrella", "", 1, None, True),
     Bool: (1, 0.0, "yes", None, NAN),
+    Mesh: (-1, 1.0, True, "0", None, 2**40),
+    Point: ("up", (1.0, 2.0), (1.0, 2.0, NAN), 1.0, None),
 }
 PARAMETERS = [(declared, parameter) for declared in FILTERS for parameter in declared.parameters]
 

@@ -43,11 +43,13 @@ def recipe_of(*steps: Given) -> Recipe:
     return Recipe("test", script)
 
 
-def session_report(source: Path, output: Path, *steps: Given) -> dict[str, Any]:
+def session_report(source: Path, output: Path, *steps: Given, allow_outside: bool = False) -> dict[str, Any]:
     """What a worker reports of a run, carried out in this process; the output is left in the staging folder."""
     stage = output.parent / f"stage-{output.name}"
     (stage / "new").mkdir(parents=True)
-    assignment = Assignment(recipe_of(*steps).script.steps, source.absolute(), output.absolute(), stage.absolute(), None)
+    assignment = Assignment(
+        recipe_of(*steps).script.steps, source.absolute(), stage.absolute(), output.absolute(), None, allow_outside
+    )
     return Session(assignment, lambda document: None).run()
 
 

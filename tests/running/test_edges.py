@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pymeshfair.files.errors import InputError, OutputError
 from pymeshfair.files.formats import WRITABLE
-from pymeshfair.files.obj_polylines import PolylineError, Polylines, scan_polylines, write_single_edges
+from pymeshfair.files.inputs import inspect_input
 from pymeshfair.files.ply import read_header
 from pymeshfair.files.ply_edges import append_edges
 
@@ -156,13 +156,15 @@ def test_long_and_relative_polylines_are_read_whole(tmp_path: Path, lines: list[
     np.testing.assert_array_equal(edges, expected)
 
 
-def test_long_polylines_beside_materials_are_named(tmp_path: Path) -> None:
-    """Where a material file stands in the way of that, it is said which edges are lost."""
+def test_long_polylines_beside_materials_are_read_whole(tmp_path: Path) -> None:
+    """A material file makes no difference to that."""
     (tmp_path / "m.mtl").write_text("newmtl a\nKd 1 0 0\n")
     source = tmp_path / "long.obj"
     source.write_text("mtllib m.mtl\n" + obj_text("1 2 3 4", "5 2") + "usemtl a\nf 1 2 3\n")
-    warnings = session_report(source, tmp_path / "out.ply")["warnings"]
-    assert any("the edges of 1 polylines but for the first of each" in warning for warning in warnings)
+    report = session_report(source, tmp_path / "out.ply")
+    assert report["warnings"] == []
+    _, edges, _ = read_edges(staged_files(report)["out.ply"])
+    np.testing.assert_array_equal(edges, [[0, 1], [1, 2], [2, 3], [4, 1]])
 
 
 @pytest.mark.parametrize("line", ["1 6", "0 1", "-6 1", "1 x", "1 2 3 9/9"])
@@ -170,36 +172,30 @@ def test_polylines_of_other_vertices_are_refused(tmp_path: Path, line: str) -> N
     """MeshLab would read past the end of the vertices; the line is named instead."""
     source = tmp_path / "bad.obj"
     source.write_text(obj_text("1 2", line))
-    with pytest.raises(InputError, match=f"its polyline 'l {line}' names a vertex that is not one of its 5"):
+    with pytest.raises(InputError, match=f"its line 7, 'l {line}', (names a vertex that is none|has something else)"):
         session_report(source, tmp_path / "out.ply")
 
 
 def test_relative_numbers_count_back_from_the_line(tmp_path: Path) -> None:
     """-1 is the last vertex before the line, not of the file; comments and texture coordinates are no vertices."""
-    source, copy = tmp_path / "in.obj", tmp_path / "copy.obj"
-    source.write_bytes(
-        b"mtllib a b.mtl\r\nv 0 0 0\r\nvt 0 0\r\nv 1 0 0\r\nl -2/1 -1/1 # two\r\nv 2 0 0\r\nusemtl x\r\nl -1 -2 -3\r\n"
-    )
-    assert scan_polylines(source, 3) == (found := scan_polylines(source, 3))
-    assert (found.edges, found.misread) == (3, 2)
-    write_single_edges(source, copy, 3)
-    written = [line.split() for line in copy.read_text().splitlines() if line.startswith("l")]
+    source = tmp_path / "in.obj"
+    source.write_bytes(b"v 0 0 0\r\nvt 0 0\r\nv 1 0 0\r\nl -2/1 -1/1 # two\r\nv 2 0 0\r\nusemtl x\r\nl -1 -2 -3\r\n")
+    given = inspect_input(source, tmp_path / "given").reading
+    assert given is not None
+    written = [line.split() for line in given.read_text().splitlines() if line.startswith("l")]
     assert written == [["l", "1", "2"], ["l", "3", "2"], ["l", "2", "1"]]
-    assert "mtl" not in copy.read_text()
-    with pytest.raises(PolylineError, match="one of its 2"):
-        scan_polylines(source, 2)
+    assert "mtl" not in given.read_text()
 
 
 def test_continued_lines_stay_whole_in_every_piece_of_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Wherever the pieces end in which a file is read, the polylines are the same, and the pieces make up the file."""
+    """Wherever the pieces end in which a file is read, the polylines are the same."""
     source = tmp_path / "in.obj"
     source.write_bytes(b"v 0 0 0\nv 1 0 0\nv 2 0 0\nl 1 2 \\\r\n 3\nl \\\n3 \\\n1\nv 5 5 5\nl -1 \\\n1\n")
     for size in range(1, 80):
-        monkeypatch.setattr("pymeshfair.files.obj._CHUNK", size)
-        assert scan_polylines(source, 4) == Polylines(edges=4, misread=2)
-        copy = tmp_path / f"{size}.obj"
-        write_single_edges(source, copy, 4)
-        written = [line.split()[1:] for line in copy.read_text().splitlines() if line.startswith("l")]
+        monkeypatch.setattr("pymeshfair.files.tokens._CHUNK", size)
+        given = inspect_input(source, tmp_path / str(size)).reading
+        assert given is not None
+        written = [line.split()[1:] for line in given.read_text().splitlines() if line.startswith("l")]
         assert written == [["1", "2"], ["2", "3"], ["3", "1"], ["4", "1"]]
 
 

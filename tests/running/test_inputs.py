@@ -4,17 +4,29 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import struct
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from pymeshfair.files.announced import Announced
 from pymeshfair.files.errors import InputError
-from pymeshfair.files.inputs import check_input, inspect_input
-from pymeshfair.files.obj import count_triangles, read_materials, scan_obj
+from pymeshfair.files.inputs import check_input
+from pymeshfair.files.inputs import inspect_input as inspect_into
+from pymeshfair.files.obj import read_obj
+from pymeshfair.files.obj_materials import read_materials
 
 from .runs import BONE, SAMPLES, ply_bytes, xyz
 
+
+def inspect_input(path: Path) -> Announced:
+    """What a file declares; what MeshLab is given of it lies in a folder beside it."""
+    return inspect_into(path, path.parent / f"given-{len(list(path.parent.iterdir()))}")
+
+
+IMAGE = SAMPLES / "TextureDouble_A.png"
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 
 
@@ -78,7 +90,7 @@ def test_an_extension_in_capitals_is_the_same(tmp_path: Path) -> None:
 
 def test_what_a_ply_file_declares(tmp_path: Path) -> None:
     """Counts, normals, losses and textures are those of the header; a texture is found beside the mesh by its last part."""
-    (tmp_path / "t.png").write_bytes(b"image")
+    shutil.copy(IMAGE, tmp_path / "t.png")
     names = ("C:\\scans\\t.png", "gone.png")
     head = "\n".join(f"comment TextureFile {name}" for name in names)
     normals = [("float", c, [1.0] * 4) for c in ("nx", "ny", "nz")]
@@ -86,8 +98,9 @@ def test_what_a_ply_file_declares(tmp_path: Path) -> None:
     path.write_bytes(ply_bytes([*xyz(), *normals, ("int", "label", [1] * 4)], head=head))
     announced = inspect_input(path)
     assert (announced.vertices, announced.faces, announced.count_triangles(), announced.normals) == (4, 4, 4, True)
-    assert announced.not_kept == ("vertex property 'int label'",)
-    assert announced.textures == ((names[0], tmp_path / "t.png"), ("gone.png", None))
+    assert announced.not_kept == ()
+    np.testing.assert_array_equal(announced.vertex_attributes["label"], np.ones(4))
+    assert [(t.name, t.file) for t in announced.textures] == [(names[0], tmp_path / "t.png"), ("gone.png", None)]
     assert announced.side_files == (tmp_path / "t.png",)
 
 
@@ -98,13 +111,14 @@ def test_what_an_obj_file_declares(tmp_path: Path) -> None:
     lines += ["g one", "usemtl a", "f 1/1 2/1 3/1 4/1", "f 1 2 3", "p 1", "s 1"]
     path.write_text("\n".join(lines))
     (tmp_path / "my materials.mtl").write_text(
-        "# x\nnewmtl a\nKd 1 1 1\nmap_Kd t.png\nmap_Bump b.png\nPr 0.5\nmap_Kd -s 1 u.png\n"
+        "# x\nnewmtl a\nKd 1 1 1\nmap_Kd t.png\nmap_Bump b.png\nPr 0.5\nnewmtl b\nmap_Kd -s 1 u.png\n"
     )
-    (tmp_path / "t.png").write_bytes(b"image")
+    shutil.copy(IMAGE, tmp_path / "t.png")
     announced = inspect_input(path)
     assert (announced.vertices, announced.faces, announced.count_triangles(), announced.normals) == (4, 2, 3, True)
     expected = {"groups (1)", "objects (1)", "smoothing groups (1)", "point elements (1)"}
-    assert set(announced.not_kept) == {*expected, "map_Bump, Pr, map_Kd -s 1 u.png of the material file my materials.mtl"}
+    expected.add("that 1 of its faces have no texture coordinates: they get the first ones")
+    assert set(announced.not_kept) == {*expected, "map_Bump, Pr, map_Kd -s 1 of the material file my materials.mtl"}
     assert announced.side_files == (tmp_path / "my materials.mtl", tmp_path / "t.png")
 
 
@@ -112,18 +126,20 @@ def test_obj_lines_are_counted_across_pieces(tmp_path: Path, monkeypatch: pytest
     """The counts do not depend on how the file is cut into pieces."""
     path = tmp_path / "mesh.obj"
     path.write_text(TRIANGLE * 50 + "mtllib a.mtl\nf 1 2 3 4 5")
-    whole = scan_obj(path)
-    assert whole.counts == {"vertices": 150, "faces": 51}
-    assert whole.material_files == ("a.mtl",)
+    whole = read_obj(path)
+    assert whole.counts == {"vertices": 150, "faces": 51, "material files": 1}
+    assert whole.material_files == ["a.mtl"]
+    assert whole.triangles == 53
     for size in (1, 7, 64):
-        monkeypatch.setattr("pymeshfair.files.obj._CHUNK", size)
-        assert scan_obj(path) == whole
-        assert count_triangles(path) == 53
+        monkeypatch.setattr("pymeshfair.files.tokens._CHUNK", size)
+        found = read_obj(path)
+        assert (found.counts, found.material_files, found.triangles) == (whole.counts, whole.material_files, 53)
+        np.testing.assert_array_equal(found.points, whole.points)
 
 
 def test_the_textured_sample(tmp_path: Path) -> None:
     """The textured bunny of the wheel names its material file and its texture, and nothing is missing."""
-    announced = inspect_input(SAMPLES / "bunny10k_textured.obj")
+    announced = inspect_into(SAMPLES / "bunny10k_textured.obj", tmp_path)
     assert (announced.vertices, announced.faces) == (5051, 9999)
     assert [f.name for f in announced.side_files] == ["bunny10k_textured.mtl", "TextureDouble_A.png"]
 
@@ -158,8 +174,8 @@ def test_textures_that_must_not_be_opened(tmp_path: Path, name: str) -> None:
     elif name == "ply":
         path.write_bytes(ply_bytes(xyz(), head="comment TextureFile /dev/zero"))
     else:
-        path.write_text(json.dumps({"images": [{"uri": "/dev/zero"}]}))
-    with pytest.raises(InputError, match="/dev/zero, which it names, is a device"):
+        path.write_text(json.dumps({"asset": {"version": "2.0"}, "images": [{"uri": "/dev/zero"}]}))
+    with pytest.raises(InputError, match="'/dev/zero', which it names, is a device"):
         inspect_input(path)
 
 
@@ -171,19 +187,20 @@ def test_a_missing_material_file_is_named(tmp_path: Path) -> None:
 
 
 def test_a_material_file_is_read_up_to_a_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of a material file that is too long only the beginning is read."""
-    monkeypatch.setattr("pymeshfair.files.obj.MATERIAL_LIMIT", 20)
-    (tmp_path / "m.mtl").write_text("map_Kd a.png\nmap_Kd b.png\n")
-    assert read_materials(tmp_path / "m.mtl").textures == ("a.png",)
+    """A material file that is too long is refused without being read whole."""
+    monkeypatch.setattr("pymeshfair.files.obj_materials.MATERIAL_LIMIT", 20)
+    (tmp_path / "m.mtl").write_text("newmtl a\nmap_Kd b.png\n")
+    with pytest.raises(InputError, match=r"the material file 'm.mtl' has more than 20 bytes"):
+        read_materials(tmp_path / "m.mtl", tmp_path / "m.obj")
 
 
 @pytest.mark.parametrize(
     ("name", "data", "reason"),
     [
-        ("bomb.off", b"OFF\n1000000000 1000000000 0\n0 0 0\n", "do not fit"),
+        ("bomb.off", b"OFF\n1000000000 1000000000 0\n0 0 0\n", "lines follow"),
         ("bomb.stl", bytes(80) + struct.pack("<I", 10**9) + bytes(50), "take 50,000,000,084 bytes"),
         ("bad.ply", b"not a ply", "does not begin"),
-        ("bad.glb", b"glTF" + bytes(8) + struct.pack("<I", 2**32 - 1) + b"JSON{", "no glTF document"),
+        ("bad.glb", b"glTF" + bytes(8) + struct.pack("<I", 2**32 - 1) + b"JSON{", "version 0, not 2"),
         ("bad.gltf", b"[1]", "no glTF document"),
     ],
 )
@@ -195,12 +212,13 @@ def test_declarations_that_no_file_can_hold(tmp_path: Path, name: str, data: byt
 
 
 def test_honest_counts_are_taken(tmp_path: Path) -> None:
-    """The counts of OFF and STL headers are those of the mesh; a text STL declares none."""
+    """The counts of OFF and STL headers are those of the mesh, and those of a text STL are counted."""
     (tmp_path / "a.off").write_text("# words\nNOFF # more\n3 1 0\n" + "0 0 0 0 0 1\n" * 3 + "3 0 1 2\n")
     off = inspect_input(tmp_path / "a.off")
     assert (off.vertices, off.faces, off.normals) == (3, 1, True)
     (tmp_path / "a.stl").write_bytes(b"solid it is not".ljust(80) + struct.pack("<I", 2) + bytes(100))
     assert inspect_input(tmp_path / "a.stl").faces == 2
-    (tmp_path / "b.stl").write_text("solid x\n" + "facet normal 0 0 1\n" * 9 + "endsolid\n")
-    assert inspect_input(tmp_path / "b.stl").faces is None
-    assert inspect_input(SAMPLES / "chameleon.pts").vertices is None
+    corners = "outer loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n"
+    (tmp_path / "b.stl").write_text("solid x\n" + f"facet normal 0 0 1\n{corners}endfacet\n" * 9 + "endsolid\n")
+    assert inspect_input(tmp_path / "b.stl").faces == 9
+    assert inspect_into(SAMPLES / "chameleon.pts", tmp_path).vertices == 4594

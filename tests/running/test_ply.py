@@ -8,7 +8,8 @@ from typing import Any
 import pymeshlab
 import pytest
 
-from pymeshfair.files.ply import PlyError, count_triangles, parse_header, read_header
+from pymeshfair.files.ply import PlyError, parse_header, read_header
+from pymeshfair.files.ply_body import read_body
 from pymeshfair.files.ply_losses import not_kept
 
 from .runs import BONE, RANGE_MAP, TETRAHEDRON, ply_bytes, xyz
@@ -41,7 +42,7 @@ def test_samples_of_the_wheel(tmp_path: Path) -> None:
         assert (header.element("vertex").count, header.element("face").count) == (vertices, faces)
         rows = sum(e.count * e.smallest_row for e in header.elements) + 12 * faces
         assert header.size + rows == path.stat().st_size
-        assert count_triangles(path, header) == faces
+        assert read_body(path, header, frozenset()).triangles == faces
 
 
 @pytest.mark.parametrize(
@@ -84,13 +85,14 @@ def test_text_files_are_held_to_their_size_too(tmp_path: Path) -> None:
 
 
 def test_polygons_are_counted_as_triangles(tmp_path: Path) -> None:
-    """A pentagon makes three triangles, a quad two, a triangle one, an edge none; a list beyond the file is not counted."""
+    """A pentagon makes three triangles, a quad two, a triangle one; a list beyond the file is refused."""
     path = tmp_path / "polygons.ply"
-    faces = [[0, 1, 2], [0, 1, 2, 3], [0, 1, 2, 3, 0], [0, 1]]
-    path.write_bytes(ply_bytes(xyz(), faces, [("float", "quality", [0.0] * 4)]))
-    assert count_triangles(path, read_header(path)) == 6
+    faces = [[0, 1, 2], [0, 1, 2, 3], [0, 1, 2, 3, 0]]
+    path.write_bytes(ply_bytes(xyz(), faces, [("float", "quality", [0.0] * 3)]))
+    assert read_body(path, read_header(path), frozenset()).triangles == 6
     path.write_bytes(path.read_bytes()[:-1])
-    assert count_triangles(path, parse_header(path.read_bytes())) is None
+    with pytest.raises(PlyError, match="'face' is cut short"):
+        read_body(path, parse_header(path.read_bytes()), frozenset())
 
 
 def properties_after_meshlab(data: bytes, folder: Path) -> set[str]:

@@ -288,13 +288,13 @@ def test_bad_inputs_and_outputs_start_nothing(tmp_path: Path, workers: list[Work
 
 def test_an_input_that_crashes_meshlab(tmp_path: Path) -> None:
     """A file on which MeshLab crashes while it reads is an error that says so; so it is when it is only measured."""
-    path = tmp_path / "bad.off"
-    path.write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 100000000\n")
-    with pytest.raises(WorkerDied, match=r"reading bad.off: the worker process crashed \(SIGSEGV\); the file is probably"):
+    path = tmp_path / "bad.qobj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nq 0 1 2 100000000\n")
+    with pytest.raises(WorkerDied, match=r"reading bad.qobj: the worker process crashed \(SIGSEGV\); the file is probably"):
         run_job(job_of(tmp_path / "out.ply", SMOOTH, source=path))
     with pytest.raises(WorkerDied, match="reading bad"):
         inspect_mesh(path)
-    assert names_in(tmp_path) == {"bad.off"}
+    assert names_in(tmp_path) == {"bad.qobj"}
 
 
 def test_a_declaration_bomb_costs_little(tmp_path: Path) -> None:
@@ -310,7 +310,7 @@ def test_a_declaration_bomb_costs_little(tmp_path: Path) -> None:
 def test_a_defect_in_the_worker_is_called_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """An exception that nobody thought of comes with its traceback and asks to be reported."""
     (tmp_path / "lib").mkdir()
-    sabotage = "import pymeshfair.files.inputs as i\ni.inspect_input = lambda path: 1 / 0\n"
+    sabotage = "import pymeshfair.files.inputs as i\ni.inspect_input = lambda *a, **k: 1 / 0\n"
     (tmp_path / "lib" / "sitecustomize.py").write_text(sabotage)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path / "lib"))
     with pytest.raises(WorkerError, match=r"reading bone\.ply: ZeroDivisionError: division by zero; this is a defect") as caught:
@@ -357,7 +357,7 @@ def test_a_full_disk_leaves_what_was_there(small_disk: Path, extension: str) -> 
 def test_no_format_takes_a_torn_file_for_a_whole_one(small_disk: Path, extension: str) -> None:
     """What a worker could not write whole is an error in every format, also where MeshLab says nothing (.xyz)."""
     with pytest.raises(OutputError, match=r"MeshLab could not write it|what was written is not whole"):
-        session_report(BONE, small_disk / f"out.{extension}")
+        session_report(SAMPLES / "airplane.obj", small_disk / f"out.{extension}")
 
 
 # ------------------------------------------------------------------------------------------------------------------- signals

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import re
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +11,7 @@ import pytest
 
 from pymeshfair.declaration import Length
 from pymeshfair.errors import UnknownNameError
+from pymeshfair.meshlab.former import former_filters
 from pymeshfair.registry import find_filter
 from pymeshfair.scripts import Problem, ScriptError, parse_script, read_script
 from tests.scripts.texts import apply_coord_every_kind, one_filter, problems, script, step, taubin
@@ -340,11 +339,10 @@ def test_the_sample_script_of_the_pymeshlab_wheel_is_read() -> None:
 
 
 def test_former_names_lead_to_names_of_today() -> None:
-    """Every entry of the table of renamed filters leads from a name that is gone to one that exists."""
-    table = json.loads(files("pymeshfair.meshlab").joinpath("renamed_filters.json").read_text("utf-8"))
-    assert len(table) >= 53
-    for old, (new, *_) in table.items():
-        assert find_filter(new).name == new
+    """Every entry of the table of former filters leads from a name that is gone to one that exists, or says what to do."""
+    assert len(former_filters()) >= 53
+    for old, former in former_filters().items():
+        assert former.idle or former.note if former.now is None else find_filter(former.now).name == former.now
         with pytest.raises(UnknownNameError):
             find_filter(old)
 

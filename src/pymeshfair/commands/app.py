@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from . import check, demo, doctor, info, list, run, spectrum, suggest
+from . import check, compare, demo, doctor, export, info, list, picture, run, spectrum, suggest, upgrade
 from .group import CommandGroup
 
 app = typer.Typer(
@@ -24,10 +24,14 @@ app = typer.Typer(
 app.command()(demo.demo)
 app.command()(run.run)
 app.command()(check.check)
+app.command()(upgrade.upgrade)
+app.command()(export.export)
 app.add_typer(list.app, name="list")
 app.command()(info.info)
 app.command()(suggest.suggest)
 app.command()(spectrum.spectrum)
+app.command()(compare.compare)
+app.command()(picture.picture)
 app.command()(doctor.doctor)
 
 

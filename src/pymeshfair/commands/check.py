@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -13,16 +14,24 @@ from .options import Debug, Json
 
 def check(
     recipes: Annotated[list[str], typer.Argument(metavar="RECIPE", help="Shipped names or paths of .mlx files.")],
+    mesh: Annotated[
+        Path | None, typer.Option("--mesh", metavar="SCAN", help="Look whether the lengths suit that mesh as well.")
+    ] = None,
     json: Json = False,
     debug: Debug = False,
 ) -> None:
     """Check recipes and name every problem in them.
 
-    No mesh is opened.
+    What runs but hardly does what was meant is a warning. No mesh is opened, but for SCAN.
     """
+    diagonal = None
+    if mesh is not None:
+        from ..running.inspect import inspect_mesh
+
+        diagonal = inspect_mesh(mesh)["diagonal"]
     checked = []
     for name in recipes:
-        verdict = _verdict(name)
+        verdict = _verdict(name, diagonal)
         checked.append(verdict)
         typer.echo(verdict.pop("said"), err=json)
     bad = [verdict for verdict in checked if "problems" in verdict]
@@ -36,15 +45,22 @@ def check(
         raise typer.Exit(2)
 
 
-def _verdict(name: str) -> dict[str, Any]:
+def _verdict(name: str, diagonal: float | None) -> dict[str, Any]:
     """What a check finds, in terms of JSON, with the words for people under ``"said"``."""
     from ..errors import PymeshfairError
     from ..recipe import load_recipe
+    from ..scripts.needs import unmet_needs
+    from ..scripts.traps import lengths_out_of_proportion, traps
 
     try:
-        steps = len(load_recipe(name).script.steps)
+        script = load_recipe(name).script
     except PymeshfairError as error:
         failure = Failure.of(error)
         problems = failure.details.get("problems", [{"file": name, "message": failure.message}])
         return {"recipe": name, "ok": False, "problems": problems, "said": failure.message}
-    return {"recipe": name, "ok": True, "steps": steps, "said": f"{name}: ok, {steps} {'step' if steps == 1 else 'steps'}"}
+    steps = len(script.steps)
+    warnings = [*traps(script), *(str(problem) for problem in unmet_needs(script, layers=1))]
+    if diagonal is not None:
+        warnings += lengths_out_of_proportion(script, diagonal=diagonal)
+    lines = [f"{name}: ok, {steps} {'step' if steps == 1 else 'steps'}", *(f"  warning: {text}" for text in warnings)]
+    return {"recipe": name, "ok": True, "steps": steps, "warnings": warnings, "said": "\n".join(lines)}

@@ -24,6 +24,13 @@ _ROWS = (
     ("unreferenced_vertices", "unreferenced vertices", False),
     ("non_manifold_edges", "non-manifold edges", False),
     ("non_manifold_vertices", "non-manifold vertices", False),
+    ("border_loops", "border loops", False),
+    ("holes", "holes", False),
+    ("genus", "genus", False),
+    ("triangle_quality", "triangle quality (1: equilateral)", False),
+    ("self_intersecting_faces", "self-intersecting faces", False),
+    ("noise", "noise along the normals", False),
+    ("sharp_edge_length", "length of sharp edges", False),
 )
 
 

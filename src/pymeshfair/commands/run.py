@@ -27,8 +27,41 @@ def run(
             help="Another value for a parameter; STEP is a number or a part of the filter's name. May be repeated.",
         ),
     ] = None,
+    others: Annotated[
+        list[Path] | None,
+        typer.Option("--with", metavar="MESH", help="The file of a further layer that the recipe names. May be repeated."),
+    ] = None,
+    upgrade: Annotated[bool, typer.Option("--upgrade", help="Bring a script of an older MeshLab up to date first.")] = False,
     timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop the run after that time.", min=0.001)] = None,
+    memory: Annotated[
+        str | None,
+        typer.Option(metavar="SIZE", help="Memory that the run may take, such as 4GB; by default 80 % of the machine's."),
+    ] = None,
+    allow_outside: Annotated[
+        bool, typer.Option("--allow-outside", help="Let INPUT name textures, materials and buffers outside its folder.")
+    ] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace OUTPUT, even if it is the input.")] = False,
+    max_displacement: Annotated[
+        str, typer.Option(metavar="LENGTH", help="Fail if a vertex moves further: 0.05 (or 0.05mm), 0.1% or 0.5edge.")
+    ] = "",
+    max_volume_change: Annotated[str, typer.Option(metavar="PERCENT", help="Fail if the volume changes by more: 1%.")] = "",
+    require: Annotated[
+        str,
+        typer.Option(
+            metavar="WHAT,...",
+            help="Fail if the result is not so: watertight, manifold, oriented, components=N, genus=N.",
+        ),
+    ] = "",
+    keep_sharp: Annotated[
+        str, typer.Option(metavar="PERCENT", help="Fail if less of the length of the sharp edges is kept: 95%.")
+    ] = "",
+    keep_broken: Annotated[
+        bool, typer.Option("--keep-broken", help="Write OUTPUT even if it goes beyond a limit; the exit code is 1 all the same.")
+    ] = False,
+    map: Annotated[
+        Path | None,
+        typer.Option(metavar="MAP.ply", help="Write the intervention map there: what was kept, moved and added, and how far."),
+    ] = None,
     json: Json = False,
     debug: Debug = False,
 ) -> None:
@@ -38,16 +71,37 @@ def run(
     """
     from ..recipe import load_recipe
     from ..running.job import Job
+    from ..running.memory import parse_memory
+    from ..scripts.guards import Guards
+    from ..scripts.traps import traps
 
     overrides = tuple(set or ())
+    found = load_recipe(recipe, upgrade=upgrade).override(overrides)
+    try:
+        limit = None if memory is None else parse_memory(memory)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="--memory") from None
+    limits = {
+        "max_displacement": max_displacement,
+        "max_volume_change": max_volume_change,
+        "require": require,
+        "keep_sharp": keep_sharp,
+    }
     job = Job(
-        recipe=load_recipe(recipe).override(overrides),
+        recipe=found,
         input=input,
         output=output,
+        others=tuple(others or ()),
+        warnings=(*(str(change) for change in found.changes if not change.same_meaning), *traps(found.script)),
         overwrite=overwrite,
         timeout=timeout,
+        memory_limit=limit,
+        allow_outside=allow_outside,
         overrides=overrides,
         command=tuple(sys.argv),
+        guards=Guards.parse({name: text for name, text in limits.items() if text}),
+        keep_broken=keep_broken,
+        map=map,
     )
     carry_out(job, json=json)
 
@@ -65,6 +119,10 @@ def carry_out(job: Job, *, json: bool) -> None:
         print_document(_document(job, result))
     else:
         _show(result)
+    if result.breaches:
+        for breach in result.breaches:
+            typer.echo(f"{typer.style('error:', fg='red')} {breach['guard']}: {breach['message']}", err=True)
+        raise typer.Exit(1)
 
 
 def _document(job: Job, result: RunResult) -> dict[str, object]:
@@ -80,6 +138,8 @@ def _document(job: Job, result: RunResult) -> dict[str, object]:
         "before": result.before,
         "after": result.after,
         "warnings": result.warnings,
+        "breaches": result.breaches,
+        "maps": result.maps,
     }
 
 
@@ -89,7 +149,7 @@ def _show(result: RunResult) -> None:
 
     console().print(measures_table({"before": result.before, "after": result.after}))
     typer.echo(f"\n{len(result.steps)} {'step' if len(result.steps) == 1 else 'steps'} in {result.seconds:.1f} s. Written:")
-    for path in (result.output, *result.side_files, result.provenance):
+    for path in (result.output, *result.side_files, result.provenance, *result.maps):
         typer.echo(f"  {_near(path)}")
 
 

@@ -12,6 +12,8 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from .whole_file import write_file
+
 if TYPE_CHECKING:
     from ..filters.spectral.responses import Response
 
@@ -35,7 +37,7 @@ def draw_spectra(path: Path, spectra: Mapping[str, Mapping[str, Any]], response:
     # Without a date in it, a picture of the same spectra is the same file.
     dates = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
     figure.savefig(drawn, format=extension, dpi=120, metadata=dates.get(extension))
-    _write(path, drawn.getvalue())
+    write_file(path, lambda file: file.write(drawn.getvalue()))
 
 
 def draw_on(axes: Any, spectra: Mapping[str, Mapping[str, Any]], response: Response | None = None) -> None:
@@ -75,18 +77,3 @@ def _inverted(value: Any) -> Any:
     """A frequency of a wavelength, and the other way round."""
     with np.errstate(divide="ignore"):
         return 2.0 * np.pi / np.asarray(value, dtype=np.float64)
-
-
-def _write(path: Path, content: bytes) -> None:
-    import tempfile
-
-    with tempfile.NamedTemporaryFile(dir=path.absolute().parent, prefix=f".{path.name}.", delete=False) as file:
-        made = Path(file.name)
-        try:
-            file.write(content)
-            file.flush()
-        except BaseException:
-            made.unlink(missing_ok=True)
-            raise
-    made.chmod(0o644)
-    made.replace(path)

@@ -1,123 +1,237 @@
-"""Scans an OBJ file and its material files before MeshLab opens them.
+"""Reads the text of an OBJ file strictly, to its last word, before MeshLab does.
 
-MeshLab opens whatever ``mtllib`` names, a device or a pipe included, and drops groups, maps and whatever else it does not know
-without a word.
+MeshLab takes ``f 1.7 2 3`` for ``f 1 2 3``, passes over faces whose indices name no vertex and lines whose keyword it does not
+know, counts lines in one way and reads them in another, and sees one line in a file with the line ends of old Macs.
 """
 
 from __future__ import annotations
 
-import re
 from collections import Counter
-from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-#: bytes; a longer file is no material file
-MATERIAL_LIMIT = 16 << 20
-_CHUNK = 16 << 20
-#: the first two bytes of a line that begins with a keyword of interest, and what it counts as
-_KEYWORDS = {
-    **dict.fromkeys((b"v ", b"v\t"), "vertices"),
-    **dict.fromkeys((b"f ", b"f\t", b"q "), "faces"),
-    b"vt": "texture coordinates",
-    b"vn": "normals",
-    **dict.fromkeys((b"g ", b"g\t"), "groups"),
-    **dict.fromkeys((b"o ", b"o\t"), "objects"),
-    **dict.fromkeys((b"s ", b"s\t"), "smoothing groups"),
-    **dict.fromkeys((b"p ", b"p\t"), "point elements"),
-    **dict.fromkeys((b"l ", b"l\t"), "polylines"),
-    b"us": "uses of materials",
-    b"vp": "parameter space vertices",
-    b"cu": "curves",
-    b"su": "surfaces",
+from ..errors import PymeshfairError
+from .obj_faces import Corners, corners_of
+from .references import shown
+from .tokens import INTEGER, NOT_FINITE, REAL, Tokens, joined, plain, tokenise, word
+
+#: what the lines of the format's own keywords are
+KEYWORDS = {
+    **{"v": "vertices", "vt": "texture coordinates", "vn": "normals", "f": "faces", "l": "polylines", "p": "point elements"},
+    **{"g": "groups", "o": "objects", "s": "smoothing groups", "mg": "smoothing groups"},
+    **{"usemtl": "uses of materials", "mtllib": "material files", "usemap": "uses of maps", "maplib": "map files"},
+    **dict.fromkeys(("vp", "param"), "parameter space vertices"),
+    **dict.fromkeys(
+        ("curv", "curv2", "cstype", "deg", "bmat", "step", "parm", "trim", "hole", "scrv", "sp", "end", "con"), "curves"
+    ),
+    **dict.fromkeys(("surf", "ctech", "stech", "cdc", "cdp", "bzp", "bsp", "res"), "surfaces"),
+    **dict.fromkeys(("bevel", "c_interp", "d_interp", "lod", "shadow_obj", "trace_obj", "call", "csh"), "display attributes"),
 }
+_CODES = {int(word(k.encode())): what for k, what in KEYWORDS.items() if len(k) <= 8}
+#: of how many numbers a vertex is made: its place, with a weight, with a colour, with a colour and its opacity
+_VERTEX = (3, 4, 6, 7)
+#: corners of the largest face; MeshLab's time grows with their square
+LARGEST_FACE = 10_000
 
 
-@dataclass(frozen=True)
+class ObjError(PymeshfairError, ValueError):
+    """The text is no OBJ file, or lies; the message gives the line."""
+
+
+@dataclass
 class ObjContents:
     """What is in an OBJ file.
 
     Attributes:
-        counts: lines by what they are; see `_KEYWORDS`.
+        counts: lines by what they are; see `KEYWORDS`.
+        points: (n, 3) the vertices.
         material_files: what the ``mtllib`` lines name, as written there.
+        triangles: how many triangles the polygons make, a polygon of k corners k - 2.
+        bare_faces: faces without texture coordinates among others with them.
+        edges: how many edges the polylines have.
+        notes: what MeshLab does not read of it, in words.
+        text: what it says, in a form that MeshLab's reader understands alike.
+        altered: whether that is not the file itself.
+        changes: lines of `text`, by their number from 1, that must be others for MeshLab.
     """
 
-    counts: Counter[str]
-    material_files: tuple[str, ...]
+    counts: Counter[str] = field(default_factory=Counter)
+    points: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
+    material_files: list[str] = field(default_factory=list)
+    triangles: int = 0
+    bare_faces: int = 0
+    edges: int = 0
+    notes: list[str] = field(default_factory=list)
+    text: bytes = b""
+    altered: bool = False
+    changes: dict[int, bytes] = field(default_factory=dict)
 
 
-def scan_obj(path: Path) -> ObjContents:
-    """Count the lines of an OBJ file by their keywords."""
-    counts: Counter[str] = Counter()
-    material_files: dict[str, None] = {}
-    for chunk in whole_lines(path):
-        data = np.frombuffer(chunk, dtype=np.uint8)
-        starts = np.flatnonzero(data[:-2] == ord("\n")) + 1
-        pairs, numbers = np.unique(data[starts].astype(np.uint16) << 8 | data[starts + 1], return_counts=True)
-        for pair, number in zip(pairs.tolist(), numbers.tolist(), strict=True):
-            if what := _KEYWORDS.get(pair.to_bytes(2, "big")):
-                counts[what] += number
-        for match in re.finditer(rb"\nmtllib[ \t]+([^\r\n]+)", chunk):
-            material_files[match[1].decode("utf-8", "surrogateescape").strip()] = None
-    return ObjContents(counts, tuple(material_files))
+def read_obj(path: Path) -> ObjContents:
+    """Read an OBJ file.
+
+    Raises:
+        ObjError: it is none, or says what cannot be.
+        OSError: it cannot be read.
+    """
+    data = path.read_bytes()
+    if b"\0" in data[:4096]:
+        raise ObjError("it is no text")
+    text = joined(data)
+    pieces = list(tokenise(text, slashes=True))
+    if any(piece.oddities for piece in pieces) or _is_misspaced(pieces):
+        text = plain(text)
+        pieces = list(tokenise(text, slashes=True))
+    contents = ObjContents(text=text, altered=text is not data)
+    points: list[NDArray[np.float64]] = []
+    width: list[int] = []
+    before = Counter[str]()
+    for piece in pieces:
+        _count(piece, contents)
+    for piece in pieces:
+        points.append(_vertices(piece, width, contents))
+        _check_rows(piece, "vn", (3,))
+        _texture_coordinates(piece, contents)
+        _faces(piece, before, contents)
+        _polylines(piece, before, contents)
+        for what in ("v", "vt", "vn"):
+            before[what] += int((piece.keywords == word(what.encode())).sum())
+    contents.points = np.concatenate(points) if points else contents.points
+    return contents
 
 
-def count_triangles(path: Path) -> int:
-    """How many triangles the polygons of a file make, a polygon of k corners k - 2."""
-    return sum(
-        max(len(match[1].split()) - 2, 0) for chunk in whole_lines(path) for match in re.finditer(rb"\nf[ \t]+([^\r\n]+)", chunk)
-    )
+def _is_misspaced(pieces: list[Tokens]) -> bool:
+    """Whether MeshLab would take blanks on the first line of a vertex for a colour: it counts them instead of words."""
+    for piece in pieces:
+        found = np.flatnonzero(piece.keywords == word(b"v"))
+        if len(found):
+            line = piece.line(int(found[0]))
+            return line.count(b" ") + line.count(b"\t") >= 6 > int(piece.lengths[found[0]]) - 1
+    return False
 
 
-def whole_lines(path: Path) -> Iterator[bytes]:
-    """The file in pieces of whole lines, each with a line feed before and after; a continued line stays whole."""
-    rest = b"\n"
-    with path.open("rb") as file:
-        while block := file.read(_CHUNK):
-            whole, feed, tail = (rest + block).rpartition(b"\n")
-            while whole.endswith((b"\\", b"\\\r")):
-                whole, feed, before = whole.rpartition(b"\n")
-                tail = before + b"\n" + tail
-            if not whole:
-                rest += block
-                continue
-            yield whole + feed
-            rest = b"\n" + tail
-    yield rest + b"\n"
+def _fail(piece: Tokens, k: int, why: str) -> ObjError:
+    return ObjError(f"its line {piece.numbers[k]:,}, {shown(piece.line(k).decode('utf-8', 'replace'), 60)}, {why}")
 
 
-def material_paths(path: Path, contents: ObjContents) -> list[Path]:
-    """The material files that MeshLab will open for an OBJ file, existing or not."""
-    if contents.material_files:
-        return [path.parent / name for name in contents.material_files]
-    return [path.with_suffix(".mtl")] if contents.counts["uses of materials"] else []
-
-
-@dataclass(frozen=True)
-class Materials:
-    """What is in a material file: the textures that MeshLab reads, and the keywords that it ignores."""
-
-    textures: tuple[str, ...]
-    ignored: tuple[str, ...]
-
-
-_READ_KEYWORDS = {"newmtl", "ka", "kd", "ks", "d", "tr", "ns", "illum"}
-
-
-def read_materials(path: Path) -> Materials:
-    """Read a material file as MeshLab does: a texture is the only word after ``map_Kd``."""
-    textures: dict[str, None] = {}
-    ignored: dict[str, None] = {}
-    with path.open("rb") as file:
-        text = file.read(MATERIAL_LIMIT).decode("utf-8", "surrogateescape")
-    for line in text.splitlines():
-        words = line.split()
-        if not words or words[0].startswith("#"):
+def _count(piece: Tokens, contents: ObjContents) -> None:
+    for code, number in zip(*(a.tolist() for a in np.unique(piece.keywords, return_counts=True)), strict=True):
+        what = _CODES.get(code)
+        if what is not None:
+            contents.counts[what] += number
             continue
-        if words[0] == "map_Kd" and len(words) == 2:
-            textures[words[1]] = None
-        elif words[0].lower() not in _READ_KEYWORDS:
-            ignored[" ".join(words) if words[0] == "map_Kd" else words[0]] = None
-    return Materials(tuple(textures), tuple(ignored))
+        for k in np.flatnonzero(piece.keywords == np.uint64(code)).tolist():
+            what = KEYWORDS.get(piece.line(k).split()[0].decode("latin-1"))
+            if what is None:
+                raise _fail(piece, k, "begins with no keyword of the format")
+            contents.counts[what] += 1
+    for k in np.flatnonzero(piece.keywords == word(b"mtllib")).tolist():
+        contents.material_files.append(piece.line(k)[6:].strip().decode("utf-8", "surrogateescape"))
+
+
+def _check_rows(piece: Tokens, keyword: str, widths: tuple[int, ...]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Which lines have a keyword and of how many numbers each is made, which must be one of `widths`."""
+    lines = np.flatnonzero(piece.keywords == word(keyword.encode()))
+    counts = piece.lengths[lines] - 1
+    wrong = ~np.isin(counts, widths)
+    if wrong.any():
+        k = int(np.argmax(wrong))
+        expected = " or ".join(str(w) for w in widths)
+        raise _fail(piece, int(lines[k]), f"has {counts[k]} {'value' if counts[k] == 1 else 'values'} and not {expected}")
+    for width in np.unique(counts).tolist():
+        rows = lines[counts == width]
+        kinds = piece.kinds[piece.first[rows, None] + np.arange(1, width + 1)]
+        strange = ~np.isin(kinds, (INTEGER, REAL, NOT_FINITE)).all(axis=1)
+        if strange.any():
+            raise _fail(
+                piece, int(rows[np.argmax(strange)]), "has something else than numbers; decimals are written with a point"
+            )
+    return lines, counts
+
+
+def _vertices(piece: Tokens, width: list[int], contents: ObjContents) -> NDArray[np.float64]:
+    lines, counts = _check_rows(piece, "v", _VERTEX)
+    if len(lines) == 0:
+        return np.empty((0, 3))
+    width[:] = width or [int(counts[0])]
+    if (counts != width[0]).any():
+        k = int(np.argmax(counts != width[0]))
+        raise _fail(piece, int(lines[k]), f"has {counts[k]} values, while the vertices before it have {width[0]}")
+    first = piece.first[lines]
+    if width[0] == 4 and (piece.values[first + 4] != 1).any():
+        note = "weights of vertices"
+        contents.notes += [note] if note not in contents.notes else []
+    places: NDArray[np.float64] = piece.values[first[:, None] + np.arange(1, 4)]
+    return places
+
+
+def _texture_coordinates(piece: Tokens, contents: ObjContents) -> None:
+    lines, counts = _check_rows(piece, "vt", (2, 3))
+    third = piece.values[piece.first[lines[counts == 3]] + 3]
+    note = "third texture coordinates"
+    if third.any() and note not in contents.notes:
+        contents.notes.append(note)
+
+
+def _faces(piece: Tokens, before: Counter[str], contents: ObjContents) -> None:
+    corners = corners_of(piece, "f")
+    if len(corners.lines) == 0:
+        return
+    _check_corners(piece, corners, "face", 3)
+    relative = _check_indices(piece, corners, before, contents)
+    contents.triangles += int((corners.counts - 2).sum())
+    contents.bare_faces += int((corners.texture_counts == 0).sum())
+    if relative:
+        contents.changes |= corners.absolute(piece)
+
+
+def _polylines(piece: Tokens, before: Counter[str], contents: ObjContents) -> None:
+    corners = corners_of(piece, "l")
+    if len(corners.lines) == 0:
+        return
+    _check_corners(piece, corners, "polyline", 2)
+    relative = _check_indices(piece, corners, before)
+    contents.edges += int((corners.counts - 1).sum())
+    if relative or (corners.counts != 2).any():
+        contents.changes |= corners.single_edges(piece)
+
+
+def _check_corners(piece: Tokens, corners: Corners, what: str, least: int) -> None:
+    if corners.strange >= 0:
+        raise _fail(piece, corners.strange, "has something else than whole numbers, joined by slashes")
+    for wrong, why in (
+        (corners.counts < least, f"is a {what} of fewer than {least} vertices"),
+        (corners.counts > LARGEST_FACE, f"is a {what} of more than {LARGEST_FACE:,} vertices"),
+    ):
+        if wrong.any():
+            raise _fail(piece, int(corners.lines[np.argmax(wrong)]), why)
+
+
+def _check_indices(piece: Tokens, corners: Corners, before: Counter[str], contents: ObjContents | None = None) -> bool:
+    """Refuse indices that name nothing read so far, and count negative ones from there; whether there were any.
+
+    Without `contents` only those of vertices are looked at, as MeshLab does with polylines.
+    """
+    relative = False
+    for keyword, slot, what in (("v", 0, "vertex"), ("vt", 1, "texture coordinate"), ("vn", 2, "normal")):
+        chosen = corners.slots == slot
+        values, lines = corners.values[chosen], corners.line_of[chosen]
+        if len(values) == 0 or (slot and contents is None):
+            continue
+        if slot and contents is not None and not contents.counts[KEYWORDS[keyword]]:
+            note = f"that its faces name {KEYWORDS[keyword]}, of which it has none"
+            contents.notes += [note] if note not in contents.notes else []
+            continue
+        so_far = before[keyword] + np.cumsum(piece.keywords == word(keyword.encode()))[lines]
+        negative = values < 0
+        if negative.any():
+            relative = True
+            values = np.where(negative, values + so_far + 1, values)
+            corners.values[chosen] = values
+        wrong = ~((values >= 1) & (values <= so_far))
+        if wrong.any():
+            raise _fail(piece, int(lines[np.argmax(wrong)]), f"names a {what} that is none of those before it")
+    return relative

@@ -60,6 +60,37 @@ def check_output(output: Path, input: Path, *, overwrite: bool) -> None:
             raise OutputError(path, f"it exists and {reason}; {_OVERWRITE}")
 
 
+def check_maps(maps: Sequence[Path], output: Path, input: Path, *, overwrite: bool) -> None:
+    """Refuse files of an intervention map that cannot or must not be written, as `check_output` does an output.
+
+    Raises:
+        OutputError: another format than PLY, no such folder, the input or the output, or a file that must not be replaced.
+    """
+    record = read_provenance(output)
+    for path in maps:
+        if extension(path) != "ply":
+            raise OutputError(path, "an intervention map is a .ply file")
+        if not path.parent.is_dir() or path.is_dir():
+            raise OutputError(path, "there is no such folder" if not path.parent.is_dir() else "there is a folder of that name")
+        if path == output.absolute() or (path.exists() and path.samefile(input)):
+            raise OutputError(path, "it is the input or the output of the run; name another file for the map")
+        if os.path.lexists(path) and not overwrite and (reason := _not_ours(path, record, input)):
+            raise OutputError(path, f"it exists and {reason}; {_OVERWRITE}")
+
+
+def place_files(files: Sequence[StagedFile]) -> None:
+    """Put files in place that belong to no output.
+
+    Raises:
+        OutputError: a rename failed.
+    """
+    try:
+        for file in files:
+            shutil.move(file.staged, file.target)
+    except OSError as error:
+        raise OutputError(file.target, f"cannot put it in place: {error.strerror or error}") from error
+
+
 def _not_ours(path: Path, record: Mapping[str, Any] | None, input: Path) -> str | None:
     """Why an existing file is not what a former run wrote from this input; None if it is."""
     if path.is_symlink() or not path.is_file():

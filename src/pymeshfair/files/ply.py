@@ -5,11 +5,9 @@ MeshLab trusts a header: 306 bytes that declare 10 million vertices make it allo
 
 from __future__ import annotations
 
-import mmap
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 from ..errors import PymeshfairError
 
@@ -79,8 +77,8 @@ class PlyHeader:
     @property
     def textures(self) -> tuple[str, ...]:
         """The texture files that it names, as written there."""
-        words = (comment.partition(" ") for comment in self.comments)
-        return tuple(name.strip() for keyword, _, name in words if keyword.lower() == "texturefile" and name.strip())
+        words = (comment.split(maxsplit=1) for comment in self.comments)
+        return tuple(w[1].strip() for w in words if len(w) == 2 and w[0].lower() == "texturefile")
 
 
 def read_header(path: Path) -> PlyHeader:
@@ -112,7 +110,7 @@ def parse_header(data: bytes) -> PlyHeader:
     size = end + len(b"end_header")
     size += 2 if data[size : size + 2] == b"\r\n" else 1
     # A carriage return alone ends the lines of files from old Macs.
-    lines = data[:end].decode("utf-8", "replace").replace("\r\n", "\n").replace("\r", "\n").split("\n")[1:]
+    lines = data[:end].decode("utf-8", "surrogateescape").replace("\r\n", "\n").replace("\r", "\n").split("\n")[1:]
     format_, comments, elements = "", [], []
     for number, line in enumerate(lines, 2):
         match line.split():
@@ -155,28 +153,3 @@ def _check_size(header: PlyHeader, file_size: int) -> None:
                 f"but only {max(left, 0):,} follow"
             )
         left -= needed
-
-
-def count_triangles(path: Path, header: PlyHeader) -> int | None:
-    """How many triangles the polygons of a file make, a polygon of k corners k - 2; None where that is not easily counted."""
-    face = header.element("face")
-    if header.format == "ascii" or not face.count:
-        return 0 if not face.count else None
-    before = header.elements[: header.elements.index(face)]
-    lists = [i for i, p in enumerate(face.properties) if p.count_type is not None]
-    if lists != [0] or any(p.count_type for e in before for p in e.properties):
-        return None
-    corners = face.properties[0]
-    count_size, corner_size = SIZES[corners.count_type or ""], SIZES[corners.type]
-    tail = face.smallest_row - count_size
-    order: Literal["little", "big"] = "little" if header.format == "binary_little_endian" else "big"
-    position = header.size + sum(e.count * e.smallest_row for e in before)
-    triangles = 0
-    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
-        for _ in range(face.count):
-            k = int.from_bytes(data[position : position + count_size], order)
-            position += count_size + k * corner_size + tail
-            if position > len(data):
-                return None
-            triangles += max(k - 2, 0)
-    return triangles

@@ -6,9 +6,11 @@ colours of wedges).
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 
 from .ply import PlyHeader, PlyProperty
+from .ply_given import is_misread
 
 _REAL, _FLOAT, _BYTE, _INT = ("float", "double"), ("float",), ("uchar",), ("int",)
 _KNOWN: Mapping[str, Mapping[str, tuple[str, ...]]] = {
@@ -39,8 +41,36 @@ _LISTS = {("face", "vertex_indices"), ("face", "vertex_index"), ("face", "texcoo
 _LISTS |= {("tristrips", "vertex_indices"), ("range_grid", "vertex_indices")}
 
 
-def not_kept(header: PlyHeader) -> list[str]:
-    """What the file declares and MeshLab does not keep, in words, in the order of the file."""
+#: names that mean something else in the expressions of MeshLab's filters
+_TAKEN = frozenset(
+    ("x", "y", "z", "nx", "ny", "nz", "r", "g", "b", "a", "q", "rad", "vi", "fi", "ti", "vtu", "vtv", "vsel", "fsel")
+)
+_TAKEN |= {f"{c}{k}" for c in "xyzqrgba" for k in range(3)}
+
+
+def carried(header: PlyHeader) -> frozenset[tuple[str, str]]:
+    """(element, property) of what MeshLab does not read and a run keeps as custom attributes: numbers of vertices and faces."""
+    own_marks = any(c.startswith("VCGLIB") for c in header.comments)
+    return frozenset(
+        (element.name, p.name)
+        for element in header.elements
+        if element.name in ("vertex", "face")
+        for p in element.properties
+        if p.count_type is None
+        and (is_misread(element.name, p) or not _is_known(element.name, _KNOWN[element.name], p))
+        and re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", p.name)
+        and p.name not in _TAKEN | _KNOWN[element.name].keys() - {"radius"}
+        and not (own_marks and p.name == "flags")
+    )
+
+
+def not_kept(header: PlyHeader, kept: frozenset[tuple[str, str]] = frozenset()) -> list[str]:
+    """What the file declares and MeshLab does not keep, in words, in the order of the file.
+
+    Args:
+        header: of the file.
+        kept: (element, property) of what is kept in another way.
+    """
     lost = []
     for element in header.elements:
         known = _KNOWN.get(element.name)
@@ -53,7 +83,8 @@ def not_kept(header: PlyHeader) -> list[str]:
         lost += [
             f"{element.name} property {str(p)!r}{_consequence(element.name, p)}"
             for p in element.properties
-            if p.name not in read or any(p.name in group and not group <= read for group in _TOGETHER)
+            if (element.name, p.name) not in kept
+            and (p.name not in read or any(p.name in group and not group <= read for group in _TOGETHER))
         ]
     told = [c for c in header.comments if c and c != "VCGLIB generated" and not c.lower().startswith("texturefile")]
     if told:

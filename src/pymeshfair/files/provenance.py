@@ -36,7 +36,8 @@ def recorded_digest(record: Mapping[str, Any] | None, path: Path) -> str | None:
     """The SHA-256 digest that a record gives for the output or a side file of it, by the file's name; None if it gives none."""
     if record is None:
         return None
-    files = [record["output"], *(f for f in record["output"].get("side_files", ()) if isinstance(f, dict))]
+    files = [record["output"], *record["output"].get("side_files", ()), *record.get("guards", {}).get("maps", ())]
+    files = [f for f in files if isinstance(f, dict)]
     return next((str(f.get("sha256")) for f in files if Path(str(f.get("path"))).name == path.name), None)
 
 

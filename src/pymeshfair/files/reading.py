@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import tempfile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from .announced import Announced
 from .errors import InputError
 from .formats import extension
-from .inputs import Announced
-from .obj_polylines import write_single_edges
 
 
 def load_mesh(meshes: Any, path: Path, announced: Announced) -> list[str]:
@@ -28,14 +27,11 @@ def load_mesh(meshes: Any, path: Path, announced: Announced) -> list[str]:
     Raises:
         InputError: MeshLab refuses it, or finds no vertex in it.
     """
-    before = path.stat()
+    before, layers = path.stat(), meshes.mesh_number()
     # Only the current layer is written, so the layers of one file have to become one.
     options = {"load_in_a_single_layer": True} if extension(path) in ("3ds", "glb", "gltf") else {}
     try:
-        if announced.polylines.misread and not announced.side_files:
-            _load_polylines(meshes, path, announced)
-        else:
-            meshes.load_new_mesh(str(path), **options)
+        meshes.load_new_mesh(str(announced.reading or path), **options)
     except MemoryError:
         raise
     except Exception as error:  # pymeshlab raises several unrelated types
@@ -45,24 +41,50 @@ def load_mesh(meshes: Any, path: Path, announced: Announced) -> list[str]:
     if (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns):
         raise InputError(path, "it changed while it was read")
     warnings = []
-    if meshes.mesh_number() > 1:
-        warnings.append(f"{path.name} holds {meshes.mesh_number()} meshes; one is cleaned and written, the others are not")
+    if (loaded := meshes.mesh_number() - layers) > 1:
+        warnings.append(f"{path.name} holds {loaded} meshes; one is cleaned and written, the others are not")
     apply_matrix(meshes)
     mesh = meshes.current_mesh()
     if mesh.vertex_number() == 0:
         raise InputError(path, "no vertex could be read from it")
+    _compare_places(path, announced, mesh.vertex_matrix())
     warnings += _differences(path.name, announced, mesh.vertex_number(), mesh.face_number())
+    warnings += _attach(mesh, path.name, announced)
     if announced.not_kept:
         warnings.append(f"MeshLab does not keep of {path.name}: {'; '.join(announced.not_kept)}")
     return warnings
 
 
-def _load_polylines(meshes: Any, path: Path, announced: Announced) -> None:
-    """Load an OBJ file without materials whose polylines MeshLab would misread, with every edge in a line of its own."""
-    with tempfile.TemporaryDirectory(prefix="pymeshfair-") as folder:
-        copy = Path(folder) / path.name
-        write_single_edges(path, copy, announced.vertices or 0)
-        meshes.load_new_mesh(str(copy))
+def _compare_places(path: Path, announced: Announced, vertices: NDArray[np.float64]) -> None:
+    """Refuse vertices that are not where the file says."""
+    points = announced.points
+    if points is None:
+        return
+    if len(points) != len(vertices):  # those that are not finite are left out
+        points = points[np.isfinite(points).all(axis=1)]
+    if len(points) != len(vertices):
+        raise InputError(
+            path, f"it says where {len(points):,} vertices are, but MeshLab read {len(vertices):,}; this is a defect"
+        )
+    same = np.isclose(vertices, points, rtol=announced.precision, atol=1e-300, equal_nan=True).all(axis=1)
+    if not same.all():
+        k = int(np.argmin(same))
+        raise InputError(path, f"its vertex {k + 1:,} is at {points[k].tolist()}, but MeshLab read {vertices[k].tolist()}")
+
+
+def _attach(mesh: Any, name: str, announced: Announced) -> list[str]:
+    """Give the mesh what MeshLab's reader passes over; what cannot be given, in words."""
+    lost = []
+    for kind, attributes, n in (
+        ("vertex", announced.vertex_attributes, mesh.vertex_number()),
+        ("face", announced.face_attributes, mesh.face_number()),
+    ):
+        for attribute, values in attributes.items():
+            if len(values) == n:
+                getattr(mesh, f"add_{kind}_custom_scalar_attribute")(values, attribute)
+            else:
+                lost.append(f"{kind} property {attribute!r}")
+    return [f"of {name} were not kept, as MeshLab left some vertices or faces out: {'; '.join(lost)}"] if lost else []
 
 
 def apply_matrix(meshes: Any) -> bool:

@@ -10,15 +10,17 @@ from typing import Any
 import numpy as np
 
 from ..operating_system import this_system
+from .announced import Announced
 from .errors import OutputError
 from .formats import ATTRIBUTES, WRITABLE, Format, extension
-from .inputs import Announced
 from .outputs import StagedFile, material_path
 from .ply import PlyError, read_header
 from .ply_edges import append_edges
 from .textures import rename_in_materials, rename_in_ply, stage_textures
 from .verification import TornFileError, verify_file
 
+#: the custom attribute by which a run follows elements; no file gets it
+UNSAVED = "pymeshfair_origin"
 #: the shares of a mean edge by which rounding may move a vertex: above the first a warning is given, above the second an error
 WORTH_A_WARNING, DESTROYED = 1e-3, 0.5
 
@@ -150,7 +152,7 @@ def attributes_of(meshes: Any, announced: Announced, began: Set[str] | None = No
 
 def _custom_attributes(meshes: Any) -> list[str]:
     """The parameters that save custom attributes, which MeshLab lists only among those of saving a PLY file."""
-    return [name for name in meshes.filter_parameter_values("ply") if name.startswith("__ca_")]
+    return [name for name in meshes.filter_parameter_values("ply") if name.startswith("__ca_") and not name.endswith(UNSAVED)]
 
 
 def _normalise_normals(meshes: Any) -> None:

@@ -21,6 +21,8 @@ from .errors import OutputError
 #: what the name of the folder begins with
 STAGE_PREFIX = ".pymeshfair-run-"
 _LOCK = "lock"
+#: what the name of one ends with that is being removed
+_GONE = "-gone"
 #: seconds after which a folder without a lock file counts as abandoned; a younger one may just be being made or removed
 _GRACE = 3600.0
 
@@ -62,7 +64,7 @@ def hold(stage: Path) -> BinaryIO:
 
 def remove_folder(folder: Path) -> None:
     """Remove a staging folder, even while something still wants to put files into it."""
-    gone = folder.with_name(f"{folder.name}-gone")
+    gone = folder if folder.name.endswith(_GONE) else folder.with_name(f"{folder.name}{_GONE}")
     try:
         folder.replace(gone)
     except OSError:
@@ -80,6 +82,8 @@ def _remove_abandoned(parent: Path) -> None:
 
 
 def _is_abandoned(folder: Path) -> bool:
+    if folder.name.endswith(_GONE):
+        return True  # whoever removes it as well does no harm
     try:
         with (folder / _LOCK).open("rb") as lock:
             return this_system().try_lock(lock, alone=True)

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from .announced import Announced
 from .errors import OutputError
-from .inputs import Announced
 from .outputs import StagedFile
 from .provenance import recorded_digest, sha256_of
 
@@ -61,22 +61,21 @@ def stage_textures(
         changed: whether a step may have painted on textures that came with the input.
         record: the provenance of the former output, if that is to be replaced.
     """
-    sources = {key: file for name, file in announced.textures if file for key in (_file_name(name), name)}
-    missing = tuple(name for name, file in announced.textures if file is None)
-    # MeshLab does not find a file whose name has backslashes; its bytes are read here.
-    unread = [name for name, _ in announced.textures if name not in images and _file_name(name) not in images]
+    known = {t.given: t for t in announced.textures}
+    missing = tuple(t.name for t in announced.textures if t.file is None)
+    unread = [t for t in announced.textures if t.given not in images]
     files: list[StagedFile] = []
     reused: list[Path] = []
     new_names: dict[str, str] = {}
     for number, (name, image) in enumerate(images.items()):
-        meant = unread[0] if name == PLACEHOLDER and unread else name
-        if meant in missing:
+        texture = unread[0] if name == PLACEHOLDER and unread else known.get(name)
+        meant = name if texture is None else texture.name
+        if texture is not None and texture.file is None:
             new_names[name] = _file_name(meant)
             continue
-        source = sources.get(meant)
         staged = stage / f"texture-{number}{Path(_file_name(meant)).suffix or '.png'}"
-        if source is not None and (meant != name or not changed):
-            shutil.copyfile(source, staged)
+        if texture is not None and texture.file is not None and not changed:
+            shutil.copyfile(texture.file, staged)
         else:
             if staged.suffix.lower() not in _ENCODED:
                 staged = staged.with_suffix(".png")

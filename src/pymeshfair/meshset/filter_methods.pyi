@@ -1,6 +1,7 @@
 # Written by `python tools/generate.py stubs` from the declarations of the filters; change those instead.
 """The filters of plugins as methods, for `MeshSet` to inherit."""
 
+from collections.abc import Sequence
 from typing import Any, Literal
 
 from .methods import LengthLike
@@ -702,6 +703,86 @@ class FilterMethods:
         In scripts: 'Anisotropic Diffusion of Vertex Scalars'.
         """
 
+    def compute_color_by_reflection_lines_per_vertex(
+        self,
+        *,
+        stripes: float = 8.0,
+        direction: Sequence[float] = (0.0, 1.0, 0.0),
+        view: Sequence[float] = (0.0, 0.0, 1.0),
+    ) -> dict[str, Any] | None:
+        """Colours the vertices as if the mesh were polished and stood in a hall of parallel lamps.
+
+        The lines jump where the surface has a crease and bend where its curvature does, which shading does not show. The
+        brightness, from 0 to 1, becomes the vertex scalar. The colours are those for this one direction of view.
+
+        Args:
+            stripes: How many lamps there are all round. More show smaller defects; too many for the mesh flicker from vertex to
+                vertex. Takes a number from 1 to 200.
+            direction: Along the lamps, which are parallel and infinitely far. Takes three finite numbers.
+            view: From the mesh to the eye. Takes three finite numbers.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        In scripts: 'Reflection Lines'.
+        """
+
+    def compute_scalar_by_displacement_per_vertex(
+        self,
+        *,
+        reference: int = 0,
+        correspondence: Literal["auto", "vertex", "surface"] = "auto",
+        signed: bool = True,
+        color: bool = True,
+    ) -> dict[str, Any] | None:
+        """Gives every vertex how far it lies from another layer: what a clean-up has moved.
+
+        In mesh units. Signed: positive on the side to which the reference's faces look; blue below 0, nearly white there,
+        orange above. Otherwise from dark violet to yellow. The limits enclose 98 % of the vertices. Returns the limits, the
+        mean distance, the root of the mean square, the distance that 95 % keep below, the largest one, and whether vertices
+        were compared by number.
+
+        Args:
+            reference: The layer from which the displacement is measured, such as the mesh before cleaning. Takes the id of a
+                layer (a whole number).
+            correspondence: 'vertex' measures from the vertex of the same number, 'surface' from the nearest place of the
+                reference; 'auto' takes 'vertex' where the two layers have the same faces.
+            signed: Negative where the mesh lies on the inner side of the reference. Without it all values are distances.
+            color: Colour the mesh by the scalar, too, which replaces its colours. Without it only the scalar is written.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        In scripts: 'Displacement from Another Layer'.
+        """
+
+    def compute_scalar_by_gaussian_curvature_per_vertex(
+        self,
+        *,
+        measure: Literal["per_area", "deficit"] = "per_area",
+        color: bool = True,
+    ) -> dict[str, Any] | None:
+        """Gives every vertex its Gaussian curvature: 1/r^2 on a sphere of radius r, 0 on cylinders and planes, negative on
+        saddles.
+
+        Colours: blue on saddles, nearly white where the surface can be unrolled, orange on domes and in bowls, between limits
+        that enclose 98 % of the vertices. Per area it is 0 on borders; as a deficit it is there how far the border turns.
+        Returns the limits, the lowest, the highest and the mean value, and the sum.
+
+        Args:
+            measure: 'per_area' is the curvature, in 1 / squared mesh unit; 'deficit' is the angle that is missing there, in
+                radians, which adds up to 2 pi times the Euler characteristic.
+            color: Colour the mesh by the scalar, too, which replaces its colours. Without it only the scalar is written.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        References:
+            [meyer2003]
+
+        In scripts: 'Gaussian Curvature by Angle Deficit'.
+        """
+
     def compute_scalar_by_manifold_harmonic_per_vertex(
         self,
         *,
@@ -728,6 +809,51 @@ class FilterMethods:
             [vallet2008]
 
         In scripts: 'Manifold Harmonic'.
+        """
+
+    def compute_scalar_by_mean_curvature_per_vertex(
+        self,
+        *,
+        operator: Literal["cotangent", "uniform"] = "cotangent",
+        color: bool = True,
+    ) -> dict[str, Any] | None:
+        """Gives every vertex its mean curvature: 1/r on a sphere of radius r, positive on bulges and negative in hollows.
+
+        In 1 / mesh unit; 0 on borders. Colours: blue in hollows, nearly white where it is flat, orange on bulges, between
+        limits that enclose 98 % of the vertices. The sign follows the orientation of the faces. Returns the limits, the lowest,
+        the highest and the mean value.
+
+        Args:
+            operator: 'cotangent' is the Laplace-Beltrami operator, right on every mesh; 'uniform' is the mean of the
+                neighbours, calm at slivers, but wrong where vertices are spread unevenly.
+            color: Colour the mesh by the scalar, too, which replaces its colours. Without it only the scalar is written.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        References:
+            [meyer2003]
+
+        In scripts: 'Mean Curvature by Laplacian'.
+        """
+
+    def compute_scalar_by_triangle_shape_per_face(
+        self,
+        *,
+        color: bool = True,
+    ) -> dict[str, Any] | None:
+        """Gives every face its shape: 1 for an equilateral triangle, towards 0 for slivers, 0 without area.
+
+        The shortest edge over the radius of the circumcircle, normalised. Colours from dark violet at 0 to bright yellow at 1.
+        Returns the limits, the lowest, the highest and the mean value.
+
+        Args:
+            color: Colour the mesh by the scalar, too, which replaces its colours. Without it only the scalar is written.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        In scripts: 'Triangle Shape'.
         """
 
     def compute_selection_by_outlier_probability_per_vertex(

@@ -8,6 +8,7 @@ from pathlib import Path
 from ..declaration import Layer, Length
 from ..errors import Place
 from ..scripts import Script, Step, read_script, write_script
+from ..scripts.write import NOMINAL_DIAGONAL, NOMINAL_EDGE
 from .errors import ScriptStepFailedError, reason
 from .methods import length_text
 
@@ -56,12 +57,10 @@ class ScriptLog:
             PymeshfairError: the file cannot be written.
         """
         units = {value.unit for step in self.steps for value in step.values.values() if isinstance(value, Length)}
-        sizes: dict[str, float] = {}
-        if units - {"absolute"} and layer.diagonal > 0.0:
-            sizes["diagonal"] = layer.diagonal
-        if "edge" in units and sizes:
-            sizes["mean_edge"] = layer.mean_edge
-        write_script(Script(tuple(self.steps)), Path(file), **sizes)
+        sized = bool(units - {"absolute"}) and layer.diagonal > 0.0
+        diagonal = layer.diagonal if sized else NOMINAL_DIAGONAL
+        mean_edge = layer.mean_edge if sized and "edge" in units else NOMINAL_EDGE
+        write_script(Script(tuple(self.steps)), Path(file), diagonal=diagonal, mean_edge=mean_edge)
 
     def print(self) -> None:
         """Print each step with the values of its parameters, as pymeshlab prints its script."""

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import signal
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 from ..errors import Place, RunError
 
@@ -28,6 +31,22 @@ class WorkerDied(RunError):  # noqa: N818 - says what happened
     def signal(self) -> str | None:
         """The name of the signal that ended the worker, such as ``"SIGSEGV"``, or None."""
         return _signal_name(self.status)
+
+
+class GuardBroken(RunError):  # noqa: N818 - says what happened
+    """The result does not keep within the limits that the recipe or the command set; it was not written.
+
+    Attributes:
+        breaches: each `pymeshfair.running.guarding.Breach` by name: what, where, how much, and how much was allowed.
+        maps: the files of the intervention map, which show where.
+    """
+
+    def __init__(self, breaches: Sequence[Mapping[str, Any]], maps: Sequence[Path]) -> None:
+        told = "; ".join(f"{breach['guard']}: {breach['message']}" for breach in breaches)
+        shown = f"; {maps[0].name} shows where" if maps else "; --map OUT.ply shows where"
+        super().__init__(f"{told}{shown}. No output was written; --keep-broken writes it all the same")
+        self.breaches = tuple(breaches)
+        self.maps = tuple(maps)
 
 
 class RunTimeout(RunError):  # noqa: N818 - says what happened

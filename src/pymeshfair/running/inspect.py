@@ -2,27 +2,31 @@
 
 from __future__ import annotations
 
+import tempfile
 import time
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
 from ..files.inputs import check_input
+from ..files.staging import staging_folder
 from ..recipe import Recipe
 from ..scripts.script import Script
 from .child import WorkerProcess
 from .interrupts import Interrupts
 from .job import Job
+from .memory import default_memory
 from .messages import Assignment
 from .watch import Watch
 
 
-def inspect_mesh(path: Path, *, timeout: float | None = None) -> dict[str, Any]:
+def inspect_mesh(path: Path, *, timeout: float | None = None, allow_outside: bool = False) -> dict[str, Any]:
     """The measures of a mesh file by name, under ``"attributes"`` what it has, and under ``"warnings"`` what MeshLab loses of it.
 
     Args:
         path: the file.
         timeout: seconds, or None.
+        allow_outside: let it name files outside its own folder.
 
     Raises:
         InputError: it cannot be read.
@@ -35,6 +39,8 @@ def inspect_mesh(path: Path, *, timeout: float | None = None) -> dict[str, Any]:
     check_input(path)
     queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
     job = Job(Recipe("measures", Script(())), path, path, timeout=timeout)
-    with Interrupts(queue), WorkerProcess(Assignment((), path).to_document(), queue, threads=None) as worker:
-        report = Watch(job, worker, queue, lambda event: None).until_done(started)
+    with Interrupts(queue), staging_folder(Path(tempfile.gettempdir()) / "measures") as stage:
+        assignment = Assignment((), path, stage, memory_limit=default_memory(), allow_outside=allow_outside)
+        with WorkerProcess(assignment.to_document(), queue, threads=None) as worker:
+            report = Watch(job, worker, queue, lambda event: None).until_done(started)
     return {**report["before"], "attributes": report["attributes"], "warnings": report["warnings"]}

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 from ..recipe import Recipe
+from ..scripts.guards import NO_GUARDS, Guards
 
 
 @dataclass(frozen=True)
@@ -18,24 +19,42 @@ class Job:
         recipe: the steps, overrides included.
         input: the mesh file to read.
         output: the file to write; its extension says the format.
+        others: mesh files for the layers 1, 2 ... that the recipe names; the input is layer 0 and stays the current one.
         overwrite: replace `output` whatever it is, the input itself included. Without it an existing file is replaced only if
             it is, to the byte, what a former run wrote there from the same input.
         timeout: seconds from start to end, or None.
-        memory_limit: bytes that the worker may take, or None. Held by the operating system, where it has such limits.
+        memory_limit: bytes that the worker may take; None means a share of the machine's, see `memory`. Held by the operating
+            system, where it has such limits.
+        allow_outside: let the input name textures, materials and buffers outside its own folder.
         threads: that a filter may use; None means all processors, or what OMP_NUM_THREADS says.
         overrides: the texts ``STEP.PARAM=VALUE`` that the recipe was changed by, for the record alone.
         command: the command line that asked for the run, for the record alone.
+        guards: limits over those of the recipe.
+        keep_broken: write the output even if a guard was broken.
+        map: the .ply file for the intervention map, or None.
+        warnings: what is to be known about the recipe; the result and the record list them before those of the run.
     """
 
     recipe: Recipe
     input: Path
     output: Path
+    others: tuple[Path, ...] = ()
     overwrite: bool = False
     timeout: float | None = None
     memory_limit: int | None = None
+    allow_outside: bool = False
     threads: int | None = None
     overrides: tuple[str, ...] = ()
     command: tuple[str, ...] = ()
+    guards: Guards = NO_GUARDS
+    keep_broken: bool = False
+    map: Path | None = None
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def all_guards(self) -> Guards:
+        """The limits of the recipe and of the job."""
+        return self.recipe.script.guards.overridden(self.guards)
 
 
 # ------------------------------------------------------------------------------------------------------------------- events
@@ -130,6 +149,8 @@ class RunResult:
         warnings: everything that was in the input and is not in the output, or needs to be known about it.
         seconds: from start to end.
         peak_memory: bytes that the worker took at most, or None where the system does not say.
+        breaches: the guards that were broken, as `pymeshfair.running.guarding.Breach` by name; the output is kept all the same.
+        maps: the files of the intervention map.
     """
 
     output: Path
@@ -141,3 +162,5 @@ class RunResult:
     warnings: tuple[str, ...]
     seconds: float
     peak_memory: int | None
+    breaches: tuple[Mapping[str, Any], ...] = ()
+    maps: tuple[Path, ...] = ()

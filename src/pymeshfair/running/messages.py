@@ -11,8 +11,10 @@ from typing import Any, Literal
 
 from ..declaration import Length
 from ..registry import find_filter
+from ..scripts.guards import NO_GUARDS, Guards
 from ..scripts.script import Step
 from .job import Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
+from .memory import default_memory
 
 _EVENTS: Mapping[str, type[Event]] = {
     kind.__name__: kind for kind in (PhaseStarted, StepStarted, StepProgress, StepFinished, Message)
@@ -42,21 +44,46 @@ class Assignment:
     Attributes:
         steps: Python names of filters and their values, as `Step` has them.
         input: the file to read, an absolute path.
+        others: the files of further layers, absolute paths.
         output: the file to write in the end, an absolute path; None if the mesh is only to be measured.
-        stage: the staging folder, whose subfolder ``new`` takes what the worker writes; None without an output.
+        stage: the staging folder, whose subfolder ``new`` takes what the worker writes.
         memory_limit: bytes, or None.
+        allow_outside: let the input name files outside its own folder.
+        arrays: the .npz file to write the mesh as read to, for an assignment without an output; None if that is not wanted.
+        self_intersections: whether to write there, too, which faces cut others.
+        guards: what the result must not do.
+        keep_broken: whether to write the output even if a guard was broken.
+        map: the file for the intervention map, an absolute path; None if none is wanted.
     """
 
     steps: tuple[Step, ...]
     input: Path
+    stage: Path
     output: Path | None = None
-    stage: Path | None = None
     memory_limit: int | None = None
+    allow_outside: bool = False
+    arrays: Path | None = None
+    self_intersections: bool = False
+    guards: Guards = NO_GUARDS
+    keep_broken: bool = False
+    map: Path | None = None
+    others: tuple[Path, ...] = ()
 
     @classmethod
     def of(cls, job: Job, stage: Path) -> Assignment:
         """The assignment for the worker of `job`."""
-        return cls(job.recipe.script.steps, job.input.absolute(), job.output.absolute(), stage.absolute(), job.memory_limit)
+        return cls(
+            job.recipe.script.steps,
+            job.input.absolute(),
+            stage.absolute(),
+            job.output.absolute(),
+            default_memory() if job.memory_limit is None else job.memory_limit,
+            job.allow_outside,
+            guards=job.all_guards,
+            keep_broken=job.keep_broken,
+            others=tuple(path.absolute() for path in job.others),
+            map=None if job.map is None else job.map.absolute(),
+        )
 
     def to_document(self) -> dict[str, Any]:
         """The assignment as a document that `from_document` reads."""
@@ -64,16 +91,36 @@ class Assignment:
             "steps": [{"filter": s.filter.python_name, "values": _sent(s.values), "line": s.line} for s in self.steps],
             "input": str(self.input),
             "output": None if self.output is None else str(self.output),
-            "stage": None if self.stage is None else str(self.stage),
+            "stage": str(self.stage),
             "memory_limit": self.memory_limit,
+            "allow_outside": self.allow_outside,
+            "arrays": None if self.arrays is None else str(self.arrays),
+            "self_intersections": self.self_intersections,
+            "guards": self.guards.texts(),
+            "keep_broken": self.keep_broken,
+            "map": None if self.map is None else str(self.map),
+            "others": [str(path) for path in self.others],
         }
 
     @classmethod
     def from_document(cls, document: Mapping[str, Any]) -> Assignment:
         """The assignment in a document; its values were checked when the recipe was read."""
         steps = (Step(find_filter(s["filter"]), _received(s["values"]), s["line"]) for s in document["steps"])
-        output, stage = (None if document[name] is None else Path(document[name]) for name in ("output", "stage"))
-        return cls(tuple(steps), Path(document["input"]), output, stage, document["memory_limit"])
+        output, arrays, map = (None if document[name] is None else Path(document[name]) for name in ("output", "arrays", "map"))
+        return cls(
+            tuple(steps),
+            Path(document["input"]),
+            Path(document["stage"]),
+            output,
+            document["memory_limit"],
+            document["allow_outside"],
+            arrays,
+            document["self_intersections"],
+            Guards.parse(document["guards"]),
+            document["keep_broken"],
+            map,
+            tuple(Path(path) for path in document["others"]),
+        )
 
 
 def _sent(values: Mapping[str, Any]) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from ..files.provenance import SCHEMA, provenance_path
+from ..files.provenance import SCHEMA, described_file, provenance_path
 from ..scripts.write import format_script
 from .environment import worker_environment
 from .job import Job, RunResult, StepReport
@@ -36,7 +36,7 @@ def record_of(
     """
     script = job.recipe.script
     text = format_script(script)
-    warnings = list(report["warnings"])
+    warnings = [*job.warnings, *report["warnings"]]
     # Where the format declares its counts the worker reports what reading left out; elsewhere MeshLab's warnings have to do.
     warnings += [f"MeshLab says: {text}" for text in warned.get(0, ()) if not report["counted"]]
     warnings += [f"step {n}: {text}" for n in sorted(warned) if n for text in warned[n]]
@@ -65,6 +65,7 @@ def record_of(
         ],
         "measures": {"before": report["before"], "after": report["after"]},
         "warnings": warnings,
+        **_guarded(job, report),
         "versions": versions(),
         "threads": thread_settings(worker_environment(job.threads)),
         "run": {
@@ -77,7 +78,15 @@ def record_of(
     }
 
 
-def result_of(job: Job, record: Mapping[str, Any], side_files: Sequence[Path]) -> RunResult:
+def _guarded(job: Job, report: Mapping[str, Any]) -> dict[str, Any]:
+    """The entry about guards and the intervention map, of a run that had any."""
+    if "breaches" not in report:
+        return {}
+    maps = [described_file(Path(f["staged"]), named=Path(f["target"])) for f in report["maps"]]
+    return {"guards": {"limits": job.all_guards.texts(), "breaches": report["breaches"], "maps": maps}}
+
+
+def result_of(job: Job, record: Mapping[str, Any], side_files: Sequence[Path], maps: Sequence[Path] = ()) -> RunResult:
     """What `run_job` gives back, from the document that it has written."""
     run = record["run"]
     steps = (
@@ -102,4 +111,6 @@ def result_of(job: Job, record: Mapping[str, Any], side_files: Sequence[Path]) -
         warnings=tuple(record["warnings"]),
         seconds=run["seconds"],
         peak_memory=run["peak_memory_bytes"],
+        breaches=tuple(record.get("guards", {}).get("breaches", ())),
+        maps=tuple(maps),
     )

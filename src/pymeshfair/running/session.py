@@ -6,25 +6,35 @@ The only module of a run in which MeshLab is at work.
 from __future__ import annotations
 
 import os
+import shutil
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from ..declaration import FilterClass
 from ..errors import FilterInputError, Place, StepFailedError
+from ..files.announced import Announced
 from ..files.errors import InputError
 from ..files.formats import ATTRIBUTES
-from ..files.inputs import Announced, inspect_input
+from ..files.inputs import inspect_input
 from ..files.provenance import described_file, read_provenance
 from ..files.reading import apply_matrix, load_mesh
 from ..files.saving import attributes_of, save_mesh
 from ..filters.compilation import on_first_compilation
 from ..filters.inspection.surface_measures import SurfaceMeasures, surface_measures
 from ..meshset import MeshSet
-from ..scripts.script import Step
+from ..scripts.script import Script, Step
+from ..scripts.traps import lengths_out_of_proportion
+from .guarding import breaches
+from .intervention import stage_map
 from .job import Event, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
+from .mesh_arrays import write_arrays
 from .messages import Assignment, encode_event, mark
+from .origins import InputMesh, find_origins, mark_origins
 from .plain_values import plain
 
 COMPILING = "compiling pymeshfair's filters for this machine, which takes some seconds once"
@@ -56,19 +66,40 @@ class Session:
         on_first_compilation(lambda: self._event(Message(COMPILING)))
         self._event(PhaseStarted("reading"))
         source = described_file(self._assignment.input)
-        announced = inspect_input(self._assignment.input)
+        given = self._assignment.stage / "given"
+        announced = inspect_input(self._assignment.input, given, allow_outside=self._assignment.allow_outside)
         source["side_files"] = [described_file(path) for path in announced.side_files]
         for text in load_mesh(self._meshes, self._assignment.input, announced):
             self._warn(text)
+        source["others"] = [self._load_other(path) for path in self._assignment.others]
+        shutil.rmtree(given, ignore_errors=True)
         before = self._measured(InputError(self._assignment.input, "it has coordinates that are not finite"))
+        for text in lengths_out_of_proportion(Script(self._assignment.steps), diagonal=before.diagonal):
+            self._warn(text)
         present = attributes_of(self._meshes, announced)
         if self._assignment.output is None:
+            if self._assignment.arrays is not None:
+                write_arrays(self._meshes, present, self._assignment.arrays, intersections=self._assignment.self_intersections)
             attributes = [a for a in ATTRIBUTES if a in present]
             return {"input": source, "before": plain(asdict(before)), "attributes": attributes, "warnings": self._warnings}
+        watched = bool(self._assignment.guards) or self._assignment.map is not None
+        original = mark_origins(self._meshes.current_mesh()) if watched else None
         with self._meshes.deferred():
             steps = [self._step(number) for number in range(1, len(self._assignment.steps) + 1)]
-        written = self._write(announced, before, present)
+        written = self._write(announced, before, present, original)
         return {"input": source, "steps": steps, "counted": announced.vertices is not None, **written}
+
+    def _load_other(self, path: Path) -> dict[str, Any]:
+        """Load the file of a further layer, and say which it was; the current layer stays current."""
+        current = self._meshes.current_mesh_id()
+        given = self._assignment.stage / "given_other"
+        announced = inspect_input(path, given, allow_outside=self._assignment.allow_outside)
+        described = described_file(path) | {"side_files": [described_file(side) for side in announced.side_files]}
+        for text in load_mesh(self._meshes, path, announced):
+            self._warn(text)
+        shutil.rmtree(given, ignore_errors=True)
+        self._meshes.set_current_mesh(current)
+        return described
 
     # --------------------------------------------------------------------------------------------------------------- steps
 
@@ -115,10 +146,11 @@ class Session:
 
     # ------------------------------------------------------------------------------------------------------------- writing
 
-    def _write(self, announced: Announced, before: SurfaceMeasures, present: set[str]) -> dict[str, Any]:
+    def _write(
+        self, announced: Announced, before: SurfaceMeasures, present: set[str], original: InputMesh | None
+    ) -> dict[str, Any]:
         output, stage = self._assignment.output, self._assignment.stage
         assert output is not None
-        assert stage is not None
         self._event(PhaseStarted("writing"))
         if self._meshes.mesh_number() > 1:
             layer = self._meshes.current_mesh().label()
@@ -130,6 +162,11 @@ class Session:
         if gone := [a for a in ATTRIBUTES if a in present - attributes_of(self._meshes, announced, present)]:
             self._warn(f"after the steps the mesh has no {' and no '.join(gone)} any more")
         after = self._measured(self._failed("the result has coordinates that are not finite"))
+        said: dict[str, Any] = {"before": plain(asdict(before)), "after": plain(asdict(after)), "warnings": self._warnings}
+        if original is not None:
+            said |= self._watched(original, said["before"], said["after"])
+            if said["breaches"] and not self._assignment.keep_broken:
+                return said
         saved = save_mesh(
             self._meshes,
             announced,
@@ -145,12 +182,28 @@ class Session:
         files = [(f, described_file(f.staged, named=f.target)) for f in (saved.output, *saved.side_files)]
         described = [entry for _, entry in files] + [described_file(path) for path in saved.reused]
         return {
-            "before": plain(asdict(before)),
-            "after": plain(asdict(after)),
+            **said,
             "output": described[0] | {"side_files": described[1:]},
             "staged": [{"staged": str(f.staged), "target": str(f.target)} for f, _ in files],
-            "warnings": self._warnings,
         }
+
+    def _watched(self, original: InputMesh, before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:
+        """The guards that the result breaks, and the files of the intervention map in the staging folder."""
+        mesh, guards, target, stage = (
+            self._meshes.current_mesh(),
+            self._assignment.guards,
+            self._assignment.map,
+            self._assignment.stage,
+        )
+        assert stage is not None
+        origins = find_origins(mesh, original)
+        if not origins.known:
+            self._warn("a step made a new mesh, so that its elements cannot be followed: distances are those from the input")
+        vertices = np.ascontiguousarray(mesh.vertex_matrix())
+        faces = np.ascontiguousarray(mesh.face_matrix(), dtype=np.int32)
+        found = breaches(guards, origins, original, vertices, faces, before, after)
+        maps = [] if target is None else stage_map(stage / "new", target, vertices, faces, original, origins)
+        return {"breaches": [plain(asdict(breach)) for breach in found], "maps": maps}
 
     def _measured(self, refusal: Exception) -> SurfaceMeasures:
         mesh = self._meshes.current_mesh()

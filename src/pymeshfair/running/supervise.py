@@ -12,11 +12,15 @@ from typing import Any
 
 from ..files.errors import OutputError
 from ..files.inputs import check_input
-from ..files.outputs import StagedFile, check_output, commit, write_whole
+from ..files.output_lock import output_lock
+from ..files.outputs import StagedFile, check_maps, check_output, commit, place_files, write_whole
 from ..files.provenance import formatted, provenance_path
 from ..files.staging import staging_folder
+from ..scripts.needs import check_needs
 from .child import WorkerProcess
+from .errors import GuardBroken
 from .interrupts import Interrupts
+from .intervention import removed_path
 from .job import Event, Job, RunResult
 from .messages import Assignment
 from .record import record_of, result_of
@@ -31,24 +35,38 @@ def run_job(job: Job, on_event: Callable[[Event], None] = lambda event: None) ->
         on_event: called with each event, in this thread. An exception that it raises stops the run and is passed on.
 
     Raises:
-        InputError: the input cannot be read.
+        ScriptError: a step needs layers or rasters that the run does not have.
+        InputError: the input, or another file, cannot be read.
         OutputError: the output cannot or must not be written.
         StepFailedError: a filter could not do its work.
         WorkerDied: the worker process crashed or was killed.
+        GuardBroken: the result goes beyond a limit.
         RunTimeout, OutOfMemory: the run needed more than it was given.
         KeyboardInterrupt: Ctrl-C, within a second, after everything has been cleaned up.
     """
     started, clock = datetime.now(timezone.utc), time.monotonic()
-    job = replace(job, input=Path(job.input).absolute(), output=Path(job.output).absolute())
-    check_input(job.input)
+    others = tuple(Path(other).absolute() for other in job.others)
+    job = replace(job, input=Path(job.input).absolute(), output=Path(job.output).absolute(), others=others)
+    check_needs(job.recipe.script, layers=1 + len(others))
+    for path in (job.input, *others):
+        check_input(path)
     check_output(job.output, job.input, overwrite=job.overwrite)
+    if job.map is not None:
+        map = Path(job.map).absolute()
+        job = replace(job, map=map)
+        check_maps((map, removed_path(map)), job.output, job.input, overwrite=job.overwrite)
     queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
-    with Interrupts(queue) as interrupts, staging_folder(job.output) as stage:
+    with Interrupts(queue) as interrupts, output_lock(job.output), staging_folder(job.output) as stage:
+        check_output(job.output, job.input, overwrite=job.overwrite)  # again, now that nobody else writes it
         with WorkerProcess(Assignment.of(job, stage).to_document(), queue, threads=job.threads) as worker:
             watch = Watch(job, worker, queue, on_event)
             report = watch.until_done(clock)
         interrupts.check()
         seconds = time.monotonic() - clock
+        maps = [StagedFile(Path(f["staged"]), Path(f["target"])) for f in report.get("maps", ())]
+        if "staged" not in report:
+            place_files(maps)
+            raise GuardBroken(report["breaches"], [file.target for file in maps])
         record = record_of(job, report, watch.said, watch.warned, started=started, seconds=seconds)
         provenance = StagedFile(stage / "provenance.json", provenance_path(job.output))
         try:
@@ -56,5 +74,5 @@ def run_job(job: Job, on_event: Callable[[Event], None] = lambda event: None) ->
         except OSError as error:
             raise OutputError(provenance.target, (error.strerror or str(error)).lower()) from error
         output, *side_files = (StagedFile(Path(f["staged"]), Path(f["target"])) for f in report["staged"])
-        commit(output, provenance, side_files, stage / "old")
-    return result_of(job, record, [file.target for file in side_files])
+        commit(output, provenance, [*side_files, *maps], stage / "old")
+    return result_of(job, record, [file.target for file in side_files], [file.target for file in maps])

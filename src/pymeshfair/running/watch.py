@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 import time
 from collections import defaultdict
@@ -24,6 +25,8 @@ _PULSE = 0.5
 _FULL = 1 << 20
 #: MeshLab's level of log for warnings
 _WARNING = 1
+#: seconds that reading any file may take, and bytes a second besides: ten times as long as the slowest format takes
+_LOAD_SECONDS, _LOAD_RATE = 60.0, 1e6
 
 
 class Watch:
@@ -45,6 +48,8 @@ class Watch:
         self._place = Place("starting the worker")
         self._last_step: Place | None = None
         self._speaker = 0
+        self._load_seconds = 0.0
+        self._load_deadline = math.inf
         self._report: dict[str, Any] | None = None
         self._failure: dict[str, Any] | None = None
         self.said: defaultdict[int, list[str]] = defaultdict(list)
@@ -60,14 +65,17 @@ class Watch:
             RunError: the worker failed or died, or its time ran out.
             Interrupted: a signal came.
         """
-        deadline = None if self._job.timeout is None else started + self._job.timeout
+        given = math.inf if self._job.timeout is None else self._job.timeout
         open_streams = 2
         while open_streams:
             now = time.monotonic()
-            if deadline is not None and now >= deadline:
-                raise RunTimeout(self._place, float(self._job.timeout or 0))
+            if now >= started + given:
+                raise RunTimeout(self._place, given)
+            if now >= self._load_deadline:
+                raise RunTimeout(self._place, self._load_seconds)
+            deadline = min(started + given, self._load_deadline)
             try:
-                kind, item = self._queue.get(timeout=_PULSE if deadline is None else min(_PULSE, deadline - now))
+                kind, item = self._queue.get(timeout=min(_PULSE, deadline - now))
             except Empty:
                 if self._worker.has_ended():
                     break  # a process that the worker started holds its pipes open
@@ -90,8 +98,11 @@ class Watch:
             if isinstance(event, PhaseStarted):
                 path = self._job.input if event.phase == "reading" else self._job.output
                 self._place = Place(f"{event.phase} {path.name}")
+                self._load_seconds = _LOAD_SECONDS + path.stat().st_size / _LOAD_RATE if event.phase == "reading" else math.inf
+                self._load_deadline = time.monotonic() + self._load_seconds
             elif isinstance(event, StepStarted):
                 self._last_step = self._place = self._step(event)
+                self._load_deadline = math.inf
             self._on_event(event)
         elif "done" in document:
             self._report = document["done"]

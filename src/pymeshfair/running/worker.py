@@ -18,6 +18,7 @@ from typing import Any, BinaryIO
 
 from ..errors import StepFailedError
 from ..files.errors import InputError, OutputError
+from ..files.output_lock import output_lock
 from ..files.staging import hold, remove_folder
 from ..operating_system import this_system
 from .messages import Assignment, failure, to_line
@@ -31,10 +32,10 @@ def main() -> None:
     if not line.endswith(b"\n"):
         os._exit(1)
     document = json.loads(line)
-    stage = None if document["stage"] is None else Path(document["stage"])
-    lock = None if stage is None else hold(stage)
+    stage = Path(document["stage"])
+    lock = hold(stage)
     ending = threading.Lock()
-    threading.Thread(target=_end_with_supervisor, args=(orders, stage, ending), daemon=True).start()
+    threading.Thread(target=_end_with_supervisor, args=(orders, stage, document["output"], ending), daemon=True).start()
     this_system().limit_memory(document["memory_limit"])
 
     def tell(report: Mapping[str, Any]) -> None:
@@ -59,12 +60,14 @@ def _take_over_streams() -> tuple[BinaryIO, BinaryIO]:
     return orders, reports
 
 
-def _end_with_supervisor(orders: BinaryIO, stage: Path | None, ending: threading.Lock) -> None:
+def _end_with_supervisor(orders: BinaryIO, stage: Path, output: str | None, ending: threading.Lock) -> None:
     while orders.read(4096):
         pass
     ending.acquire()
-    if stage is not None:
-        remove_folder(stage)
+    remove_folder(stage)
+    if output is not None:
+        with contextlib.suppress(OutputError), output_lock(Path(output)):
+            pass  # which removes the file that the supervisor had locked
     os._exit(1)
 
 

@@ -1,8 +1,23 @@
-"""Filter scripts (.mlx): read, check and write."""
+"""Filter scripts (.mlx): read, check, upgrade and write."""
 
+from .changes import Change
 from .problems import Problem, ScriptError
 from .read import parse_script, read_script
 from .script import Script, Step
+from .upgrade import Upgrade, upgrade_file, upgrade_script
 from .write import format_script, write_script
 
-__all__ = ["Problem", "Script", "ScriptError", "Step", "format_script", "parse_script", "read_script", "write_script"]
+__all__ = [
+    "Change",
+    "Problem",
+    "Script",
+    "ScriptError",
+    "Step",
+    "Upgrade",
+    "format_script",
+    "parse_script",
+    "read_script",
+    "upgrade_file",
+    "upgrade_script",
+    "write_script",
+]

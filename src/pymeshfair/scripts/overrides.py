@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from ..declaration import Bool, Color, Enum, Filter, Float, Int, Length, Matrix, Mesh, Parameter, Percentage, Point, nearest
@@ -36,7 +37,7 @@ def override(script: Script, overrides: Sequence[str]) -> Script:
             steps[index] = steps[index].with_checked({parameter.name: parse_value(parameter, value)})
         except ParameterError as error:
             raise ParameterError(f"cannot set {text!r}: {error}") from error
-    return Script(tuple(steps), script.comment, script.path)
+    return replace(script, steps=tuple(steps))
 
 
 def parse_value(parameter: Parameter, text: str) -> Any:

@@ -7,6 +7,9 @@ from dataclasses import dataclass
 
 from ..errors import PymeshfairError
 
+#: So many problems of a script are listed at most; so many usually have one cause.
+MOST_PROBLEMS = 100
+
 
 @dataclass(frozen=True, kw_only=True)
 class Problem:

@@ -8,21 +8,26 @@ depth and number of steps have limits.
 from __future__ import annotations
 
 import codecs
+import re
 import stat
 from pathlib import Path
 from xml.parsers import expat
 
 from ..declaration import nearest
-from .problems import Problem, ScriptError, shortened
+from ..errors import ParameterError
+from .elements import Document, FilterElement, ParamElement
+from .guards import ATTRIBUTES as GUARDS
+from .guards import Guards
+from .problems import MOST_PROBLEMS, Problem, ScriptError, shortened
 from .script import Script, clean_comment
-from .step_builder import StepBuilder
+from .step_builder import build_script
 
 MOST_BYTES = 5_000_000
 MOST_LEVELS = 64
 MOST_FILTERS = 1000
-#: Reading ends after this many problems; so many usually have one cause.
-MOST_PROBLEMS = 100
 
+#: what some old programs write: the document type twice
+SECOND_DOCUMENT_TYPE = re.compile(rb"\A(.*?<!DOCTYPE FilterScript>\s*)<!DOCTYPE FilterScript>", re.DOTALL)
 _ENCODINGS = frozenset({"utf-8", "utf8", "utf-16", "us-ascii", "ascii"})
 
 
@@ -32,16 +37,24 @@ def read_script(path: str | Path) -> Script:
     Raises:
         ScriptError: the file cannot be read or its contents are wrong; lists every problem.
     """
+    return parse_script(read_bytes(path), str(path), path=Path(path))
+
+
+def read_bytes(path: str | Path) -> bytes:
+    """The contents of a file, up to just above the most that a script may have.
+
+    Raises:
+        ScriptError: the file cannot be read.
+    """
     file = Path(path)
     try:
         if not stat.S_ISREG(file.stat().st_mode):
             raise ScriptError([Problem(file=str(path), message="is not a file")])
         with file.open("rb") as stream:
-            data = stream.read(MOST_BYTES + 1)
+            return stream.read(MOST_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
         raise ScriptError([Problem(file=str(path), message=f"cannot be read: {reason}")]) from error
-    return parse_script(data, str(path), path=file)
 
 
 def parse_script(data: bytes, name: str, *, path: Path | None = None) -> Script:
@@ -50,11 +63,15 @@ def parse_script(data: bytes, name: str, *, path: Path | None = None) -> Script:
     Raises:
         ScriptError: something is wrong; lists every problem.
     """
+    return build_script(parse_document(data, name), path)
+
+
+def parse_document(data: bytes, name: str) -> Document:
+    """The elements of a script, and what is wrong with its structure; what the elements mean is not looked at."""
     reader = _Reader(name)
     reader.read(data)
-    if reader.problems:
-        raise ScriptError(reader.problems)
-    return Script(tuple(reader.steps.steps), clean_comment("\n\n".join(reader.comments)), path)
+    comment = clean_comment("\n\n".join(reader.comments))
+    return Document(name, tuple(reader.filters), comment, tuple(reader.problems), reader.guards)
 
 
 def read_head(data: bytes) -> tuple[str, int]:
@@ -76,8 +93,11 @@ class _Reader:
     def __init__(self, name: str) -> None:
         self.name = name
         self.problems: list[Problem] = []
-        self.steps = StepBuilder(self._problem)
+        self.filters: list[FilterElement] = []
         self.comments: list[str] = []
+        self.guards = Guards()
+        self._filter: tuple[str, str | None, int] | None = None
+        self._params: list[ParamElement] = []
         self._open: list[str] = []
         self._parser = expat.ParserCreate("utf-8")
         self._parser.buffer_text = True
@@ -90,7 +110,7 @@ class _Reader:
         self._parser.CommentHandler = self._comment
 
     def read(self, data: bytes) -> None:
-        """Collect `steps` and `problems`."""
+        """Collect `filters` and `problems`."""
         if len(data) > MOST_BYTES:
             self.problems.append(
                 Problem(file=self.name, message=f"is larger than {MOST_BYTES / 1e6:.0f} MB, the most for a script")
@@ -102,9 +122,11 @@ class _Reader:
             return
         except expat.ExpatError as error:
             reason = expat.ErrorString(error.code)
+            if SECOND_DOCUMENT_TYPE.search(data[: self._parser.ErrorByteIndex + 100]):
+                reason = "a second <!DOCTYPE FilterScript>, which `pymeshfair upgrade` leaves out"
             self.problems.append(Problem(file=self.name, line=error.lineno, message=f"is not well-formed XML: {reason}"))
             return
-        if not self.steps.filters and not self.problems:
+        if not self.filters and not self.problems:
             self._problem("the script has no <filter>, so it would do nothing")
 
     def _utf8(self, data: bytes) -> bytes:
@@ -137,14 +159,13 @@ class _Reader:
             Problem(
                 file=self.name,
                 line=self._parser.CurrentLineNumber - lines_ago,
-                filter=None if outside else self.steps.filter_name,
+                filter=None if outside or self._filter is None else self._filter[1],
                 parameter=parameter,
                 message=message,
                 suggestion=suggestion,
             )
         )
-        if len(self.problems) >= MOST_PROBLEMS:
-            self.problems.append(Problem(file=self.name, message=f"has more problems; only the first {MOST_PROBLEMS} are listed"))
+        if len(self.problems) > MOST_PROBLEMS:
             raise _EndedError
 
     def _fatal(self, message: str) -> None:
@@ -167,7 +188,7 @@ class _Reader:
         self._fatal("declares an entity, which no script needs")
 
     def _comment(self, text: str) -> None:
-        if not self.steps.filters:
+        if self._filter is None and not self.filters:
             self.comments.append(text)
 
     def _text(self, text: str) -> None:
@@ -185,27 +206,41 @@ class _Reader:
         if depth == 1:
             if tag != "FilterScript":
                 self._fatal(f"is no filter script: it begins with <{shortened(tag)}> instead of <FilterScript>")
-        elif self._open[1:-1] and self._open[1] == "xmlfilter":
-            pass  # said once, at the xmlfilter itself
+            self._read_guards(attributes)
+        elif self._open[1] == "xmlfilter" and depth > 2:  # that it is one is said once
+            if depth == 3 and tag in ("Param", "xmlparam"):
+                self._params.append(ParamElement(attributes, self._parser.CurrentLineNumber))
         elif depth == 2:
             self._start_in_script(tag, attributes)
         elif depth == 3 and tag == "Param" and self._open[1] == "filter":
-            self.steps.add_param(attributes)
+            self._params.append(ParamElement(attributes, self._parser.CurrentLineNumber))
         else:
             self._unknown_element(tag, "Param" if self._open[1] == "filter" and depth == 3 else None)
 
     def _end(self, tag: str) -> None:
         self._open.pop()
-        if len(self._open) == 1:
-            self.steps.end_filter()
+        if len(self._open) == 1 and self._filter is not None:
+            self.filters.append(FilterElement(*self._filter, tuple(self._params)))
+            self._filter, self._params = None, []
 
     def _start_in_script(self, tag: str, attributes: dict[str, str]) -> None:
         if tag not in ("filter", "xmlfilter"):
             self._unknown_element(tag, "filter")
             return
-        if self.steps.filters == MOST_FILTERS:
+        if len(self.filters) == MOST_FILTERS:
             self._fatal(f"has more than {MOST_FILTERS} filters")
-        self.steps.start_filter(tag, attributes.get("name"), self._parser.CurrentLineNumber)
+        self._filter = (tag, attributes.get("name"), self._parser.CurrentLineNumber)
+
+    def _read_guards(self, attributes: dict[str, str]) -> None:
+        texts = {name: attributes[attribute] for name, attribute in GUARDS.items() if attribute in attributes}
+        try:
+            self.guards = Guards.parse(texts)
+        except ParameterError as error:
+            self._problem(str(error))
+        for attribute in attributes:
+            near = None if attribute in GUARDS.values() else nearest(attribute, GUARDS.values())
+            if near is not None:
+                self._problem(f"<FilterScript> has no attribute {shortened(attribute)!r}", suggestion=near)
 
     def _unknown_element(self, tag: str, expected: str | None) -> None:
         meant = expected if expected and nearest(tag, [expected]) else None

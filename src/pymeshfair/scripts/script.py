@@ -8,7 +8,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from ..declaration import Filter
+from ..declaration import Filter, Length
+from .guards import NO_GUARDS, Guards
 
 
 @dataclass(frozen=True)
@@ -35,12 +36,13 @@ class Step:
         """The step with these values, which have been checked, put over its own."""
         return replace(self, values=self.filter.in_order({**self.values, **values}))
 
-    def with_defaults(self) -> Step:
-        """The step with every value said that is known without a mesh.
+    def with_defaults(self, *, lengths: bool = True) -> Step:
+        """The step with every value said that is known without a mesh; without `lengths`, those that depend on its size are not.
 
         A built-in filter leaves some to the mesh, such as the number of triangles to decimate to; those stay absent.
         """
-        known = {name: default for name, default in self.filter.defaults.items() if default is not None}
+        said = {name: default for name, default in self.filter.defaults.items() if default is not None}
+        known = {name: default for name, default in said.items() if lengths or not _is_relative(default)}
         return replace(self, values=self.filter.in_order({**known, **self.values}))
 
 
@@ -52,15 +54,21 @@ class Script:
         steps: in the order in which they run.
         comment: the words at the head of the file, without the marks of a comment.
         path: where it was read from; it does not count when scripts are compared.
+        guards: what the result must not do.
     """
 
     steps: tuple[Step, ...]
     comment: str = ""
     path: Path | None = field(default=None, compare=False)
+    guards: Guards = NO_GUARDS
 
-    def with_defaults(self) -> Script:
-        """The script with every value said that is known without a mesh."""
-        return replace(self, steps=tuple(step.with_defaults() for step in self.steps))
+    def with_defaults(self, *, lengths: bool = True) -> Script:
+        """The script with every value said that is known without a mesh; `lengths` as in `Step.with_defaults`."""
+        return replace(self, steps=tuple(step.with_defaults(lengths=lengths) for step in self.steps))
+
+
+def _is_relative(value: Any) -> bool:
+    return isinstance(value, Length) and value.unit != "absolute"
 
 
 def clean_comment(text: str) -> str:

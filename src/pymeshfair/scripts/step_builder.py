@@ -2,97 +2,135 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
-from ..declaration import Filter, nearest
+from ..declaration import Filter
 from ..errors import UnknownNameError
-from ..meshlab.renamed import renamed_filter
+from ..meshlab.former import former_filter, former_parameters
 from ..registry import find_filter
+from .elements import Document, FilterElement, ParamElement
 from .parameters import read_value
-from .script import Step
+from .problems import MOST_PROBLEMS, Problem, ScriptError
+from .script import Script, Step
+from .suggestions import close_spelling, former_parameter_hint, gone, invented, renamed, same_but_case, suggested_filter
 
 
-class StepBuilder:
-    """Collects steps with checked values.
+class _EnoughError(Exception):
+    """So many problems have been noted that the rest need not be looked for."""
 
-    Attributes:
-        steps: those whose filter is known.
-        filters: how many filters have begun, known or not.
-        filter_name: as the script calls the filter that is open, or None.
+
+def build_script(document: Document, path: Path | None = None) -> Script:
+    """The script that the elements make.
+
+    Raises:
+        ScriptError: something is wrong with the structure, or with what it means; lists every problem in the order of the file.
     """
+    builder = _StepBuilder(document)
+    try:
+        for element in document.filters:
+            builder.add(element)
+    except _EnoughError:
+        pass
+    problems = sorted(builder.problems, key=lambda problem: problem.line or 0)
+    if len(problems) > MOST_PROBLEMS:
+        more = Problem(file=document.name, message=f"has more problems; only the first {MOST_PROBLEMS} are listed")
+        problems = [*problems[:MOST_PROBLEMS], more]
+    if problems:
+        raise ScriptError(problems)
+    return Script(tuple(builder.steps), document.comment, path, document.guards)
 
-    def __init__(self, complain: Callable[..., None]) -> None:
-        """See the class; `complain(message, parameter=..., suggestion=...)` takes note of what is wrong."""
+
+class _StepBuilder:
+    """Collects steps with checked values, and problems."""
+
+    def __init__(self, document: Document) -> None:
         self.steps: list[Step] = []
-        self.filters = 0
-        self.filter_name: str | None = None
-        self._complain = complain
-        self._filter: Filter | None = None
-        self._line = 0
-        self._values: dict[str, Any] = {}
+        self.problems = list(document.problems)
+        self._file = document.name
+        self._filter_name: str | None = None
 
-    def start_filter(self, tag: str, name: str | None, line: int) -> None:
-        """A ``<filter>`` or ``<xmlfilter>`` begins in that line of the file."""
-        self.filters += 1
-        self.filter_name, self._line = name, line
-        if tag == "xmlfilter":
-            self._complain(f"<xmlfilter> is of MeshLab 2016, which alone can run it{_today(name)}", suggestion="filter")
-        elif name is None:
-            self._complain("<filter> has no name; MeshLab would fail there")
-        else:
-            self._filter = self._known_filter(name)
+    def add(self, element: FilterElement) -> None:
+        """Take the step that an element means, or note what is wrong."""
+        self._filter_name = element.name
+        if element.tag == "xmlfilter":
+            self._complain(
+                f"<xmlfilter> is of MeshLab 2016, which alone can run it{_today(element.name)}; `pymeshfair upgrade` rewrites it",
+                element.line,
+                suggestion="filter",
+            )
+        elif element.name is None:
+            self._complain("<filter> has no name; MeshLab would fail there", element.line)
+        elif (known := self._known_filter(element.name, element.line)) is not None:
+            values: dict[str, Any] = {}
+            for param in element.params:
+                self._add_param(known, param, values)
+            self.steps.append(Step(known, known.in_order(values), element.line))
 
-    def end_filter(self) -> None:
-        """The filter that is open ends, with all its values read."""
-        if self._filter is not None:
-            self.steps.append(Step(self._filter, self._filter.in_order(self._values), self._line))
-        self._filter, self.filter_name, self._values = None, None, {}
-
-    def add_param(self, attributes: dict[str, str]) -> None:
-        """The value of a ``<Param>`` within the filter that is open."""
-        known = self._filter
-        if known is None:
-            return
-        name = attributes.get("name")
+    def _add_param(self, known: Filter, param: ParamElement, values: dict[str, Any]) -> None:
+        name = param.attributes.get("name")
         if name is None:
-            self._complain("<Param> has no name; MeshLab would drop it")
+            self._complain("<Param> has no name; MeshLab would drop it", param.line)
             return
         parameter = next((p for p in known.parameters if p.xml_name == name), None)
         if parameter is None:
-            in_python = next((p.xml_name for p in known.parameters if p.name == name), None)
             names = [p.xml_name for p in known.parameters]
+            hint, suggestion = former_parameter_hint(former_parameters(known.name), name)
+            in_python = next((p.xml_name for p in known.parameters if p.name == name), None)
+            suggestion = suggestion or in_python or (None if hint else close_spelling(name, names))
             allowed = f"it has {', '.join(names)}" if names else "it has none"
-            near = in_python or nearest(name, names)
-            self._complain(f"the filter has no such parameter; {allowed}", parameter=name, suggestion=near)
+            self._complain(
+                f"the filter has no such parameter; {hint or allowed}", param.line, parameter=name, suggestion=suggestion
+            )
             return
-        if parameter.name in self._values:
-            self._complain("is given twice; MeshLab would take the last", parameter=name)
+        if parameter.name in values:
+            self._complain("is given twice; MeshLab would take the last", param.line, parameter=name)
             return
-        value, complaints = read_value(parameter, attributes, filter_name=known.python_name)
-        self._values[parameter.name] = value
+        value, complaints = read_value(parameter, param.attributes, filter_name=known.python_name)
+        values[parameter.name] = value
         for message, suggestion in complaints:
-            self._complain(message, parameter=name, suggestion=suggestion)
+            self._complain(message, param.line, parameter=name, suggestion=suggestion)
 
-    def _known_filter(self, name: str) -> Filter | None:
+    def _known_filter(self, name: str, line: int) -> Filter | None:
         try:
             found = find_filter(name)
         except UnknownNameError as error:
-            renamed = renamed_filter(name)
-            if renamed is not None:
-                self._complain(f"MeshLab has renamed this filter to {renamed.name!r}{renamed.note}", suggestion=renamed.name)
-            else:
-                near = error.suggestion
-                why = f": {error.cause}" if error.cause else ""
-                self._complain(f"there is no filter of that name{why}", suggestion=find_filter(near).name if near else None)
+            message, suggestion = _unknown(name, error.cause)
+            self._complain(message, line, suggestion=suggestion)
             return None
         if found.name != name:
-            self._complain("that is the filter's name in Python; scripts use the one in MeshLab's menus", suggestion=found.name)
+            message = "that is the filter's name in Python; scripts use the one in MeshLab's menus"
+            self._complain(message, line, suggestion=found.name)
             return None
         return found
+
+    def _complain(self, message: str, line: int, *, parameter: str | None = None, suggestion: str | None = None) -> None:
+        self.problems.append(
+            Problem(
+                file=self._file,
+                line=line,
+                filter=self._filter_name,
+                parameter=parameter,
+                message=message,
+                suggestion=suggestion,
+            )
+        )
+        if len(self.problems) > MOST_PROBLEMS:
+            raise _EnoughError
+
+
+def _unknown(name: str, cause: str | None) -> tuple[str, str | None]:
+    """Why there is no filter of that name, and what to write instead."""
+    former = former_filter(name)
+    if former is None:
+        why = f": {cause}" if cause else ""
+        return f"there is no filter of that name{why}", None if cause else same_but_case(name) or suggested_filter(name)
+    if former.now is None:
+        return gone(former), None
+    return (invented(former) if former.invented else renamed(former)), former.now
 
 
 def _today(name: str | None) -> str:
     """What the filter of an ``<xmlfilter>`` is called today, as the end of a sentence."""
-    renamed = renamed_filter(name or "")
-    return "" if renamed is None else f"; the filter is called {renamed.name!r} now"
+    former = former_filter(name or "")
+    return "" if former is None or former.now is None else f"; the filter is called {former.now!r} now"

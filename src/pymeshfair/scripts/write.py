@@ -16,6 +16,7 @@ from xml.sax.saxutils import quoteattr
 
 from ..declaration import Bool, Color, Enum, FileOpen, Float, Matrix, Parameter, Percentage, Point
 from ..errors import PymeshfairError
+from .guards import ATTRIBUTES as GUARDS
 from .script import Script
 
 #: The bounding-box diagonal that absolute values are written for unless a mesh is given: "1%" then reads as 1 of 100.
@@ -27,7 +28,9 @@ NOMINAL_EDGE = 0.25
 _UNWRITABLE = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
-def format_script(script: Script, *, diagonal: float = NOMINAL_DIAGONAL, mean_edge: float = NOMINAL_EDGE) -> str:
+def format_script(
+    script: Script, *, diagonal: float = NOMINAL_DIAGONAL, mean_edge: float = NOMINAL_EDGE, known_mesh: bool = True
+) -> str:
     """The text of the .mlx file, ending with a newline.
 
     Every parameter is written, in declared order, except a built-in filter's that is neither given nor known without a mesh (the
@@ -38,18 +41,21 @@ def format_script(script: Script, *, diagonal: float = NOMINAL_DIAGONAL, mean_ed
         diagonal: bounding-box diagonal of the mesh that the absolute values next to ``relative=`` are meant for; pymeshfair
             reads the relative value, MeshLab the absolute one.
         mean_edge: mean edge length of that mesh.
+        known_mesh: write default lengths too. Without it MeshLab takes its own on the mesh that a step meets, as it does when
+            a script does not give them.
 
     Raises:
         PymeshfairError: a text holds what XML cannot, such as a control character.
     """
-    return "".join(f"{line}\n" for line in _lines(script.with_defaults(), diagonal, mean_edge))
+    return "".join(f"{line}\n" for line in _lines(script.with_defaults(lengths=known_mesh), diagonal, mean_edge))
 
 
 def _lines(script: Script, diagonal: float, mean_edge: float) -> Iterator[str]:
     yield "<!DOCTYPE FilterScript>"
     if script.comment:
         yield f"<!--\n{_comment(script.comment)}\n-->"
-    yield "<FilterScript>"
+    guards = script.guards.texts()
+    yield "<FilterScript" + "".join(f" {GUARDS[name]}={_quoted(text)}" for name, text in guards.items()) + ">"
     for step in script.steps:
         given = [p for p in step.filter.parameters if p.name in step.values]
         yield f"  <filter name={_quoted(step.filter.name)}{'>' if given else '/>'}"
@@ -114,7 +120,12 @@ def _check_writable(text: str) -> None:
 
 
 def write_script(
-    script: Script, path: str | Path, *, diagonal: float = NOMINAL_DIAGONAL, mean_edge: float = NOMINAL_EDGE
+    script: Script,
+    path: str | Path,
+    *,
+    diagonal: float = NOMINAL_DIAGONAL,
+    mean_edge: float = NOMINAL_EDGE,
+    known_mesh: bool = True,
 ) -> None:
     """Write the script as `format_script` does; the file appears whole or not at all.
 
@@ -122,7 +133,7 @@ def write_script(
         PymeshfairError: it cannot be written; what was at `path` before is untouched.
     """
     target = Path(path)
-    data = format_script(script, diagonal=diagonal, mean_edge=mean_edge).encode("utf-8")
+    data = format_script(script, diagonal=diagonal, mean_edge=mean_edge, known_mesh=known_mesh).encode("utf-8")
     temporary = target.with_name(f".{target.name}.{os.getpid()}.{secrets.token_hex(4)}")
     try:
         try:

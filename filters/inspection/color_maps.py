@@ -1,0 +1,106 @@
+"""Colours for numbers: maps that grow evenly in lightness, and the limits between which they are spread.
+
+Both maps are paths through the perceptual space Oklab [ottosson2020] along which lightness is linear, so that equal steps of the
+number look equal, in grey and to those who cannot tell red from green, too: the ends of the diverging one are blue and orange.
+"""
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..mesh import Floats
+
+#: The share of all values that limits enclose: a few wild ones shall not make all others look alike.
+ENCLOSED = 0.98
+#: Steps of a map: more than the 256 levels of a channel tell apart.
+_STEPS = 1024
+#: By position along the map, from 0 to 1: lightness, chroma, and hue in degrees.
+_DIVERGING = (
+    (0.0, 0.40, 0.13, 258.0),
+    (0.25, 0.685, 0.12, 250.0),
+    (0.5, 0.97, 0.0, 0.0),
+    (0.75, 0.685, 0.15, 55.0),
+    (1.0, 0.40, 0.12, 40.0),
+)
+_SEQUENTIAL = ((0.0, 0.38, 0.12, 285.0), (0.35, 0.57, 0.10, 225.0), (0.7, 0.77, 0.14, 150.0), (1.0, 0.93, 0.16, 105.0))
+
+
+class Limits(NamedTuple):
+    """The numbers at the two ends of a colour map; what lies beyond has the colour of the end."""
+
+    low: float
+    high: float
+
+
+def robust_limits(values: Floats) -> Limits:
+    """The limits that leave out 1 % of the finite values at each end; 0 and 0 if there are none."""
+    finite = values[np.isfinite(values)]
+    if not len(finite):
+        return Limits(0.0, 0.0)
+    # Halved first: between two large numbers of either sign quantiles are interpolated by their difference.
+    low, high = 2.0 * np.quantile(0.5 * finite, [(1.0 - ENCLOSED) / 2, (1.0 + ENCLOSED) / 2])
+    return Limits(float(low), float(high))
+
+
+def symmetric_limits(values: Floats) -> Limits:
+    """Limits -x and x, between which 98 % of the finite values lie; the largest size if that many are 0."""
+    sizes = np.abs(values[np.isfinite(values)])
+    if not len(sizes):
+        return Limits(0.0, 0.0)
+    limit = float(np.quantile(sizes, ENCLOSED)) or float(sizes.max())
+    return Limits(-limit, limit)
+
+
+def diverging_colors(values: Floats, limits: Limits) -> Floats:
+    """(n, 4) red, green, blue, opacity from 0 to 1: blue below the middle of the limits, nearly white there, orange above."""
+    return _DIVERGING_TABLE[_places(values, limits)]
+
+
+def sequential_colors(values: Floats, limits: Limits) -> Floats:
+    """(n, 4) red, green, blue, opacity from 0 to 1: dark violet at the lower limit, by way of green, to bright yellow."""
+    return _SEQUENTIAL_TABLE[_places(values, limits)]
+
+
+def _places(values: Floats, limits: Limits) -> NDArray[np.intp]:
+    """Where in a table each value is; the middle where limits coincide or the value is not a number."""
+    low, high = limits
+    # Halved: the difference of two large numbers of either sign would overflow.
+    half = 0.5 * high - 0.5 * low
+    shares = np.full(len(values), 0.5)
+    if half > 0.0:
+        with np.errstate(over="ignore"):
+            shares = np.clip((0.5 * values - 0.5 * low) / half, 0.0, 1.0)
+        shares[np.isnan(values)] = 0.5
+    return np.asarray(np.rint(shares * (_STEPS - 1)), dtype=np.intp)
+
+
+def _table(stops: Iterable[tuple[float, float, float, float]]) -> Floats:
+    """The colours of a map between its stops, along straight lines of Oklab."""
+    at, lightness, chroma, hue = np.array(list(stops)).T
+    angle = np.radians(hue)
+    t = np.linspace(0.0, 1.0, _STEPS)
+    lab = (lightness, chroma * np.cos(angle), chroma * np.sin(angle))
+    return _srgb(np.column_stack([np.interp(t, at, channel) for channel in lab]))
+
+
+def _srgb(oklab: Floats) -> Floats:
+    """(k, 4) gamma-coded red, green, blue and opacity 1, of (k, 3) colours in Oklab, cut to what a screen shows."""
+    to_cones = np.array(
+        [[1.0, 0.3963377774, 0.2158037573], [1.0, -0.1055613458, -0.0638541728], [1.0, -0.0894841775, -1.2914855480]]
+    )
+    to_linear = np.array(
+        [
+            [4.0767416621, -3.3077115913, 0.2309699292],
+            [-1.2684380046, 2.6097574011, -0.3413193965],
+            [-0.0041960863, -0.7034186147, 1.7076147010],
+        ]
+    )
+    linear = np.clip((oklab @ to_cones.T) ** 3 @ to_linear.T, 0.0, 1.0)
+    coded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    return np.column_stack([coded, np.ones(len(coded))])
+
+
+_DIVERGING_TABLE = _table(_DIVERGING)
+_SEQUENTIAL_TABLE = _table(_SEQUENTIAL)

@@ -1,0 +1,105 @@
+"""Mean and Gaussian curvature of triangle meshes at their vertices."""
+
+from typing import Literal, TypeAlias, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..checks import check_choice
+from ..mesh import Floats, Ints, NormalisedMesh, check_mesh, normalised_mesh
+from ..operators import laplace_beltrami, mixed_voronoi_areas
+from ..topology import border_vertices, edges, proper_faces
+from .corner_angles import deficits_of, vertex_normals
+
+#: "cotangent": the Laplace-Beltrami operator, exact in the limit on every mesh. "uniform": the mean of the one-ring, which needs
+#: no area and stays calm at slivers, but sees where vertices are spread unevenly.
+CurvatureOperator: TypeAlias = Literal["cotangent", "uniform"]
+CURVATURE_OPERATORS: tuple[CurvatureOperator, ...] = get_args(CurvatureOperator)
+#: "deficit": the angle that is missing at the vertex, in radians. "per_area": that over its area.
+GaussianMeasure: TypeAlias = Literal["per_area", "deficit"]
+GAUSSIAN_MEASURES: tuple[GaussianMeasure, ...] = get_args(GaussianMeasure)
+
+
+def mean_curvature(vertices: ArrayLike, faces: ArrayLike, *, operator: CurvatureOperator = "cotangent") -> Floats:
+    """(n,) the mean curvature H of every vertex, in 1 / mesh unit: 1 / r on a sphere of radius r whose normals look outwards.
+
+    Positive where the surface bulges towards its normals, negative in hollows. With n_i the angle-weighted normal of the vertex:
+    cotangent, H_i = -n_i . (L p)_i / 2 with L = M^-1 C, C the cotangent stiffness and M the mixed Voronoi areas [meyer2003];
+    uniform, H_i = -2 n_i . (mean of the one-ring - p_i) / (mean squared length of its edges), which is the mean of the normal
+    curvatures along the edges, weighted with their squared lengths: H where edges are spread evenly. The error of the cotangent
+    operator falls with the square of the edge on regular meshes, and it is exact on cylinders. 0 on borders, where neither is
+    defined, and at vertices without a face.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        operator: see `CurvatureOperator`.
+
+    Raises:
+        FilterInputError: not a mesh, or an unknown operator.
+    """
+    check_choice("operator", operator, CURVATURE_OPERATORS)
+    mesh = _normalised(vertices, faces)
+    if not len(mesh.cells):
+        return np.zeros(len(mesh.vertices))
+    points = mesh.points
+    if operator == "cotangent":
+        moves = laplace_beltrami(points, mesh.cells).apply(points)
+        local = -0.5 * np.einsum("ij,ij->i", vertex_normals(points, mesh.cells), moves)
+    else:
+        local = _uniform(points, mesh.cells)
+    local[border_vertices(mesh.cells, len(mesh))] = 0.0
+    return _at_vertices(mesh, local * mesh.scale)
+
+
+def gaussian_curvature(vertices: ArrayLike, faces: ArrayLike, *, measure: GaussianMeasure = "per_area") -> Floats:
+    """(n,) the Gaussian curvature of every vertex [meyer2003].
+
+    deficit: `angle_deficits`, in radians, border included. per_area: the deficit over the mixed Voronoi area, in 1 / squared mesh
+    unit: 1 / r^2 on a sphere of radius r, 0 on what can be unrolled, negative on saddles; 0 on borders. It converges on meshes
+    that are regular near the vertex; noise and irregular triangles change it more than the mean curvature.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        measure: see `GaussianMeasure`.
+
+    Raises:
+        FilterInputError: not a mesh, or an unknown measure.
+    """
+    check_choice("measure", measure, GAUSSIAN_MEASURES)
+    mesh = _normalised(vertices, faces)
+    if not len(mesh.cells):
+        return np.zeros(len(mesh.vertices))
+    on_border = border_vertices(mesh.cells, len(mesh))
+    deficits = deficits_of(mesh.points, mesh.cells, on_border)
+    if measure == "deficit":
+        return _at_vertices(mesh, deficits)
+    areas = mixed_voronoi_areas(mesh.points, mesh.cells)
+    local = np.divide(deficits, areas, out=np.zeros_like(deficits), where=(areas > 0.0) & ~on_border)
+    return _at_vertices(mesh, local * mesh.scale * mesh.scale)
+
+
+def _normalised(vertices: ArrayLike, faces: ArrayLike) -> NormalisedMesh:
+    points, triangles = check_mesh(vertices, faces)
+    return normalised_mesh(points, triangles[proper_faces(triangles)])
+
+
+def _uniform(points: Floats, faces: Ints) -> Floats:
+    pairs = edges(faces)
+    towards = points[pairs[:, 1]] - points[pairs[:, 0]]
+    squares = np.einsum("ij,ij->i", towards, towards)
+    sums, lengths = np.zeros_like(points), np.zeros(len(points))
+    for k, sign in ((0, 1.0), (1, -1.0)):
+        np.add.at(sums, pairs[:, k], sign * towards)
+        lengths += np.bincount(pairs[:, k], squares, minlength=len(points))
+    # Sums over the ring for means: the valence cancels.
+    bulges = -2.0 * np.einsum("ij,ij->i", vertex_normals(points, faces), sums)
+    return np.asarray(np.divide(bulges, lengths, out=np.zeros_like(bulges), where=lengths > 0.0))
+
+
+def _at_vertices(mesh: NormalisedMesh, local: Floats) -> Floats:
+    """(n,) the values of the points at their vertices, 0 at the others."""
+    values = np.zeros(len(mesh.vertices))
+    values[mesh.used] = local
+    return values

@@ -1,0 +1,77 @@
+"""The sharp edges of a surface, and how many of them another surface still has."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..checks import check_finite
+from ..mesh import Floats, Ints, check_mesh, normalised_mesh
+from ..topology import face_adjacency
+from .face_measures import dihedral_angles, face_measures
+
+#: degrees between the normals of two faces from which on their edge is sharp
+SHARP = 40.0
+
+
+class SharpEdges(NamedTuple):
+    """The edges at which two faces meet sharply.
+
+    Attributes:
+        pairs: (k, 2) their vertices.
+        middles: (k, 3) their middles.
+        lengths: (k,) their lengths.
+        angles: (k,) degrees between the normals of their faces.
+    """
+
+    pairs: Ints
+    middles: Floats
+    lengths: Floats
+    angles: Floats
+
+
+def sharp_edges(vertices: ArrayLike, faces: ArrayLike, *, angle: float = SHARP) -> SharpEdges:
+    """The edges with exactly two faces whose normals differ by at least `angle`.
+
+    Noise of half an edge makes every edge sharp: on a noisy scan this says how noisy it is.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        angle: in degrees, from 0 to 180; larger finds fewer.
+
+    Raises:
+        FilterInputError: not a mesh, or an angle out of range.
+    """
+    angle = check_finite("angle", angle, least=0.0, most=180.0)
+    points, triangles = check_mesh(vertices, faces)
+    mesh = normalised_mesh(points, triangles)
+    local = (points - mesh.middle) * mesh.scale
+    neighbours, shared = face_adjacency(triangles)
+    angles = np.degrees(dihedral_angles(triangles, face_measures(local, triangles)[0], neighbours, shared)[0])
+    sharp = angles >= angle  # false for faces without area
+    pairs = shared[sharp]
+    ends = points[pairs]
+    lengths = np.linalg.norm((ends[:, 1] - ends[:, 0]) * mesh.scale, axis=1) / mesh.scale
+    return SharpEdges(pairs, ends[:, 0] * 0.5 + ends[:, 1] * 0.5, lengths, angles[sharp])
+
+
+def share_kept(before: SharpEdges, after: SharpEdges, *, within: float) -> float | None:
+    """The share of the length of the sharp edges of `before` near which `after` has one; None if there were none.
+
+    Args:
+        before: the sharp edges of one surface.
+        after: those of the other.
+        within: how far the middle of an edge may be from the nearest one, in mesh units; larger finds more of them kept.
+    """
+    total = math.fsum(before.lengths)
+    if total == 0.0:
+        return None
+    if not len(after.pairs):
+        return 0.0
+    from scipy.spatial import cKDTree
+
+    origin = before.middles[0]
+    distances, _ = cKDTree(after.middles - origin).query(before.middles - origin)
+    return math.fsum(before.lengths[distances <= within]) / total

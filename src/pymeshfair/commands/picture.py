@@ -1,0 +1,128 @@
+"""``pymeshfair picture MESH... -o OUT.png``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from .json_document import print_document
+from .options import Debug, Json
+
+if TYPE_CHECKING:
+    from ..running.read import ReadMesh
+
+PICTURES = (".png", ".jpg", ".jpeg", ".webp")
+
+
+def picture(
+    meshes: Annotated[list[Path], typer.Argument(metavar="MESH...", help="The mesh files to draw; none is changed.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="PICTURE", help="A .png, .jpg or .webp file to write.")],
+    color: Annotated[
+        str,
+        typer.Option(
+            metavar="plain|own|curvature|gaussian|displacement|reflection|shape|scalar",
+            help="What the colours tell; 'own' are the mesh's, 'displacement' is measured from the first mesh.",
+        ),
+    ] = "plain",
+    view: Annotated[
+        str,
+        typer.Option(
+            metavar="front|back|left|right|top|bottom|iso|AZ,EL",
+            help="From where: a name, or how far the eye goes to the right and up, in degrees.",
+        ),
+    ] = "front",
+    up: Annotated[str, typer.Option(metavar="y|z", help="The upright axis.")] = "y",
+    zoom: Annotated[
+        str,
+        typer.Option(
+            metavar="X,Y,Z,SIZE|vertex=N,SIZE",
+            help="Show the surroundings of a point, or of a vertex of the last mesh; SIZE is a length: 20, 10% or 30edge.",
+        ),
+    ] = "",
+    size: Annotated[str, typer.Option(metavar="WIDTHxHEIGHT", help="Of each panel, in pixels.")] = "640x640",
+    title: Annotated[
+        list[str] | None, typer.Option(metavar="TEXT", help="Of each panel, in order; the names of the files if not given.")
+    ] = None,
+    stripes: Annotated[float, typer.Option(help="Reflection lines all round; more show smaller defects.", min=1)] = 8.0,
+    timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop after that time a mesh.", min=0.001)] = None,
+    json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Draw meshes from one camera, with a scale bar and, if colours tell something, a colour bar.
+
+    Needs neither a display nor a graphics card.
+    """
+    from ..errors import ParameterError
+    from ..looking.camera import view_angles
+    from ..looking.coloring import check_coloring
+    from ..looking.picture import Appearance, draw_meshes
+    from ..running.read import read_mesh
+    from .whole_file import write_file
+
+    if output.suffix.casefold() not in PICTURES:
+        raise ParameterError(f"{output}: a picture is a {', '.join(PICTURES[:-1])} or {PICTURES[-1]} file")
+    check_coloring(color)
+    azimuth, elevation = view_angles(view)
+    width, height = _pixels(size)
+    if title is not None and len(title) != len(meshes):
+        raise ParameterError(f"{len(title)} titles for {len(meshes)} meshes: give one --title for each, or none")
+    found = [read_mesh(path, timeout=timeout) for path in meshes]
+    for warning in dict.fromkeys(w for mesh in found for w in mesh.warnings):
+        typer.echo(f"{typer.style('warning:', fg='yellow')} {warning}", err=True)
+    centre, extent = _region(zoom, found[-1]) if zoom else (None, 0.0)
+    appearance = Appearance(
+        color=color,
+        azimuth=azimuth,
+        elevation=elevation,
+        up=up,
+        centre=centre,
+        extent=extent,
+        width=width,
+        height=height,
+        stripes=stripes,
+    )
+    drawn = draw_meshes(found, title or [path.name for path in meshes], appearance)
+    write_file(output, lambda file: drawn.save(file, format=_FORMATS.get(output.suffix.casefold(), "PNG")))
+    if json:
+        print_document({"picture": output, "width": drawn.width, "height": drawn.height, "meshes": meshes})
+    else:
+        typer.echo(f"Written: {output} ({drawn.width} x {drawn.height} pixels)")
+
+
+_FORMATS = {".jpg": "JPEG", ".jpeg": "JPEG", ".webp": "WEBP"}
+
+
+def _pixels(text: str) -> tuple[int, int]:
+    from ..errors import ParameterError
+
+    try:
+        width, height = (int(part) for part in text.casefold().split("x"))
+    except ValueError:
+        raise ParameterError(f"{text!r} is no size: write WIDTHxHEIGHT in pixels, such as 800x600") from None
+    return width, height
+
+
+def _region(text: str, mesh: ReadMesh) -> tuple[tuple[float, float, float], float]:
+    """The middle of a close-up, and its size in mesh units."""
+    from ..declaration import Length
+    from ..errors import ParameterError
+
+    *place, size = text.split(",")
+    measures = mesh.measures
+    extent = Length.parse(size).resolve(
+        diagonal=measures["diagonal"], mean_edge=lambda: measures["mean_edge"] or measures["mean_spacing"] or 0.0
+    )
+    if not extent > 0.0:
+        raise ParameterError(f"--zoom {text}: the size of a close-up is above 0")
+    try:
+        if len(place) == 1 and place[0].startswith("vertex="):
+            x, y, z = mesh.vertices[int(place[0].removeprefix("vertex="))]
+        else:
+            x, y, z = (float(part) for part in place)
+    except (ValueError, IndexError):
+        raise ParameterError(
+            f"--zoom {text}: write X,Y,Z,SIZE or vertex=N,SIZE, N below the {len(mesh.vertices)} vertices of {mesh.path.name}"
+        ) from None
+    return (float(x), float(y), float(z)), extent

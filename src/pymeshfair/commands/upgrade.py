@@ -1,0 +1,74 @@
+"""``pymeshfair upgrade OLD.mlx -o NEW.mlx``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from .json_document import print_document
+from .options import Debug, Json
+
+if TYPE_CHECKING:
+    from ..scripts import Upgrade
+
+
+def upgrade(
+    script: Annotated[Path, typer.Argument(metavar="OLD.mlx", help="A script of any MeshLab since 2010.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="NEW.mlx", help="The script to write.")],
+    accept: Annotated[bool, typer.Option("--accept", help="Write it even if its meaning changes.")] = False,
+    relative_to: Annotated[
+        Path | None,
+        typer.Option("--relative-to", metavar="MESH", help="Lengths were meant for that mesh; make them relative to its size."),
+    ] = None,
+    json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Bring a script of an older MeshLab up to date.
+
+    Every change is listed, and whether the script still means the same. Nothing is written if a meaning changes, unless accepted.
+    """
+    from ..files.errors import InputError
+    from ..scripts import upgrade_file, write_script
+    from ..scripts.relative import relative_script
+    from ..scripts.write import NOMINAL_DIAGONAL
+
+    upgraded = upgrade_file(script)
+    found, diagonal = upgraded.script, NOMINAL_DIAGONAL
+    if relative_to is not None:
+        from ..running.inspect import inspect_mesh
+
+        diagonal = inspect_mesh(relative_to)["diagonal"]
+        if not diagonal > 0:
+            raise InputError(relative_to, "its points are all in one place, so that no length can be relative to its size")
+        found = relative_script(found, diagonal=diagonal)
+    written = accept or not upgraded.warnings
+    if written:
+        write_script(found, output, known_mesh=False, diagonal=diagonal)
+    if json:
+        print_document(_document(script, output if written else None, upgraded))
+    else:
+        for change in upgraded.changes:
+            typer.echo(str(change))
+        typer.echo(_summary(output, upgraded) if written else _refusal(upgraded), err=not written)
+    if not written:
+        raise typer.Exit(2)
+
+
+def _document(script: Path, output: Path | None, upgraded: Upgrade) -> dict[str, object]:
+    changes = [{**vars(change), "same_meaning": change.same_meaning} for change in upgraded.changes]
+    document: dict[str, object] = {"script": script, "output": output, "changes": changes}
+    if output is None:
+        document["error"] = {"kind": "MeaningChanges", "message": _refusal(upgraded), "changes": list(upgraded.warnings)}
+    return document
+
+
+def _refusal(upgraded: Upgrade) -> str:
+    count, total = len(upgraded.warnings), len(upgraded.changes)
+    return f"nothing is written: {count} of {total} changes alter the meaning; --accept writes the script all the same"
+
+
+def _summary(output: Path, upgraded: Upgrade) -> str:
+    count = len(upgraded.changes)
+    return f"{output}: {count or 'no'} {'change' if count == 1 else 'changes'}"

@@ -1,0 +1,47 @@
+"""What a mesh file and the files that it names say, before MeshLab reads any of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .references import Texture
+
+
+@dataclass(frozen=True)
+class Announced:
+    """What the input and the files that it names say about the mesh.
+
+    Attributes:
+        vertices: how many are declared, or None if the format does not say.
+        faces: how many polygons are declared, or None.
+        count_triangles: how many triangles these polygons make, or None if that is not known; slow for large files.
+        normals: whether it has vertex normals.
+        vertex_texture: whether its vertices, not only the corners of its faces, have texture coordinates.
+        not_kept: what it has and MeshLab does not keep, in words.
+        side_files: the existing files that belong to it.
+        textures: the textures that it names.
+        points: (n, 3) the coordinates that it declares, in order, or None where they were not read.
+        precision: by what share of its amount MeshLab may read one of them otherwise.
+        vertex_attributes: by name what its vertices have that MeshLab does not read and that is kept as custom attributes.
+        face_attributes: the same of its faces.
+        reading: what MeshLab is given to read in place of the file, with everything that it names; None is the file itself.
+    """
+
+    vertices: int | None = None
+    faces: int | None = None
+    count_triangles: Callable[[], int | None] = lambda: None
+    normals: bool = False
+    vertex_texture: bool = False
+    not_kept: tuple[str, ...] = ()
+    side_files: tuple[Path, ...] = ()
+    textures: tuple[Texture, ...] = ()
+    points: NDArray[np.float64] | None = None
+    precision: float = 1e-14
+    vertex_attributes: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    face_attributes: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    reading: Path | None = None

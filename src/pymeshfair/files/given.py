@@ -1,0 +1,74 @@
+"""What MeshLab is given to read in place of a file that names others, or that its reader would understand otherwise than we do.
+
+It lies in a folder of its own with the files that it names, each under a plain name: nothing that a mesh file says leads MeshLab
+anywhere else.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterable
+from pathlib import Path
+
+from .errors import OutputError
+from .references import References, Texture
+
+
+class Given:
+    """The folder of what MeshLab is given.
+
+    Args:
+        folder: an existing one; files of these names must not be there yet.
+        mesh: the input.
+    """
+
+    def __init__(self, folder: Path, mesh: Path) -> None:
+        """See the class."""
+        self.folder = folder
+        self.path = folder / mesh.name
+
+    def write(self, *parts: bytes | memoryview) -> Path:
+        """Write what stands for the mesh file, and return its path."""
+        return self.write_beside(self.path.name, *parts)
+
+    def write_beside(self, name: str, *parts: bytes | memoryview) -> Path:
+        """Write a file beside it, and return its path.
+
+        Raises:
+            OutputError: there is no room for it.
+        """
+        path = self.folder / name
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            with path.open("xb") as file:
+                for part in parts:
+                    file.write(part)
+        except OSError as error:
+            raise OutputError(path, f"MeshLab needs a copy of the input there: {error.strerror or error}") from error
+        return path
+
+    def link(self, textures: Iterable[Texture]) -> None:
+        """Put the textures that exist beside it, under their given names."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        for texture in textures:
+            if texture.file is None:
+                continue
+            link = self.folder / texture.given
+            try:
+                link.symlink_to(texture.file.resolve())
+            except OSError:  # Windows, without the right to make links
+                shutil.copyfile(texture.file, link)
+
+
+def find_textures(names: Iterable[str], references: References) -> tuple[Texture, ...]:
+    """The textures of these names, each with a plain one.
+
+    Raises:
+        InputError: one of them must not be opened, or is no image.
+    """
+    found = []
+    for number, name in enumerate(dict.fromkeys(names)):
+        file = references.find_image(name)
+        suffix = "" if file is None else file.suffix
+        found.append(Texture(name, file, f"texture-{number}{suffix if suffix[1:].isalnum() and suffix.isascii() else '.png'}"))
+    return tuple(found)

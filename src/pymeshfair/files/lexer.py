@@ -1,0 +1,193 @@
+"""The compiled loop that takes a text apart; `tokens` says what its numbers mean."""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Bytes: TypeAlias = NDArray[np.uint8]
+
+_POWERS = 10.0 ** np.arange(301)
+
+
+@njit(cache=True)
+def _ends_line(text: Bytes, i: int) -> bool:
+    return bool(text[i] == 10 or text[i] == 13)
+
+
+@njit(cache=True)
+def count(text: Bytes, slashes: bool) -> tuple[int, int]:
+    """Upper bounds of the number of tokens and of lines."""
+    tokens, lines, blank = 0, 1, True
+    for c in text:
+        if c == 10 or c == 13:
+            lines += 1
+            blank = True
+        elif c == 32 or c == 9:
+            blank = True
+        elif c == 47 and slashes:
+            tokens += 1 + blank  # nothing before it is a token as well
+            blank = False
+        else:
+            tokens += blank
+            blank = False
+    return tokens, lines
+
+
+@njit(cache=True)
+def _not_finite(text: Bytes, i: int, end: int) -> tuple[int, float]:
+    """NOT_FINITE and its value for nan, inf and infinity, WORD for everything else."""
+    negative = text[i] == 45
+    if text[i] == 45 or text[i] == 43:
+        i += 1
+    if end - i == 3 or end - i == 8:
+        a, b, c = text[i] | 32, text[i + 1] | 32, text[i + 2] | 32
+        if end - i == 3 and a == 110 and b == 97 and c == 110:
+            return 3, np.nan
+        if a == 105 and b == 110 and c == 102 and (end - i == 3 or (text[i + 3] | 32 == 105 and text[i + 7] | 32 == 121)):
+            return 3, -np.inf if negative else np.inf
+    return 0, 0.0
+
+
+@njit(cache=True)
+def _scaled(mantissa: int, power: int) -> float:
+    """Mantissa * 10 ** power, in two steps so that neither leaves the range of a double before the result does."""
+    value = float(mantissa)
+    if power < 0:
+        value /= _POWERS[min(-power, 300)]
+        if power < -300:
+            value /= _POWERS[min(-power - 300, 300)]
+    elif power > 0:
+        value *= _POWERS[min(power, 300)]
+        if power > 300:
+            value *= _POWERS[min(power - 300, 300)]
+    return value
+
+
+@njit(cache=True)
+def lex(
+    text: Bytes,
+    slashes: bool,
+    kinds: Any,
+    values: Any,
+    first: Any,
+    starts: Any,
+    numbers: Any,
+    keywords: Any,
+    seconds: Any,
+    line: int,
+) -> tuple[int, int, int, int]:
+    """Fill the arrays; how many tokens and lines there are, the number of the next line, and the oddities."""
+    i, n, t, length, oddities = 0, len(text), 0, 0, 0
+    end_of_token = np.zeros(256, np.bool_)
+    for c in (9, 10, 13, 32):
+        end_of_token[c] = True
+    end_of_token[47] = slashes
+    while i < n:
+        # one line: its number, where it begins, its tokens
+        begin, number, token0 = i, line, t
+        after_slash = False
+        while i < n and not _ends_line(text, i):
+            c = text[i]
+            if c == 32 or c == 9:
+                i += 1
+                continue
+            if c == 35:  # a comment
+                if t > token0:
+                    oddities |= 2
+                elif i > begin:
+                    oddities |= 1
+                while i < n and not _ends_line(text, i):
+                    i += 1
+                break
+            if t == token0 and i > begin:
+                oddities |= 1
+            # a number: its sign, its digits, its exponent
+            j, kind, mantissa, digits, power = i, 1, 0, 0, 0
+            negative = c == 45
+            if negative or c == 43:
+                j += 1
+            while j < n and 48 <= text[j] <= 57:
+                if mantissa < 100000000000000000:
+                    mantissa = mantissa * 10 + (text[j] - 48)
+                else:
+                    power += 1
+                digits += 1
+                j += 1
+            if j < n and text[j] == 46:
+                kind = 2
+                j += 1
+                while j < n and 48 <= text[j] <= 57:
+                    if mantissa < 100000000000000000:
+                        mantissa = mantissa * 10 + (text[j] - 48)
+                        power -= 1
+                    digits += 1
+                    j += 1
+            if digits > 0 and j + 1 < n and text[j] | 32 == 101:
+                kind = 2
+                j += 1
+                below = text[j] == 45
+                if below or text[j] == 43:
+                    j += 1
+                exponent, digits = 0, 0
+                while j < n and 48 <= text[j] <= 57:
+                    exponent = min(exponent * 10 + (text[j] - 48), 100000)
+                    digits += 1
+                    j += 1
+                power += -exponent if below else exponent
+            value = 0.0
+            if j == n or end_of_token[text[j]]:
+                if j == i:
+                    kind = 4
+                elif digits == 0:
+                    kind = 0
+                else:
+                    value = float(mantissa) if power == 0 else _scaled(mantissa, power)
+                    if negative:
+                        value = -value
+                    if not np.isfinite(value):
+                        kind = 3
+            else:
+                kind = 0
+                while j < n and not end_of_token[text[j]]:
+                    j += 1
+                kind, value = _not_finite(text, i, j)
+            kinds[t] = kind + (8 if after_slash else 0)
+            values[t] = value
+            if kind == 0 and j - i <= 8 and t - token0 < 2:
+                code = np.uint64(0)
+                for k in range(j - 1, i - 1, -1):
+                    code = (code << np.uint64(8)) | np.uint64(text[k])
+                if t == token0:
+                    keywords[length] = code
+                else:
+                    seconds[length] = code
+            t += 1
+            i = j
+            after_slash = False
+            if slashes and i < n and text[i] == 47:
+                i += 1
+                after_slash = True
+                if i == n or _ends_line(text, i) or text[i] == 32 or text[i] == 9:
+                    kinds[t] = 4 + 8
+                    values[t] = 0.0
+                    t += 1
+                    after_slash = False
+        if i < n:
+            if text[i] == 13:
+                if i + 1 < n and text[i + 1] == 10:
+                    i += 1
+                else:
+                    oddities |= 4
+            i += 1
+            line += 1
+        if t > token0:
+            first[length] = token0
+            starts[length] = begin
+            numbers[length] = number
+            length += 1
+    first[length] = t
+    return t, length, line, oddities

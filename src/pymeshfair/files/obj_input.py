@@ -1,0 +1,81 @@
+"""The OBJ file as an input: what it declares, what it names, and what MeshLab is given of it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from .announced import Announced
+from .errors import InputError
+from .given import Given, find_textures
+from .obj import ObjContents, ObjError, read_obj
+from .obj_materials import Materials, find_material_files, format_materials, read_materials
+from .references import References
+
+#: what MeshLab drops without a word
+_LOST = (
+    *("groups", "objects", "smoothing groups", "point elements", "parameter space vertices", "curves", "surfaces"),
+    *("uses of maps", "map files", "display attributes"),
+)
+_MATERIALS = "materials.mtl"
+
+
+def inspect_obj(path: Path, references: References, given: Given) -> Announced:
+    """Read an OBJ file and its materials; what it declares.
+
+    Raises:
+        InputError: it is no OBJ file, lies, or names what must not be opened.
+    """
+    try:
+        contents = read_obj(path)
+    except ObjError as error:
+        raise InputError(path, str(error)) from error
+    lost = [f"{what} ({n:,})" for what in _LOST if (n := contents.counts[what])] + contents.notes
+    names = contents.material_files
+    uses = contents.counts["uses of materials"]
+    if not names and uses:  # what some programs write, and MeshLab looks for
+        names = [path.with_suffix(".mtl").name]
+    files, missing = find_material_files(names, references)
+    lost += [f"the material file {Path(name).name}, which does not exist" for name in missing if contents.material_files]
+    if uses and not files:
+        lost.append(f"uses of materials ({uses:,}), as there is no material file")
+    materials = Materials()
+    for file in files:
+        found = read_materials(file, path)
+        if found.ignored:
+            lost.append(f"{', '.join(found.ignored)} of the material file {file.name}")
+        materials.materials += found.materials
+    textures = find_textures(materials.textures, references)
+    if contents.bare_faces and contents.counts["texture coordinates"] and contents.bare_faces < contents.counts["faces"]:
+        lost.append(f"that {contents.bare_faces:,} of its faces have no texture coordinates: they get the first ones")
+    reading = None
+    if names or contents.altered or contents.changes or uses:
+        named = {t.name: t for t in textures}
+        if materials.materials:
+            given.write_beside(_MATERIALS, format_materials(materials.materials, named.__getitem__))
+        given.link(textures)
+        reading = given.write(_normalised(contents, with_materials=bool(materials.materials)))
+    return Announced(
+        vertices=contents.counts["vertices"],
+        faces=contents.counts["faces"],
+        count_triangles=lambda: contents.triangles,
+        normals=contents.counts["normals"] > 0,
+        not_kept=tuple(lost),
+        side_files=(*files, *(t.file for t in textures if t.file)),
+        textures=textures,
+        points=contents.points,
+        reading=reading,
+    )
+
+
+def _normalised(contents: ObjContents, *, with_materials: bool) -> bytes:
+    """The text with its changed lines, and with our material file in place of its own."""
+    text = contents.text
+    if contents.changes:
+        lines = text.split(b"\n")
+        for number, line in contents.changes.items():
+            lines[number - 1] = line
+        text = b"\n".join(lines)
+    unwanted = rb"mtllib" if with_materials else rb"mtllib|usemtl"
+    text = re.sub(rb"(?m)^(?:" + unwanted + rb")(?:[ \t].*)?$", b"", text)
+    return (b"mtllib %s\n" % _MATERIALS.encode() if with_materials else b"") + text

@@ -1,0 +1,133 @@
+"""What the colours of a picture can say about a mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from ..declaration import Floats, Ints, nearest
+from ..errors import MeshError, ParameterError
+from ..filters.inspection import (
+    Limits,
+    displacement,
+    diverging_colors,
+    gaussian_curvature,
+    mean_curvature,
+    robust_limits,
+    sequential_colors,
+    symmetric_limits,
+    triangle_shapes,
+)
+
+
+class Colorable(Protocol):
+    """A mesh as arrays, such as `pymeshfair.running.read.ReadMesh`."""
+
+    @property
+    def vertices(self) -> Floats: ...
+    @property
+    def faces(self) -> Ints: ...
+    @property
+    def vertex_scalars(self) -> Floats | None: ...
+    @property
+    def face_scalars(self) -> Floats | None: ...
+
+
+@dataclass(frozen=True, eq=False)
+class Numbers:
+    """Numbers on the vertices or faces of one mesh.
+
+    Attributes:
+        values: (n,) or (m,).
+        by_face: whether they belong to faces.
+    """
+
+    values: Floats
+    by_face: bool = False
+
+
+@dataclass(frozen=True)
+class Coloring:
+    """A measure that becomes a colour.
+
+    Attributes:
+        label: what stands at the colour bar.
+        of: the numbers of a mesh, given a reference as well; None where the mesh has none.
+        diverging: whether 0 is the middle, and has the middle colour.
+        limits: the ends of the colour bar, where they do not follow from the numbers.
+    """
+
+    label: str
+    of: Callable[[Colorable, Colorable], Numbers | None]
+    diverging: bool
+    limits: Limits | None = None
+
+    def limits_for(self, numbers: Sequence[Numbers]) -> Limits:
+        """The ends of one colour bar for several meshes."""
+        if self.limits is not None:
+            return self.limits
+        values = np.concatenate([n.values for n in numbers])
+        return symmetric_limits(values) if self.diverging else robust_limits(values)
+
+    def colors(self, values: Floats, limits: Limits) -> Floats:
+        """(k, 3) red, green, blue from 0 to 1."""
+        return (diverging_colors if self.diverging else sequential_colors)(values, limits)[:, :3]
+
+
+def _moved(mesh: Colorable, reference: Colorable) -> Numbers | None:
+    if mesh is reference:
+        return None
+    return Numbers(displacement(mesh.vertices, mesh.faces, reference.vertices, reference.faces).signed)
+
+
+def _scalar(mesh: Colorable, reference: Colorable) -> Numbers | None:
+    if mesh.vertex_scalars is not None:
+        return Numbers(mesh.vertex_scalars)
+    return None if mesh.face_scalars is None else Numbers(mesh.face_scalars, by_face=True)
+
+
+COLORINGS: Mapping[str, Coloring] = {
+    "curvature": Coloring(
+        "mean curvature (1 / mesh unit)", lambda mesh, _: Numbers(mean_curvature(mesh.vertices, mesh.faces)), diverging=True
+    ),
+    "gaussian": Coloring(
+        "Gaussian curvature (1 / squared mesh unit)",
+        lambda mesh, _: Numbers(gaussian_curvature(mesh.vertices, mesh.faces)),
+        diverging=True,
+    ),
+    "displacement": Coloring("displacement from the first mesh (mesh units)", _moved, diverging=True),
+    "shape": Coloring(
+        "triangle shape (1: equilateral)",
+        lambda mesh, _: Numbers(triangle_shapes(mesh.vertices, mesh.faces), by_face=True),
+        diverging=False,
+        limits=Limits(0.0, 1.0),
+    ),
+    "scalar": Coloring("scalar", _scalar, diverging=False),
+}
+#: those that are no numbers: the colours of the mesh itself, and lines that follow from the direction of view
+OTHERS = ("plain", "own", "reflection")
+
+
+def check_coloring(name: str) -> None:
+    """Raise `ParameterError` with the nearest name if there is no such coloring."""
+    names = [*OTHERS, *COLORINGS]
+    if name not in names:
+        near = nearest(name, names)
+        hint = f"did you mean {near!r}?" if near else f"it takes {', '.join(names)}"
+        raise ParameterError(f"{name!r} is no coloring; {hint}")
+
+
+def numbers_of(coloring: str, meshes: Sequence[Colorable]) -> list[Numbers | None]:
+    """The numbers of each mesh; the first one is the reference.
+
+    Raises:
+        MeshError: no mesh has such numbers.
+    """
+    found = [COLORINGS[coloring].of(mesh, meshes[0]) for mesh in meshes]
+    if not any(found):
+        why = "it takes a second mesh, which is compared with the first" if coloring == "displacement" else "the meshes have none"
+        raise MeshError(f"nothing to colour by {coloring}: {why}")
+    return found

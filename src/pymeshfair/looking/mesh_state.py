@@ -1,0 +1,58 @@
+"""What one mesh is like, in numbers that a comparison puts beside those of another one."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from ..filters.denoising import estimate_noise
+from ..filters.holes.islands import outer_borders
+from ..filters.inspection import SharpEdges, sharp_edges
+from ..filters.topology import boundary_loops
+from ..running.read import ReadMesh
+
+
+@dataclass(frozen=True, eq=False)
+class MeshState:
+    """One mesh and what it is like.
+
+    Attributes:
+        mesh: the arrays.
+        measures: `pymeshfair.filters.inspection.surface_measures.SurfaceMeasures` by name, and ``border_loops``; ``holes``, the
+            border loops that do not go round the outside of a sheet; ``self_intersecting_faces``, None if not looked for;
+            ``noise``, the standard deviation along the normals in mesh units, None of a cloud; ``sharp_edge_length``.
+        sharp: the sharp edges.
+    """
+
+    mesh: ReadMesh
+    measures: dict[str, Any]
+    sharp: SharpEdges
+
+    @property
+    def diagonal(self) -> float:
+        """Of the bounding box, in mesh units."""
+        return float(self.measures["diagonal"])
+
+    @property
+    def mean_edge(self) -> float:
+        """In mesh units; of a cloud the mean distance to the nearest point."""
+        return float(self.measures["mean_edge"] or self.measures["mean_spacing"] or 0.0)
+
+
+def state_of(mesh: ReadMesh) -> MeshState:
+    """Measure a mesh."""
+    # About the middle: what follows takes squares of coordinates.
+    local = mesh.vertices - mesh.vertices.mean(axis=0)
+    border = boundary_loops(local, mesh.faces)
+    holes = [outer for outer in outer_borders(border.loops, local, mesh.faces) if outer == "no"]
+    sharp = sharp_edges(mesh.vertices, mesh.faces)
+    cuts = mesh.self_intersecting
+    more = {
+        "border_loops": len(border.loops) + len(border.broken),
+        "holes": len(holes),
+        "self_intersecting_faces": None if cuts is None else int(cuts.sum()),
+        "noise": estimate_noise(mesh.vertices, mesh.faces).length if len(mesh.faces) else None,
+        "sharp_edge_length": math.fsum(sharp.lengths),
+    }
+    return MeshState(mesh, {**mesh.measures, **more}, sharp)

@@ -1,0 +1,131 @@
+"""A picture of several meshes from one camera, side by side."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from PIL import Image
+
+from ..declaration import Floats
+from ..errors import MeshError, ParameterError
+from ..filters.inspection import Limits, reflection_stripes
+from ..running.read import ReadMesh
+from .annotation import BAR_STRIP, TITLE_STRIP, draw_color_bar, draw_scale_bar, write_title
+from .camera import Camera, close_up, fitting_camera, view_rows
+from .coloring import COLORINGS, OTHERS, check_coloring, numbers_of
+from .shading import Scene, render
+
+#: panels beside each other; more go below
+_COLUMNS = 4
+#: the share of a panel's width that a scale bar takes at most
+_SCALE_BAR = 0.25
+
+
+@dataclass(frozen=True)
+class Appearance:
+    """How meshes are shown.
+
+    Attributes:
+        color: one of `pymeshfair.looking.coloring.COLORINGS` or `OTHERS`.
+        azimuth: see `view_rows`.
+        elevation: see `view_rows`.
+        up: the upright axis, "y" or "z".
+        centre: (x, y, z) of a close-up; None for the whole.
+        extent: the shorter side of a close-up, in mesh units.
+        width: of a panel, in pixels.
+        height: of a panel, in pixels.
+        stripes: of reflection lines, all round.
+        titles: whether every panel has a title.
+    """
+
+    color: str = "plain"
+    azimuth: float = 0.0
+    elevation: float = 0.0
+    up: str = "y"
+    centre: tuple[float, float, float] | None = None
+    extent: float = 0.0
+    width: int = 640
+    height: int = 640
+    stripes: float = 8.0
+    titles: bool = True
+
+    def camera(self, clouds: Sequence[Floats]) -> Camera:
+        """The one camera for all meshes."""
+        rows = view_rows(self.azimuth, self.elevation, self.up)
+        aspect = self.width / self.height
+        if self.centre is None:
+            return fitting_camera(clouds, rows, aspect)
+        return close_up(np.asarray(self.centre, dtype=np.float64), self.extent, rows, aspect)
+
+
+def draw_meshes(meshes: Sequence[ReadMesh], titles: Sequence[str], appearance: Appearance) -> Image.Image:
+    """Draw meshes side by side, all from one camera, with one scale bar and one colour bar.
+
+    Args:
+        meshes: at least one; the first is the reference of displacements.
+        titles: one for each.
+        appearance: how.
+
+    Raises:
+        ParameterError: an unknown coloring, or a picture without extent.
+        MeshError: no mesh has what is to be coloured by.
+    """
+    check_coloring(appearance.color)
+    if min(appearance.width, appearance.height) < 64 or max(appearance.width, appearance.height) > 8192:
+        raise ParameterError("a panel has from 64 to 8192 pixels each way")
+    camera = appearance.camera([mesh.vertices for mesh in meshes])
+    scenes, bar = _scenes(meshes, appearance, camera)
+    columns = min(len(meshes), _COLUMNS)
+    rows = math.ceil(len(meshes) / columns)
+    strip = TITLE_STRIP if appearance.titles else 0
+    cell = strip + appearance.height
+    size = (columns * appearance.width, rows * cell + (BAR_STRIP if bar else 0))
+    picture = Image.new("RGB", size, "white")
+    for k, (scene, title) in enumerate(zip(scenes, titles, strict=True)):
+        left, top = k % columns * appearance.width, k // columns * cell
+        panel = render(scene, camera, appearance.width, appearance.height)
+        picture.paste(Image.fromarray(panel), (left, top + strip))
+        if strip:
+            write_title(picture, title, left, top, appearance.width)
+    draw_scale_bar(picture, 14, cell - 10, appearance.width / camera.width, _SCALE_BAR * appearance.width)
+    if bar is not None:
+        coloring = COLORINGS[appearance.color]
+        draw_color_bar(picture, rows * cell + 4, bar, coloring.colors, coloring.label)
+    return picture
+
+
+def _scenes(meshes: Sequence[ReadMesh], appearance: Appearance, camera: Camera) -> tuple[list[Scene], Limits | None]:
+    """What each panel shows, and the limits of the colour bar if there is one."""
+    plain = [Scene(m.vertices, m.faces, m.edges, normals=m.vertex_normals) for m in meshes]
+    if appearance.color in OTHERS:
+        return [_painted(s, m, appearance, camera) for s, m in zip(plain, meshes, strict=True)], None
+    numbers = numbers_of(appearance.color, meshes)
+    coloring = COLORINGS[appearance.color]
+    limits = coloring.limits_for([n for n in numbers if n is not None])
+    return [
+        s if n is None else replace(s, colors=coloring.colors(n.values, limits), by_face=n.by_face)
+        for s, n in zip(plain, numbers, strict=True)
+    ], limits
+
+
+def _painted(scene: Scene, mesh: ReadMesh, appearance: Appearance, camera: Camera) -> Scene:
+    if appearance.color == "reflection":
+        if not len(scene.faces):
+            raise MeshError(f"{mesh.path.name} has no faces that could reflect anything")
+        _, up, eye = camera.rows
+
+        def paint(normals: Floats) -> Floats:
+            bright = reflection_stripes(normals, view=eye, direction=up, stripes=appearance.stripes)
+            return np.repeat(0.08 + 0.84 * bright[:, None], 3, axis=1)
+
+        return replace(scene, paint=paint)
+    if appearance.color == "own":
+        if mesh.vertex_colors is not None:
+            return replace(scene, colors=mesh.vertex_colors[:, :3])
+        if mesh.face_colors is not None:
+            return replace(scene, colors=mesh.face_colors[:, :3], by_face=True)
+        raise MeshError(f"{mesh.path.name} has no colours of its own")
+    return scene

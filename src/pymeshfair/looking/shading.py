@@ -1,0 +1,164 @@
+"""Light on a surface: from colours and a depth buffer to the pixels of one panel."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..declaration import Bools, Floats, Ints
+from ..filters.geometry import face_normals
+from ..filters.inspection import mesh_normals
+from .camera import Camera
+from .rasterizer import DepthBuffer, draw_dots, draw_triangles
+
+#: each pixel is the mean of so many by so many
+SUPERSAMPLING = 2
+#: what has no colour of its own
+CLAY = np.array([0.72, 0.745, 0.78])
+#: the inner side of a surface is mixed with this, so that it cannot be taken for the outer one
+_INSIDE = np.array([0.55, 0.36, 0.30])
+_BACKGROUND = 1.0
+#: from the upper left, over the eye's shoulder; in the directions of the camera
+_LIGHT = np.array([-0.38, 0.48, 0.79])
+_SHININESS = 40
+#: radius in pixels of a dot of a cloud
+_DOT = 1.1
+#: more dots make up no edge, however far a close-up lets it reach beyond the picture
+_LONGEST = 20_000
+
+
+class Light(NamedTuple):
+    """How much of the light comes from everywhere, from one side, and back as from a mirror."""
+
+    ambient: float
+    diffuse: float
+    specular: float
+
+
+_CLAY_LIGHT = Light(0.20, 0.85, 0.32)
+#: colours that tell numbers must stay near those of the colour bar
+_NUMBERS_LIGHT = Light(0.45, 0.58, 0.06)
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What one panel shows: a mesh, a cloud, or polylines.
+
+    Attributes:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        edges: (e, 2) edges of polylines, drawn where there are no faces.
+        colors: (n, 3) or (m, 3) from 0 to 1, by vertices or faces as `by_face` says; None for the colour of clay.
+        by_face: whether colours belong to faces.
+        normals: (n, 3) of a cloud, for its light; or None.
+        paint: instead of light and colours, the (k, 3) colours of (k, 3) unit normals, in the directions of the mesh.
+    """
+
+    vertices: Floats
+    faces: Ints
+    edges: Ints
+    colors: Floats | None = None
+    by_face: bool = False
+    normals: Floats | None = None
+    paint: Callable[[Floats], Floats] | None = None
+
+
+def render(scene: Scene, camera: Camera, width: int, height: int) -> NDArray[np.uint8]:
+    """(height, width, 3) the pixels of a panel.
+
+    Nothing is left out: every triangle is drawn, however many there are. Flat shading, so that noise is seen as it is.
+    """
+    columns, rows = width * SUPERSAMPLING, height * SUPERSAMPLING
+    buffer = DepthBuffer.empty(rows, columns)
+    screen = camera.screen(scene.vertices, columns, rows)
+    if len(scene.faces):
+        draw_triangles(buffer, screen, scene.faces)
+    else:
+        points, owners = _dots(scene, screen)
+        draw_dots(buffer, points, _DOT * SUPERSAMPLING)
+        seen = buffer.elements >= 0
+        buffer.elements[seen] = owners[buffer.elements[seen]]
+    seen = buffer.elements >= 0
+    pixels = np.full((rows, columns, 3), _BACKGROUND, dtype=np.float32)
+    if seen.any():
+        pixels[seen] = (_lit_surface if len(scene.faces) else _lit_dots)(scene, camera, screen, buffer, seen)
+    mixed = pixels.reshape(height, SUPERSAMPLING, width, SUPERSAMPLING, 3).mean(axis=(1, 3))
+    return np.asarray(np.rint(255.0 * np.clip(mixed, 0.0, 1.0)), dtype=np.uint8)
+
+
+def _lit_surface(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuffer, seen: Bools) -> Floats:
+    """(k, 3) the colours of the pixels that are `seen`."""
+    elements = buffer.elements[seen]
+    middle = scene.vertices.mean(axis=0)
+    if scene.paint is not None:
+        weights = _weights(screen, scene.faces, elements, seen)
+        normals = mesh_normals(scene.vertices, scene.faces)
+        mixed = sum(weights[:, k, None] * normals[scene.faces[elements, k]] for k in range(3))
+        lengths = np.linalg.norm(mixed, axis=1, keepdims=True)
+        mixed = np.divide(mixed, lengths, out=np.zeros_like(mixed), where=lengths > 0.0)
+        # A surface seen from inside is polished there, too.
+        mixed[mixed @ camera.rows[2] < 0.0] *= -1.0
+        return scene.paint(mixed)
+    normals = face_normals(scene.vertices - middle, scene.faces) @ camera.rows.T
+    colors = np.broadcast_to(CLAY, (len(elements), 3))
+    if scene.colors is not None and scene.by_face:
+        colors = scene.colors[elements]
+    elif scene.colors is not None:
+        weights = _weights(screen, scene.faces, elements, seen)
+        corners = scene.faces[elements]
+        colors = np.asarray(sum(weights[:, k, None] * scene.colors[corners[:, k]] for k in range(3)))
+    inside = normals[elements, 2] < 0.0
+    colors = np.where(inside[:, None], 0.45 * colors + 0.55 * _INSIDE, colors)
+    facing = np.where((normals[:, 2] < 0.0)[:, None], -normals, normals)[elements]
+    return _lit(facing, colors, _CLAY_LIGHT if scene.colors is None else _NUMBERS_LIGHT)
+
+
+def _lit_dots(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuffer, seen: Bools) -> Floats:
+    points = buffer.elements[seen]
+    colors = np.broadcast_to(CLAY, (len(points), 3)) if scene.colors is None else scene.colors[points]
+    if scene.normals is not None and not len(scene.edges):
+        normals = scene.normals[points] @ camera.rows.T
+        return _lit(np.where(normals[:, 2:] < 0.0, -normals, normals), colors, _NUMBERS_LIGHT)
+    # Without normals the depth gives shape: what is far is paler.
+    depths = screen[:, 2]
+    far = (depths.max() - buffer.depths[seen]) / (np.ptp(depths) or 1.0)
+    strength = (1.0 - 0.55 * far)[:, None]
+    return np.asarray(_BACKGROUND + strength * ((0.8 if scene.colors is None else 1.0) * colors - _BACKGROUND))
+
+
+def _lit(normals: Floats, colors: Floats, strength: Light) -> Floats:
+    """(k, 3) colours under the light, of (k, 3) normals in the directions of the camera that look to the eye."""
+    light = _LIGHT / math.sqrt(float(_LIGHT @ _LIGHT))
+    half = light + np.array([0.0, 0.0, 1.0])
+    half /= math.sqrt(float(half @ half))
+    diffuse = np.clip(normals @ light, 0.0, 1.0)[:, None]
+    shine = np.clip(normals @ half, 0.0, 1.0)[:, None] ** _SHININESS
+    return np.asarray((strength.ambient + strength.diffuse * diffuse) * colors + strength.specular * shine * (1.0 - 0.5 * colors))
+
+
+def _weights(screen: Floats, faces: Ints, elements: Ints, seen: Bools) -> Floats:
+    """(k, 3) the barycentric coordinates of the centres of the pixels that are `seen`."""
+    rows, columns = np.nonzero(seen)
+    x, y = columns + 0.5, rows + 0.5
+    a, b, c = (screen[faces[elements, k], :2].T for k in range(3))
+    u = (b[0] - x) * (c[1] - y) - (b[1] - y) * (c[0] - x)
+    v = (c[0] - x) * (a[1] - y) - (c[1] - y) * (a[0] - x)
+    w = (a[0] - x) * (b[1] - y) - (a[1] - y) * (b[0] - x)
+    return np.asarray(np.column_stack([u, v, w]) / (u + v + w)[:, None])
+
+
+def _dots(scene: Scene, screen: Floats) -> tuple[Floats, Ints]:
+    """The places of the dots that make up a cloud, or polylines, and the vertex whose colour each has."""
+    if not len(scene.edges):
+        return screen, np.arange(len(screen), dtype=np.int32)
+    start, end = screen[scene.edges[:, 0]], screen[scene.edges[:, 1]]
+    counts = np.ceil(np.minimum(np.linalg.norm((end - start)[:, :2], axis=1), _LONGEST)).astype(np.int64) + 1
+    edge = np.repeat(np.arange(len(counts)), counts)
+    t = (np.arange(len(edge)) - np.repeat(np.cumsum(counts) - counts, counts)) / np.maximum(counts - 1, 1)[edge]
+    owners = np.where(t < 0.5, scene.edges[edge, 0], scene.edges[edge, 1]).astype(np.int32)
+    return start[edge] + t[:, None] * (end - start)[edge], owners

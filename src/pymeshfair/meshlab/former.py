@@ -1,0 +1,75 @@
+"""What filters and parameters of older MeshLab versions have become, as facts with fields, kept in ``former_filters.json``."""
+
+from __future__ import annotations
+
+import functools
+import importlib.resources
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+
+@dataclass(frozen=True)
+class Former:
+    """What became of a filter, or of the parameters of one that kept its name. Values are texts as scripts have them.
+
+    Attributes:
+        now: MeshLab's name of the filter today; None if it is gone.
+        idle: it never changed a mesh, so that a step can be left out.
+        invented: the name was never MeshLab's; `now` is what such scripts mean.
+        sets: values to give, by parameter, unless the script gives one.
+        renames: new names of parameters, by the old.
+        turns: by old parameter and value (``*`` for any), the values that say the same today; ``*`` stands for the old value.
+        drops: parameters that are gone, with the value that does what MeshLab does today; None if no value matters.
+        layers: ``"left"`` if the filter once left the current layer alone and its result is current today; ``"current"`` if
+            its result was current in every version.
+        note: what changes in the result, or what to do when the filter is gone; empty if the meaning is the same.
+    """
+
+    now: str | None
+    idle: bool = False
+    invented: bool = False
+    sets: Mapping[str, str] = field(default_factory=dict)
+    renames: Mapping[str, str] = field(default_factory=dict)
+    turns: Mapping[str, Mapping[str, Mapping[str, str]]] = field(default_factory=dict)
+    drops: Mapping[str, str | None] = field(default_factory=dict)
+    layers: Literal["left", "current", ""] = ""
+    note: str = ""
+
+    def turned(self, parameter: str, value: str) -> Mapping[str, str] | None:
+        """The values that say today what that value of an old parameter said; None if the parameter is not known."""
+        cases = self.turns.get(parameter)
+        if cases is None:
+            return None
+        meant = cases.get(value.strip().lower(), cases.get("*"))
+        return None if meant is None else {name: value if text == "*" else text for name, text in meant.items()}
+
+
+def former_filter(old: str) -> Former | None:
+    """What the filter of that old name has become; None if nothing is known of it."""
+    return former_filters().get(old)
+
+
+def former_parameters(name: str) -> Former:
+    """What became of the parameters of a filter that is called so today."""
+    return parameter_facts().get(name, Former(now=name))
+
+
+@functools.cache
+def parameter_facts() -> Mapping[str, Former]:
+    """What became of parameters, by today's name of their filter."""
+    return {name: Former(now=name, **entry) for name, entry in _table()["parameters"].items()}
+
+
+@functools.cache
+def former_filters() -> Mapping[str, Former]:
+    """What became of filters, by their old name."""
+    return {name: Former(**entry) for name, entry in _table()["filters"].items()}
+
+
+@functools.cache
+def _table() -> dict[str, Any]:
+    text = importlib.resources.files(__package__).joinpath("former_filters.json").read_text("utf-8")
+    table: dict[str, Any] = json.loads(text)
+    return table

@@ -1,0 +1,119 @@
+"""Whether a result keeps within the guards of a run, and if not where and by how much."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..declaration import Floats, Ints
+from ..filters.inspection import SHARP, share_kept, sharp_edges
+from ..scripts.guards import Guards
+from .origins import InputMesh, Origins
+
+
+@dataclass(frozen=True)
+class Breach:
+    """One guard that was broken.
+
+    Attributes:
+        guard: its name.
+        message: what happened, where, and how much was allowed.
+        vertex: the vertex of the result that it happened at; None if it concerns the whole.
+        place: (x, y, z) of that vertex.
+        amount: what was measured; None if that could not be.
+        allowed: what was allowed, in the same unit.
+    """
+
+    guard: str
+    message: str
+    vertex: int | None = None
+    place: tuple[float, float, float] | None = None
+    amount: float | None = None
+    allowed: float | None = None
+
+
+def breaches(
+    guards: Guards,
+    origins: Origins,
+    before: InputMesh,
+    vertices: Floats,
+    faces: Ints,
+    measures_before: Mapping[str, Any],
+    measures_after: Mapping[str, Any],
+) -> list[Breach]:
+    """The guards that a result breaks.
+
+    Args:
+        guards: the limits.
+        origins: where the elements of the result come from.
+        before: the mesh as read.
+        vertices: (n, 3) coordinates of the result.
+        faces: (m, 3) triangles of the result.
+        measures_before: of the mesh as read, by name.
+        measures_after: of the result.
+    """
+    found: list[Breach] = []
+    edge = measures_before["mean_edge"] or measures_before["mean_spacing"] or 0.0
+    if guards.max_displacement is not None:
+        limit = guards.max_displacement.resolve(diagonal=measures_before["diagonal"], mean_edge=lambda: edge)
+        found += _displacement(origins, vertices, limit, str(guards.max_displacement))
+    if guards.max_volume_change is not None:
+        found += _volume(measures_before["volume"], measures_after["volume"], guards.max_volume_change)
+    for word, number in guards.require:
+        found += _requirement(word, number, measures_after)
+    if guards.keep_sharp is not None:
+        kept = share_kept(sharp_edges(before.vertices, before.faces), sharp_edges(vertices, faces), within=edge)
+        if kept is not None and 100.0 * kept < guards.keep_sharp:
+            text = f"{100.0 * kept:.4g} % of the length of the edges sharper than {SHARP:g} degrees are kept"
+            found.append(
+                Breach("keep_sharp", f"{text}, not {guards.keep_sharp:g} %", amount=100.0 * kept, allowed=guards.keep_sharp)
+            )
+    return found
+
+
+def _displacement(origins: Origins, vertices: Floats, limit: float, said: str) -> Iterator[Breach]:
+    # Added vertices have not moved; where nothing could be followed, the distance from the surface is all there is.
+    counted = origins.vertices >= 0 if origins.known else np.ones(len(vertices), dtype=np.bool_)
+    over = np.flatnonzero(counted & (origins.distances > limit))
+    if not len(over):
+        return
+    worst = int(over[origins.distances[over].argmax()])
+    amount = float(origins.distances[worst])
+    x, y, z = vertices[worst].tolist()
+    number = origins.vertices[worst]
+    named = f"vertex {worst}" + (f" (vertex {number} of the input)" if number not in (-1, worst) else "")
+    verb = "has moved by" if origins.known else "lies away from the input by"
+    allowed = said if said == repr(limit) else f"{said} = {limit:.6g}"
+    more = f"; so do {len(over) - 1:,} others" if len(over) > 1 else ""
+    message = f"{named} at ({x:.6g}, {y:.6g}, {z:.6g}) {verb} {amount:.6g}, which is more than {allowed}{more}"
+    yield Breach("max_displacement", message, worst, (x, y, z), amount, limit)
+
+
+def _volume(before: float | None, after: float | None, limit: float) -> Iterator[Breach]:
+    if before is None or after is None:
+        which = "the input" if before is None else "the result"
+        yield Breach("max_volume_change", f"{which} is not closed and oriented, so it has no volume that could be compared")
+        return
+    change = 100.0 * (after - before) / abs(before) if before else float("inf") if after else 0.0
+    if abs(change) > limit:
+        text = f"the volume changed from {before:.6g} to {after:.6g}, by {change:+.4g} %, which is more than {limit:g} %"
+        yield Breach("max_volume_change", text, amount=change, allowed=limit)
+
+
+def _requirement(word: str, number: int | None, measures: Mapping[str, Any]) -> Iterator[Breach]:
+    if word == "watertight" and not measures["closed"]:
+        count = measures["border_edges"]
+        yield Breach("require", f"the result is not watertight: it has {count:,} border edges", amount=count, allowed=0)
+    elif word == "oriented" and not measures["oriented"]:
+        yield Breach("require", "the result is not oriented: neighbouring faces look to different sides")
+    elif word == "manifold":
+        edges, vertices = measures["non_manifold_edges"], measures["non_manifold_vertices"]
+        if edges or vertices:
+            text = f"the result has {edges:,} non-manifold edges and {vertices:,} non-manifold vertices"
+            yield Breach("require", text, amount=edges + vertices, allowed=0)
+    elif number is not None and measures[word] != number:
+        has = "no genus" if measures[word] is None else f"{word} {measures[word]}"
+        yield Breach("require", f"the result has {has}, not {number}", amount=measures[word], allowed=number)

@@ -1,0 +1,58 @@
+"""The elements of a script as they are written, before anyone asks what they mean."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from .guards import NO_GUARDS, Guards
+from .problems import Problem
+
+
+@dataclass(frozen=True)
+class ParamElement:
+    """A ``<Param>`` or ``<xmlparam>``.
+
+    Attributes:
+        attributes: as written.
+        line: where it begins, counted from 1.
+    """
+
+    attributes: Mapping[str, str]
+    line: int
+
+
+@dataclass(frozen=True)
+class FilterElement:
+    """A ``<filter>`` or ``<xmlfilter>``.
+
+    Attributes:
+        tag: ``"filter"`` or ``"xmlfilter"``.
+        name: the attribute of that name, or None.
+        line: where it begins, counted from 1.
+        params: what it holds, in the order of the file.
+    """
+
+    tag: str
+    name: str | None
+    line: int
+    params: tuple[ParamElement, ...] = ()
+
+
+@dataclass(frozen=True)
+class Document:
+    """What stands in a file.
+
+    Attributes:
+        name: of the file, for messages.
+        filters: in the order of the file.
+        comment: the words at its head.
+        problems: what is wrong with its structure.
+        guards: what a result must not do.
+    """
+
+    name: str
+    filters: tuple[FilterElement, ...] = ()
+    comment: str = ""
+    problems: tuple[Problem, ...] = ()
+    guards: Guards = NO_GUARDS

@@ -1,0 +1,113 @@
+"""What a result must not do: the limits that a recipe or a command sets to a run."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+
+from ..declaration import Length, nearest
+from ..errors import ParameterError
+
+#: what a result can be required to be, and whether it takes a number
+REQUIREMENTS = {"watertight": False, "manifold": False, "oriented": False, "components": True, "genus": True}
+#: the attributes of ``<FilterScript>`` that set guards, by the names of the fields of `Guards`
+ATTRIBUTES = {
+    "max_displacement": "maxDisplacement",
+    "max_volume_change": "maxVolumeChange",
+    "require": "require",
+    "keep_sharp": "keepSharp",
+}
+_PERCENT = re.compile(r"([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*%?")
+_MILLIMETRES = re.compile(r"\s*mm\s*$")
+
+
+@dataclass(frozen=True)
+class Guards:
+    """The limits of a run; None and nothing for those that are not set.
+
+    Attributes:
+        max_displacement: no vertex of the input that is still there may have moved further.
+        max_volume_change: percent of the volume before, which must not change by more, up or down; both meshes must be closed.
+        require: what the result must be: `REQUIREMENTS`, with the number for those that take one, else None.
+        keep_sharp: percent of the length of the sharp edges near which there must still be one.
+    """
+
+    max_displacement: Length | None = None
+    max_volume_change: float | None = None
+    require: tuple[tuple[str, int | None], ...] = ()
+    keep_sharp: float | None = None
+
+    def __bool__(self) -> bool:
+        """Whether anything is guarded."""
+        return self != NO_GUARDS
+
+    @classmethod
+    def parse(cls, texts: Mapping[str, str]) -> Guards:
+        """The guards that texts spell, by the names of the fields.
+
+        Raises:
+            ParameterError: a text that is none of what its guard takes; the message names the guard.
+        """
+        readers = {"max_displacement": _length, "max_volume_change": _percent, "require": _requirements, "keep_sharp": _share}
+        return cls(**{name: readers[name](name, text) for name, text in texts.items()})  # type: ignore[arg-type]
+
+    def texts(self) -> dict[str, str]:
+        """What `parse` reads, of those guards that are set."""
+        found = {
+            "max_displacement": None if self.max_displacement is None else str(self.max_displacement),
+            "max_volume_change": None if self.max_volume_change is None else f"{self.max_volume_change!r}%",
+            "require": ",".join(word if n is None else f"{word}={n}" for word, n in self.require) or None,
+            "keep_sharp": None if self.keep_sharp is None else f"{self.keep_sharp!r}%",
+        }
+        return {name: text for name, text in found.items() if text is not None}
+
+    def overridden(self, others: Guards) -> Guards:
+        """These guards with the ones that `others` sets in their places."""
+        changes = {f.name: getattr(others, f.name) for f in fields(self) if getattr(others, f.name) not in (None, ())}
+        return replace(self, **changes)
+
+
+#: no limit at all
+NO_GUARDS = Guards()
+
+
+def _length(name: str, text: str) -> Length:
+    # Scanners write millimetres, and say so; a mesh has no unit of its own.
+    length = Length.parse(_MILLIMETRES.sub("", text))
+    if length.amount < 0.0:
+        raise ParameterError(f"{name} {text!r} is below 0")
+    return length
+
+
+def _percent(name: str, text: str) -> float:
+    match = _PERCENT.fullmatch(text.strip())
+    if match is None or not math.isfinite(float(match[1])):
+        raise ParameterError(f"{name} {text!r} is no percentage: write it as 1% or 0.5%")
+    return float(match[1])
+
+
+def _share(name: str, text: str) -> float:
+    percent = _percent(name, text)
+    if percent > 100.0:
+        raise ParameterError(f"{name} {text!r} is above 100 %")
+    return percent
+
+
+def _requirements(name: str, text: str) -> tuple[tuple[str, int | None], ...]:
+    found: list[tuple[str, int | None]] = []
+    for part in text.split(","):
+        word, sign, given = (piece.strip() for piece in part.partition("="))
+        if word not in REQUIREMENTS:
+            near = nearest(word, REQUIREMENTS)
+            hint = f"did you mean {near!r}?" if near else f"it takes {_offered()}"
+            raise ParameterError(f"{name}: {word!r} is nothing that can be required; {hint}")
+        if bool(sign) != REQUIREMENTS[word] or (sign and not (given.isascii() and given.isdigit() and len(given) < 10)):
+            raise ParameterError(f"{name}: {part.strip()!r}; it takes {_offered()}")
+        found.append((word, int(given) if sign else None))
+    return tuple(found)
+
+
+def _offered() -> str:
+    return ", ".join(f"{word}=N" if takes else word for word, takes in REQUIREMENTS.items())

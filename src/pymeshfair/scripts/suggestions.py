@@ -1,0 +1,104 @@
+"""What to write instead of a name that is wrong: from the facts about older MeshLab versions, else by a slip of spelling."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable
+
+from ..declaration import Enum, Filter
+from ..meshlab.former import Former, former_parameters
+from ..registry import all_filters, find_filter
+
+#: from so many letters on a name may have so many slips; ``Delete Selection`` is not meant to be ``Dilate Selection``
+_SLIPS = ((20, 2), (4, 1), (0, 0))
+
+
+def close_spelling(name: str, names: Iterable[str]) -> str | None:
+    """The only one of `names` that differs from `name` by case, spaces or a slip or two; None if there is none or several."""
+    plain = _plain(name)
+    allowed = next(slips for letters, slips in _SLIPS if len(plain) >= letters)
+    found: list[tuple[int, str]] = []
+    for other in names:
+        slips = _distance(plain, _plain(other), allowed)
+        if slips <= allowed:
+            found.append((slips, other))
+    found.sort()
+    return found[0][1] if found and (len(found) == 1 or found[0][0] < found[1][0]) else None
+
+
+def suggested_filter(name: str) -> str | None:
+    """The name in menus of the filter that a slip of spelling leads to, whether in its name in menus or in Python."""
+    known = all_filters()
+    menu = close_spelling(name, (f.name for f in known))
+    python = close_spelling(name, (f.python_name for f in known)) if menu is None and name.isidentifier() else None
+    return menu or (find_filter(python).name if python else None)
+
+
+def same_but_case(name: str) -> str | None:
+    """The name of the filter that is written so but for capital letters and spaces; None if there is none."""
+    plain = _plain(name)
+    return next((f.name for f in all_filters() if _plain(f.name) == plain), None)
+
+
+def renamed(former: Former) -> str:
+    """The sentence about a filter that has another name today."""
+    said = [f"MeshLab has renamed this filter to {former.now!r}"]
+    assert former.now is not None
+    known = find_filter(former.now)
+    for name, text in former.sets.items():
+        said.append(f"; give it the parameter {name} with the value {text}{_meaning(known, name, text)}")
+    if renames := former_parameters(former.now).renames:
+        said.append("; of its parameters " + ", ".join(f"{old} is {new}" for old, new in renames.items()))
+    return "".join(said) + "; `pymeshfair upgrade` rewrites it"
+
+
+def invented(former: Former) -> str:
+    """The sentence about a name that was never MeshLab's."""
+    note = f": {former.note}" if former.note else ""
+    return f"no MeshLab has had a filter of that name; {former.now!r} is what comes closest{note}"
+
+
+def gone(former: Former) -> str:
+    """The sentence about a filter that there is no more."""
+    if former.idle:
+        return "MeshLab has dropped this filter, which changed nothing; leave it out, or let `pymeshfair upgrade` do so"
+    return f"there is no such filter today: {former.note}"
+
+
+def former_parameter_hint(former: Former, name: str) -> tuple[str, str | None]:
+    """What became of an old parameter, as the end of a sentence, and the parameter to write instead; empty if not known."""
+    if name in former.renames:
+        return f"it is called {former.renames[name]!r} now; `pymeshfair upgrade` rewrites it", former.renames[name]
+    if name in former.turns:
+        values = " and ".join(sorted({new for case in former.turns[name].values() for new in case}))
+        return f"{values} says that now; `pymeshfair upgrade` rewrites it", None
+    if name in former.drops:
+        return "MeshLab has dropped it; `pymeshfair upgrade` leaves it out", None
+    return "", None
+
+
+def _meaning(known: Filter, name: str, text: str) -> str:
+    parameter = next(p for p in known.parameters if p.xml_name == name)
+    return f" ({parameter.choices[int(text)]})" if isinstance(parameter, Enum) else ""
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[\s_-]+", "", name.casefold())
+
+
+def _distance(first: str, second: str, most: int) -> int:
+    """How many letters are added, dropped, changed or swapped with the next; any number above `most` if more are."""
+    if abs(len(first) - len(second)) > most or (Counter(first) - Counter(second)).total() > most:
+        return most + 1
+    before: list[int] = []
+    row = list(range(len(second) + 1))
+    for i, letter in enumerate(first, 1):
+        new = [i]
+        for j, other in enumerate(second, 1):
+            cost = min(row[j] + 1, new[j - 1] + 1, row[j - 1] + (letter != other))
+            if i > 1 and j > 1 and letter == second[j - 2] and first[i - 2] == other:
+                cost = min(cost, before[j - 2] + 1)
+            new.append(cost)
+        before, row = row, new
+    return row[-1]

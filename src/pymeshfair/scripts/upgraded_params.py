@@ -1,0 +1,111 @@
+"""The values of one filter of an old script, under the names and in the types of today."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from ..declaration import Bool, Enum, FileOpen, Filter, Float, Parameter, Percentage, Point
+from ..meshlab.former import Former
+from .changes import Change
+from .elements import FilterElement, ParamElement
+from .param_types import WHOLE, parsed, type_complaints
+
+
+def upgraded_params(element: FilterElement, known: Filter, facts: Sequence[Former]) -> tuple[list[ParamElement], list[Change]]:
+    """The parameters that today's filter takes, and what was changed; what is not known stays as it is."""
+    params: dict[object, ParamElement] = {}
+    changes: list[Change] = []
+    old = element.name or ""
+    declared = {p.xml_name: p for p in known.parameters}
+    for index, param in enumerate(element.params):
+        name = param.attributes.get("name")
+        if name is None:
+            params[index] = param
+            continue
+        meant = name if name in declared else _fact(facts, name, param, declared)
+        if isinstance(meant, Change):
+            changes.append(Change(line=param.line, filter=old, parameter=name, what=meant.what, meaning=meant.meaning))
+            continue
+        if isinstance(meant, Mapping):
+            said = ", ".join(f"{new}={text}" for new, text in meant.items()) or "today's default says the same"
+            changes.append(Change(line=param.line, filter=old, parameter=name, what=f"is left out: {said}"))
+            for new, text in meant.items():
+                params[new] = _typed(declared[new], {"name": new, "value": text}, param.line)
+            continue
+        if meant != name:
+            changes.append(Change(line=param.line, filter=old, parameter=name, what=f"is {meant!r} now"))
+        if meant in params and meant in declared:
+            meaning = "" if params[meant].attributes == param.attributes else "the last of the two values counts, as in MeshLab"
+            changes.append(Change(line=param.line, filter=old, parameter=name, what="is given once", meaning=meaning))
+        typed = param
+        if meant in declared:
+            typed = _typed(declared[meant], {**param.attributes, "name": meant}, param.line)
+            if element.tag != "xmlfilter":
+                changes += _type_changes(declared[meant], param, typed, old)
+        params[meant] = typed
+    return list(params.values()), changes
+
+
+def _fact(
+    facts: Sequence[Former], name: str, param: ParamElement, declared: Mapping[str, Parameter]
+) -> str | Mapping[str, str] | Change:
+    """Today's name of a parameter, or the values that say the same, or why it is left out; the same name if nothing is known."""
+    value = param.attributes.get("value", "")
+    for former in facts:
+        if name in former.renames:
+            return former.renames[name]
+        turned = former.turned(name, value)
+        if turned is not None:
+            return turned
+        if name in former.drops:
+            neutral = former.drops[name]
+            same = neutral is None or value.strip().lower() == neutral or (parsed(value) is not None and _equal(value, neutral))
+            meaning = "" if same else f"MeshLab has no such parameter any more and does what {neutral} did"
+            return Change(line=param.line, filter="", what="is left out, as MeshLab has dropped it", meaning=meaning)
+    by_case = [xml for xml, p in declared.items() if name.casefold() == xml.casefold() or name == p.name]
+    return by_case[0] if len(by_case) == 1 else name
+
+
+def _equal(text: str, neutral: str) -> bool:
+    return parsed(text) == parsed(neutral)
+
+
+def _typed(parameter: Parameter, attributes: Mapping[str, str], line: int) -> ParamElement:
+    """The element with the type and the attributes that MeshLab needs, where the value can be read in that type."""
+    found = dict(attributes)
+    value = found.get("value", "")
+    if isinstance(parameter, Bool):
+        found["value"] = {"1": "true", "0": "false"}.get(value.strip(), value.strip().lower())
+        if found["value"] not in ("true", "false"):
+            return ParamElement(attributes, line)
+    elif isinstance(parameter, Point):
+        if any(parsed(found.get(axis, "")) is None for axis in "xyz"):
+            return ParamElement(attributes, line)
+    elif isinstance(parameter, Float | Percentage):
+        number = parsed(value)
+        if number is None:
+            return ParamElement(attributes, line)
+        if found.get("type") != "RichFloat" or parameter.xml_type == "RichAbsPerc":
+            for bound, limit in (("min", min(0.0, number)), ("max", number)):
+                found[bound] = found.get(bound, repr(limit))
+    elif isinstance(parameter, Enum) or parameter.xml_type in ("RichInt", "RichMesh"):
+        if WHOLE.fullmatch(value) is None:
+            return ParamElement(attributes, line)
+        if isinstance(parameter, Enum):
+            found["enum_cardinality"] = found.get("enum_cardinality", str(len(parameter.choices)))
+    elif isinstance(parameter, FileOpen):
+        found["exts_cardinality"] = found.get("exts_cardinality", "0")
+    if list(type_complaints(parameter, found)):
+        found["type"] = parameter.xml_type
+    return ParamElement(found, line)
+
+
+def _type_changes(parameter: Parameter, old: ParamElement, new: ParamElement, filter_name: str) -> Iterator[Change]:
+    """What was changed in the attributes of a parameter."""
+    for attribute, text in new.attributes.items():
+        before = old.attributes.get(attribute)
+        if attribute != "name" and before != text:
+            written = "was missing" if before is None else f"was {before!r}"
+            yield Change(
+                line=old.line, filter=filter_name, parameter=parameter.xml_name, what=f"{attribute} is {text!r}, {written}"
+            )

@@ -1,0 +1,99 @@
+"""What steps of an old script meant together and mean no longer: the current layer, and the selection that is left over."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+
+from ..declaration import Arity
+from ..meshlab.former import former_parameters
+from .changes import Change
+from .script import Script, Step
+
+_DELETE = "delete_current_mesh"
+_CLOSE_HOLES = "meshing_close_holes"
+
+
+def upgraded_steps(
+    script: Script, names: Mapping[int, str], *, aged: bool, always_current: frozenset[int]
+) -> tuple[Script, list[Change]]:
+    """The script with steps that do together what was meant, and what was changed.
+
+    Args:
+        script: the steps, with the lines of the old file.
+        names: the names of the filters in the old file, by line.
+        aged: whether the script is certainly of an older MeshLab, as its names or types say.
+        always_current: the lines of steps whose result was the current layer in every version.
+    """
+    steps: list[Step] = []
+    changes: list[Change] = []
+    skipped = False
+    for index, step in enumerate(script.steps):
+        if skipped:
+            skipped = False
+            continue
+        later = script.steps[index + 1 :]
+        line = step.line or 0
+        name = names.get(line, step.filter.name)
+        if left_current_layer(step):
+            if deletes_result(later):
+                meaning = (
+                    _ALWAYS if line in always_current else _LAYERS if _asks_for_layers(later[1:]) else "" if aged else _UNSURE
+                )
+                what = "is left out: today it would delete the result of the step before, then the input"
+                changes.append(Change(line=later[0].line or 0, filter=later[0].filter.name, what=what, meaning=meaning))
+                skipped = True
+            elif aged and line not in always_current:
+                changes.append(Change(line=line, filter=name, what="its result is the current layer now", meaning=_CURRENT))
+        steps.append(step)
+    whole: list[Step] = []
+    leftover = set(steps_on_leftover_selection(steps))
+    for number, step in enumerate(steps):
+        if number in leftover:
+            parameter = next(p.xml_name for p in step.filter.parameters if p.name == "selected")
+            what = f"{parameter} is false now"
+            changes.append(Change(line=step.line or 0, filter=step.filter.name, what=what, meaning=_WHOLE))
+            whole.append(step.with_values({"selected": False}))
+        else:
+            whole.append(step)
+    return replace(script, steps=tuple(whole)), changes
+
+
+_LAYERS = "the input stays as a layer, and a later step looks at layers"
+_ALWAYS = "the filter that the step before was made its result current in every version, so that this step deleted it"
+_UNSURE = "in MeshLab 2016 it deleted the input, today it deletes the result; now nothing is deleted, and the result is current"
+_CURRENT = "MeshLab 2016 left the input current; today later steps work on the result, and the result is written"
+_WHOLE = "without it only the faces that closed the holes were worked on; now it is the whole mesh"
+
+
+def left_current_layer(step: Step) -> bool:
+    """Whether the result of the step is the current layer today, but was not in MeshLab 2016."""
+    return former_parameters(step.filter.name).layers == "left"
+
+
+def deletes_result(later: Iterable[Step]) -> bool:
+    """Whether the next step deletes the current layer."""
+    return next((step.filter.python_name == _DELETE for step in later), False)
+
+
+def steps_on_leftover_selection(steps: Iterable[Step]) -> Iterator[int]:
+    """The indices of the steps that work on the faces that Close Holes has selected, as they do not say ``Selected``."""
+    leftover = False
+    for index, step in enumerate(steps):
+        name = step.filter.python_name
+        if name == _CLOSE_HOLES:
+            leftover = step.values.get("newfaceselected", True) is True
+        elif "selection" in name or name.startswith(("create_", "generate_")):
+            leftover = False
+        elif leftover and step.filter.defaults.get("selected", True) is None and "selected" not in step.values:
+            yield index
+
+
+def _asks_for_layers(steps: Iterable[Step]) -> bool:
+    """Whether any of the steps works on several layers or names one."""
+    for step in steps:
+        if step.values.get("alllayers") or step.values.get("visiblelayer", False):
+            return True
+        if step.filter.arity in (Arity.FIXED, Arity.VARIABLE) and "visiblelayer" not in step.values:
+            return True
+    return False

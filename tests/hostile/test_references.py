@@ -1,0 +1,106 @@
+"""What a mesh file names: nothing from outside its folder is read or copied, and nothing but regular files is opened."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+
+from pymeshfair.files.errors import InputError
+
+from ..running.runs import SAMPLES, ply_bytes, session_report, xyz
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs pipes, devices and links")
+
+_OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\n{}\nusemtl a\nf 1/1 2/1 3/1\n"
+#: ways to name a file that a reader may miss
+WAYS = {
+    "mtllib": _OBJ.format("mtllib {}"),
+    "mtllib after a blank": _OBJ.format(" mtllib {}"),
+    "mtllib after a tab": _OBJ.format("\tmtllib\t{}"),
+    "mtllib continued": _OBJ.format("mtllib \\\n{}"),
+    "mtllib in an old Mac's file": _OBJ.format("mtllib {}").replace("\n", "\r"),
+}
+TARGETS = ("/dev/zero", "pipe", "../secret.txt", "{outside}/secret.txt", "link", "folder")
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """The folder of a mesh, with a pipe, a link to a secret and a folder; the secret is outside."""
+    (tmp_path / "secret.txt").write_text("newmtl a\nmap_Kd t.png\n# secret\n")
+    shutil.copy(SAMPLES / "TextureDouble_A.png", tmp_path / "secret.png")
+    inside = tmp_path / "mesh"
+    (inside / "folder").mkdir(parents=True)
+    os.mkfifo(inside / "pipe")
+    (inside / "link").symlink_to(tmp_path / "secret.txt")
+    (inside / "link.png").symlink_to(tmp_path / "secret.png")
+    (inside / "no_image.png").write_text("secret")
+    (tmp_path / "out").mkdir()
+    return inside
+
+
+def refused(path: Path) -> None:
+    """A run of the file is refused, and nothing of the secret is anywhere in the output's folder."""
+    out = path.parent.parent / "out"
+    with pytest.raises(InputError, match=r"outside its folder|and no file|is no image"):
+        session_report(path, out / "out.obj")
+    for file in out.rglob("*"):
+        assert not file.is_file() or b"secret" not in file.read_bytes()
+
+
+@pytest.mark.parametrize("target", TARGETS)
+@pytest.mark.parametrize("way", WAYS)
+def test_material_files(folder: Path, way: str, target: str) -> None:
+    """However the line is written, a material file that is a device, a pipe or outside is refused."""
+    path = folder / "mesh.obj"
+    path.write_text(WAYS[way].replace("{}", target.format(outside=folder.parent)))
+    refused(path)
+
+
+TEXTURES = ("/etc/passwd", "../secret.png", "link.png", "no_image.png", "pipe", "/dev/zero", "folder")
+
+
+@pytest.mark.parametrize("target", TEXTURES)
+@pytest.mark.parametrize("line", ["map_Kd {}", "  map_Kd\t{}", "map_Kd -s 1 1 1 {}", "map_Kd \\\n{}"])
+def test_textures_of_materials(folder: Path, line: str, target: str) -> None:
+    """A texture outside, or one that is no image by its content, is refused however its line is written."""
+    path = folder / "mesh.obj"
+    path.write_text(_OBJ.format("mtllib m.mtl"))
+    (folder / "m.mtl").write_text(f"newmtl a\n{line.format(target)}\n")
+    refused(path)
+
+
+@pytest.mark.parametrize("target", TEXTURES)
+@pytest.mark.parametrize(
+    "line", ["comment TextureFile {}", "comment TextureFile\t{}", "comment texturefile  {}", "obj_info TextureFile {}"]
+)
+def test_textures_of_ply_files(folder: Path, line: str, target: str) -> None:
+    """The same for what the header of a PLY file names."""
+    path = folder / "mesh.ply"
+    path.write_bytes(ply_bytes(xyz(), head=line.format(target)))
+    refused(path)
+
+
+@pytest.mark.parametrize("part", ["buffers", "images"])
+@pytest.mark.parametrize(
+    "target", ["../secret.txt", "%2e%2e/secret.txt", "%2e%2e%2fsecret.txt", "pipe", "%70ipe", "/dev/zero", "link"]
+)
+def test_files_of_gltf_documents(folder: Path, part: str, target: str) -> None:
+    """The same for buffers and images of a glTF document, percent-encoded or not."""
+    path = folder / "mesh.gltf"
+    path.write_text(json.dumps({"asset": {"version": "2.0"}, part: [{"uri": target, "byteLength": 12}]}))
+    refused(path)
+
+
+def test_outside_files_are_read_if_allowed(folder: Path) -> None:
+    """With --allow-outside the textures of another folder are taken, if they are images."""
+    path = folder / "mesh.ply"
+    path.write_bytes(ply_bytes(xyz(), head="comment TextureFile ../secret.png"))
+    report = session_report(path, folder.parent / "out" / "out.ply", allow_outside=True)
+    assert [Path(f["target"]).name for f in report["staged"]] == ["out.ply", "secret.png"]
+    path.write_bytes(ply_bytes(xyz(), head="comment TextureFile ../secret.txt"))
+    with pytest.raises(InputError, match="is no image"):
+        session_report(path, folder.parent / "out" / "other.ply", allow_outside=True)

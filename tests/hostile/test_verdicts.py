@@ -1,0 +1,27 @@
+"""Each file of the corpus is read whole, or refused with the reason; none silently becomes something else."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pymeshfair.files.errors import InputError
+
+from ..running.runs import session_report
+from .corpus import Case, gltfs, plys, texts
+
+
+@pytest.mark.parametrize("case", [*texts(), *gltfs(), *plys()], ids=lambda case: case.name)
+def test_every_file_gets_its_verdict(tmp_path: Path, case: Case) -> None:
+    """Refused for the reason, or read to the last vertex and face with a word about what is not kept."""
+    path = tmp_path / case.name
+    path.write_bytes(case.data)
+    if case.refusal is not None:
+        with pytest.raises(InputError, match=case.refusal):
+            session_report(path, tmp_path / "out.ply")
+        return
+    report = session_report(path, tmp_path / "out.ply")
+    assert (report["after"]["vertices"], report["after"]["faces"]) == case.counts
+    warnings = " ".join(report["warnings"])
+    assert (case.warning is None and not warnings) or (case.warning is not None and case.warning in warnings)

@@ -1,0 +1,225 @@
+"""Pictures: what is in front, from where, in which colours."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from pymeshfair.errors import MeshError, ParameterError
+from pymeshfair.looking.annotation import round_length
+from pymeshfair.looking.camera import VIEWS, close_up, fitting_camera, view_angles, view_rows
+from pymeshfair.looking.picture import Appearance, draw_meshes
+from pymeshfair.looking.rasterizer import DepthBuffer, draw_triangles
+from pymeshfair.looking.shading import Scene, render
+from pymeshfair.running.read import ReadMesh
+from tests.commands.command_line import document, invoke, run_process
+from tests.meshes import cube, grid, icosphere, sample, sample_path
+
+NO_EDGES = np.empty((0, 2), dtype=np.int32)
+
+
+def mesh_of(vertices: Any, faces: Any, **more: Any) -> ReadMesh:
+    """Arrays as if they had been read from mesh.ply."""
+    optional = ("vertex_normals", "vertex_scalars", "vertex_colors", "face_scalars", "face_colors", "self_intersecting")
+    given = {name: more.get(name) for name in optional}
+    return ReadMesh(
+        Path("mesh.ply"), vertices, faces, more.get("edges", NO_EDGES), **given, attributes=(), measures={}, warnings=()
+    )
+
+
+def pixels(mesh: ReadMesh, **appearance: Any) -> np.ndarray:
+    """The pixels of a picture of one mesh without a title."""
+    return np.asarray(draw_meshes([mesh], ["x"], Appearance(titles=False, **{"width": 128, "height": 128, **appearance})))
+
+
+def test_every_pixel_shows_the_nearest_triangle() -> None:
+    """Compared with a ray through the middle of every pixel, intersected with every triangle."""
+    rng = np.random.default_rng(5)
+    screen = np.column_stack([rng.uniform(-5, 45, 60), rng.uniform(-5, 35, 60), rng.normal(size=60)])
+    faces = rng.integers(0, 60, (40, 3)).astype(np.int32)
+    faces = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])]
+    buffer = DepthBuffer.empty(30, 40)
+    draw_triangles(buffer, screen, faces)
+    for row in range(30):
+        for column in range(40):
+            found, depth = -1, -np.inf
+            for f, (a, b, c) in enumerate(screen[faces]):
+                system = np.column_stack([b - a, c - a])[:2]
+                s, t = np.linalg.solve(system, [column + 0.5 - a[0], row + 0.5 - a[1]])
+                z = a[2] + s * (b - a)[2] + t * (c - a)[2]
+                if min(s, t, 1 - s - t) >= 0 and z > depth:
+                    found, depth = f, z
+            assert buffer.elements[row, column] == found
+            if found >= 0:
+                assert buffer.depths[row, column] == pytest.approx(depth, abs=1e-9)
+
+
+def test_a_surface_has_no_cracks() -> None:
+    """A rectangle of 20,000 triangles fills every pixel of its outline, however small they are."""
+    vertices, faces = grid(100, 100, 0.37)
+    buffer = DepthBuffer.empty(50, 50)
+    draw_triangles(buffer, vertices * [1.2, 1.2, 1.0], faces)
+    covered = buffer.elements >= 0
+    expected = np.arange(50) + 0.5 < 37 * 1.2
+    np.testing.assert_array_equal(covered, expected[:, None] & expected)
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_views_show_their_side(view: str) -> None:
+    """The side of a cube that looks to the eye is the one of the view's name."""
+    towards = {
+        "front": [0, 0, 1],
+        "back": [0, 0, -1],
+        "right": [1, 0, 0],
+        "left": [-1, 0, 0],
+        "top": [0, 1, 0],
+        "bottom": [0, -1, 0],
+    }
+    rows = view_rows(*VIEWS[view])
+    np.testing.assert_allclose(rows @ rows.T, np.eye(3), atol=1e-15)
+    assert np.linalg.det(rows) == pytest.approx(1.0)
+    if view in towards:
+        np.testing.assert_allclose(rows[2], towards[view], atol=1e-15)
+        z_up = view_rows(*VIEWS[view], up="z")
+        np.testing.assert_allclose(z_up[2], np.array(towards[view])[[0, 2, 1]] * [1, -1, 1], atol=1e-15)
+
+
+def test_camera_holds_every_vertex_and_lengths_to_scale() -> None:
+    """All points are within the window, and a length across is as many pixels as the camera says."""
+    vertices, _ = sample("bunny.obj")
+    camera = fitting_camera([vertices, vertices + 1.0], view_rows(30.0, 20.0), 1.5)
+    for points in (vertices, vertices + 1.0):
+        screen = camera.screen(points, 300, 200)
+        assert screen[:, 0].min() > 0
+        assert screen[:, 0].max() < 300
+        assert screen[:, 1].min() > 0
+        assert screen[:, 1].max() < 200
+    ends = camera.screen(np.array([camera.centre, camera.centre + 0.1 * camera.rows[0]]), 300, 200)
+    assert ends[1, 0] - ends[0, 0] == pytest.approx(0.1 * 300 / camera.width)
+    near = close_up(vertices[7], 0.2, view_rows(0, 0), 2.0)
+    np.testing.assert_allclose(near.screen(vertices[7:8], 200, 100)[0, :2], [100, 50])
+    assert (near.width, near.height) == (0.4, 0.2)
+
+
+def test_far_from_the_origin_the_picture_is_the_same() -> None:
+    """At UTM coordinates, given ones that can be moved exactly, hardly a pixel changes."""
+    vertices, faces = sample("bunny.obj")
+    vertices = np.round(vertices * 2.0**18) / 2.0**18
+    near, far = pixels(mesh_of(vertices, faces)), pixels(mesh_of(vertices + np.array([5e5, 5.5e6, 300.0]), faces))
+    assert np.mean(np.abs(near.astype(int) - far).max(axis=2) > 2) < 1e-3
+
+
+def test_colours_are_those_of_the_bar() -> None:
+    """A plate seen from the front whose scalar grows to the right grows lighter to the right; both sides of the bar are told."""
+    vertices, faces = grid(20, 20)
+    shown = pixels(mesh_of(vertices, faces, vertex_scalars=vertices[:, 0].copy()), color="scalar")
+    row = shown[64, 8:120].astype(float).sum(axis=1)
+    assert (np.diff(row[::8]) > 0).all()
+    assert shown.shape[0] > 128
+
+
+def test_displacement_is_measured_from_the_first() -> None:
+    """The first mesh is plain, the grown one orange."""
+    vertices, faces = icosphere(3)
+    meshes = [mesh_of(vertices, faces), mesh_of(1.1 * vertices, faces)]
+    drawn = np.asarray(draw_meshes(meshes, ["a", "b"], Appearance("displacement", width=100, height=100)), dtype=int)
+    middle = drawn[34 + 50, [50, 150]]
+    assert np.ptp(middle[0]) < 30
+    assert middle[1, 0] - middle[1, 2] > 60
+
+
+def test_inner_sides_look_different() -> None:
+    """A surface that is seen from inside is told apart by its colour."""
+    vertices, faces = icosphere(3)
+    outside, inside = pixels(mesh_of(vertices, faces)), pixels(mesh_of(vertices, faces[:, ::-1].copy()))
+    assert outside[64, 64, 2] > outside[64, 64, 0]
+    assert inside[64, 64, 0] > inside[64, 64, 2]
+
+
+def test_clouds_and_polylines_are_drawn() -> None:
+    """A point is a dot and an edge a line, with no faces at all."""
+    corner = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0]])
+    none = np.empty((0, 3), dtype=np.int32)
+    dots = pixels(mesh_of(corner, none))
+    lines = pixels(mesh_of(corner, none, edges=np.array([[0, 1], [1, 2]], dtype=np.int32)))
+    # Above the scale bar there is the third point, and most of the edge to it.
+    assert 3 <= np.count_nonzero((dots[:90] < 200).all(axis=2)) < 20
+    assert np.count_nonzero((lines[:90] < 200).all(axis=2)) > 80
+
+
+def test_rendering_is_the_same_every_time() -> None:
+    """The same scene gives the same bytes."""
+    vertices, faces = sample("bunny.obj")
+    camera = fitting_camera([vertices], view_rows(20, 10), 1.0)
+    first, second = (render(Scene(vertices, faces, NO_EDGES), camera, 100, 100) for _ in range(2))
+    np.testing.assert_array_equal(first, second)
+
+
+def test_scale_bars_have_round_lengths() -> None:
+    """1, 2 or 5 times a power of ten, the largest that fits."""
+    assert [round_length(x) for x in (0.99, 1.0, 1.99, 2.0, 4.0, 5.0, 77.0)] == pytest.approx([0.5, 1, 1, 2, 2, 5, 50])
+
+
+def test_what_cannot_be_shown_is_refused() -> None:
+    """Unknown names, views and numbers that no mesh has are refused with what there is."""
+    vertices, faces = cube()
+    with pytest.raises(ParameterError, match="did you mean 'curvature'"):
+        pixels(mesh_of(vertices, faces), color="curvatur")
+    with pytest.raises(MeshError, match="it takes a second mesh"):
+        pixels(mesh_of(vertices, faces), color="displacement")
+    with pytest.raises(MeshError, match="has no colours of its own"):
+        pixels(mesh_of(vertices, faces), color="own")
+    with pytest.raises(ParameterError, match="did you mean 'front'"):
+        view_angles("fron")
+    with pytest.raises(ParameterError, match="from -90 to 90"):
+        view_angles("0,100")
+    assert view_angles("30,-20") == (30.0, -20.0)
+
+
+def test_the_command_needs_no_display(tmp_path: Path) -> None:
+    """Without DISPLAY, on one thread, a picture of two meshes is written, with titles and the size that was asked for."""
+    bare = dict.fromkeys(("DISPLAY", "WAYLAND_DISPLAY", "XDG_RUNTIME_DIR"), "") | {"NUMBA_NUM_THREADS": "1"}
+    bunny, target = sample_path("bunny.obj"), tmp_path / "out.png"
+    done = run_process("picture", bunny, bunny, "-o", target, "--size", "160x120", "--view", "iso", "--json", environment=bare)
+    assert done.returncode == 0, done.stderr
+    assert document(done.stdout)["width"] == 320
+    with Image.open(target) as drawn:
+        assert drawn.size == (320, 154)
+        seen = np.asarray(drawn)
+    assert (seen[34:, :160] < 128).any()
+    # The scale bar stands in the first panel alone.
+    np.testing.assert_array_equal(seen[40:110, :160], seen[40:110, 160:])
+
+
+def test_nothing_of_opengl_is_loaded(tmp_path: Path) -> None:
+    """What draws loads neither pymeshlab, nor OpenGL, nor matplotlib."""
+    program = (
+        "import sys, numpy as np, pymeshfair.looking.picture\n"
+        "wrong = {'pymeshlab', 'matplotlib', 'OpenGL', 'vtk'} & {name.split('.')[0] for name in sys.modules}\n"
+        "maps = open('/proc/self/maps').read() if sys.platform == 'linux' else ''\n"
+        "sys.exit(bool(wrong) or 'libGL' in maps)"
+    )
+    assert subprocess.run([sys.executable, "-c", program], timeout=120, env=dict(os.environ)).returncode == 0
+
+
+def test_wrong_command_lines_are_refused(tmp_path: Path) -> None:
+    """Extensions, sizes, titles and close-ups that cannot be are usage errors, before any picture is written."""
+    bunny = sample_path("bunny.obj")
+    for wrong, words in (
+        (["-o", tmp_path / "x.gif"], "a picture is a .png"),
+        (["-o", tmp_path / "x.png", "--size", "big"], "WIDTHxHEIGHT"),
+        (["-o", tmp_path / "x.png", "--title", "a", "--title", "b"], "2 titles for 1 meshes"),
+        (["-o", tmp_path / "x.png", "--zoom", "vertex=99999999,1%"], "N below the"),
+        (["-o", tmp_path / "x.png", "--zoom", "0,0,0,0"], "above 0"),
+    ):
+        result = invoke("picture", bunny, *map(str, wrong))
+        assert result.exit_code == 2, wrong
+        assert words in result.stderr
+    assert not list(tmp_path.iterdir())
