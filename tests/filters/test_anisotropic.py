@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from pymeshfair.filters import topology
 from pymeshfair.filters.checks import FilterInputError, UnstableStepError
 from pymeshfair.filters.diffusion.anisotropic import EDGE_STOPS, EdgeStop, longest_step, perona_malik
-from pymeshfair.filters.execution import threads as parallel
 from tests.meshes import AWKWARD, grid, icosphere, renumbered, wheel
 
 Floats = NDArray[np.float64]
@@ -122,15 +121,6 @@ def test_awkward_meshes_stay_finite(name: str) -> None:
     assert found.shape == values.shape
     if len(values):
         assert values.min() <= found.min() <= found.max() <= values.max()
-
-
-def test_the_number_of_threads_makes_no_difference(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The result on one thread is, bit by bit, that on all of them."""
-    vertices, faces = icosphere(4)
-    values = random_values(len(vertices), 3)
-    alone = perona_malik(values, faces)
-    monkeypatch.setattr(parallel, "SERIAL_BELOW", 0)
-    assert perona_malik(values, faces).tobytes() == alone.tobytes()
 
 
 def test_progress_is_told() -> None:

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-import numba
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -14,7 +13,6 @@ from numpy.typing import NDArray
 from pymeshfair.filters import topology
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.denoising.bilateral import bilateral_fleishman, bilateral_jones
-from pymeshfair.filters.execution import threads as parallel
 from pymeshfair.filters.robust import KERNEL_NAMES, KernelName, weight
 from tests.meshes import (
     AWKWARD,
@@ -24,10 +22,8 @@ from tests.meshes import (
     grid,
     icosphere,
     noisy,
-    renumbered,
     rotation,
     subdivided,
-    torus,
     tube,
 )
 
@@ -125,34 +121,12 @@ def test_a_plane_is_a_fixed_point(apply: Filter, name: KernelName) -> None:
         np.testing.assert_allclose(found, vertices, rtol=0, atol=1e-13)
 
 
-@pytest.mark.parametrize("apply", FILTERS)
-def test_rotation_translation_scale_and_numbering_make_no_difference(apply: Filter) -> None:
-    """Moving, scaling or renumbering the mesh and filtering commute to 1e-9 of the mesh, with automatic scales."""
-    vertices, faces = noisy(torus(), 0.03)
-    expected = apply(vertices, faces)
-    turn, shift = rotation(1), np.array([3.0, -20.0, 100.0])
-    np.testing.assert_allclose(apply(vertices @ turn.T + shift, faces), expected @ turn.T + shift, rtol=0, atol=1e-9)
-    np.testing.assert_allclose(apply(vertices * 1234.5, faces) / 1234.5, expected, rtol=0, atol=1e-9)
-    shuffled, others, order = renumbered((vertices, faces))
-    np.testing.assert_allclose(apply(shuffled, others), expected[order], rtol=0, atol=1e-9)
-
-
 def test_jones_does_not_see_orientation() -> None:
     """Turning half of the triangles over changes nothing: projections to planes do not know the normal's sign."""
     vertices, faces = noisy(icosphere(2), 0.02)
     turned = faces.copy()
     turned[::2] = turned[::2, ::-1]
     np.testing.assert_allclose(bilateral_jones(vertices, turned), bilateral_jones(vertices, faces), rtol=0, atol=1e-13)
-
-
-@pytest.mark.parametrize("apply", FILTERS)
-def test_the_number_of_threads_makes_no_difference(apply: Filter, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The result on one thread is, bit by bit, that on all of them."""
-    mesh = noisy(icosphere(4), 0.01)
-    alone = apply(*mesh)
-    monkeypatch.setattr(parallel, "SERIAL_BELOW", 0)
-    assert numba.get_num_threads() >= 1
-    assert apply(*mesh).tobytes() == alone.tobytes()
 
 
 @pytest.mark.parametrize("apply", FILTERS)

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.denoising.clouds import bilateral_projection, normals_of
-from pymeshfair.filters.execution import threads as parallel
 from pymeshfair.filters.neighbours import nearest_neighbours
 from pymeshfair.filters.robust import KERNEL_NAMES, KernelName, weight
 from tests.meshes import AWKWARD, icosphere, rotation
@@ -99,17 +98,6 @@ def test_an_edge_survives() -> None:
     assert error(bilateral_projection(noisy, normals=normals, range_kernel="l2")) > error(noisy)
 
 
-def test_rotation_translation_scale_and_numbering_make_no_difference() -> None:
-    """Moving, scaling or renumbering the cloud and filtering commute to 1e-9, with automatic scales."""
-    points = shaken(ball(1000), 0.02)
-    expected = bilateral_projection(points)
-    turn, shift = rotation(1), np.array([3.0, -20.0, 100.0])
-    np.testing.assert_allclose(bilateral_projection(points @ turn.T + shift), expected @ turn.T + shift, rtol=0, atol=1e-9)
-    np.testing.assert_allclose(bilateral_projection(points * 1234.5) / 1234.5, expected, rtol=0, atol=1e-9)
-    order = np.random.default_rng(0).permutation(len(points))
-    np.testing.assert_allclose(bilateral_projection(points[order]), expected[order], rtol=0, atol=1e-9)
-
-
 def test_normals_of_a_sphere_point_outwards_or_inwards() -> None:
     """Estimated normals are those of the sphere up to their sign, to the curvature over the neighbourhood; their length is 1."""
     points = ball()
@@ -137,14 +125,6 @@ def test_awkward_clouds_stay_finite(name: str) -> None:
     for kernel in ("gaussian", "l1", "tukey"):
         found = bilateral_projection(points, range_kernel=kernel, space_kernel=kernel)
         assert np.isfinite(found).all()
-
-
-def test_the_number_of_threads_makes_no_difference(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The result on one thread is, bit by bit, that on all of them."""
-    points = shaken(ball(), 0.01)
-    alone = bilateral_projection(points)
-    monkeypatch.setattr(parallel, "SERIAL_BELOW", 0)
-    assert bilateral_projection(points).tobytes() == alone.tobytes()
 
 
 def test_wrong_input_is_refused() -> None:

@@ -10,14 +10,12 @@ import pytest
 from numpy.typing import NDArray
 
 import pymeshfair
-from pymeshfair.declaration import Filter, FilterClass, MeshElement
+from pymeshfair.declaration import Filter, MeshElement
 from pymeshfair.filters.denoising.bilateral import bilateral_fleishman, bilateral_jones
 from pymeshfair.filters.denoising.clouds import bilateral_projection
 from pymeshfair.filters.diffusion.anisotropic import perona_malik
-from pymeshfair.meshlab.facts import meshlab_filters
 from pymeshfair.plugins import bilateral, smoothing
-from pymeshfair.registry import custom_filters, find_filter
-from tests.meshes import Mesh, icosphere, noisy, tube
+from tests.meshes import Mesh, icosphere, noisy
 
 Floats = NDArray[np.float64]
 
@@ -54,20 +52,6 @@ def test_positions_are_those_of_the_function(name: str, function: Any) -> None:
     meshes.apply_filter(name, range_sigma=pymeshlab.PercentageValue(2), space_sigma=pymeshlab.PureValue(0.2), **values)
     expected = function(*mesh, range_sigma=0.02 * diagonal, space_sigma=0.2, **values)
     np.testing.assert_allclose(meshes.current_mesh().vertex_matrix(), expected, rtol=0, atol=1e-12)
-
-
-@pytest.mark.parametrize("name", NAMES[:2])
-def test_only_selected_vertices_move(name: str) -> None:
-    """With `selected` the others keep every bit."""
-    vertices, faces = noisy(tube(), 0.02)
-    meshes = mesh_set((vertices, faces))
-    meshes.compute_selection_by_condition_per_vertex(condselect="z > 1.5")
-    chosen = meshes.current_mesh().vertex_selection_array()
-    meshes.apply_filter(name, selected=True)
-    found = meshes.current_mesh().vertex_matrix()
-    assert 0 < chosen.sum() < len(chosen)
-    assert found[~chosen].tobytes() == vertices[~chosen].tobytes()
-    assert (found[chosen] != vertices[chosen]).any()
 
 
 def test_points_are_projected_with_estimated_or_own_normals() -> None:
@@ -112,25 +96,7 @@ def test_a_step_of_0_is_refused() -> None:
         meshes.apply_filter("apply_scalar_anisotropic_diffusion_per_vertex", step=0.0)
 
 
-@pytest.mark.parametrize("declared", DECLARED, ids=NAMES)
-def test_names_are_new_and_found(declared: Filter) -> None:
-    """The registry knows each filter by both names, which no other filter, MeshLab's or ours, has."""
-    assert find_filter(declared.name).python_name == find_filter(declared.python_name).python_name == declared.python_name
-    taken = {name for known in meshlab_filters() for name in (known.name, known.python_name)}
-    assert not {declared.name, declared.python_name} & taken
-    assert [known.name for known in custom_filters()].count(declared.name) == 1
-    assert declared.classes & FilterClass.SMOOTHING
-
-
 def test_requirements_and_changes_are_declared() -> None:
     """What a filter needs is checked before it runs; what it changes is said."""
     assert [bool(d.requires & MeshElement.FACENUMBER) for d in DECLARED] == [True, True, False, True, True]
     assert [d.changes for d in DECLARED[3:]] == [MeshElement.VERTQUALITY, MeshElement.VERTCOLOR]
-
-
-@pytest.mark.parametrize("declared", DECLARED, ids=NAMES)
-def test_numbers_tell_their_direction(declared: Filter) -> None:
-    """The help of every number and length says what a larger one does."""
-    for parameter in declared.parameters:
-        if parameter.rich_type in ("RichInt", "RichFloat", "RichDynamicFloat", "RichPercentage"):
-            assert "Larger" in parameter.help or "More" in parameter.help, parameter.name

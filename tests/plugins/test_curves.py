@@ -93,16 +93,6 @@ def test_the_detail_size_counts_in_the_edges_of_the_curve_beside_faces() -> None
     np.testing.assert_allclose(meshes.current_mesh().vertex_matrix()[:60], expected, rtol=0, atol=1e-13)
 
 
-def test_only_selected_vertices_move() -> None:
-    """The others keep every bit."""
-    vertices, edges = wavy_ring()
-    meshes = mesh_set(vertices, edges)
-    meshes.compute_selection_by_condition_per_vertex(condselect="x > 0")
-    meshes.apply_coord_curve_smoothing(selected=True)
-    moved = (meshes.current_mesh().vertex_matrix() != vertices).any(axis=1)
-    np.testing.assert_array_equal(moved, vertices[:, 0] > 0)
-
-
 def test_a_mesh_without_edges_is_refused() -> None:
     """A surface has triangles, not edges; the message says what is missing."""
     meshes = pymeshfair.MeshSet()

@@ -8,14 +8,11 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from pymeshfair.declaration import Bools, Edit, Filter, FilterClass, Layer, MeshElement
-from pymeshfair.errors import ParameterError
+from pymeshfair.declaration import Bools, Edit, Filter, Layer
 from pymeshfair.filters.denoising import FIXED, denoise_automatically, filter_face_normals, folded_faces, normal_filtering
 from pymeshfair.filters.diffusion import taubin_fairing
 from pymeshfair.filters.geometry import face_normals, mean_edge_length
-from pymeshfair.meshlab.facts import meshlab_filters
 from pymeshfair.plugins.denoising import DEFAULTS, STEP_ONE, apply_coord_normal_filtering, apply_normal_robust_filtering_per_face
-from pymeshfair.registry import find_filter
 from tests.angles import mean_angle
 from tests.meshes import Floats, Ints, Mesh, cube, irregular_grid, subdivided
 
@@ -171,26 +168,6 @@ def test_face_normals_alone(rough: Mesh, true: Mesh) -> None:
     assert part.face_normals is not None
     np.testing.assert_array_equal(part.face_normals[some], edit.face_normals[some])
     np.testing.assert_array_equal(part.face_normals[~some], face_normals(*rough)[~some])
-
-
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [("method", "median"), ("range_sigma", -1.0), ("normal_iterations", -1), ("border", "open"), ("neighborhood", "four_ring")],
-)
-def test_values_out_of_bounds_are_refused(name: str, value: Any) -> None:
-    """A value out of its bounds is refused with the parameter's name."""
-    with pytest.raises(ParameterError, match=f"'{name}' takes"):
-        apply_coord_normal_filtering.with_defaults({name: value})
-
-
-@pytest.mark.parametrize("declared", [apply_coord_normal_filtering, apply_normal_robust_filtering_per_face])
-def test_the_filters_are_found_and_new(declared: Filter) -> None:
-    """Both are registered under names that MeshLab has not taken."""
-    found = find_filter(declared.python_name)
-    assert (found.function, found.origin) == (declared.function, "pymeshfair")
-    assert not {declared.name, declared.python_name} & {name for f in meshlab_filters() for name in (f.name, f.python_name)}
-    assert declared.classes in (FilterClass.SMOOTHING, FilterClass.NORMAL)
-    assert declared.requires == MeshElement.FACENUMBER
 
 
 def test_with_everything_given_the_mesh_is_not_estimated(rough: Mesh, monkeypatch: pytest.MonkeyPatch) -> None:

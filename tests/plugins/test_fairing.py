@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,7 @@ import pymeshlab
 import pytest
 
 import pymeshfair
-from pymeshfair.declaration import Filter, MeshElement
+from pymeshfair.declaration import Filter
 from pymeshfair.filters.fairing.blend import blend_parts
 from pymeshfair.filters.fairing.energy import bilaplacian_smoothing
 from pymeshfair.filters.fairing.feature_weights import feature_weights, scalar_feature_weights
@@ -20,9 +19,7 @@ from pymeshfair.filters.fairing.tangential import improve_triangles, tangential_
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.inspection.surface_measures import surface_measures
 from pymeshfair.filters.topology import border_vertices
-from pymeshfair.meshlab.facts import meshlab_filters
 from pymeshfair.plugins import fairing
-from pymeshfair.registry import find_filter
 from tests.filters.test_blend import two_opened_spheres, two_tubes
 from tests.host.snapshots import NORMALS, add_attributes, differences, everything
 from tests.meshes import AWKWARD, Floats, Mesh, cube, icosphere, irregular_grid, noisy, sample_path, subdivided, tube, two_spheres
@@ -424,66 +421,3 @@ def test_awkward_meshes_go_through_every_filter(name: str) -> None:
         ), said
         assert np.isfinite(vertices_of(meshes)).all()
         np.testing.assert_array_equal(vertices_of(meshes)[~chosen], before[~chosen])
-
-
-@pytest.mark.parametrize("declared", DECLARED, ids=lambda d: d.python_name)
-def test_names_are_new_and_found(declared: Filter) -> None:
-    """The registry knows each filter by both names, which no filter of MeshLab has."""
-    assert find_filter(declared.name).python_name == find_filter(declared.python_name).python_name == declared.python_name
-    taken = {name for known in meshlab_filters() for name in (known.name, known.python_name)}
-    assert not {declared.name, declared.python_name} & taken
-    assert declared.requires & MeshElement.FACENUMBER
-
-
-@pytest.mark.parametrize("declared", DECLARED[:-1], ids=NAMES)
-def test_scripts_say_every_parameter_and_read_back(declared: Filter, tmp_path: Path) -> None:
-    """A step that was applied is saved with all its parameters, and the script gives the same coordinates to the bit."""
-    mesh = noisy(icosphere(3), 0.02)
-    meshes = mesh_set(mesh)
-    select(meshes, "z > 0.6")
-    meshes.clear_filter_script()
-    meshes.apply_filter(declared.python_name)
-    meshes.save_filter_script(str(tmp_path / "script.mlx"))
-    again = mesh_set(mesh)
-    select(again, "z > 0.6")
-    again.clear_filter_script()
-    again.load_filter_script(str(tmp_path / "script.mlx"))
-    again.apply_filter_script()
-    assert vertices_of(again).tobytes() == vertices_of(meshes).tobytes()
-    text = (tmp_path / "script.mlx").read_text(encoding="utf-8")
-    assert all(f'name="{p.xml_name or p.name}"' in text for p in declared.parameters)
-
-
-@pytest.mark.parametrize("declared", DECLARED, ids=lambda d: d.python_name)
-def test_numbers_tell_their_direction(declared: Filter) -> None:
-    """The help of every number and length says what a larger one does."""
-    for parameter in declared.parameters:
-        if parameter.rich_type in ("RichInt", "RichFloat", "RichDynamicFloat", "RichPercentage"):
-            assert "Larger" in parameter.help or "More" in parameter.help, parameter.name
-
-
-@pytest.mark.parametrize(
-    ("name", "values"),
-    [(REGION, {"iterations": 3}), (ENERGY, {"features": "curvature"}), (TANGENTIAL, {}), (BRIDGE, {})],
-    ids=[REGION, ENERGY, TANGENTIAL, BRIDGE],
-)
-def test_progress_is_told_and_may_stop_the_work(name: str, values: dict[str, Any]) -> None:
-    """The shares that are told lie between 0 and 1 and end near it; what the receiver raises comes out, and the mesh stays."""
-    mesh = noisy(two_tubes(24, 31), 0.01)
-    meshes = mesh_set(mesh)
-    select(meshes, "z > 1 && z < 2")
-    shares: list[float] = []
-    meshes.on_progress = shares.append
-    meshes.apply_filter(name, **values)
-    assert 0.0 <= min(shares) <= max(shares) <= 1.0
-    assert shares[-1] > 0.9
-
-    def stop(done: float) -> None:
-        raise KeyboardInterrupt
-
-    meshes = mesh_set(mesh)
-    select(meshes, "z > 1 && z < 2")
-    meshes.on_progress = stop
-    with pytest.raises(KeyboardInterrupt):
-        meshes.apply_filter(name, **values)
-    assert vertices_of(meshes).tobytes() == mesh[0].tobytes()

@@ -11,14 +11,11 @@ import pymeshlab
 import pytest
 
 import pymeshfair
-from pymeshfair.declaration import Filter, FilterClass, MeshElement
-from pymeshfair.errors import ParameterError
+from pymeshfair.declaration import Filter, FilterClass
 from pymeshfair.filters.spectral.spectral_filter import spectral_filter
 from pymeshfair.filters.spectral.spectrum import spectrum
-from pymeshfair.meshlab.facts import meshlab_filters
 from pymeshfair.plugins import spectral
 from pymeshfair.recipe import load_recipe
-from pymeshfair.registry import find_filter
 from tests.meshes import AWKWARD, Mesh, icosphere, noisy, tube, two_spheres
 
 NAMES = ("apply_coord_spectral_filter", "compute_scalar_by_manifold_harmonic_per_vertex", "get_surface_spectrum")
@@ -152,25 +149,6 @@ def test_what_makes_no_sense_is_refused(name: str, values: dict[str, Any], messa
     """The message names the parameter and what there is."""
     with pytest.raises(pymeshlab.PyMeshLabException, match=message):
         mesh_set(icosphere(2)).apply_filter(name, **values)
-
-
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [("response", "high_pass"), ("modes", -1), ("gain", -1.0), ("order", 0), ("method", "fast"), ("operator", "x")],
-)
-def test_values_out_of_bounds_are_refused(name: str, value: Any) -> None:
-    """A value out of its bounds is refused with the parameter's name."""
-    with pytest.raises(ParameterError, match=f"'{name}' takes"):
-        DECLARED[0].with_defaults({name: value})
-
-
-@pytest.mark.parametrize("declared", DECLARED, ids=NAMES)
-def test_names_are_new_and_found(declared: Filter) -> None:
-    """The registry knows each filter by both names, which no other filter, MeshLab's or ours, has; each needs faces."""
-    assert find_filter(declared.name).python_name == find_filter(declared.python_name).python_name == declared.python_name
-    taken = {name for known in meshlab_filters() for name in (known.name, known.python_name)}
-    assert not {declared.name, declared.python_name} & taken
-    assert declared.requires == MeshElement.FACENUMBER
 
 
 def test_each_filter_is_in_its_menu() -> None:
