@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..errors import PymeshfairError
 from .references import shown
-from .tokens import INTEGER, NOT_FINITE, REAL, Tokens, joined_pieces, plain, tokenise
+from .tokens import INDENTED, INTEGER, NOT_FINITE, REAL, Tokens, joined_pieces, plain, tokenise
 
 
 class OffError(PymeshfairError, ValueError):
@@ -49,7 +49,7 @@ def read_off(data: bytes) -> OffContents:
         raise OffError("it is no text; MeshLab reads no binary OFF files")
     text = data.removeprefix(b"\xef\xbb\xbf")
     piece = joined_pieces(tokenise(text))
-    if piece.oddities:
+    if piece.oddities & ~INDENTED:
         text = plain(text)
         piece = joined_pieces(tokenise(text))
     if len(piece.lengths) == 0:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..errors import PymeshfairError
 from .references import shown
-from .tokens import INTEGER, REAL, WORD, Tokens, joined_pieces, plain, tokenise, word
+from .tokens import INDENTED, INTEGER, REAL, WORD, Tokens, joined_pieces, plain, tokenise, word
 
 #: the first word of each line of a facet
 _FACET = (b"facet", b"outer", b"vertex", b"vertex", b"vertex", b"endloop", b"endfacet")
@@ -61,7 +61,7 @@ def read_stl(data: bytes) -> StlContents:
         raise StlError("it begins like a text, but is none")
     text = data
     piece = joined_pieces(tokenise(text))
-    if piece.oddities:
+    if piece.oddities & ~INDENTED:
         text = plain(text)
         piece = joined_pieces(tokenise(text))
     solids, lines = _parted(piece)
