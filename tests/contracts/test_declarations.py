@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pymeshfair.declaration import Filter, Float, Int, MeshElement, Percentage
-from pymeshfair.meshlab import meshlab_filters
+from pymeshfair.meshlab.facts import meshlab_filters
 from pymeshfair.registry import custom_filters, find_filter
 from tests.contracts.scenes import arrays_of, mesh_set, scene_for
 from tests.contracts.variants import each_filter
