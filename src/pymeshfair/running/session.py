@@ -18,7 +18,7 @@ import numpy as np
 from ..declaration import FilterClass
 from ..errors import FilterInputError, Place, StepFailedError
 from ..files.announced import Announced
-from ..files.errors import InputError
+from ..files.errors import InputError, OutputError
 from ..files.formats import ATTRIBUTES
 from ..files.inputs import inspect_input
 from ..files.provenance import described_file, read_provenance
@@ -67,7 +67,7 @@ class Session:
         self._event(PhaseStarted("reading"))
         source = described_file(self._assignment.input)
         given = self._assignment.stage / "given"
-        announced = inspect_input(self._assignment.input, given, allow_outside=self._assignment.allow_outside)
+        announced = self._announced(self._assignment.input, given)
         source["side_files"] = [described_file(path) for path in announced.side_files]
         for text in load_mesh(self._meshes, self._assignment.input, announced):
             self._warn(text)
@@ -89,11 +89,18 @@ class Session:
         written = self._write(announced, before, present, original)
         return {"input": source, "steps": steps, "counted": announced.vertices is not None, **written}
 
+    def _announced(self, path: Path, given: Path) -> Announced:
+        """What a file declares; where there is no room for the copy that MeshLab is given, there is none for the output."""
+        try:
+            return inspect_input(path, given, allow_outside=self._assignment.allow_outside)
+        except OutputError as error:
+            raise OutputError(self._assignment.output or error.path, error.reason) from error
+
     def _load_other(self, path: Path) -> dict[str, Any]:
         """Load the file of a further layer, and say which it was; the current layer stays current."""
         current = self._meshes.current_mesh_id()
         given = self._assignment.stage / "given_other"
-        announced = inspect_input(path, given, allow_outside=self._assignment.allow_outside)
+        announced = self._announced(path, given)
         described = described_file(path) | {"side_files": [described_file(side) for side in announced.side_files]}
         for text in load_mesh(self._meshes, path, announced):
             self._warn(text)
