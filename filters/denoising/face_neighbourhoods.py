@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit, prange
 
 from ..checks import FilterInputError
-from ..execution import PARTS, SERIAL_BELOW
+from ..execution import over_range
 from ..geometry import CENTRE
 from ..mesh import Floats, Ints, Longs
 from ..topology import VertexFaces
@@ -70,10 +70,7 @@ def mean_centre_distance(table: Floats, edge_neighbours: FaceNeighbourhoods) -> 
         edge_neighbours: the neighbourhoods "edge".
     """
     sums = np.empty(len(table))
-    if len(table) < SERIAL_BELOW:
-        _sum_distances(table[:, CENTRE], edge_neighbours.offsets, edge_neighbours.neighbours, 0, len(table), sums)
-    else:
-        _sum_distances_in_parallel(table[:, CENTRE], edge_neighbours.offsets, edge_neighbours.neighbours, sums)
+    over_range(_sum_distances, len(table), table[:, CENTRE], edge_neighbours.offsets, edge_neighbours.neighbours, sums)
     return float(sums.sum()) / len(edge_neighbours.neighbours) if len(edge_neighbours.neighbours) else 0.0
 
 
@@ -156,15 +153,8 @@ def _squared_distance(centres: Floats, i: int, j: int) -> float:
     return float(x * x + y * y + z * z)
 
 
-@njit(cache=True, parallel=True)
-def _sum_distances_in_parallel(centres: Floats, offsets: Longs, neighbours: Ints, sums: Floats) -> None:
-    for part in prange(PARTS):
-        first, last = part * sums.shape[0] // PARTS, (part + 1) * sums.shape[0] // PARTS
-        _sum_distances(centres, offsets, neighbours, first, last, sums)
-
-
 @njit(cache=True, nogil=True)
-def _sum_distances(centres: Floats, offsets: Longs, neighbours: Ints, first: int, last: int, sums: Floats) -> None:
+def _sum_distances(centres: Floats, offsets: Longs, neighbours: Ints, sums: Floats, first: int, last: int) -> None:
     for i in range(first, last):
         total = 0.0
         for k in range(offsets[i], offsets[i + 1]):

@@ -4,10 +4,10 @@ import math
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from ..checks import FilterInputError
-from ..execution import PARTS, SERIAL_BELOW
+from ..execution import over_range
 from ..geometry import NORMAL
 from ..mesh import Floats, Ints, Longs
 from ..robust import KERNEL_CODES, KERNEL_NAMES, KernelName, kernel_weight
@@ -91,10 +91,7 @@ def weighted_normals(
         itself,
         result,
     )
-    if len(normals) < SERIAL_BELOW:
-        _weighted_means(*arguments, 0, len(normals))
-    else:
-        _weighted_means_in_parallel(*arguments)
+    over_range(_weighted_means, len(normals), *arguments)
     return result
 
 
@@ -103,10 +100,7 @@ def mean_normals(normals: Floats, table: Floats, neighbourhoods: FaceNeighbourho
     result = np.empty_like(normals)
     table = table.copy()
     table[:, NORMAL] = normals
-    if len(normals) < SERIAL_BELOW:
-        _means(table, neighbourhoods.offsets, neighbourhoods.neighbours, result, 0, len(normals))
-    else:
-        _means_in_parallel(table, neighbourhoods.offsets, neighbourhoods.neighbours, result)
+    over_range(_means, len(normals), table, neighbourhoods.offsets, neighbourhoods.neighbours, result)
     return result
 
 
@@ -121,12 +115,6 @@ def _scale(kernel: str, sigma: float) -> float:
 
 
 # A kernel of its own, without the distances and deviations of the next.
-@njit(cache=True, parallel=True)
-def _means_in_parallel(rows: Floats, offsets: Longs, neighbours: Ints, result: Floats) -> None:
-    for part in prange(PARTS):
-        _means(rows, offsets, neighbours, result, part * rows.shape[0] // PARTS, (part + 1) * rows.shape[0] // PARTS)
-
-
 @njit(cache=True, nogil=True)
 def _means(rows: Floats, offsets: Longs, neighbours: Ints, result: Floats, first: int, last: int) -> None:
     for i in range(first, last):
@@ -141,43 +129,6 @@ def _means(rows: Floats, offsets: Longs, neighbours: Ints, result: Floats, first
             result[i, 0], result[i, 1], result[i, 2] = x / length, y / length, z / length
         else:
             result[i, 0], result[i, 1], result[i, 2] = rows[i, 0], rows[i, 1], rows[i, 2]
-
-
-@njit(cache=True, parallel=True)
-def _weighted_means_in_parallel(
-    normals: Floats,
-    rows: Floats,
-    unguided: bool,
-    offsets: Longs,
-    neighbours: Ints,
-    range_code: int,
-    range_scale: float,
-    measure: int,
-    floor: float,
-    space_code: int,
-    space_scale: float,
-    itself: bool,
-    result: Floats,
-) -> None:
-    for part in prange(PARTS):
-        first, last = part * normals.shape[0] // PARTS, (part + 1) * normals.shape[0] // PARTS
-        _weighted_means(
-            normals,
-            rows,
-            unguided,
-            offsets,
-            neighbours,
-            range_code,
-            range_scale,
-            measure,
-            floor,
-            space_code,
-            space_scale,
-            itself,
-            result,
-            first,
-            last,
-        )
 
 
 @njit(cache=True, nogil=True)

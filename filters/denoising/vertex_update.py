@@ -4,10 +4,10 @@ import math
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from ..checks import FilterInputError
-from ..execution import PARTS, SERIAL_BELOW
+from ..execution import over_range
 from ..mesh import Bools, Floats, Ints, Longs
 from ..topology import VertexFaces
 from .vertex_descent import descend
@@ -60,29 +60,9 @@ def fit_vertices(
     now, then = vertices.copy(), np.empty_like(vertices)
     for _ in range(iterations):
         arguments = (now, at_vertices.offsets, at_vertices.rows, normals, moves, bound, update == "ohtake", avoid_flips, then)
-        if len(vertices) < SERIAL_BELOW:
-            _step(*arguments, 0, len(vertices))
-        else:
-            _step_in_parallel(*arguments)
+        over_range(_step, len(vertices), *arguments)
         now, then = then, now
     return now
-
-
-@njit(cache=True, parallel=True)
-def _step_in_parallel(
-    now: Floats,
-    offsets: Longs,
-    rows: Ints,
-    normals: Floats,
-    moves: Bools,
-    bound: Bools,
-    by_area: bool,
-    avoid_flips: bool,
-    then: Floats,
-) -> None:
-    for part in prange(PARTS):
-        first, last = part * now.shape[0] // PARTS, (part + 1) * now.shape[0] // PARTS
-        _step(now, offsets, rows, normals, moves, bound, by_area, avoid_flips, then, first, last)
 
 
 @njit(cache=True, nogil=True)

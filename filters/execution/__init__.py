@@ -2,16 +2,16 @@
 
 from .abandonable import abandonable
 from .progress import Progress, ignore_progress, part_of, rising
-from .tasks import in_parallel
-from .threads import PARTS, SERIAL_BELOW, threads_for
+from .tasks import in_parallel, over_range
+from .threads import SERIAL_BELOW, threads_for
 
 __all__ = [
-    "PARTS",
     "SERIAL_BELOW",
     "Progress",
     "abandonable",
     "ignore_progress",
     "in_parallel",
+    "over_range",
     "part_of",
     "rising",
     "threads_for",

@@ -8,9 +8,11 @@ from typing import Any
 
 from numba import get_num_threads
 
-from . import threads  # noqa: F401  chooses numba's threading layer
-from .progress import Progress
+from . import threads
+from .progress import Progress, ignore_progress
 
+#: Into so many parts a loop over a large mesh is cut: enough that no thread waits long for another.
+_PARTS = 64
 #: Seconds after which the progress is reported again while a long task runs, so that the caller can stop the work.
 _PATIENCE = 0.2
 
@@ -38,3 +40,21 @@ def in_parallel(work: Callable[..., None], tasks: Iterable[tuple[Any, ...]], pro
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
+
+
+def over_range(kernel: Callable[..., None], count: int, *arguments: Any) -> None:
+    """Calls ``kernel(*arguments, first, last)`` so that the ranges cover 0 to `count`, on several threads if that is large.
+
+    One kernel without the GIL serves small meshes and large ones: waking numba's threads for a small mesh costs as much as the
+    work, even if one of them gets all of it.
+
+    Args:
+        kernel: writes the results of each number from `first` to before `last` to places of their own.
+        count: of vertices or faces.
+        *arguments: of the kernel.
+    """
+    if count < threads.SERIAL_BELOW:
+        kernel(*arguments, 0, count)
+        return
+    ranges = [(part * count // _PARTS, (part + 1) * count // _PARTS) for part in range(_PARTS)]
+    in_parallel(kernel, [(*arguments, first, last) for first, last in ranges], ignore_progress)

@@ -13,9 +13,6 @@ import numba
 
 #: Kernels on fewer vertices run on one thread: waking others costs more than it saves, above all on a busy machine.
 SERIAL_BELOW = 200_000
-#: Into so many parts loops over large meshes are cut where one kernel serves them and, without the GIL, small meshes: waking
-#: numba's threads for a small mesh costs as much as the work, even if one of them gets all of it.
-PARTS = 64
 
 # Numba tries Intel TBB first and warns when it finds an old one, such as that in the pymeshlab wheel. OpenMP is as fast.
 if "NUMBA_THREADING_LAYER" not in os.environ and "NUMBA_THREADING_LAYER_PRIORITY" not in os.environ:

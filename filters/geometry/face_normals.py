@@ -1,9 +1,9 @@
 """The normals, areas and centres of the faces."""
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
-from ..execution import PARTS, SERIAL_BELOW
+from ..execution import over_range
 from ..mesh import Floats, Ints
 from .triangles import cross_product
 
@@ -22,10 +22,7 @@ def measure_faces(vertices: Floats, faces: Ints, table: Floats | None = None) ->
         table: (m, 8) a table to overwrite and return; None for a new one.
     """
     table = np.zeros((len(faces), 8)) if table is None else table
-    if len(faces) < SERIAL_BELOW:
-        _measure(vertices, faces, 0, len(faces), table)
-    else:
-        _measure_in_parallel(vertices, faces, table)
+    over_range(_measure, len(faces), vertices, faces, table)
     return table
 
 
@@ -40,14 +37,8 @@ def cross_products(vertices: Floats, faces: Ints) -> Floats:
     return np.asarray(np.cross(b - a, c - a))
 
 
-@njit(cache=True, parallel=True)
-def _measure_in_parallel(vertices: Floats, faces: Ints, table: Floats) -> None:
-    for part in prange(PARTS):
-        _measure(vertices, faces, part * faces.shape[0] // PARTS, (part + 1) * faces.shape[0] // PARTS, table)
-
-
 @njit(cache=True, nogil=True)
-def _measure(vertices: Floats, faces: Ints, first: int, last: int, table: Floats) -> None:
+def _measure(vertices: Floats, faces: Ints, table: Floats, first: int, last: int) -> None:
     for f in range(first, last):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         x, y, z = cross_product(vertices, a, b, c)
