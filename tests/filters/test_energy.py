@@ -186,7 +186,7 @@ def test_awkward_meshes_end_finite(name: str) -> None:
     [
         ({}, "give either detail_size or weight"),
         ({"detail_size": 1.0, "weight": 1.0}, "give either detail_size or weight"),
-        ({"weight": 0.0}, "weight 0.0 is not above 0"),
+        ({"weight": 0.0}, "weight 0.0 is not finite and above 0"),
         ({"detail_size": -1.0}, "detail_size -1.0"),
         ({"weight": 1.0, "border": "loose"}, "border 'loose'"),
         ({"weight": 1.0, "feature_weights": np.full(25, -1.0)}, "feature_weights must be 25 finite values"),
