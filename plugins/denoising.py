@@ -78,8 +78,8 @@ def apply_coord_normal_filtering(
             label="Outer iterations",
             minimum=0,
             maximum=10_000,
-            help="How often both are repeated, the normals measured anew. 20 to 30 times one normal iteration keep edges better "
-            "than once 20. 0: automatic.",
+            help="How often both are repeated, the normals measured anew; more are smoother. 20 to 30 times one normal iteration "
+            "keep edges better than once 20. 0: automatic.",
         ),
     ] = 0,
     vertex_update: Annotated[

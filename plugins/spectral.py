@@ -77,7 +77,7 @@ def apply_coord_spectral_filter(
             minimum=0,
             maximum=1_000_000,
             help="In place of the detail size, how many modes (manifold harmonics) are kept, over all components; centroids stay "
-            "and do not count. Fewer are smoother: 5 leave a blob, 500 most features. 0: not used, the detail size decides.",
+            "and do not count. More keep finer features: 5 leave a blob, 500 most of them. 0: not used, the detail size decides.",
         ),
     ] = 0,
     gain: Annotated[

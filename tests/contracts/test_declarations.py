@@ -20,6 +20,8 @@ CHANGES: dict[MeshElement, set[str]] = {
     MeshElement.FACENORMAL: {"face_normals"},
     MeshElement.VERTQUALITY: {"vertex_scalars"},
     MeshElement.VERTCOLOR: {"vertex_colors"},
+    MeshElement.FACEQUALITY: {"face_scalars"},
+    MeshElement.FACECOLOR: {"face_colors"},
     MeshElement.VERTFLAGSELECT: {"vertex_selection"},
     MeshElement.FACEFLAGSELECT: {"face_selection"},
 }

@@ -425,8 +425,8 @@ class FilterMethods:
                 Takes a whole number from 0 to 10000.
             vertex_iterations: How many steps the vertices take towards faces with the filtered normals. More follow them more
                 closely. 0: automatic. Takes a whole number from 0 to 10000.
-            outer_iterations: How often both are repeated, the normals measured anew. 20 to 30 times one normal iteration keep
-                edges better than once 20. 0: automatic. Takes a whole number from 0 to 10000.
+            outer_iterations: How often both are repeated, the normals measured anew; more are smoother. 20 to 30 times one
+                normal iteration keep edges better than once 20. 0: automatic. Takes a whole number from 0 to 10000.
             vertex_update: How vertices follow: 'sun' by the mean of the projections onto their faces' planes, 'ohtake' by their
                 mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
             choice: How what is not given is found. 'held_out': some 140 settings are tried on the mesh, or on patches of a
@@ -509,7 +509,7 @@ class FilterMethods:
                 detail sizes. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of
                 at least 0.0.
             modes: In place of the detail size, how many modes (manifold harmonics) are kept, over all components; centroids
-                stay and do not count. Fewer are smoother: 5 leave a blob, 500 most features. 0: not used, the detail size
+                stay and do not count. More keep finer features: 5 leave a blob, 500 most of them. 0: not used, the detail size
                 decides. Takes a whole number from 0 to 1000000.
             gain: By what 'enhance' multiplies the waves of the band: above 1 makes these details stronger, below 1 weaker.
                 Takes a number from 0 to 10.
