@@ -86,7 +86,7 @@ def apply_coord_spectral_filter(
             label="Gain",
             minimum=0,
             maximum=10,
-            help="By what 'enhance' multiplies the waves of the band: above 1 makes these details stronger, below 1 weaker.",
+            help="By what 'enhance' multiplies the waves of the band. Larger makes these details stronger, below 1 weaker.",
         ),
     ] = 2.0,
     order: Annotated[

@@ -511,8 +511,8 @@ class FilterMethods:
             modes: In place of the detail size, how many modes (manifold harmonics) are kept, over all components; centroids
                 stay and do not count. More keep finer features: 5 leave a blob, 500 most of them. 0: not used, the detail size
                 decides. Takes a whole number from 0 to 1000000.
-            gain: By what 'enhance' multiplies the waves of the band: above 1 makes these details stronger, below 1 weaker.
-                Takes a number from 0 to 10.
+            gain: By what 'enhance' multiplies the waves of the band. Larger makes these details stronger, below 1 weaker. Takes
+                a number from 0 to 10.
             order: How sharply the response falls at the detail size. 1 is diffusion; larger is sharper, slower, and leaves
                 ripples beside edges. Not used with a number of modes, where eigenvectors cut off at once. Takes a whole number
                 from 1 to 8.
