@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Set as AbstractSet
 from dataclasses import asdict, fields
 from typing import Annotated, Any, Literal, TypeAlias, get_args
 
@@ -173,7 +174,7 @@ def apply_normal_robust_filtering_per_face(
     if selected and not layer.face_selection.any():
         raise MeshError(f"nothing is selected in {layer.label!r}: select faces, or use selected=False")
     given = _given(**asdict(normals))
-    effective, found = _completed(layer, given, choice)
+    effective, found = _completed(layer, given, choice, unused=frozenset({"vertex_iterations", "outer_iterations"}))
     if "normal_iterations" not in given:
         effective["normal_iterations"] *= effective["outer_iterations"]
     effective = {name: effective[name] for name in STEP_ONE}
@@ -188,12 +189,14 @@ def _given(**values: Any) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value != (-1.0 if name == "range_floor" else 0) and value != "auto"}
 
 
-def _completed(layer: Layer, given: dict[str, Any], choice: Chooser) -> tuple[dict[str, Any], dict[str, Any]]:
+def _completed(
+    layer: Layer, given: dict[str, Any], choice: Chooser, *, unused: AbstractSet[str] = frozenset()
+) -> tuple[dict[str, Any], dict[str, Any]]:
     """The given parameters and those that are chosen for the mesh where none is given; and what the choice rests on.
 
     The mesh is only looked at if the choice has a say. Steps of Taubin's before the filter are part of the whole choice alone.
     """
-    if {f.name for f in fields(AutomaticParameters)} <= given.keys():
+    if {f.name for f in fields(AutomaticParameters)} - unused <= given.keys():
         return {**DEFAULTS, **given}, {}
     if choice == "fixed":
         return {**DEFAULTS, **asdict(FIXED), **given}, {}

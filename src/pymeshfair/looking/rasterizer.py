@@ -1,7 +1,6 @@
 """Which triangle, or which dot, is in front at every pixel: a depth buffer, filled one triangle after the other.
 
-Measured against rays through Embree on 82,000 triangles it takes a tenth of the time, needs no library and no OpenGL, and gives
-the same pixels on every machine.
+It needs no library and no OpenGL, and gives the same pixels on every machine.
 """
 
 from __future__ import annotations
