@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import functools
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -167,9 +169,20 @@ def assert_agree(variant: Variant, found: Outcome, *, last: float = 0.0) -> None
     exact = [
         {k: v for k, v in o.values.items() if not _is_number(v) and k not in OF_ERRORS | OF_A_FRAME} for o in (found, expected)
     ]
-    assert exact[0] == exact[1]
+    assert _alike(*exact)
     if len(found.vertices) == len(scene_for(variant.declared).vertices):
         assert _triangles(found) == _triangles(expected)
+
+
+def _alike(found: Any, expected: Any) -> bool:
+    """Whether words are the same, and numbers within lists, such as the errors of what was tried, to a few roundings."""
+    if isinstance(found, Mapping) and isinstance(expected, Mapping):
+        return found.keys() == expected.keys() and all(_alike(found[key], expected[key]) for key in found)
+    if isinstance(found, list) and isinstance(expected, list):
+        return len(found) == len(expected) and all(map(_alike, found, expected))
+    if isinstance(found, float) and isinstance(expected, float):
+        return math.isclose(found, expected, rel_tol=1e-9, abs_tol=1e-12)
+    return bool(found == expected)
 
 
 @functools.cache
