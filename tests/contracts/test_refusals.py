@@ -90,7 +90,9 @@ ALONG: dict[tuple[str, str | None], dict[str, Any]] = {
 
 def functions_of(declared: Filter) -> Iterator[Callable[..., Any]]:
     """The functions of arrays in `pymeshfair.filters` that the filter calls, itself or through functions of plugins."""
-    ahead, seen = [declared.function], set[Callable[..., Any]]()
+    assert declared.function is not None
+    own: Callable[..., Any] = inspect.unwrap(declared.function)  # of one whose parameters are the fields of a dataclass
+    ahead, seen = [own], set[Callable[..., Any]]()
     while ahead:
         caller = ahead.pop()
         if not inspect.isfunction(caller) or caller in seen:
