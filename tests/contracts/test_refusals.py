@@ -136,7 +136,7 @@ def function_cases() -> Iterator[Any]:
                 yield pytest.param(declared, function, parameter, kind, id=f"{function.__name__}-{parameter.name}")
 
 
-@pytest.mark.parametrize(("declared", "function", "parameter", "kind"), function_cases())
+@pytest.mark.parametrize(("declared", "function", "parameter", "kind"), list(function_cases()))
 def test_a_function_refuses_in_the_same_words(
     declared: Filter, function: Callable[..., Any], parameter: Parameter, kind: type[Parameter]
 ) -> None:
