@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -44,7 +44,6 @@ class Assignment:
     Attributes:
         steps: Python names of filters and their values, as `Step` has them.
         input: the file to read, an absolute path.
-        others: the files of further layers, absolute paths.
         output: the file to write in the end, an absolute path; None if the mesh is only to be measured.
         stage: the staging folder, whose subfolder ``new`` takes what the worker writes.
         memory_limit: bytes, or None.
@@ -54,6 +53,9 @@ class Assignment:
         guards: what the result must not do.
         keep_broken: whether to write the output even if a guard was broken.
         map: the file for the intervention map, an absolute path; None if none is wanted.
+        others: the files of further layers, absolute paths.
+        displacement: whether to tell how far vertices have moved.
+        own_texture_names: whether the names of textures begin with that of the output.
     """
 
     steps: tuple[Step, ...]
@@ -68,6 +70,8 @@ class Assignment:
     keep_broken: bool = False
     map: Path | None = None
     others: tuple[Path, ...] = ()
+    displacement: bool = False
+    own_texture_names: bool = False
 
     @classmethod
     def of(cls, job: Job, stage: Path) -> Assignment:
@@ -83,12 +87,14 @@ class Assignment:
             keep_broken=job.keep_broken,
             others=tuple(path.absolute() for path in job.others),
             map=None if job.map is None else job.map.absolute(),
+            displacement=job.displacement,
+            own_texture_names=job.own_texture_names,
         )
 
     def to_document(self) -> dict[str, Any]:
         """The assignment as a document that `from_document` reads."""
         return {
-            "steps": [{"filter": s.filter.python_name, "values": _sent(s.values), "line": s.line} for s in self.steps],
+            "steps": steps_document(self.steps),
             "input": str(self.input),
             "output": None if self.output is None else str(self.output),
             "stage": str(self.stage),
@@ -100,15 +106,16 @@ class Assignment:
             "keep_broken": self.keep_broken,
             "map": None if self.map is None else str(self.map),
             "others": [str(path) for path in self.others],
+            "displacement": self.displacement,
+            "own_texture_names": self.own_texture_names,
         }
 
     @classmethod
     def from_document(cls, document: Mapping[str, Any]) -> Assignment:
         """The assignment in a document; its values were checked when the recipe was read."""
-        steps = (Step(find_filter(s["filter"]), _received(s["values"]), s["line"]) for s in document["steps"])
         output, arrays, map = (None if document[name] is None else Path(document[name]) for name in ("output", "arrays", "map"))
         return cls(
-            tuple(steps),
+            steps_from(document["steps"]),
             Path(document["input"]),
             Path(document["stage"]),
             output,
@@ -120,7 +127,23 @@ class Assignment:
             document["keep_broken"],
             map,
             tuple(Path(path) for path in document["others"]),
+            document["displacement"],
+            document["own_texture_names"],
         )
+
+
+def steps_document(steps: Sequence[Step]) -> list[dict[str, Any]]:
+    """Steps as a document that `steps_from` reads."""
+    return [{"filter": s.filter.python_name, "values": _sent(s.values), "line": s.line} for s in steps]
+
+
+def steps_from(document: Sequence[Mapping[str, Any]]) -> tuple[Step, ...]:
+    """The steps in a document; their values were checked when the recipe was read.
+
+    Raises:
+        UnknownNameError: this installation has no such filter.
+    """
+    return tuple(Step(find_filter(s["filter"]), _received(s["values"]), s["line"]) for s in document)
 
 
 def _sent(values: Mapping[str, Any]) -> dict[str, Any]:
