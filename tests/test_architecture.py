@@ -36,6 +36,7 @@ FLOORS = [
     {"meshset", "recipe"},
     {"running"},
     {"looking"},
+    {"batch"},
     {"commands"},
     {"__main__"},
 ]

@@ -60,6 +60,12 @@ class ForkServer:
             self._link.close()
             self._link = None
 
+    def prepare(self) -> None:
+        """Wait until workers can be forked, as far as they can, so that their own time does not run meanwhile."""
+        with self._lock:
+            if self._link is not None:
+                self._link.is_ready()
+
     def start(self) -> Started:
         """A worker that waits for its assignment."""
         with self._lock:
@@ -98,9 +104,13 @@ class _Link:
         self.has_worked = False
         threading.Thread(target=self._hear, daemon=True).start()
 
+    def is_ready(self) -> bool:
+        """Wait until the server has loaded everything; whether it has."""
+        return self._ready.wait(_LOADING) and not self.is_broken
+
     def fork(self) -> ForkedProcess | None:
         """A new worker, or None if there is none to be had from here."""
-        if not self._ready.wait(_LOADING) or self.is_broken:
+        if not self.is_ready():
             return None
         pipes = [os.pipe() for _ in range(3)]
         theirs = [pipes[0][0], pipes[1][1], pipes[2][1]]
