@@ -91,12 +91,18 @@ def recipes_page() -> str:
     """What each shipped recipe is for, does and lets the user tune, with its steps."""
     parts = [
         "# Recipes\n",
-        "`pymeshfair run NAME scan.ply -o clean.ply`. Written by `python tools/generate.py pages` from the scripts' "
+        "`pymeshfair run NAME scan.ply -o clean.ply`; `--set SETTING=VALUE` sets what a recipe names, and "
+        "`--set STEP.PARAM=VALUE` any parameter. Written by `python tools/generate.py pages` from the scripts' "
         "head comments.\n",
     ]
     for name in shipped_recipes():
         recipe = load_recipe(name)
-        parts += [f"## {name}\n", f"**{recipe.title}**\n", f"{recipe.description}\n", "Steps:\n"]
+        parts += [f"## {name}\n", f"**{recipe.title}**\n", f"{recipe.description}\n"]
+        if recipe.script.settings:
+            parts += ["| setting | default | unit | meaning |", "|---|---|---|---|"]
+            parts += [f"| `{s.name}` | `{s.default}` | {s.unit} | {s.description} |" for s in recipe.script.settings]
+            parts.append("")
+        parts.append("Steps:\n")
         parts += [f"{i}. {step.filter.name}" for i, step in enumerate(recipe.script.steps, start=1)]
         parts.append("")
     return "\n".join(parts)

@@ -106,13 +106,13 @@ def _upgraded(element: FilterElement) -> tuple[list[FilterElement], list[Change]
             given = ParamElement({"type": declared.xml_type, "name": parameter, "value": text}, element.line)
             more, _ = upgraded_params(replace(element, params=(given,)), known, [])
             params += more
-    return [FilterElement("filter", known.name, element.line, tuple(params))], changes + found
+    return [replace(element, kind="filter", name=known.name, params=tuple(params))], changes + found
 
 
 def _is_old(element: FilterElement, former: Former | None) -> bool:
     """Whether only an older MeshLab can have written the element."""
     old_types = any(p.attributes.get("type") == "RichPoint3f" for p in element.params)
-    return element.tag == "xmlfilter" or old_types or (former is not None and not former.invented)
+    return element.kind == "xmlfilter" or old_types or (former is not None and not former.invented)
 
 
 def _today(name: str) -> tuple[Former | None, Filter | None]:
@@ -127,7 +127,7 @@ def _today(name: str) -> tuple[Former | None, Filter | None]:
 
 def _named(element: FilterElement, name: str, known: Filter, former: Former | None) -> Iterator[Change]:
     """The changes that the tag and the name of a filter need."""
-    if element.tag == "xmlfilter":
+    if element.kind == "xmlfilter":
         yield Change(line=element.line, filter=name, what="is written as <filter>, with the types of its parameters")
     if known.name != name:
         sets = {} if former is None else former.sets
