@@ -20,14 +20,14 @@ class ScriptLog:
         steps: in the order in which they run.
     """
 
-    def __init__(self) -> None:
-        self.steps: list[Step] = []
-        self._file: Path | None = None
+    def __init__(self, script: Script | None = None) -> None:
+        self.steps: list[Step] = [] if script is None else list(script.steps)
+        self._file: Path | None = None if script is None else script.path
 
     def load(self, file: str) -> None:
         """Take the steps of an .mlx file in place of these; after a `ScriptError` these stay."""
         script = read_script(file)
-        self.steps, self._file = list(script.steps), Path(file)
+        self.steps, self._file = list(script.steps), script.path
 
     def clear(self) -> None:
         """Forget all steps."""
