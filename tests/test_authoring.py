@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pymeshlab
@@ -14,6 +17,8 @@ from pymeshfair.declaration import Length
 from pymeshfair.errors import ParameterError, UnknownNameError
 from pymeshfair.meshset.errors import ScriptStepFailedError
 from pymeshfair.recipe import load_recipe
+from pymeshfair.scripts import parse_script
+from pymeshfair.scripts.guards import NO_GUARDS
 from tests.meshes import icosphere
 
 
@@ -161,3 +166,17 @@ def test_a_notebook_shows_a_table() -> None:
     assert "<td>size</td><td>20%</td><td>length</td><td>Smaller things go.</td>" in html
     assert "<td>3</td><td>Taubin Fairing</td><td>step = 0.4, iterations = 2</td><td>smooth</td>" in html
     assert "<b>new</b>" in Recipe("new")._repr_html_()
+
+
+def test_the_page_on_recipes_does_what_it_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its script is valid and means what its Python builds; the Python runs."""
+    page = (Path(__file__).parents[1] / "docs/writing_recipes.md").read_text("utf-8")
+    xml, python = (re.findall(rf"```{kind}\n(.*?)```", page, re.DOTALL) for kind in ("xml", "python"))
+    monkeypatch.chdir(tmp_path)
+    ball().save_current_mesh("scan.ply")
+    scope: dict[str, Any] = {}
+    exec(python[0], scope)
+    written = parse_script(xml[0].encode(), "page")
+    built = scope["recipe"].script
+    assert replace(written, guards=NO_GUARDS, comment=built.comment) == built
+    assert (tmp_path / "clean.ply").exists()
