@@ -10,10 +10,11 @@ import numpy as np
 import pymeshlab
 import pytest
 
+from pymeshfair import MeshSet
 from pymeshfair.declaration import Length
 from pymeshfair.errors import ParameterError, UnknownNameError
 from pymeshfair.recipe import load_recipe, shipped_heads
-from pymeshfair.scripts import Script, format_script, parse_script
+from pymeshfair.scripts import Script, format_script, parse_script, read_script
 from pymeshfair.scripts.overrides import override
 from pymeshfair.scripts.settings import Setting
 from tests.scripts.texts import problems, script
@@ -155,6 +156,21 @@ def test_meshlab_runs_the_defaults(tmp_path: Path) -> None:
     found = by_meshlab(text, tmp_path / "settings.mlx")
     assert len(found) > 100
     np.testing.assert_array_equal(found, by_meshlab(plain, tmp_path / "plain.mlx"))
+
+
+def test_a_mesh_set_keeps_the_settings_of_its_script(tmp_path: Path) -> None:
+    """What was loaded is saved with its settings and tags, and applied with the values of the defaults."""
+    first, again = tmp_path / "first.mlx", tmp_path / "again.mlx"
+    first.write_text(format_script(settled()), encoding="utf-8")
+    meshes = MeshSet()
+    meshes.create_sphere(subdiv=2)
+    meshes.load_filter_script(str(first))
+    meshes.save_filter_script(str(again))
+    assert read_script(again) == read_script(first)
+    meshes.clear_filter_script()
+    meshes.meshing_remove_duplicate_vertices()
+    meshes.save_filter_script(str(again))
+    assert read_script(again).settings == ()
 
 
 def test_shipped_settings_say_what_they_do() -> None:
