@@ -108,6 +108,30 @@ def recipes_page() -> str:
     return "\n".join(parts)
 
 
+OLD_SCRIPTS = """\
+# Scripts of older MeshLab versions
+
+`pymeshfair upgrade OLD.mlx -o NEW.mlx` brings a script up to date and lists every change; `pymeshfair run --upgrade` does so for one
+run. A change after which the script does not mean quite the same says how, and has to be accepted by `--accept`; a run lists it among
+the warnings of its record. Written by `python tools/generate.py pages` from the table of facts.
+
+Besides names, an upgrade turns `<xmlfilter>` into `<filter>`, gives every value the type of its parameter (`RichPoint3f` is
+`RichPosition` or `RichDirection` today), mends the case of names, and leaves a second document type out. The tables know every filter
+in MeshLab's sources since 2009; capital letters and blanks in names do not count. Two things cannot be seen in the names:
+
+* In MeshLab 2016 Screened Poisson, Poisson-disk Sampling and Montecarlo Sampling left the current layer alone; today their result is
+  current. A Delete Current Mesh right behind them deleted the input and would delete the result: it is left out.
+* After Close Holes the new faces are selected, and a step without `Selected` works on them alone: it gets `Selected=false`.
+
+`--relative-to MESH` makes the lengths of a script that was made for one mesh relative to its size.
+
+Of 44 scripts of 2010 to 2025 from public repositories 42 are brought up to date, 33 of them without a change of meaning, and 40 run on
+a mesh that comes with pymeshlab; two ask for filters that are gone, two for photographs.
+
+[The other way](writing_recipes.md#export), to MeshLab's desktop and plain pymeshlab, goes `pymeshfair export`.
+"""
+
+
 def old_scripts_page() -> str:
     """What became of the filters and parameters of older MeshLab versions."""
     filters = [f"| `{old}` | {_today(former)} | {_with(former)} |" for old, former in former_filters().items()]
@@ -116,25 +140,7 @@ def old_scripts_page() -> str:
     ]
     return "\n".join(
         [
-            "# Scripts of older MeshLab versions\n",
-            "`pymeshfair upgrade OLD.mlx -o NEW.mlx` brings a script up to date and lists every change; "
-            "`pymeshfair run --upgrade` does so for one run. A change after which the script does not mean quite the same says "
-            "how, and has to be accepted by `--accept`; a run lists it among the warnings of its record. Written by "
-            "`python tools/generate.py pages` from the table of facts.\n",
-            "Besides names, an upgrade turns `<xmlfilter>` into `<filter>`, gives every value the type of its parameter "
-            "(`RichPoint3f` is `RichPosition` or `RichDirection` today), mends the case of names, and leaves a second "
-            "document type out. The tables know every filter in MeshLab's sources since 2009; capital letters and blanks in names "
-            "do not count. Two things cannot be seen in the names:\n",
-            "* In MeshLab 2016 Screened Poisson, Poisson-disk Sampling and Montecarlo Sampling left the current layer alone; today "
-            "their result is current. A Delete Current Mesh right behind them deleted the input and would delete the result: it is left out.",
-            "* After Close Holes the new faces are selected, and a step without `Selected` works on them alone: it gets "
-            "`Selected=false`.\n",
-            "`--relative-to MESH` makes the lengths of a script that was made for one mesh relative to its size.\n",
-            "Of 44 scripts of 2010 to 2025 from public repositories 42 are brought up to date, 33 of them without a change of "
-            "meaning, and 40 run on a mesh that comes with pymeshlab; two ask for filters that are gone, two for photographs.\n",
-            "`pymeshfair export RECIPE -o PLAIN.mlx` goes the other way, to MeshLab's desktop and plain pymeshlab: every parameter "
-            "is written, lengths are in the units of the mesh that `--for MESH` names, and what MeshLab alone cannot do is "
-            "refused.\n",
+            OLD_SCRIPTS,
             "## Filters\n",
             "| once | today | with |",
             "|---|---|---|",
@@ -150,6 +156,10 @@ def old_scripts_page() -> str:
 
 
 def _today(former: Former) -> str:
+    if former.splits:
+        return "; ".join(
+            f"{name} ({parameter}={value})" for parameter, names in former.splits.items() for value, name in names.items()
+        )
     if former.now is None:
         return "nothing: it never changed a mesh" if former.idle else "gone"
     return f"{former.now} (the old name was never MeshLab's)" if former.invented else former.now

@@ -15,7 +15,8 @@ class Former:
     """What became of a filter, or of the parameters of one that kept its name. Values are texts as scripts have them.
 
     Attributes:
-        now: MeshLab's name of the filter today; None if it is gone.
+        now: MeshLab's name of the filter today; None if it is gone, or became several.
+        splits: by one of its parameters and its value, the names of the filters that it became; the value 0 is the default.
         idle: it never changed a mesh, so that a step can be left out.
         invented: the name was never MeshLab's; `now` is what such scripts mean.
         sets: values to give, by parameter, unless the script gives one.
@@ -29,6 +30,7 @@ class Former:
     """
 
     now: str | None
+    splits: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     idle: bool = False
     invented: bool = False
     sets: Mapping[str, str] = field(default_factory=dict)
@@ -37,6 +39,12 @@ class Former:
     drops: Mapping[str, str | None] = field(default_factory=dict)
     layers: Literal["left", "current", ""] = ""
     note: str = ""
+
+    def today(self, values: Mapping[str, str]) -> str | None:
+        """MeshLab's name today of a filter with these values, by old parameter; None if it is gone."""
+        for parameter, names in self.splits.items():
+            return names.get(values.get(parameter, "0").strip())
+        return self.now
 
     def turned(self, parameter: str, value: str) -> Mapping[str, str] | None:
         """The values that say today what that value of an old parameter said; None if the parameter is not known."""

@@ -7,7 +7,7 @@ is and is refused as in any other script. An upgraded script has nothing left to
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -91,7 +91,8 @@ def _upgraded(element: FilterElement) -> tuple[list[FilterElement], list[Change]
     name = element.name
     if name is None:
         return [element], []
-    former, known = _today(name)
+    values = {p.attributes.get("name", ""): p.attributes.get("value", "") for p in element.params}
+    former, known = _today(name, values)
     if former is not None and former.idle:
         return [], [Change(line=element.line, filter=name, what="left out, as it never changed a mesh")]
     if known is None:
@@ -115,13 +116,13 @@ def _is_old(element: FilterElement, former: Former | None) -> bool:
     return element.kind == "xmlfilter" or old_types or (former is not None and not former.invented)
 
 
-def _today(name: str) -> tuple[Former | None, Filter | None]:
-    """What is known of a name of old, and the filter that it means today."""
+def _today(name: str, values: Mapping[str, str]) -> tuple[Former | None, Filter | None]:
+    """What is known of a name of old, and the filter that it means today with these values."""
     try:
         return None, find_filter(name)
     except UnknownNameError:
         former = former_filter(name)
-    today = same_but_case(name) if former is None else former.now
+    today = same_but_case(name) if former is None else former.today(values)
     return former, None if today is None else find_filter(today)
 
 
