@@ -40,6 +40,9 @@ def run(
     allow_outside: Annotated[
         bool, typer.Option("--allow-outside", help="Let INPUT name textures, materials and buffers outside its folder.")
     ] = False,
+    unchecked: Annotated[
+        bool, typer.Option("--unchecked", help="Let MeshLab read formats that are not checked before (.3ds, .ctm, .e57 ...).")
+    ] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace OUTPUT, even if it is the input.")] = False,
     max_displacement: Annotated[
         str, typer.Option(metavar="LENGTH", help="Fail if a vertex moves further: 0.05 (or 0.05mm), 0.1% or 0.5edge.")
@@ -97,6 +100,7 @@ def run(
         timeout=timeout,
         memory_limit=limit,
         allow_outside=allow_outside,
+        unchecked=unchecked,
         overrides=overrides,
         command=tuple(sys.argv),
         guards=Guards.parse({name: text for name, text in limits.items() if text}),

@@ -27,7 +27,7 @@ def load_mesh(meshes: Any, path: Path, announced: Announced) -> list[str]:
     Raises:
         InputError: MeshLab refuses it, or finds no vertex in it.
     """
-    before, layers = path.stat(), meshes.mesh_number()
+    layers = meshes.mesh_number()
     # Only the current layer is written, so the layers of one file have to become one.
     options = {"load_in_a_single_layer": True} if extension(path) in ("3ds", "glb", "gltf") else {}
     try:
@@ -37,9 +37,6 @@ def load_mesh(meshes: Any, path: Path, announced: Announced) -> list[str]:
     except Exception as error:  # pymeshlab raises several unrelated types
         reason = " ".join(str(error).split("Error details:")[-1].split())
         raise InputError(path, f"MeshLab says: {reason}") from error
-    after = path.stat()
-    if (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns):
-        raise InputError(path, "it changed while it was read")
     warnings = []
     if (loaded := meshes.mesh_number() - layers) > 1:
         warnings.append(f"{path.name} holds {loaded} meshes; one is cleaned and written, the others are not")

@@ -65,14 +65,10 @@ class Session:
         """
         on_first_compilation(lambda: self._event(Message(COMPILING)))
         self._event(PhaseStarted("reading"))
-        source = described_file(self._assignment.input)
-        given = self._assignment.stage / "given"
-        announced = self._announced(self._assignment.input, given)
-        source["side_files"] = [described_file(path) for path in announced.side_files]
-        for text in load_mesh(self._meshes, self._assignment.input, announced):
-            self._warn(text)
-        source["others"] = [self._load_other(path) for path in self._assignment.others]
-        shutil.rmtree(given, ignore_errors=True)
+        announced, source = self._load(self._assignment.input)
+        current = self._meshes.current_mesh_id()
+        source["others"] = [self._load(path)[1] for path in self._assignment.others]
+        self._meshes.set_current_mesh(current)
         before = self._measured(InputError(self._assignment.input, "it has coordinates that are not finite"))
         for text in lengths_out_of_proportion(Script(self._assignment.steps), diagonal=before.diagonal):
             self._warn(text)
@@ -89,24 +85,23 @@ class Session:
         written = self._write(announced, before, present, original)
         return {"input": source, "steps": steps, "counted": announced.vertices is not None, **written}
 
-    def _announced(self, path: Path, given: Path) -> Announced:
-        """What a file declares; where there is no room for the copy that MeshLab is given, there is none for the output."""
+    def _load(self, path: Path) -> tuple[Announced, dict[str, Any]]:
+        """Check a file and load it as the current layer; what it declares, and which file it was."""
+        given, before = self._assignment.stage / "given", path.stat()
         try:
-            return inspect_input(path, given, allow_outside=self._assignment.allow_outside)
-        except OutputError as error:
+            announced = inspect_input(
+                path, given, allow_outside=self._assignment.allow_outside, unchecked=self._assignment.unchecked
+            )
+        except OutputError as error:  # where there is no room for the copy that MeshLab is given, there is none for the output
             raise OutputError(self._assignment.output or error.path, error.reason) from error
-
-    def _load_other(self, path: Path) -> dict[str, Any]:
-        """Load the file of a further layer, and say which it was; the current layer stays current."""
-        current = self._meshes.current_mesh_id()
-        given = self._assignment.stage / "given_other"
-        announced = self._announced(path, given)
         described = described_file(path) | {"side_files": [described_file(side) for side in announced.side_files]}
         for text in load_mesh(self._meshes, path, announced):
             self._warn(text)
         shutil.rmtree(given, ignore_errors=True)
-        self._meshes.set_current_mesh(current)
-        return described
+        after = path.stat()
+        if (before.st_size, before.st_mtime_ns, before.st_ino) != (after.st_size, after.st_mtime_ns, after.st_ino):
+            raise InputError(path, "it changed while it was read")
+        return announced, described
 
     # --------------------------------------------------------------------------------------------------------------- steps
 
