@@ -29,5 +29,5 @@ def edge_lengths(vertices: Floats, pairs: Ints) -> Floats:
         lengths = np.asarray(np.linalg.norm(ways, axis=1))
     if len(ways) and not _SQUARED[0] < lengths.max() < _SQUARED[1]:
         exponent = int(np.frexp(np.abs(ways).max())[1])
-        return np.ldexp(np.linalg.norm(np.ldexp(ways, -exponent), axis=1), exponent)
+        return np.asarray(np.ldexp(np.linalg.norm(np.ldexp(ways, -exponent), axis=1), exponent))
     return lengths

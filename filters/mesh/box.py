@@ -41,7 +41,7 @@ def bounding_box(vertices: Floats) -> tuple[Floats, Floats]:
 
 
 def check_healthy(before: Floats, after: Floats, diagonal: float, numbers: Ints | None = None, advice: str = "") -> None:
-    """Refuse a result in which a vertex lies further than `FURTHEST` diagonals from where it was: a spike, whatever the equations say.
+    """Refuse a result in which a vertex lies further than `FURTHEST` diagonals from where it was: a spike.
 
     Args:
         before: (n, 3) where the vertices were, of ordinary size.
@@ -62,9 +62,9 @@ def check_healthy(before: Floats, after: Floats, diagonal: float, numbers: Ints 
     if lengths[k] <= most:
         return
     raise FilterInputError(
-        f"vertex {k if numbers is None else int(numbers[k])} would be moved by {lengths[k] / diagonal:.3g} diagonals of the mesh, "
-        f"which is no smooth surface ({FURTHEST:g} are the most): the triangles around it are too irregular"
-        f"{'; improve them first, or smooth less' if not advice else f'; {advice}'}"
+        f"vertex {k if numbers is None else int(numbers[k])} would be moved by {lengths[k] / diagonal:.3g} diagonals of the mesh "
+        f"({FURTHEST:g} are the most), as the triangles around it are too irregular; "
+        f"{advice or 'improve them first, or smooth less'}"
     )
 
 
