@@ -15,7 +15,7 @@ from ..topology import connected_components
 SpectralOperator: TypeAlias = SurfaceOperatorName
 SPECTRAL_OPERATORS: tuple[SpectralOperator, ...] = SURFACE_OPERATORS
 
-_SMALLEST, _LARGEST = 1e-140, 1e140
+_SMALLEST, _LARGEST = 1e-153, 1e153
 
 
 @dataclass(frozen=True, eq=False)
