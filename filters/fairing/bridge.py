@@ -67,7 +67,8 @@ def bridge_rims(
 
     Raises:
         FilterInputError: a rim is not one of border edges, the rims meet, the product of their numbers of edges is above 400
-            million, they are too far apart for their edges, or they belong to two components of which one is clearly inside out: see `rim_directions`.
+            million, they are too far apart for their edges, or they belong to two components of which one is clearly inside out:
+            see `rim_directions`.
     """
     points, triangles = check_mesh(vertices, faces)
     border = {edge for loop in boundary_loops(points, triangles).loops for edge in _edges(loop.vertices)}
