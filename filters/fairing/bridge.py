@@ -1,5 +1,6 @@
 """A band of triangles between two rims."""
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -123,7 +124,7 @@ def _rows_between(points: Floats, a: Ints, b: Ints, lower: Ints, upper: Ints) ->
         edge = float(np.concatenate([side_lengths(points[a]), side_lengths(points[b])]).mean())
     if not (0.0 < edge < np.inf and span < np.inf):
         raise FilterInputError("the rims have no length, or one that is no ordinary number: there is nothing to join")
-    count = round(span / (np.sqrt(0.75) * edge))
+    count = round(span / (math.sqrt(0.75) * edge))
     if count * (len(a) + len(b)) > MOST_ADDED:
         raise FilterInputError(
             f"the rims are {span:.3g} apart and their edges {edge:.3g} long: a band of {count:,} rows would be more than "

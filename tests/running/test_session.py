@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import shutil
 from collections.abc import Callable
@@ -351,3 +352,18 @@ def test_the_report_describes_the_files(tmp_path: Path) -> None:
         assert entry["sha256"] == sha256_of(Path(file["staged"]))
         assert entry["bytes"] == Path(file["staged"]).stat().st_size
     json.dumps(report, allow_nan=False)
+
+
+@pytest.mark.parametrize("moment", ["stage_textures", "rename_in_ply", "verify_file"])
+def test_a_disk_that_is_full_at_any_moment_of_writing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: str) -> None:
+    """Whatever part of writing finds the disk full, it is an error about the output and no defect."""
+
+    def full(*_: Any, **__: Any) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(f"pymeshfair.files.saving.{moment}", full)
+    shutil.copy(SAMPLES / "TextureDouble_A.png", tmp_path / "t.png")
+    path = tmp_path / "mesh.ply"
+    path.write_bytes(ply_bytes(xyz(), head="comment TextureFile t.png"))
+    with pytest.raises(OutputError, match="no space left on device"):
+        session_report(path, tmp_path / "out.ply")

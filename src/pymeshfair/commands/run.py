@@ -10,6 +10,7 @@ import typer
 
 from .json_document import print_document
 from .options import Debug, Json
+from .streams import printable, warn
 
 if TYPE_CHECKING:
     from ..running.job import Job, RunResult
@@ -118,14 +119,16 @@ def carry_out(job: Job, *, json: bool) -> None:
     with progress() as show:
         result = run_job(job, show)
     for warning in result.warnings:
-        typer.echo(f"{typer.style('warning:', fg='yellow')} {warning}", err=True)
+        warn(warning)
     if json:
         print_document(_document(job, result))
     else:
         _show(result)
     if result.breaches:
         for breach in result.breaches:
-            typer.echo(f"{typer.style('error:', fg='red')} {breach['guard']}: {breach['message']}", err=True)
+            typer.echo(
+                f"{typer.style('error:', fg='red')} {printable(breach['guard'])}: {printable(breach['message'])}", err=True
+            )
         raise typer.Exit(1)
 
 
@@ -154,7 +157,7 @@ def _show(result: RunResult) -> None:
     console().print(measures_table({"before": result.before, "after": result.after}))
     typer.echo(f"\n{len(result.steps)} {'step' if len(result.steps) == 1 else 'steps'} in {result.seconds:.1f} s. Written:")
     for path in (result.output, *result.side_files, result.provenance, *result.maps):
-        typer.echo(f"  {_near(path)}")
+        typer.echo(f"  {printable(_near(path))}")
 
 
 def _near(path: Path) -> Path:

@@ -169,6 +169,15 @@ class Session:
             said |= self._watched(original, said["before"], said["after"])
             if said["breaches"] and not self._assignment.keep_broken:
                 return said
+        try:
+            return {**said, **self._saved(announced, present, output, stage, after)}
+        except OSError as error:
+            raise OutputError(output, (error.strerror or str(error)).lower()) from error
+
+    def _saved(
+        self, announced: Announced, present: set[str], output: Path, stage: Path, after: SurfaceMeasures
+    ) -> dict[str, Any]:
+        """Write the files to the staging folder; what they are."""
         saved = save_mesh(
             self._meshes,
             announced,
@@ -184,7 +193,6 @@ class Session:
         files = [(f, described_file(f.staged, named=f.target)) for f in (saved.output, *saved.side_files)]
         described = [entry for _, entry in files] + [described_file(path) for path in saved.reused]
         return {
-            **said,
             "output": described[0] | {"side_files": described[1:]},
             "staged": [{"staged": str(f.staged), "target": str(f.target)} for f, _ in files],
         }
