@@ -44,6 +44,9 @@ def run(
     unchecked: Annotated[
         bool, typer.Option("--unchecked", help="Let MeshLab read formats that are not checked before (.3ds, .ctm, .e57 ...).")
     ] = False,
+    keep_all: Annotated[
+        bool, typer.Option("--keep-all", help="Fail if anything of INPUT or of the result would not be in OUTPUT.")
+    ] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace OUTPUT, even if it is the input.")] = False,
     max_displacement: Annotated[
         str, typer.Option(metavar="LENGTH", help="Fail if a vertex moves further: 0.05 (or 0.05mm), 0.1% or 0.5edge.")
@@ -102,6 +105,7 @@ def run(
         memory_limit=limit,
         allow_outside=allow_outside,
         unchecked=unchecked,
+        keep_all=keep_all,
         overrides=overrides,
         command=tuple(sys.argv),
         guards=Guards.parse({name: text for name, text in limits.items() if text}),

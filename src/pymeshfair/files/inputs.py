@@ -125,6 +125,7 @@ def _inspect_ply(path: Path, references: References, given: Given) -> Announced:
         faces=None if grid else header.element("face").count,
         count_triangles=lambda: body.triangles,
         normals={"nx", "ny", "nz"} <= names,
+        radii="radius" in names and "kept_radius" not in attributes["vertex"],
         vertex_texture={"texture_u", "texture_v"} <= names or {"s", "t"} <= names,
         not_kept=(*not_kept(header, kept), *renamed),
         side_files=tuple(t.file for t in textures if t.file),

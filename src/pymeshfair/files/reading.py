@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +13,20 @@ from numpy.typing import NDArray
 from .announced import Announced
 from .errors import InputError
 from .formats import extension
+
+
+@contextmanager
+def unchanged(path: Path) -> Iterator[None]:
+    """Refuse a file that another program writes to while the context lasts.
+
+    Raises:
+        InputError: it changed.
+    """
+    before = path.stat()
+    yield
+    after = path.stat()
+    if (before.st_size, before.st_mtime_ns, before.st_ino) != (after.st_size, after.st_mtime_ns, after.st_ino):
+        raise InputError(path, "it changed while it was read")
 
 
 def load_mesh(meshes: Any, path: Path, announced: Announced) -> list[str]:

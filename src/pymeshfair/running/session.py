@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import shutil
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ from ..files.errors import InputError, OutputError
 from ..files.formats import ATTRIBUTES
 from ..files.inputs import inspect_input
 from ..files.provenance import described_file, read_provenance
-from ..files.reading import apply_matrix, load_mesh
+from ..files.reading import apply_matrix, load_mesh, unchanged
 from ..files.saving import attributes_of, save_mesh
 from ..filters.compilation import on_first_compilation
 from ..filters.inspection.surface_measures import SurfaceMeasures, surface_measures
@@ -87,20 +87,16 @@ class Session:
 
     def _load(self, path: Path) -> tuple[Announced, dict[str, Any]]:
         """Check a file and load it as the current layer; what it declares, and which file it was."""
-        given, before = self._assignment.stage / "given", path.stat()
-        try:
-            announced = inspect_input(
-                path, given, allow_outside=self._assignment.allow_outside, unchecked=self._assignment.unchecked
-            )
-        except OutputError as error:  # where there is no room for the copy that MeshLab is given, there is none for the output
-            raise OutputError(self._assignment.output or error.path, error.reason) from error
-        described = described_file(path) | {"side_files": [described_file(side) for side in announced.side_files]}
-        for text in load_mesh(self._meshes, path, announced):
-            self._warn(text)
+        told = self._assignment
+        given = told.stage / "given"
+        with unchanged(path):
+            try:
+                announced = inspect_input(path, given, allow_outside=told.allow_outside, unchecked=told.unchecked)
+            except OutputError as error:  # without room for the copy that MeshLab is given, there is none for the output
+                raise OutputError(told.output or error.path, error.reason) from error
+            described = described_file(path) | {"side_files": [described_file(side) for side in announced.side_files]}
+            self._lose(load_mesh(self._meshes, path, announced), InputError, path)
         shutil.rmtree(given, ignore_errors=True)
-        after = path.stat()
-        if (before.st_size, before.st_mtime_ns, before.st_ino) != (after.st_size, after.st_mtime_ns, after.st_ino):
-            raise InputError(path, "it changed while it was read")
         return announced, described
 
     # --------------------------------------------------------------------------------------------------------------- steps
@@ -156,13 +152,14 @@ class Session:
         self._event(PhaseStarted("writing"))
         if self._meshes.mesh_number() > 1:
             layer = self._meshes.current_mesh().label()
-            self._warn(f"the recipe ends with {self._meshes.mesh_number()} layers; only the current one, {layer!r}, is written")
+            text = f"the recipe ends with {self._meshes.mesh_number()} layers; only the current one, {layer!r}, is written"
+            self._lose([text], OutputError, output)
         if apply_matrix(self._meshes):
             self._warn("the layer's matrix was applied to its coordinates, as files do not hold it")
         if self._meshes.current_mesh().vertex_number() == 0:
             raise self._failed("nothing is left of the mesh after the last step")
         if gone := [a for a in ATTRIBUTES if a in present - attributes_of(self._meshes, announced, present)]:
-            self._warn(f"after the steps the mesh has no {' and no '.join(gone)} any more")
+            self._lose([f"after the steps the mesh has no {' and no '.join(gone)} any more"], OutputError, output)
         after = self._measured(self._failed("the result has coordinates that are not finite"))
         said: dict[str, Any] = {"before": plain(asdict(before)), "after": plain(asdict(after)), "warnings": self._warnings}
         if original is not None:
@@ -189,7 +186,7 @@ class Session:
             textures_changed=any(FilterClass.TEXTURE in step.filter.classes for step in self._assignment.steps),
             record=read_provenance(output),
         )
-        self._warnings += saved.warnings
+        self._lose(saved.warnings, OutputError, output)
         files = [(f, described_file(f.staged, named=f.target)) for f in (saved.output, *saved.side_files)]
         described = [entry for _, entry in files] + [described_file(path) for path in saved.reused]
         return {
@@ -199,12 +196,8 @@ class Session:
 
     def _watched(self, original: InputMesh, before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:
         """The guards that the result breaks, and the files of the intervention map in the staging folder."""
-        mesh, guards, target, stage = (
-            self._meshes.current_mesh(),
-            self._assignment.guards,
-            self._assignment.map,
-            self._assignment.stage,
-        )
+        mesh, stage = self._meshes.current_mesh(), self._assignment.stage
+        guards, target = self._assignment.guards, self._assignment.map
         assert stage is not None
         origins = find_origins(mesh, original)
         if not origins.known:
@@ -226,6 +219,13 @@ class Session:
 
     def _event(self, event: Event) -> None:
         self._tell(encode_event(event))
+
+    def _lose(self, texts: Sequence[str], refusal: type[InputError | OutputError], path: Path) -> None:
+        """Warn of what is not kept, or refuse that."""
+        if texts and self._assignment.keep_all:
+            raise refusal(path, f"{'; '.join(texts)}. With --keep-all that is an error")
+        for text in texts:
+            self._warn(text)
 
     def _warn(self, text: str) -> None:
         self._warnings.append(text)
