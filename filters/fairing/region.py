@@ -11,7 +11,7 @@ from scipy import sparse
 from ..checks import FilterInputError, check_choice
 from ..execution import Progress, ignore_progress
 from ..linear_solvers import DirectMethod, laplacian_power, refined_solution
-from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
+from ..mesh import Bools, Floats, Ints, check_mesh, check_vertex_mask, normalised_mesh
 from ..topology import Submesh, submesh_around
 from .surface_operator import SurfaceOperator, surface_operator
 
@@ -82,7 +82,7 @@ def fair_region(
     points, triangles = check_mesh(vertices, faces)
     check_choice("energy", energy, ENERGIES)
     order = ENERGIES.index(energy) + 1
-    chosen = _check_free(free, len(points))
+    chosen = check_vertex_mask("free", free, len(points))
     if not chosen.any():
         progress(1.0)
         return FairedRegion(points.copy(), np.zeros(len(points), dtype=np.bool_), 0.0, 0.0, 0)
@@ -154,15 +154,6 @@ def _rim_as_dense(operator: SurfaceOperator, free: Bools) -> Floats:
     mass = operator.mass.copy()
     mass[rim] = np.minimum(mass[rim], (beside @ mass[free])[rim] / count[rim])
     return mass
-
-
-def _check_free(free: ArrayLike, n_vertices: int) -> Bools:
-    mask = np.asarray(free)
-    if mask.dtype != np.bool_ or mask.shape != (n_vertices,):
-        raise FilterInputError(
-            f"free must be a boolean array of {n_vertices} values, one a vertex, got shape {mask.shape} of {mask.dtype}"
-        )
-    return mask
 
 
 def _area(points: Floats, faces: Ints) -> float:

@@ -1,6 +1,6 @@
 """A mesh as arrays: its types, the checks of what comes in, its place, size and order."""
 
-from .arrays import Bools, Floats, Ints, Longs, check_edges, check_mesh, check_movable, check_points
+from .arrays import Bools, Floats, Ints, Longs, check_edges, check_mesh, check_movable, check_points, check_vertex_mask
 from .box import bounding_box, scaled_to_unit, unit_scale
 from .normalised import NormalisedMesh, normalised_mesh
 from .ordering import worth_reordering
@@ -16,6 +16,7 @@ __all__ = [
     "check_mesh",
     "check_movable",
     "check_points",
+    "check_vertex_mask",
     "normalised_mesh",
     "scaled_to_unit",
     "unit_scale",
