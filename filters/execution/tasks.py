@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from functools import cache
 from typing import Any
 
-from numba import config, get_num_threads
+from numba import get_num_threads
 
 from . import threads
 from .progress import Progress
@@ -86,4 +86,4 @@ def over_range(kernel: Callable[..., None], count: int, *arguments: Any) -> None
 @cache
 def _kept_pool(process: int) -> ThreadPoolExecutor:
     """One pool for all loops of a process: a fork inherits it without its threads."""
-    return ThreadPoolExecutor(config.NUMBA_NUM_THREADS)
+    return ThreadPoolExecutor(os.cpu_count())

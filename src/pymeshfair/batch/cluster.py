@@ -34,7 +34,8 @@ def open_client(address: str | None, jobs: int) -> Iterator[Client]:
     Raises:
         BatchError: no scheduler answers there.
     """
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what matters is told in the batch's own words
+    for name in ("distributed", "tornado"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # what matters is told in the batch's own words
     with contextlib.ExitStack() as stack:
         stack.enter_context(dask.config.set(_QUIET))
         stack.enter_context(warnings.catch_warnings())

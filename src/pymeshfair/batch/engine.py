@@ -74,7 +74,7 @@ def carry_out(
             with Interrupts(queue):
                 return _Course(client, name, journal, queue, stop, on_outcome, on_note).run(scans)
         finally:
-            if client.status == "running":
+            if client.status == "running" and address is not None:
                 client.unregister_worker_plugin(name)
 
 

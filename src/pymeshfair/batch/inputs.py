@@ -32,25 +32,29 @@ class Asked:
     overrides: tuple[str, ...] = ()
 
 
-def expand(arguments: Sequence[str]) -> list[Asked]:
+def expand(arguments: Sequence[str], settings: Sequence[str] = ()) -> list[Asked]:
     """The scans that arguments mean, in their order, each once.
 
     An argument is a mesh file; a folder, whose mesh files count in the order of their names, without those of its own folders and
     without .txt files; a pattern with ``*``, ``?``, ``[]`` or ``**``; ``@LIST``, a file with one of these a line; or a table
     ``*.csv``. What a list or a table names is relative to its own folder.
 
+    Args:
+        arguments: in the order of the command line.
+        settings: of the recipe, which a table may have columns for.
+
     Raises:
         ParameterError: an argument means nothing, or a list or table cannot be read.
     """
     found: dict[Asked, None] = {}
     for argument in arguments:
-        found |= dict.fromkeys(_expanded(argument, Path.cwd()))
+        found |= dict.fromkeys(_expanded(argument, Path.cwd(), settings))
     return list(found)
 
 
-def _expanded(argument: str, base: Path) -> Iterator[Asked]:
+def _expanded(argument: str, base: Path, settings: Sequence[str]) -> Iterator[Asked]:
     if argument.startswith("@"):
-        yield from _listed(base / argument[1:])
+        yield from _listed(base / argument[1:], settings)
         return
     path = base / argument
     if path.is_dir():
@@ -62,7 +66,7 @@ def _expanded(argument: str, base: Path) -> Iterator[Asked]:
         if not files:
             raise ParameterError(f"no file fits the pattern {argument!r} (looked for {path})")
     elif extension(path) == "csv":
-        yield from _table(path)
+        yield from _table(path, settings)
         return
     else:
         files = [path]
@@ -75,21 +79,21 @@ def _is_scan(path: Path) -> bool:
     return not path.name.startswith(".") and kind in READABLE and kind not in _RARELY_A_MESH and path.is_file()
 
 
-def _listed(path: Path) -> Iterator[Asked]:
+def _listed(path: Path, settings: Sequence[str]) -> Iterator[Asked]:
     for number, line in enumerate(_text(path).splitlines(), 1):
         entry = line.strip()
         if not entry or entry.startswith("#"):
             continue
         if entry.startswith("@"):
             raise ParameterError(f"{path}:{number}: a list cannot name another list, {entry!r}")
-        yield from _expanded(entry, path.absolute().parent)
+        yield from _expanded(entry, path.absolute().parent, settings)
 
 
-def _table(path: Path) -> Iterator[Asked]:
+def _table(path: Path, settings: Sequence[str]) -> Iterator[Asked]:
     rows = csv.reader(_text(path).splitlines(), strict=True)
     try:
         header = [name.strip() for name in next(rows, [])]
-        _check_header(path, header)
+        _check_header(path, header, settings)
         for number, row in enumerate(rows, 2):
             if not any(cell.strip() for cell in row):
                 continue
@@ -104,17 +108,18 @@ def _table(path: Path) -> Iterator[Asked]:
         raise ParameterError(f"{path}:{rows.line_num}: {error}") from None
 
 
-def _check_header(path: Path, header: Sequence[str]) -> None:
+def _check_header(path: Path, header: Sequence[str], settings: Sequence[str]) -> None:
     if "input" not in header:
         raise ParameterError(f"{path}:1: a table needs a column 'input'; it has {', '.join(map(repr, header)) or 'none at all'}")
     for name in header:
         if header.count(name) > 1:
             raise ParameterError(f"{path}:1: the column {name!r} is there twice")
-        if name not in _COLUMNS and "." not in name and not name.startswith("#"):
-            near = nearest(name, _COLUMNS)
+        if name not in (*_COLUMNS, *settings) and "." not in name and not name.startswith("#"):
+            near = nearest(name, (*_COLUMNS, *settings))
             hint = f"did you mean {near!r}? " if near else ""
             raise ParameterError(
-                f"{path}:1: {name!r} is no column that is known; {hint}Columns are input, output and STEP.PARAM, "
+                f"{path}:1: {name!r} is no column that is known; {hint}"
+                f"Columns are {', '.join((*_COLUMNS, *settings))} and STEP.PARAM, "
                 "and one whose name begins with # is passed over"
             )
 

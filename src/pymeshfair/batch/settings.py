@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
 from ..recipe import Recipe
+from ..registry import find_filter
 from ..running.job import Job
-from ..running.messages import steps_document, steps_from
 from ..scripts.guards import NO_GUARDS, Guards
-from ..scripts.script import Script
+from ..scripts.script import Step
 from ..scripts.traps import traps
 from ..scripts.write import format_script
 
@@ -29,6 +29,8 @@ class Settings:
         timeout: seconds for each scan, or None.
         memory: bytes for each scan; None for an equal share.
         allow_outside: let inputs name files outside their folders.
+        unchecked: let MeshLab read formats that are not checked before.
+        keep_all: fail a scan if anything of it is not in its output.
         guards: limits over those of the recipe.
         keep_broken: write outputs that break them.
         command: the command line.
@@ -41,6 +43,8 @@ class Settings:
     timeout: float | None = None
     memory: int | None = None
     allow_outside: bool = False
+    unchecked: bool = False
+    keep_all: bool = False
     guards: Guards = NO_GUARDS
     keep_broken: bool = False
     command: tuple[str, ...] = ()
@@ -65,6 +69,8 @@ class Settings:
             timeout=self.timeout,
             memory_limit=memory if self.memory is None else self.memory,
             allow_outside=self.allow_outside,
+            unchecked=self.unchecked,
+            keep_all=self.keep_all,
             threads=threads,
             overrides=(*self.overrides, *overrides),
             command=self.command,
@@ -76,48 +82,25 @@ class Settings:
         )
 
     def to_document(self) -> dict[str, Any]:
-        """The settings as a document that `from_document` reads."""
+        """The settings as something that can be pickled, which `from_document` reads: filters are known by their names."""
         script = self.recipe.script
         return {
-            "name": self.recipe.name,
-            "steps": steps_document(script.steps),
-            "comment": script.comment,
-            "path": None if script.path is None else str(script.path),
-            "recipe_guards": script.guards.texts(),
-            "changes": self.recipe.changes,
-            "overrides": self.overrides,
-            "others": [str(path) for path in self.others],
-            "overwrite": self.overwrite,
-            "timeout": self.timeout,
-            "memory": self.memory,
-            "allow_outside": self.allow_outside,
-            "guards": self.guards.texts(),
-            "keep_broken": self.keep_broken,
-            "command": self.command,
+            **{f.name: getattr(self, f.name) for f in fields(self)},
+            "recipe": replace(self.recipe, script=replace(script, steps=())),
+            "steps": [(s.filter.python_name, dict(s.values), s.line, s.tag, dict(s.settings)) for s in script.steps],
         }
 
     @classmethod
     def from_document(cls, document: Mapping[str, Any]) -> Settings:
-        """The settings in a document.
+        """The settings in a document; their values were checked when the recipe was read.
 
         Raises:
             UnknownNameError: a filter that this installation does not have.
         """
-        path = document["path"]
-        guards = Guards.parse(document["recipe_guards"])
-        script = Script(steps_from(document["steps"]), document["comment"], None if path is None else Path(path), guards)
-        return cls(
-            Recipe(document["name"], script, document["changes"]),
-            document["overrides"],
-            tuple(Path(other) for other in document["others"]),
-            document["overwrite"],
-            document["timeout"],
-            document["memory"],
-            document["allow_outside"],
-            Guards.parse(document["guards"]),
-            document["keep_broken"],
-            document["command"],
-        )
+        given = dict(document)
+        steps = tuple(Step(find_filter(name), *rest) for name, *rest in given.pop("steps"))
+        recipe: Recipe = given.pop("recipe")
+        return cls(replace(recipe, script=replace(recipe.script, steps=steps)), **given)
 
 
 def recipe_digest(recipe: Recipe) -> str:

@@ -72,7 +72,7 @@ class Station(WorkerPlugin):
 
     def transition(self, key: Any, start: str, finish: str, **more: Any) -> None:
         """Called by dask for every task: one that is not wanted any more is ended, also when the batch itself was killed."""
-        if finish == "cancelled" and not self.unfit and str(key).startswith(self.name):
+        if (start, finish) == ("executing", "released") and not self.unfit and str(key).startswith(self.name):
             self._cancel(str(key))
 
     def clean(self, key: str, scan: Mapping[str, Any]) -> Outcome:

@@ -55,6 +55,8 @@ def batch(
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Check everything, and say what would be done.")] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace outputs that no run has written.")] = False,
     allow_outside: options.AllowOutside = False,
+    unchecked: options.Unchecked = False,
+    keep_all: options.KeepAll = False,
     keep_broken: options.KeepBroken = False,
     keep_sharp: options.KeepSharp = "",
     max_displacement: options.MaxDisplacement = "",
@@ -83,16 +85,20 @@ def batch(
         found,
         overrides,
         tuple(path.absolute() for path in others or ()),
-        overwrite,
-        timeout,
-        memory_limit(memory),
-        allow_outside,
-        guards(max_displacement=max_displacement, max_volume_change=max_volume_change, require=require, keep_sharp=keep_sharp),
-        keep_broken,
-        tuple(sys.argv),
+        overwrite=overwrite,
+        timeout=timeout,
+        memory=memory_limit(memory),
+        allow_outside=allow_outside,
+        unchecked=unchecked,
+        keep_all=keep_all,
+        guards=guards(
+            max_displacement=max_displacement, max_volume_change=max_volume_change, require=require, keep_sharp=keep_sharp
+        ),
+        keep_broken=keep_broken,
+        command=tuple(sys.argv),
     )
     folder = output.absolute()
-    scans = plan_scans(expand(inputs), found, folder, name)
+    scans = plan_scans(expand(inputs, [s.name for s in found.script.settings]), found, folder, name)
     task = Task(scans, settings, folder, scheduler, jobs or this_system().processors(), resume=resume, stop=stop, sample=sample)
     if dry_run:
         _look_ahead(task, json=json)

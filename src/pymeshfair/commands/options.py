@@ -19,8 +19,9 @@ SetValues = Annotated[
     list[str] | None,
     typer.Option(
         "--set",
-        metavar="STEP.PARAM=VALUE",
-        help="Another value for a parameter; STEP is a number or a part of the filter's name. May be repeated.",
+        metavar="NAME=VALUE",
+        help="Another value for a setting of the recipe, or STEP.PARAM=VALUE for a parameter of a step, whose STEP is "
+        "a number, a tag or a part of the filter's name. May be repeated.",
     ),
 ]
 Others = Annotated[
@@ -31,6 +32,10 @@ Upgrade = Annotated[bool, typer.Option("--upgrade", help="Bring a script of an o
 AllowOutside = Annotated[
     bool, typer.Option("--allow-outside", help="Let INPUT name textures, materials and buffers outside its folder.")
 ]
+Unchecked = Annotated[
+    bool, typer.Option("--unchecked", help="Let MeshLab read formats that are not checked before (.3ds, .ctm, .e57 ...).")
+]
+KeepAll = Annotated[bool, typer.Option("--keep-all", help="Fail if anything of INPUT or of the result would not be in OUTPUT.")]
 MaxDisplacement = Annotated[
     str, typer.Option(metavar="LENGTH", help="Fail if a vertex moves further: 0.05 (or 0.05mm), 0.1% or 0.5edge.")
 ]

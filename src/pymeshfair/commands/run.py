@@ -13,6 +13,7 @@ from .options import (
     AllowOutside,
     Debug,
     Json,
+    KeepAll,
     KeepBroken,
     KeepSharp,
     MaxDisplacement,
@@ -20,10 +21,12 @@ from .options import (
     Others,
     Require,
     SetValues,
+    Unchecked,
     Upgrade,
     guards,
     memory_limit,
 )
+from .streams import printable, warn
 
 if TYPE_CHECKING:
     from ..running.job import Job, RunResult
@@ -42,6 +45,8 @@ def run(
         typer.Option(metavar="SIZE", help="Memory that the run may take, such as 4GB; by default 80 % of the machine's."),
     ] = None,
     allow_outside: AllowOutside = False,
+    unchecked: Unchecked = False,
+    keep_all: KeepAll = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace OUTPUT, even if it is the input.")] = False,
     max_displacement: MaxDisplacement = "",
     max_volume_change: MaxVolumeChange = "",
@@ -78,6 +83,8 @@ def run(
         timeout=timeout,
         memory_limit=memory_limit(memory),
         allow_outside=allow_outside,
+        unchecked=unchecked,
+        keep_all=keep_all,
         overrides=overrides,
         command=tuple(sys.argv),
         guards=limits,
@@ -95,14 +102,16 @@ def carry_out(job: Job, *, json: bool) -> None:
     with progress() as show:
         result = run_job(job, show)
     for warning in result.warnings:
-        typer.echo(f"{typer.style('warning:', fg='yellow')} {warning}", err=True)
+        warn(warning)
     if json:
         print_document(_document(job, result))
     else:
         _show(result)
     if result.breaches:
         for breach in result.breaches:
-            typer.echo(f"{typer.style('error:', fg='red')} {breach['guard']}: {breach['message']}", err=True)
+            typer.echo(
+                f"{typer.style('error:', fg='red')} {printable(breach['guard'])}: {printable(breach['message'])}", err=True
+            )
         raise typer.Exit(1)
 
 
@@ -131,7 +140,7 @@ def _show(result: RunResult) -> None:
     console().print(measures_table({"before": result.before, "after": result.after}))
     typer.echo(f"\n{len(result.steps)} {'step' if len(result.steps) == 1 else 'steps'} in {result.seconds:.1f} s. Written:")
     for path in (result.output, *result.side_files, result.provenance, *result.maps):
-        typer.echo(f"  {_near(path)}")
+        typer.echo(f"  {printable(_near(path))}")
 
 
 def _near(path: Path) -> Path:

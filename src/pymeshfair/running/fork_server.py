@@ -19,6 +19,7 @@ import selectors
 import socket
 import sys
 import traceback
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +41,7 @@ class _Server:
         self._selector.register(control, selectors.EVENT_READ, self._obey)
         self._selector.register(self._learning, selectors.EVENT_READ, self._learn)
         self._loaded = loaded()
+        self._to_load: list[Iterator[None]] = []
 
     def serve(self) -> None:
         """Obey until the socket is closed."""
@@ -47,8 +49,9 @@ class _Server:
         gc.freeze()  # what is there now stays shared with the workers
         self._say({"ready": os.getpid()})
         while True:
-            for key, _ in self._selector.select():
+            for key, _ in self._selector.select(0 if self._to_load else None):
                 key.data()
+            self._load_some()
 
     def _say(self, message: dict[str, Any]) -> None:
         with contextlib.suppress(OSError):
@@ -102,9 +105,14 @@ class _Server:
                 self._telling.send(data)
 
     def _learn(self) -> None:
-        load(self._learning.recv(LONGEST))
-        self._loaded = loaded()
-        gc.freeze()
+        self._to_load.append(load(self._learning.recv(LONGEST)))
+
+    def _load_some(self) -> None:
+        """Load one thing that a worker had to load; whoever waits for a worker does not wait for more."""
+        if self._to_load and next(self._to_load[0], self) is self:
+            del self._to_load[0]
+            self._loaded = loaded()
+            gc.freeze()
 
     def _ended(self, pid: int) -> None:
         result = os.waitid(os.P_PID, pid, os.WEXITED | os.WNOWAIT)

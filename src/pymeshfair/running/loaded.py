@@ -48,12 +48,14 @@ def loaded_since(before: Loaded) -> bytes:
     return pickle.dumps((sorted(modules), list(kernels))) if modules or kernels else b""
 
 
-def load(data: bytes) -> None:
-    """Load what `loaded_since` told; what cannot be loaded is left to those who need it."""
+def load(data: bytes) -> Iterator[None]:
+    """Load what `loaded_since` told, one thing at a step; what cannot be loaded is left to those who need it."""
     modules, kernels = pickle.loads(data)
     for name in modules:
         with contextlib.suppress(Exception):
             importlib.import_module(name)
+        yield
     for module, name, signature in kernels:
         with contextlib.suppress(Exception):
             getattr(sys.modules[module], name).compile(signature)
+        yield

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -48,6 +48,8 @@ class Assignment:
         stage: the staging folder, whose subfolder ``new`` takes what the worker writes.
         memory_limit: bytes, or None.
         allow_outside: let the input name files outside its own folder.
+        unchecked: let MeshLab read formats that are not checked before.
+        keep_all: whether anything that is not kept is an error.
         arrays: the .npz file to write the mesh as read to, for an assignment without an output; None if that is not wanted.
         self_intersections: whether to write there, too, which faces cut others.
         guards: what the result must not do.
@@ -72,6 +74,13 @@ class Assignment:
     others: tuple[Path, ...] = ()
     displacement: bool = False
     own_texture_names: bool = False
+    unchecked: bool = False
+    keep_all: bool = False
+
+    @property
+    def is_watched(self) -> bool:
+        """Whether there are guards, or an intervention map is wanted."""
+        return bool(self.guards) or self.map is not None
 
     @classmethod
     def of(cls, job: Job, stage: Path) -> Assignment:
@@ -83,6 +92,8 @@ class Assignment:
             job.output.absolute(),
             default_memory() if job.memory_limit is None else job.memory_limit,
             job.allow_outside,
+            unchecked=job.unchecked,
+            keep_all=job.keep_all,
             guards=job.all_guards,
             keep_broken=job.keep_broken,
             others=tuple(path.absolute() for path in job.others),
@@ -94,7 +105,7 @@ class Assignment:
     def to_document(self) -> dict[str, Any]:
         """The assignment as a document that `from_document` reads."""
         return {
-            "steps": steps_document(self.steps),
+            "steps": [{"filter": s.filter.python_name, "values": _sent(s.values), "line": s.line} for s in self.steps],
             "input": str(self.input),
             "output": None if self.output is None else str(self.output),
             "stage": str(self.stage),
@@ -108,14 +119,17 @@ class Assignment:
             "others": [str(path) for path in self.others],
             "displacement": self.displacement,
             "own_texture_names": self.own_texture_names,
+            "unchecked": self.unchecked,
+            "keep_all": self.keep_all,
         }
 
     @classmethod
     def from_document(cls, document: Mapping[str, Any]) -> Assignment:
         """The assignment in a document; its values were checked when the recipe was read."""
+        steps = (Step(find_filter(s["filter"]), _received(s["values"]), s["line"]) for s in document["steps"])
         output, arrays, map = (None if document[name] is None else Path(document[name]) for name in ("output", "arrays", "map"))
         return cls(
-            steps_from(document["steps"]),
+            tuple(steps),
             Path(document["input"]),
             Path(document["stage"]),
             output,
@@ -129,21 +143,9 @@ class Assignment:
             tuple(Path(path) for path in document["others"]),
             document["displacement"],
             document["own_texture_names"],
+            document["unchecked"],
+            document["keep_all"],
         )
-
-
-def steps_document(steps: Sequence[Step]) -> list[dict[str, Any]]:
-    """Steps as a document that `steps_from` reads."""
-    return [{"filter": s.filter.python_name, "values": _sent(s.values), "line": s.line} for s in steps]
-
-
-def steps_from(document: Sequence[Mapping[str, Any]]) -> tuple[Step, ...]:
-    """The steps in a document; their values were checked when the recipe was read.
-
-    Raises:
-        UnknownNameError: this installation has no such filter.
-    """
-    return tuple(Step(find_filter(s["filter"]), _received(s["values"]), s["line"]) for s in document)
 
 
 def _sent(values: Mapping[str, Any]) -> dict[str, Any]:

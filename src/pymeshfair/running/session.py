@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import shutil
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ from ..files.errors import InputError, OutputError
 from ..files.formats import ATTRIBUTES
 from ..files.inputs import inspect_input
 from ..files.provenance import described_file, read_provenance
-from ..files.reading import apply_matrix, load_mesh
+from ..files.reading import apply_matrix, load_mesh, unchanged
 from ..files.saving import attributes_of, save_mesh
 from ..filters.compilation import on_first_compilation
 from ..filters.inspection.surface_measures import SurfaceMeasures, surface_measures
@@ -65,14 +65,10 @@ class Session:
         """
         on_first_compilation(lambda: self._event(Message(COMPILING)))
         self._event(PhaseStarted("reading"))
-        source = described_file(self._assignment.input)
-        given = self._assignment.stage / "given"
-        announced = self._announced(self._assignment.input, given)
-        source["side_files"] = [described_file(path) for path in announced.side_files]
-        for text in load_mesh(self._meshes, self._assignment.input, announced):
-            self._warn(text)
-        source["others"] = [self._load_other(path) for path in self._assignment.others]
-        shutil.rmtree(given, ignore_errors=True)
+        announced, source = self._load(self._assignment.input)
+        current = self._meshes.current_mesh_id()
+        source["others"] = [self._load(path)[1] for path in self._assignment.others]
+        self._meshes.set_current_mesh(current)
         before = self._measured(InputError(self._assignment.input, "it has coordinates that are not finite"))
         for text in lengths_out_of_proportion(Script(self._assignment.steps), diagonal=before.diagonal):
             self._warn(text)
@@ -82,36 +78,26 @@ class Session:
                 write_arrays(self._meshes, present, self._assignment.arrays, intersections=self._assignment.self_intersections)
             attributes = [a for a in ATTRIBUTES if a in present]
             return {"input": source, "before": plain(asdict(before)), "attributes": attributes, "warnings": self._warnings}
-        followed = self._is_watched or self._assignment.displacement
+        followed = self._assignment.is_watched or self._assignment.displacement
         original = mark_origins(self._meshes.current_mesh()) if followed else None
         with self._meshes.deferred():
             steps = [self._step(number) for number in range(1, len(self._assignment.steps) + 1)]
         written = self._write(announced, before, present, original)
         return {"input": source, "steps": steps, "counted": announced.vertices is not None, **written}
 
-    @property
-    def _is_watched(self) -> bool:
-        """Whether there are guards or an intervention map."""
-        return bool(self._assignment.guards) or self._assignment.map is not None
-
-    def _announced(self, path: Path, given: Path) -> Announced:
-        """What a file declares; where there is no room for the copy that MeshLab is given, there is none for the output."""
-        try:
-            return inspect_input(path, given, allow_outside=self._assignment.allow_outside)
-        except OutputError as error:
-            raise OutputError(self._assignment.output or error.path, error.reason) from error
-
-    def _load_other(self, path: Path) -> dict[str, Any]:
-        """Load the file of a further layer, and say which it was; the current layer stays current."""
-        current = self._meshes.current_mesh_id()
-        given = self._assignment.stage / "given_other"
-        announced = self._announced(path, given)
-        described = described_file(path) | {"side_files": [described_file(side) for side in announced.side_files]}
-        for text in load_mesh(self._meshes, path, announced):
-            self._warn(text)
+    def _load(self, path: Path) -> tuple[Announced, dict[str, Any]]:
+        """Check a file and load it as the current layer; what it declares, and which file it was."""
+        told = self._assignment
+        given = told.stage / "given"
+        with unchanged(path):
+            try:
+                announced = inspect_input(path, given, allow_outside=told.allow_outside, unchecked=told.unchecked)
+            except OutputError as error:  # without room for the copy that MeshLab is given, there is none for the output
+                raise OutputError(told.output or error.path, error.reason) from error
+            described = described_file(path) | {"side_files": [described_file(side) for side in announced.side_files]}
+            self._lose(load_mesh(self._meshes, path, announced), InputError, path)
         shutil.rmtree(given, ignore_errors=True)
-        self._meshes.set_current_mesh(current)
-        return described
+        return announced, described
 
     # --------------------------------------------------------------------------------------------------------------- steps
 
@@ -166,19 +152,29 @@ class Session:
         self._event(PhaseStarted("writing"))
         if self._meshes.mesh_number() > 1:
             layer = self._meshes.current_mesh().label()
-            self._warn(f"the recipe ends with {self._meshes.mesh_number()} layers; only the current one, {layer!r}, is written")
+            text = f"the recipe ends with {self._meshes.mesh_number()} layers; only the current one, {layer!r}, is written"
+            self._lose([text], OutputError, output)
         if apply_matrix(self._meshes):
             self._warn("the layer's matrix was applied to its coordinates, as files do not hold it")
         if self._meshes.current_mesh().vertex_number() == 0:
             raise self._failed("nothing is left of the mesh after the last step")
         if gone := [a for a in ATTRIBUTES if a in present - attributes_of(self._meshes, announced, present)]:
-            self._warn(f"after the steps the mesh has no {' and no '.join(gone)} any more")
+            self._lose([f"after the steps the mesh has no {' and no '.join(gone)} any more"], OutputError, output)
         after = self._measured(self._failed("the result has coordinates that are not finite"))
         said: dict[str, Any] = {"before": plain(asdict(before)), "after": plain(asdict(after)), "warnings": self._warnings}
         if original is not None:
             said |= self._watched(original, said["before"], said["after"])
             if said.get("breaches") and not self._assignment.keep_broken:
                 return said
+        try:
+            return {**said, **self._saved(announced, present, output, stage, after)}
+        except OSError as error:
+            raise OutputError(output, (error.strerror or str(error)).lower()) from error
+
+    def _saved(
+        self, announced: Announced, present: set[str], output: Path, stage: Path, after: SurfaceMeasures
+    ) -> dict[str, Any]:
+        """Write the files to the staging folder; what they are."""
         saved = save_mesh(
             self._meshes,
             announced,
@@ -191,11 +187,10 @@ class Session:
             record=read_provenance(output),
             own_texture_names=self._assignment.own_texture_names,
         )
-        self._warnings += saved.warnings
+        self._lose(saved.warnings, OutputError, output)
         files = [(f, described_file(f.staged, named=f.target)) for f in (saved.output, *saved.side_files)]
         described = [entry for _, entry in files] + [described_file(path) for path in saved.reused]
         return {
-            **said,
             "output": described[0] | {"side_files": described[1:]},
             "staged": [{"staged": str(f.staged), "target": str(f.target)} for f, _ in files],
         }
@@ -205,7 +200,7 @@ class Session:
         mesh, guards, target = self._meshes.current_mesh(), self._assignment.guards, self._assignment.map
         origins = find_origins(mesh, original)
         said: dict[str, Any] = {"displacement": asdict(displacement_of(origins))} if self._assignment.displacement else {}
-        if not self._is_watched:
+        if not self._assignment.is_watched:
             return said
         if not origins.known:
             self._warn("a step made a new mesh, so that its elements cannot be followed: distances are those from the input")
@@ -226,6 +221,13 @@ class Session:
 
     def _event(self, event: Event) -> None:
         self._tell(encode_event(event))
+
+    def _lose(self, texts: Sequence[str], refusal: type[InputError | OutputError], path: Path) -> None:
+        """Warn of what is not kept, or refuse that."""
+        if texts and self._assignment.keep_all:
+            raise refusal(path, f"{'; '.join(texts)}. With --keep-all that is an error")
+        for text in texts:
+            self._warn(text)
 
     def _warn(self, text: str) -> None:
         self._warnings.append(text)
