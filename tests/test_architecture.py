@@ -36,6 +36,7 @@ FLOORS = [
     {"meshset", "recipe"},
     {"running"},
     {"looking"},
+    {"report"},
     {"commands"},
     {"__main__"},
 ]
