@@ -11,7 +11,7 @@ import hashlib
 import importlib.resources
 import io
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -51,14 +51,15 @@ def figure_of(picture: Image.Image, alternative: str, caption: str) -> Figure:
     return Figure(source, alternative, caption, picture.width, picture.height)
 
 
-def render(template: str, /, **values: Any) -> str:
+def render(template: str, /, *, programs: Sequence[str] = ("viewer.js", "page.js"), **values: Any) -> str:
     """Fill a template of this package.
 
     Args:
         template: its file, such as ``"report.html"``. It extends ``page.html``, which takes ``title``.
+        programs: the scripts of the page, in their order.
         values: what it names; missing ones are an error.
     """
-    scripts = tuple(Markup(resource(name)) for name in ("viewer.js", "page.js"))
+    scripts = tuple(Markup(resource(name)) for name in programs)
     style = Markup(resource("page.css"))
     allowed = " ".join(f"'sha256-{_digest(text)}'" for text in scripts)
     policy = f"default-src 'none'; img-src data:; style-src 'sha256-{_digest(style)}'; script-src {allowed}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from queue import SimpleQueue
@@ -105,8 +106,13 @@ def _read(
         )
         with WorkerProcess(assignment.to_document(), queue, start=start) as worker:
             report = Watch(job, worker, queue, lambda event: None).until_done(started)
-        with np.load(arrays, allow_pickle=False) as found:
-            read = {name: found[name] for name in found.files}
+        return mesh_of(path, arrays, report, warnings)
+
+
+def mesh_of(path: Path, arrays: Path, report: Mapping[str, Any], warnings: tuple[str, ...] = ()) -> ReadMesh:
+    """The mesh that a worker has written to a file of arrays, with what it reported."""
+    with np.load(arrays, allow_pickle=False) as found:
+        read = {name: found[name] for name in found.files}
     return ReadMesh(
         path,
         read["vertices"],

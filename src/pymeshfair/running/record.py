@@ -89,7 +89,24 @@ def _guarded(job: Job, report: Mapping[str, Any]) -> dict[str, Any]:
 def result_of(job: Job, record: Mapping[str, Any], side_files: Sequence[Path], maps: Sequence[Path] = ()) -> RunResult:
     """What `run_job` gives back, from the document that it has written."""
     run = record["run"]
-    steps = (
+    return RunResult(
+        output=job.output,
+        provenance=provenance_path(job.output),
+        side_files=tuple(side_files),
+        before=record["measures"]["before"],
+        after=record["measures"]["after"],
+        steps=steps_of(record),
+        warnings=tuple(record["warnings"]),
+        seconds=run["seconds"],
+        peak_memory=run["peak_memory_bytes"],
+        breaches=tuple(record.get("guards", {}).get("breaches", ())),
+        maps=tuple(maps),
+    )
+
+
+def steps_of(record: Mapping[str, Any]) -> tuple[StepReport, ...]:
+    """What every step did, from a provenance document."""
+    return tuple(
         StepReport(
             step["number"],
             step["filter"],
@@ -99,18 +116,5 @@ def result_of(job: Job, record: Mapping[str, Any], side_files: Sequence[Path], m
             values=step["values"],
             messages=tuple(step["messages"]),
         )
-        for step, seconds in zip(record["steps"], run["step_seconds"], strict=True)
-    )
-    return RunResult(
-        output=job.output,
-        provenance=provenance_path(job.output),
-        side_files=tuple(side_files),
-        before=record["measures"]["before"],
-        after=record["measures"]["after"],
-        steps=tuple(steps),
-        warnings=tuple(record["warnings"]),
-        seconds=run["seconds"],
-        peak_memory=run["peak_memory_bytes"],
-        breaches=tuple(record.get("guards", {}).get("breaches", ())),
-        maps=tuple(maps),
+        for step, seconds in zip(record["steps"], record["run"]["step_seconds"], strict=True)
     )
