@@ -6,7 +6,7 @@ stays locked in it for ever; so it starts none, and refuses to fork if a library
 It speaks with `ForkServer` over a socket, a message at a time, as JSON. It is told ``{"fork": module}`` with three descriptors,
 the stdin, stdout and stderr of the worker that the module's ``main`` is, and answers ``{"forked": pid}`` or
 ``{"refused": reason}``. When a worker ends it says ``{"ended": pid, "status": status}``, and keeps its number from being given to
-another until it is told ``{"release": pid}``. It ends when the socket is closed. Nothing here is meant to be called from elsewhere.
+another until it is told ``{"release": pid}``. It ends when the socket is closed. Nothing here is meant to be called otherwise.
 """
 
 from __future__ import annotations
