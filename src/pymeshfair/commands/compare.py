@@ -9,6 +9,7 @@ import typer
 
 from .json_document import print_document
 from .options import Debug, Json
+from .streams import warn
 
 if TYPE_CHECKING:
     from ..looking.comparison import Comparison, LengthIn
@@ -35,7 +36,7 @@ def compare(
     meshes = [read_mesh(path, self_intersections=self_intersections, timeout=timeout) for path in (before, after)]
     warnings = list(dict.fromkeys(w for mesh in meshes for w in mesh.warnings))
     for warning in warnings:
-        typer.echo(f"{typer.style('warning:', fg='yellow')} {warning}", err=True)
+        warn(warning)
     found, _ = compare_states(*(state_of(mesh) for mesh in meshes))
     if json:
         print_document({"files": {"before": before, "after": after}, "comparison": found, "warnings": warnings})

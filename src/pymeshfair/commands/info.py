@@ -78,6 +78,7 @@ def _tell_recipe(name: str, *, json: bool) -> None:
 def _tell_mesh(path: Path, *, json: bool) -> None:
     from ..running.inspect import inspect_mesh
     from .measures_table import measures_table
+    from .streams import warn
     from .tables import console
 
     found = inspect_mesh(path)
@@ -87,4 +88,4 @@ def _tell_mesh(path: Path, *, json: bool) -> None:
     console().print(measures_table({path.name: found}))
     typer.echo(f"\nIt has {', '.join(found['attributes'] or ['vertices alone'])}.")
     for warning in found["warnings"]:
-        typer.echo(f"{typer.style('warning:', fg='yellow')} {warning}", err=True)
+        warn(warning)

@@ -9,6 +9,7 @@ import typer
 
 from .json_document import print_document
 from .options import Debug, Json
+from .streams import warn
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -29,7 +30,7 @@ def filters(
     from ..registry import all_filters, broken_plugins
 
     for broken in broken_plugins():
-        typer.echo(f"{typer.style('warning:', fg='yellow')} {broken}", err=True)
+        warn(broken)
     found = [f for f in _of_origin(all_filters(), origin) if _contains(f"{f.python_name} {f.name} {f.summary}", text)]
     if json:
         rows = [{"python_name": f.python_name, "name": f.name, "origin": f.origin, "summary": f.summary} for f in found]

@@ -44,7 +44,7 @@ def measures_table(columns: Mapping[str, Mapping[str, Any]]) -> Table:
     return table(["", *columns], rows, numbers=range(1, len(columns) + 1))
 
 
-def _shown(value: float | None) -> str:
-    if value is None:
-        return "-"
+def _shown(value: float | str | None) -> str:
+    if value is None or isinstance(value, str):  # a text stands for a number beyond the largest
+        return value or "-"
     return f"{value:,}" if isinstance(value, int) else f"{value:,.6g}"

@@ -10,6 +10,7 @@ import typer
 
 from .json_document import print_document
 from .options import Debug, Json
+from .streams import printable, warn
 
 if TYPE_CHECKING:
     from ..running.job import Job, RunResult
@@ -40,6 +41,12 @@ def run(
     ] = None,
     allow_outside: Annotated[
         bool, typer.Option("--allow-outside", help="Let INPUT name textures, materials and buffers outside its folder.")
+    ] = False,
+    unchecked: Annotated[
+        bool, typer.Option("--unchecked", help="Let MeshLab read formats that are not checked before (.3ds, .ctm, .e57 ...).")
+    ] = False,
+    keep_all: Annotated[
+        bool, typer.Option("--keep-all", help="Fail if anything of INPUT or of the result would not be in OUTPUT.")
     ] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace OUTPUT, even if it is the input.")] = False,
     max_displacement: Annotated[
@@ -98,6 +105,8 @@ def run(
         timeout=timeout,
         memory_limit=limit,
         allow_outside=allow_outside,
+        unchecked=unchecked,
+        keep_all=keep_all,
         overrides=overrides,
         command=tuple(sys.argv),
         guards=Guards.parse({name: text for name, text in limits.items() if text}),
@@ -115,14 +124,16 @@ def carry_out(job: Job, *, json: bool) -> None:
     with progress() as show:
         result = run_job(job, show)
     for warning in result.warnings:
-        typer.echo(f"{typer.style('warning:', fg='yellow')} {warning}", err=True)
+        warn(warning)
     if json:
         print_document(_document(job, result))
     else:
         _show(result)
     if result.breaches:
         for breach in result.breaches:
-            typer.echo(f"{typer.style('error:', fg='red')} {breach['guard']}: {breach['message']}", err=True)
+            typer.echo(
+                f"{typer.style('error:', fg='red')} {printable(breach['guard'])}: {printable(breach['message'])}", err=True
+            )
         raise typer.Exit(1)
 
 
@@ -151,7 +162,7 @@ def _show(result: RunResult) -> None:
     console().print(measures_table({"before": result.before, "after": result.after}))
     typer.echo(f"\n{len(result.steps)} {'step' if len(result.steps) == 1 else 'steps'} in {result.seconds:.1f} s. Written:")
     for path in (result.output, *result.side_files, result.provenance, *result.maps):
-        typer.echo(f"  {_near(path)}")
+        typer.echo(f"  {printable(_near(path))}")
 
 
 def _near(path: Path) -> Path:

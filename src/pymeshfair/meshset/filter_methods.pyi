@@ -903,6 +903,7 @@ class FilterMethods:
         iterations: int = 1,
         flow: Literal["linear", "mean_curvature", "conformalized"] = "linear",
         preserve_volume: bool = False,
+        keep_dimensions: bool = False,
         border: Literal["fixed", "along", "free"] = "along",
         selected: bool = False,
     ) -> dict[str, Any] | None:
@@ -927,6 +928,8 @@ class FilterMethods:
                 'conformalized' updates the areas alone, so that thin parts do not pinch off under strong smoothing.
             preserve_volume: Rescale every closed component about its centroid so that it keeps its volume. Open ones are left
                 as they come out.
+            keep_dimensions: Give back along the normals what whole parts of the shape have lost: limbs keep their thickness and
+                the shape its size, open or closed. Not for point clouds.
             border: What the vertices of open borders do: 'fixed' stay; 'along' are smoothed as a curve, seeing their neighbours
                 on the border alone; 'free' move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
@@ -936,7 +939,7 @@ class FilterMethods:
             What the filter reports, by name; None if it reports nothing.
 
         References:
-            [desbrun1999], [kazhdan2012], [sharp2020]
+            [desbrun1999], [kazhdan2012], [sharp2020], [tukey1977]
 
         In scripts: 'Implicit Fairing'.
         """

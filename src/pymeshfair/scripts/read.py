@@ -19,14 +19,11 @@ from ..errors import ParameterError
 from .elements import Document, FilterElement, ParamElement
 from .guards import ATTRIBUTES as GUARDS
 from .guards import Guards
+from .limits import MOST_BYTES, MOST_FILTERS, MOST_LEVELS, excess
 from .problems import MOST_PROBLEMS, Problem, ScriptError, shortened
 from .script import Script, clean_comment
 from .settings import Setting, read_setting
 from .step_builder import build_script
-
-MOST_BYTES = 5_000_000
-MOST_LEVELS = 64
-MOST_FILTERS = 1000
 
 #: what some old programs write: the document type twice
 SECOND_DOCUMENT_TYPE = re.compile(rb"\A(.*?<!DOCTYPE FilterScript>\s*)<!DOCTYPE FilterScript>", re.DOTALL)
@@ -100,6 +97,7 @@ class _Reader:
         self._parser.EndElementHandler = self._end
         self._parser.CharacterDataHandler = self._text
         self._parser.CommentHandler = self._comment
+        self._parser.ProcessingInstructionHandler = self._instruction
 
     def read(self, data: bytes) -> None:
         """Collect `filters` and `problems`."""
@@ -179,6 +177,9 @@ class _Reader:
     def _entity(self, *_: object) -> None:
         self._fatal("declares an entity, which no script needs")
 
+    def _instruction(self, target: str, data: str) -> None:
+        self._problem(f"the instruction <?{shortened(target)}?> means nothing here")
+
     def _comment(self, text: str) -> None:
         if self._filter is None and not self.filters:
             self.comments.append(text)
@@ -195,6 +196,8 @@ class _Reader:
         depth = len(self._open)
         if depth > MOST_LEVELS:
             self._fatal(f"nests elements more than {MOST_LEVELS} deep")
+        if reason := excess(attributes):
+            self._fatal(reason)
         if depth == 1:
             if tag != "FilterScript":
                 self._fatal(f"is no filter script: it begins with <{shortened(tag)}> instead of <FilterScript>")
