@@ -106,6 +106,23 @@ def test_capital_letters_and_blanks_of_a_former_name_do_not_count() -> None:
     assert not found.warnings
 
 
+def test_a_choice_keeps_its_number_where_its_word_was_wrong() -> None:
+    """Until 2020 the weight 1 of vertex normals was called 'By Angle' and was by area, as the number 1 still is."""
+    words = "enum_val0='None (avg)' enum_val1='By Angle' enum_val2='By Area' enum_val3='As defined by N. Max'"
+    param = f'<Param type="RichEnum" name="weightMode" value="1" enum_cardinality="4" {words}/>'
+    found = upgraded(one_filter("Recompute Vertex Normals", param))
+    assert found.script.steps[0].values == {"weightmode": "By Area"}
+    assert "what MeshLab called 'By Angle' did what it calls 'By Area' today" in str(found.changes[-1])
+    assert not found.warnings
+    new = (
+        param.replace("By Angle", "x")
+        .replace("By Area", "By Angle")
+        .replace("'x'", "'By Area'")
+        .replace("None (avg)", "Simple Average")
+    )
+    assert len(upgraded(one_filter("Recompute Vertex Normals", new)).changes) == 1
+
+
 def test_one_angle_becomes_two() -> None:
     """Creases were once found by one angle; now by one for either side, of which one is negative."""
     angle = '<Param type="RichFloat" name="AngleDeg" value="{}"/>'.format
