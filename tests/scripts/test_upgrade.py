@@ -250,6 +250,35 @@ def test_steps_after_an_old_reconstruction_work_on_its_result() -> None:
     assert upgraded(today).changes == ()
 
 
+def change_to(layer: int) -> str:
+    """The step that made a layer current, up to 2020."""
+    return f'<filter name="Change the current layer"><Param type="RichMesh" name="mesh" value="{layer}"/></filter>'
+
+
+def test_a_step_to_the_layer_that_is_current_today_is_left_out() -> None:
+    """Of one mesh file a reconstruction is layer 1: what made it current is left out, and the steps after it mean the same."""
+    found = upgraded(old_poisson(change_to(1), '<filter name="Close Holes"/>'))
+    assert [step.filter.name for step in found.script.steps] == [POISSON, "Close Holes"]
+    assert ["several mesh files" in text for text in found.warnings] == [True]
+    found = upgraded(script(change_to(0), '<filter name="Box"/>', change_to(1), '<filter name="Close Holes"/>'))
+    assert [step.filter.name for step in found.script.steps] == ["Box/Cube", "Close Holes"]
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        (change_to(1),),
+        ('<filter name="Box"/>', change_to(0)),
+        ('<filter name="Box"/>', '<filter name="Delete Current Mesh"/>', change_to(0)),
+        ('<filter name="Split in Connected Components"/>', change_to(1)),
+    ],
+)
+def test_a_step_to_another_layer_is_refused(lines: tuple[str, ...]) -> None:
+    """Where another layer is current today, or it is not known which, the script cannot be upgraded."""
+    with pytest.raises(ScriptError, match="no filter of today changes the current layer"):
+        upgrade_script(script(*lines), "old.mlx")
+
+
 def test_a_leftover_selection_is_not_worked_on() -> None:
     """A step behind Close Holes that does not say Selected gets false, unless the holes or another step say otherwise."""
     smooth = '<filter name="Laplacian Smooth"/>'
