@@ -36,6 +36,7 @@ FLOORS = [
     {"meshset", "recipe"},
     {"running"},
     {"authoring", "looking"},
+    {"report"},
     {"commands"},
     {"__main__"},
 ]

@@ -10,9 +10,12 @@ import typer
 
 from .json_document import print_document
 from .options import Debug, Json
+from .report_file import Report, Up, check_report
 from .streams import printable, warn
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from ..running.job import Job, RunResult
 
 
@@ -70,6 +73,8 @@ def run(
         Path | None,
         typer.Option(metavar="MAP.ply", help="Write the intervention map there: what was kept, moved and added, and how far."),
     ] = None,
+    report: Report = None,
+    up: Up = "y",
     json: Json = False,
     debug: Debug = False,
 ) -> None:
@@ -83,6 +88,8 @@ def run(
     from ..scripts.guards import Guards
     from ..scripts.traps import traps
 
+    if report is not None:
+        check_report(report, up)
     overrides = tuple(set or ())
     found = load_recipe(recipe, upgrade=upgrade).override(overrides)
     try:
@@ -113,11 +120,17 @@ def run(
         keep_broken=keep_broken,
         map=map,
     )
-    carry_out(job, json=json)
+    if report is None:
+        carry_out(job, json=json)
+        return
+    from .run_report import reporting
+
+    with reporting(job, report, up) as write:
+        carry_out(job, json=json, finished=write)
 
 
-def carry_out(job: Job, *, json: bool) -> None:
-    """Run the job with its progress on stderr, then print what came of it on stdout."""
+def carry_out(job: Job, *, json: bool, finished: Callable[[RunResult], None] = lambda result: None) -> None:
+    """Run the job with its progress on stderr, then print what came of it on stdout; `finished` is called in between."""
     from ..running.supervise import run_job
     from .progress import progress
 
@@ -125,6 +138,7 @@ def carry_out(job: Job, *, json: bool) -> None:
         result = run_job(job, show)
     for warning in result.warnings:
         warn(warning)
+    finished(result)
     if json:
         print_document(_document(job, result))
     else:
