@@ -100,6 +100,17 @@ def test_values_are_set_as_on_the_command_line() -> None:
     ]
 
 
+def test_a_setting_serves_parameters_of_every_type() -> None:
+    """One text is read as each parameter takes it: here a whole number and a number."""
+    recipe = Recipe("numbers")
+    two = recipe.setting("two", "2")
+    recipe.apply_coord_taubin_fairing(iterations=two)
+    recipe.apply_scalar_anisotropic_diffusion_per_vertex(range_sigma=two)
+    assert (recipe[0].values["iterations"], recipe[1].values["range_sigma"]) == (2, 2.0)
+    recipe.set(two=3)
+    assert (recipe[0].values["iterations"], recipe[1].values["range_sigma"]) == (3, 3.0)
+
+
 def test_limits_are_set_and_kept(tmp_path: Path) -> None:
     """A limit is that of the command line, is written to the file and breaks a run that goes beyond it."""
     recipe = built()

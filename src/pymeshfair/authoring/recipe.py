@@ -87,8 +87,8 @@ class Recipe(FilterMethods):
         self._script = with_step(self._script, find_filter(filter_name), kwargs)
         return {}
 
-    def setting(self, name: str, default: str, *, unit: str = "", description: str = "") -> Setting:
-        """A value with a name, to be given to parameters of steps; `set` and ``--set`` change it in all of them at once.
+    def setting(self, name: str, default: str, *, unit: str = "", description: str = "") -> Any:
+        """A `Setting`, to be given to parameters of any type; `set` and ``--set NAME=VALUE`` change it in all of them at once.
 
         Args:
             name: letters, digits and underscores.
