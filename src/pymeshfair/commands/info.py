@@ -66,21 +66,13 @@ def _tell_filter(known: Filter, *, json: bool) -> None:
 
 def _tell_recipe(name: str, *, json: bool) -> None:
     from ..recipe import load_recipe
-    from .filter_page import said
+    from .recipe_page import recipe_document, recipe_page
 
     recipe = load_recipe(name)
-    steps = [(step.filter, {name: said(value) for name, value in step.values.items()}) for step in recipe.script.steps]
     if json:
-        listed = [{"python_name": f.python_name, "name": f.name, "parameters": values} for f, values in steps]
-        print_document(
-            {"recipe": {"name": recipe.name, "title": recipe.title, "description": recipe.description, "steps": listed}}
-        )
-        return
-    typer.echo(f"{recipe.name}: {recipe.title}\n\n{recipe.description}\n\nSteps")
-    for number, (known, values) in enumerate(steps, start=1):
-        typer.echo(f"{number:>4}  {known.name}  ({known.python_name})")
-        for parameter, value in values.items():
-            typer.echo(f"        {parameter} = {value}")
+        print_document({"recipe": recipe_document(recipe)})
+    else:
+        typer.echo(recipe_page(recipe))
 
 
 def _tell_mesh(path: Path, *, json: bool) -> None:

@@ -53,12 +53,26 @@ def recipes(json: Json = False, debug: Debug = False) -> None:
 
     found = shipped_heads()
     if json:
-        rows = [{"name": r.name, "title": r.info.title, "for": r.info.purpose, "steps": r.steps} for r in found]
+        rows = [
+            {
+                "name": r.name,
+                "title": r.info.title,
+                "for": r.info.purpose,
+                "settings": [s.name for s in r.settings],
+                "steps": r.steps,
+            }
+            for r in found
+        ]
         print_document({"recipes": rows})
         return
     from .tables import console, table
 
-    console().print(table(["recipe", "title", "for"], [(r.name, r.info.title, r.info.purpose) for r in found]))
+    console().print(
+        table(
+            ["recipe", "title", "for", "settings"],
+            [(r.name, r.info.title, r.info.purpose, ", ".join(s.name for s in r.settings)) for r in found],
+        )
+    )
     typer.echo("\n`pymeshfair info RECIPE` tells more, `pymeshfair run RECIPE INPUT -o OUTPUT` runs it", err=True)
 
 

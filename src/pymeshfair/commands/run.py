@@ -24,8 +24,9 @@ def run(
         list[str] | None,
         typer.Option(
             "--set",
-            metavar="STEP.PARAM=VALUE",
-            help="Another value for a parameter; STEP is a number or a part of the filter's name. May be repeated.",
+            metavar="NAME=VALUE",
+            help="Another value for a setting of the recipe, or STEP.PARAM=VALUE for a parameter of a step, whose STEP is "
+            "a number, a tag or a part of the filter's name. May be repeated.",
         ),
     ] = None,
     others: Annotated[

@@ -29,7 +29,7 @@ class Job:
         unchecked: let MeshLab read formats that are not checked before.
         keep_all: fail if anything of the input, or of the result, is not in the output.
         threads: that a filter may use; None means all processors, or what OMP_NUM_THREADS says.
-        overrides: the texts ``STEP.PARAM=VALUE`` that the recipe was changed by, for the record alone.
+        overrides: the texts ``NAME=VALUE`` and ``STEP.PARAM=VALUE`` that the recipe was changed by, for the record alone.
         command: the command line that asked for the run, for the record alone.
         guards: limits over those of the recipe.
         keep_broken: write the output even if a guard was broken.
