@@ -37,6 +37,7 @@ FLOORS = [
     {"running"},
     {"looking"},
     {"report"},
+    {"tuning"},
     {"commands"},
     {"__main__"},
 ]

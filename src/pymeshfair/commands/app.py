@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from . import check, compare, demo, doctor, export, info, list, picture, run, spectrum, suggest, upgrade
+from . import check, compare, demo, doctor, export, info, list, picture, run, spectrum, suggest, tune, upgrade
 from .group import CommandGroup
 
 app = typer.Typer(
@@ -32,6 +32,7 @@ app.command()(suggest.suggest)
 app.command()(spectrum.spectrum)
 app.command()(compare.compare)
 app.command()(picture.picture)
+app.command()(tune.tune)
 app.command()(doctor.doctor)
 
 
