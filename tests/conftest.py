@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
+
+# Processes that run tests side by side are told the width of a terminal; the commands under test write to pipes.
+os.environ.pop("COLUMNS", None)
 
 
 @pytest.fixture

@@ -35,7 +35,7 @@ FLOORS = [
     {"scripts"},
     {"meshset", "recipe"},
     {"running"},
-    {"looking"},
+    {"authoring", "looking"},
     {"report"},
     {"tuning"},
     {"commands"},

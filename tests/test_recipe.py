@@ -13,7 +13,7 @@ from pymeshfair.declaration import Bool, Color, Enum, Float, Int, Length, Matrix
 from pymeshfair.errors import ParameterError, UnknownNameError
 from pymeshfair.recipe import Recipe, RecipeInfo, load_recipe, shipped_recipes
 from pymeshfair.scripts import ScriptError, format_script, parse_script
-from pymeshfair.scripts.overrides import parse_value
+from pymeshfair.scripts.value_text import parse_value
 
 TWO_STEPS = """
     <!DOCTYPE FilterScript>

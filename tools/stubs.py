@@ -1,56 +1,54 @@
-"""The stub that tells type checkers and editors which methods `MeshSet` has for pymeshfair's filters."""
+"""The stub that tells type checkers and editors which methods `MeshSet` has for the filters, pymeshfair's and MeshLab's."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
 
-from pymeshfair.declaration import Enum, Filter, Parameter
+from pymeshfair.declaration import Enum, Filter, FilterClass, Parameter
+from pymeshfair.meshlab.facts import meshlab_filters
 from pymeshfair.meshset.methods import annotation_text, method_docstring, shown_default
 from pymeshfair.registry import custom_filters
 
 STUB = Path(__file__).parents[1] / "src/pymeshfair/meshset/filter_methods.pyi"
 
 _LINE = 130
+#: a default of more characters, such as a grammar, is left out
+_LONGEST_DEFAULT = 90
 _HEAD = '''\
 # Written by `python tools/generate.py stubs` from the declarations of the filters; change those instead.
-"""The filters of plugins as methods, for `MeshSet` to inherit."""
+"""The filters as methods, for `MeshSet` to inherit."""
 
-from collections.abc import Sequence
 from typing import Any, Literal
 
-from .methods import LengthLike
+from .methods import ColorLike, LengthLike, MatrixLike, PointLike
 
 class FilterMethods:
-    """One method for each filter of a plugin."""
+    """One method for each filter, MeshLab's and pymeshfair's."""
 
     def __getattr__(self, name: str) -> Any: ...
 '''
 
 
 def format_stub() -> str:
-    """The text of the stub for the filters that pymeshfair itself declares."""
-    own = sorted((known for known in custom_filters() if known.origin == "pymeshfair"), key=lambda known: known.python_name)
-    text = _HEAD + "".join(f"{line}\n" for known in own for line in method_text(known))
-    unused = {"Sequence": "from collections.abc import Sequence\n", "Literal": ", Literal", "LengthLike": "LengthLike"}
-    body = text.removeprefix(_HEAD)
-    for name in ("Sequence", "Literal"):
-        if name not in body:
-            text = text.replace(unused[name], "", 1)
-    return text.rstrip("\n") + "\n"
+    """The text of the stub for MeshLab's filters and those that pymeshfair itself declares."""
+    known = [*meshlab_filters(), *(found for found in custom_filters() if found.origin == "pymeshfair")]
+    lines = (line for found in sorted(known, key=lambda found: found.python_name) for line in method_text(found))
+    return (_HEAD + "".join(f"{line}\n" for line in lines)).rstrip("\n") + "\n"
 
 
 def method_text(known: Filter) -> Iterator[str]:
     """The lines of a filter's method within the class."""
+    reports = "dict[str, Any] | None" if not known.is_builtin else "dict[str, Any]" if measures(known) else "Any"
     if known.parameters:
         yield f"    def {known.python_name}("
         yield "        self,"
         yield "        *,"
         for parameter in known.parameters:
             yield from _argument(parameter)
-        yield "    ) -> dict[str, Any] | None:"
+        yield f"    ) -> {reports}:"
     else:
-        yield f"    def {known.python_name}(self) -> dict[str, Any] | None:"
+        yield f"    def {known.python_name}(self) -> {reports}:"
     first, *rest = method_docstring(known).replace("\\", "\\\\").replace('"""', '\\"\\"\\"').splitlines()
     yield f'        """{first}'
     for line in rest:
@@ -59,15 +57,26 @@ def method_text(known: Filter) -> Iterator[str]:
     yield ""
 
 
+def measures(known: Filter) -> bool:
+    """Whether a filter of MeshLab's always reports something; of the others no table says it."""
+    return FilterClass.MEASURE in known.classes and known.python_name.startswith("get_")
+
+
 def _argument(parameter: Parameter) -> Iterator[str]:
     annotation = annotation_text(parameter).replace("'", '"')
     default = repr(shown_default(parameter))
+    if parameter.default is None or len(default) > _LONGEST_DEFAULT:
+        default = "..."
     if default.startswith("'") and '"' not in default:
         default = f'"{default[1:-1]}"'
     line = f"        {parameter.name}: {annotation} = {default},"
     if len(line) <= _LINE or not isinstance(parameter, Enum):
         yield line
     else:
+        choices = f"            {annotation.removeprefix('Literal[').removesuffix(']')}"
         yield f"        {parameter.name}: Literal["
-        yield f"            {annotation.removeprefix('Literal[').removesuffix(']')}"
+        if len(choices) <= _LINE:
+            yield choices
+        else:
+            yield from (f'            "{word}",' for word in parameter.choices)
         yield f"        ] = {default},"

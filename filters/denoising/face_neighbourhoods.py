@@ -5,7 +5,7 @@ from typing import Literal, NamedTuple, TypeAlias, get_args
 import numpy as np
 from numba import njit, prange
 
-from ..checks import FilterInputError
+from ..checks import FilterInputError, check_choice
 from ..execution import over_range
 from ..geometry import CENTRE
 from ..mesh import Floats, Ints, Longs
@@ -50,8 +50,7 @@ def face_neighbourhoods(
     Raises:
         FilterInputError: no such neighbourhood, or no radius.
     """
-    if kind not in NEIGHBORHOODS:
-        raise FilterInputError(f"neighborhood {kind!r} is not one of {', '.join(map(repr, NEIGHBORHOODS))}")
+    check_choice("neighborhood", kind, NEIGHBORHOODS)
     if kind in ("radius", "geodesic"):
         if centres is None or not radius > 0.0:
             raise FilterInputError(f"radius {radius} is not above 0")

@@ -6,7 +6,7 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 from numba import njit
 
-from ..checks import FilterInputError
+from ..checks import check_choice, check_finite
 from ..execution import over_range
 from ..geometry import NORMAL
 from ..mesh import Floats, Ints, Longs
@@ -62,16 +62,11 @@ def weighted_normals(
     Returns:
         (m, 3) unit normals; where all weights are 0 the normal as it was.
     """
-    for name, value, allowed in (
-        ("range_kernel", range_kernel, SPACE_KERNELS),
-        ("space_kernel", space_kernel, SPACE_KERNELS),
-        ("range_measure", range_measure, RANGE_MEASURES),
-    ):
-        if value not in allowed:
-            raise FilterInputError(f"{name} {value!r} is not one of {', '.join(map(repr, allowed))}")
+    check_choice("range_kernel", range_kernel, SPACE_KERNELS)
+    check_choice("space_kernel", space_kernel, SPACE_KERNELS)
+    check_choice("range_measure", range_measure, RANGE_MEASURES)
     for name, number in (("range_sigma", range_sigma), ("space_sigma", space_sigma), ("range_floor", range_floor)):
-        if not (math.isfinite(number) and number >= 0.0):
-            raise FilterInputError(f"{name} {number} is not finite and at least 0")
+        check_finite(name, number, least=0.0)
     result = np.empty_like(normals)
     # One row of 8 numbers, the guide in the place of the table's normal, is all that the kernel fetches of a guide's neighbour.
     rows = table.copy()

@@ -7,7 +7,7 @@ import numpy as np
 from ..execution import Progress, ignore_progress
 from ..geometry import measure_faces
 from ..mesh import Floats, NormalisedMesh
-from ..topology import BorderPolicy, border_vertices
+from ..topology import BorderPolicy
 from .normal_filter import NormalFilter
 from .normal_passes import NormalPasses
 from .surroundings import Surroundings
@@ -38,9 +38,8 @@ def rounds(
     moves = np.diff(known.at_vertices.offsets) > 0
     if mesh.movable is not None:
         moves &= mesh.movable
-    on_border = border_vertices(known.faces, len(mesh))
     if border == "fixed":
-        moves &= ~on_border
+        moves &= ~known.on_border
     passes = NormalPasses.over(mesh.points, known, settings)
     now, table = mesh.points, None
     while moves.any():
@@ -53,6 +52,6 @@ def rounds(
             update=vertex_update,
             iterations=vertex_iterations,
             moves=moves,
-            along_normal=on_border if border == "along" else None,
+            along_normal=known.on_border if border == "along" else None,
         )
         yield now

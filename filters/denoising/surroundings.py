@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..geometry import CENTRE, measure_faces
-from ..mesh import Floats, Ints, NormalisedMesh, worth_reordering
-from ..topology import VertexFaces, stars, vertex_faces
+from ..mesh import Bools, Floats, Ints, NormalisedMesh, worth_reordering
+from ..topology import VertexFaces, border_vertices, stars, vertex_faces
 from .face_neighbourhoods import FaceNeighbourhoods, Neighborhood, face_neighbourhoods, mean_centre_distance
 
 
@@ -19,11 +19,13 @@ class Surroundings:
             near each other in memory. No result depends on it.
         faces: (m, 3) the triangles, by the numbers of the points here.
         at_vertices: the faces at every point, by the same numbers.
+        on_border: (n,) the points on a border.
     """
 
     places: Ints | None
     faces: Ints
     at_vertices: VertexFaces
+    on_border: Bools
     _kept: dict[Neighborhood, FaceNeighbourhoods] = field(default_factory=dict, repr=False)
 
     @staticmethod
@@ -32,7 +34,7 @@ class Surroundings:
         reorder = worth_reordering(mesh.cells, len(mesh))
         places = stars(mesh.cells, len(mesh), reorder=True).order if reorder else None
         faces = mesh.in_order(places).cells
-        return Surroundings(places, faces, vertex_faces(faces, len(mesh)))
+        return Surroundings(places, faces, vertex_faces(faces, len(mesh)), border_vertices(faces, len(mesh)))
 
     def around(self, kind: Neighborhood) -> FaceNeighbourhoods:
         """The neighbourhoods "edge", "vertex", "two_ring" or "three_ring" of the faces."""

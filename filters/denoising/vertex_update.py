@@ -6,7 +6,7 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 from numba import njit
 
-from ..checks import FilterInputError
+from ..checks import check_choice
 from ..execution import over_range
 from ..mesh import Bools, Floats, Ints, Longs
 from ..topology import VertexFaces
@@ -52,8 +52,7 @@ def fit_vertices(
         avoid_flips: halve, and in the end leave out, a step that turns a face that looks to the side of its wanted normal away
             from it.
     """
-    if update not in VERTEX_UPDATES:
-        raise FilterInputError(f"vertex_update {update!r} is not one of {', '.join(map(repr, VERTEX_UPDATES))}")
+    check_choice("vertex_update", update, VERTEX_UPDATES)
     bound = np.zeros(len(vertices), dtype=np.bool_) if along_normal is None else along_normal
     if update == "conjugate_gradient":
         return descend(vertices, at_vertices, normals, iterations, moves, bound, faces)

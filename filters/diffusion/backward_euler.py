@@ -55,13 +55,13 @@ class BackwardEulerStep:
         """The displacement of all vertices.
 
         Args:
-            points: (n, 3) p.
-            prescribed: (n, 3) the displacement of the fixed vertices; 0 elsewhere.
+            points: (n, d) p: coordinates, or one value a vertex.
+            prescribed: (n, d) the displacement of the fixed vertices; 0 elsewhere.
             diagonal: the length against which errors count.
             progress: called every few solver steps; may raise to stop.
 
         Returns:
-            (n, 3); the prescribed displacement where a vertex is fixed.
+            (n, d); the prescribed displacement where a vertex is fixed.
 
         Raises:
             ConvergenceError: the solver stalls.
@@ -113,8 +113,8 @@ class BackwardEulerStep:
 
 
 def largest_side(points: Floats) -> float:
-    """The longest side of the bounding box."""
-    low, high = bounding_box(points)
+    """The longest side of the bounding box of (n, d) points."""
+    low, high = bounding_box(points) if points.shape[1] == 3 else (points.min(axis=0), points.max(axis=0))
     return float((high - low).max())
 
 
@@ -150,7 +150,7 @@ class _Floating(NamedTuple):
         return cls(component, np.divide(1.0, total, out=np.zeros(len(labels)), where=floats))
 
     def means(self, values: Floats, mass: Floats) -> Floats:
-        """(f, 3) at every free vertex the mean of the values over its component, weighted by mass; 0 if it has a fixed vertex."""
+        """(f, d) at every free vertex the mean of the values over its component, weighted by mass; 0 if it has a fixed vertex."""
         weighted = mass[:, None] * values
         if len(self.weight) == 1:
             return np.broadcast_to(weighted.sum(axis=0) * self.weight[0], values.shape)

@@ -73,6 +73,10 @@ class ImplicitFlow:
         """The points after one step."""
         if not self._systems or self._flow != "linear":
             self._systems = self._build(points)
+        return self.smoothed(points, progress)
+
+    def smoothed(self, points: Floats, progress: Progress) -> Floats:
+        """(n, d) coordinates or values at the vertices after a step by the operators of the last step of the mesh."""
         moved = np.zeros_like(points)
         count = len(self._systems)
         for k, system in enumerate(self._systems):

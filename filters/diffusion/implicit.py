@@ -9,6 +9,7 @@ from ..checks import FilterInputError, check_choice, check_whole_number
 from ..execution import Progress, ignore_progress, part_of, threads_for
 from ..mesh import Floats, check_mesh, normalised_mesh, worth_reordering
 from ..topology import BORDER_POLICIES, BorderPolicy, stars
+from .dimensions import dimensions_restored, share_with_dimensions
 from .flows import FLOWS, Flow, ImplicitFlow
 from .volume import enclosed_volumes, restore_volumes
 
@@ -21,24 +22,30 @@ IMPLICIT_OPERATORS: tuple[ImplicitOperator, ...] = get_args(ImplicitOperator)
 _WITHOUT_UNIT = ("uniform", "inverse_length")
 
 
-def time_step_of_detail_size(detail_size: float, iterations: int = 1) -> float:
+def time_step_of_detail_size(detail_size: float, iterations: int = 1, *, keep_dimensions: bool = False) -> float:
     """The time step t with which `iterations` implicit steps halve a wave of that length.
 
-    A wave of length l has omega = 2 pi / l, and each step multiplies its amplitude by 1 / (1 + t omega^2), so
-    t = (2^(1 / iterations) - 1) (l / 2 pi)^2. For the operators "cotangent", "robust" and "scale_dependent" on a surface that is
-    smooth at that scale.
+    A wave of length l has omega = 2 pi / l, and each step multiplies its amplitude by s = 1 / (1 + t omega^2), so
+    t = (2^(1 / iterations) - 1) (l / 2 pi)^2. Where dimensions are kept it is 1 - (1 - s) (1 - s^2)^2 instead, and t is longer. For the
+    operators "cotangent", "robust" and "scale_dependent" on a surface that is smooth at that scale.
 
     Args:
         detail_size: l, in mesh units. Larger is smoother: shorter waves come out with less than half, longer ones with more.
         iterations: number of steps. More cut off more sharply.
+        keep_dimensions: as for `implicit_fairing`.
 
     Returns:
         t, in squared mesh units.
     """
     if not (math.isfinite(detail_size) and detail_size > 0.0):
         raise FilterInputError(f"detail_size {detail_size} is not finite and above 0")
+    if not 1e-150 < detail_size < 1e150:
+        raise FilterInputError(f"detail_size {detail_size:g} has no square among the numbers; scale the mesh first")
     check_whole_number("iterations", iterations, least=1, note=", if a detail size is to be halved by them")
-    return math.expm1(math.log(2.0) / iterations) * (detail_size / (2.0 * math.pi)) ** 2
+    excess = math.expm1(math.log(2.0) / iterations)
+    if keep_dimensions:
+        excess = 1.0 / share_with_dimensions(1.0 / (1.0 + excess)) - 1.0
+    return excess * (detail_size / (2.0 * math.pi)) ** 2
 
 
 def implicit_fairing(
@@ -50,6 +57,7 @@ def implicit_fairing(
     iterations: int = 1,
     flow: Flow = "linear",
     preserve_volume: bool = False,
+    keep_dimensions: bool = False,
     border: BorderPolicy = "along",
     movable: ArrayLike | None = None,
     progress: Progress = ignore_progress,
@@ -75,6 +83,9 @@ def implicit_fairing(
             a sphere [kazhdan2012].
         preserve_volume: scale every component about the centroid of its surface, after every step, so that it keeps its volume.
             Only components without border, coherently oriented, all of whose vertices may move; others are left as they come out.
+        keep_dimensions: after every step give back along the normals what the surroundings have lost in common, on open surfaces
+            too: balls keep their radius and limbs their thickness; see `dimensions_restored`. Of a wave of which a step leaves
+            the share s it then leaves 1 - (1 - s) (1 - s^2)^2. Not for point clouds.
         border: "fixed": border vertices stay. "along": the border is smoothed as a curve by a step of its own, of the same t,
             with the operator that `CURVE_OPERATOR` names; then the interior is solved for between the new borders. That is
             the backward Euler step of the flow in which border vertices see only their neighbours on the border. "free":
@@ -98,6 +109,8 @@ def implicit_fairing(
     if not (math.isfinite(time_step) and time_step >= 0.0):
         raise FilterInputError(f"time_step {time_step} is not finite and at least 0")
     steps = check_whole_number("iterations", iterations, least=0)
+    if keep_dimensions and len(points) and not len(triangles):
+        raise FilterInputError("keep_dimensions needs triangles, whose normals it moves vertices along: a point cloud has none")
     mesh = normalised_mesh(points, triangles, movable)
     star = stars(mesh.cells, len(mesh), reorder=operator != "robust" and worth_reordering(mesh.cells, len(mesh)))
     mesh = mesh.in_order(star.order)
@@ -117,7 +130,12 @@ def implicit_fairing(
         volumes = enclosed_volumes(mesh.points, mesh.cells, process.components, mesh.movable) if preserve_volume else None
         now = mesh.points
         for done in range(steps):
-            now = process.step(now, part_of(progress, done / steps, (done + 1) / steps))
+            part = part_of(progress, done / steps, (done + 1) / steps)
+            if keep_dimensions:
+                smooth = process.step(now, part_of(part, 0.0, 0.6))
+                now = dimensions_restored(now, smooth, mesh.cells, process.smoothed, part_of(part, 0.6, 1.0))
+            else:
+                now = process.step(now, part)
             if volumes is not None:
                 now = restore_volumes(now, volumes)
             progress((done + 1) / steps)

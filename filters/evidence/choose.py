@@ -20,7 +20,7 @@ Candidates: TypeAlias = Callable[[Floats], Sequence[Iterator[Floats]]]
 
 # Sets of held-out vertices, and as many more on small meshes until so many vertices were held out or so many sets are made.
 _MASKS, _ENOUGH, _MOST_MASKS = 4, 1000, 12
-# After the first set only what is within so many standard errors of the best is tried further.
+# After each set only what is within so many standard errors of the best is tried further.
 _STAYS = 2.0
 # Of what is within so many standard errors of the best in the end, the flattest is chosen.
 _EQUAL = 1.0
@@ -70,8 +70,8 @@ def choose(
     the surface.
 
     1. Hold out some vertices: put them where the others expect them, `without`.
-    2. Run every candidate, and measure n . (y - f) at the held-out vertices y; again with other vertices. After the first time
-       time candidates that are worse than the best by more than two standard errors are dropped, the very first one apart: it is
+    2. Run every candidate, and measure n . (y - f) at the held-out vertices y; again with other vertices. After each time
+       candidates that are worse than the best by more than two standard errors are dropped, the very first one apart: it is
        what the others are compared with.
     3. Where positions cannot tell candidates apart, the flatter normals are right, but not at any price: of those within one
        standard error of the best, see `judge`, take the one with the least product of the mean |n_f - n_g| over adjacent faces
@@ -110,9 +110,9 @@ def choose(
 
         _run(runs, starts, kept, deviate, part_of(progress, shares[number], shares[number + 1]))
         deviations.append(rows)
-        if number == 0:
-            kept &= judge(rows).within(_STAYS)
-            kept[0] = True
+        tried = np.flatnonzero(kept)
+        kept[tried] = judge(np.concatenate(deviations, axis=1)[kept]).within(_STAYS)
+        kept[0] = True
     verdict = judge(np.concatenate(deviations, axis=1)[kept])
     tried = np.flatnonzero(kept)
     equal = np.zeros_like(kept)

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import os
+from collections import deque
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor, wait
+from functools import cache
 from typing import Any
 
 from numba import get_num_threads
 
 from . import threads
-from .progress import Progress, ignore_progress
+from .progress import Progress
 
 #: Into so many parts a loop over a large mesh is cut: enough that no thread waits long for another.
 _PARTS = 64
+#: Waking a thread that is kept costs so many times less than what `SERIAL_BELOW` is made for.
+_KEPT_THREADS_COST_LESS = 16
 #: Seconds after which the progress is reported again while a long task runs, so that the caller can stop the work.
 _PATIENCE = 0.2
 
@@ -46,15 +51,39 @@ def over_range(kernel: Callable[..., None], count: int, *arguments: Any) -> None
     """Calls ``kernel(*arguments, first, last)`` so that the ranges cover 0 to `count`, on several threads if that is large.
 
     One kernel without the GIL serves small meshes and large ones: waking numba's threads for a small mesh costs as much as the
-    work, even if one of them gets all of it.
+    work, even if one of them gets all of it. The calling thread works too, so that calls from threads of a full pool end.
 
     Args:
         kernel: writes the results of each number from `first` to before `last` to places of their own.
         count: of vertices or faces.
         *arguments: of the kernel.
     """
-    if count < threads.SERIAL_BELOW:
+    parts = min(_PARTS, count // max(1, threads.SERIAL_BELOW // _KEPT_THREADS_COST_LESS))
+    others = min(get_num_threads(), parts) - 1
+    if others < 1:
         kernel(*arguments, 0, count)
         return
-    ranges = [(part * count // _PARTS, (part + 1) * count // _PARTS) for part in range(_PARTS)]
-    in_parallel(kernel, [(*arguments, first, last) for first, last in ranges], ignore_progress)
+    waiting = deque((part * count // parts, (part + 1) * count // parts) for part in range(parts))
+
+    def work() -> None:
+        while True:
+            try:
+                first, last = waiting.popleft()
+            except IndexError:
+                return
+            kernel(*arguments, first, last)
+
+    helping = [_kept_pool(os.getpid()).submit(work) for _ in range(others)]
+    try:
+        work()
+    finally:
+        waiting.clear()
+        for helper in helping:
+            if not helper.cancel():
+                helper.result()
+
+
+@cache
+def _kept_pool(process: int) -> ThreadPoolExecutor:
+    """One pool for all loops of a process: a fork inherits it without its threads."""
+    return ThreadPoolExecutor(os.cpu_count())

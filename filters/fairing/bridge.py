@@ -1,5 +1,6 @@
 """A band of triangles between two rims."""
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -13,6 +14,9 @@ from ..mesh import Floats, Ints, check_mesh
 from ..topology import boundary_loops, connected_components
 from .rim_directions import rim_directions
 from .spans import MOST_SPANS, shortest_spans
+
+#: vertices of the largest band
+MOST_ADDED = 10_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +68,8 @@ def bridge_rims(
 
     Raises:
         FilterInputError: a rim is not one of border edges, the rims meet, the product of their numbers of edges is above 400
-            million, or they belong to two components of which one is clearly inside out: see `rim_directions`.
+            million, they are too far apart for their edges, or they belong to two components of which one is clearly inside out:
+            see `rim_directions`.
     """
     points, triangles = check_mesh(vertices, faces)
     border = {edge for loop in boundary_loops(points, triangles).loops for edge in _edges(loop.vertices)}
@@ -89,9 +94,7 @@ def bridge_rims(
     rims = a, b
     a = a[::-1]  # now both have the same direction
     lower, upper = shortest_spans(points[a], points[b], lambda done: progress(0.3 * done))
-    span = np.linalg.norm(points[a[lower]] - points[b[upper]], axis=1).mean()
-    edge = np.concatenate([side_lengths(points[a]), side_lengths(points[b])]).mean()
-    count = rows or max(1, round(float(span / (np.sqrt(0.75) * edge))))
+    count = rows or _rows_between(points, a, b, a[lower], b[upper])
     loops, added = [a], [np.empty((0, 3))]
     total = len(points)
     for row in range(1, count):
@@ -112,6 +115,22 @@ def bridge_rims(
 
         strips.append(_strip(everything, low, high, partial))
     return Blend(np.concatenate(added), np.concatenate(strips), rims, directions == "unclear")
+
+
+def _rows_between(points: Floats, a: Ints, b: Ints, lower: Ints, upper: Ints) -> int:
+    """How many rows of triangles as long as the edges of the rims fill the spans between them."""
+    with np.errstate(over="ignore"):
+        span = float(np.linalg.norm(points[lower] - points[upper], axis=1).mean())
+        edge = float(np.concatenate([side_lengths(points[a]), side_lengths(points[b])]).mean())
+    if not (0.0 < edge < np.inf and span < np.inf):
+        raise FilterInputError("the rims have no length, or one that is no ordinary number: there is nothing to join")
+    count = round(span / (math.sqrt(0.75) * edge))
+    if count * (len(a) + len(b)) > MOST_ADDED:
+        raise FilterInputError(
+            f"the rims are {span:.3g} apart and their edges {edge:.3g} long: a band of {count:,} rows would be more than "
+            f"{MOST_ADDED:,} vertices; bring the parts closer together, or give the number of rows"
+        )
+    return max(1, count)
 
 
 def _strip(points: Floats, low: Ints, high: Ints, progress: Progress) -> Ints:

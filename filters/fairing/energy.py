@@ -68,7 +68,8 @@ def bilaplacian_smoothing(
         (n, 3) float64. Vertices that do not move keep every bit. The others are solved for to about 1e-10 of the diagonal.
 
     Raises:
-        FilterInputError: not a mesh, not exactly one of `detail_size` and `weight`, or a parameter out of range.
+        FilterInputError: not a mesh, not exactly one of `detail_size` and `weight`, or a parameter out of range; or a vertex that
+            would be moved by more than twice the diagonal.
         ConvergenceError: the equations cannot be solved.
     """
     points, triangles = check_mesh(vertices, faces)

@@ -11,12 +11,19 @@ from scipy import sparse
 from ..checks import FilterInputError, check_choice
 from ..execution import Progress, ignore_progress
 from ..linear_solvers import DirectMethod, laplacian_power, refined_solution
-from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
+from ..mesh import Bools, Floats, Ints, check_healthy, check_mesh, check_vertex_mask, normalised_mesh
 from ..topology import Submesh, submesh_around
 from .surface_operator import SurfaceOperator, surface_operator
 
 Energy: TypeAlias = Literal["membrane", "thin_plate", "minimum_variation"]
 ENERGIES: tuple[Energy, ...] = get_args(Energy)
+
+
+_ADVICE: dict[Energy, str] = {
+    "membrane": "improve them first",
+    "thin_plate": "a membrane stays between the fixed vertices",
+    "minimum_variation": "a thin plate or a membrane stays closer to the fixed vertices",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,13 +83,14 @@ def fair_region(
     Raises:
         FilterInputError: not a mesh, an unknown energy, or a connected part of the free vertices that no fixed vertex touches, as
             when all of a closed component is selected: any surface shrunk to a point would do. Also one of which fewer than
-            three fixed vertices lie within k rings: it would shrink to them or to the line between them.
+            three fixed vertices lie within k rings: it would shrink to them or to the line between them. Also a vertex that would
+            be moved by more than twice the diagonal of the region with its rings.
         ConvergenceError: the equations are too ill-conditioned to be solved.
     """
     points, triangles = check_mesh(vertices, faces)
     check_choice("energy", energy, ENERGIES)
     order = ENERGIES.index(energy) + 1
-    chosen = _check_free(free, len(points))
+    chosen = check_vertex_mask("free", free, len(points))
     if not chosen.any():
         progress(1.0)
         return FairedRegion(points.copy(), np.zeros(len(points), dtype=np.bool_), 0.0, 0.0, 0)
@@ -98,6 +106,7 @@ def fair_region(
         system.matrix(), system.residual, system.points[part.free], extent=extent, method=method, progress=progress
     )
     progress(1.0)
+    check_healthy(system.points[part.free], solution.values, extent, part.vertices[part.free], _ADVICE[energy])
     moved = points.copy()
     moved[part.vertices[part.free]] = solution.values / mesh.scale + mesh.middle
     everywhere = np.zeros(len(points), dtype=np.bool_)
@@ -154,15 +163,6 @@ def _rim_as_dense(operator: SurfaceOperator, free: Bools) -> Floats:
     mass = operator.mass.copy()
     mass[rim] = np.minimum(mass[rim], (beside @ mass[free])[rim] / count[rim])
     return mass
-
-
-def _check_free(free: ArrayLike, n_vertices: int) -> Bools:
-    mask = np.asarray(free)
-    if mask.dtype != np.bool_ or mask.shape != (n_vertices,):
-        raise FilterInputError(
-            f"free must be a boolean array of {n_vertices} values, one a vertex, got shape {mask.shape} of {mask.dtype}"
-        )
-    return mask
 
 
 def _area(points: Floats, faces: Ints) -> float:

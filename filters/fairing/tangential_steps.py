@@ -4,7 +4,7 @@ import numpy as np
 from scipy import sparse
 
 from ..execution import Progress
-from ..geometry import WalkableSurface, cross_products, face_normals
+from ..geometry import WalkableSurface, face_normals, vertex_normals_by_area
 from ..linear_solvers import SpdSolver
 from ..mesh import Bools, Floats, Ints, Longs
 from ..operators import cotangent_laplacian, mixed_voronoi_areas, uniform_laplacian
@@ -40,7 +40,7 @@ class TangentialEnergy:
         """(f, 3) the displacement of the f vertices that move, within their tangent planes."""
         wanted = cotangent_laplacian(points, self._faces).apply(points) - self._uniform.apply(points)
         step = self._solver.solve(self._transposed @ wanted, tolerance=_TOLERANCE, progress=progress).values
-        normals = _vertex_normals(points, self._faces)[self._moves]
+        normals = vertex_normals_by_area(points, self._faces)[self._moves]
         step = step - np.einsum("ij,ij->i", step, normals)[:, None] * normals
         longest = _LONGEST_STEP * _mean_edges(points, self._faces)[self._moves]
         lengths = np.linalg.norm(step, axis=1)
@@ -101,14 +101,6 @@ class KeptSurface:
         for k, (start, end) in enumerate(((a, b), (b, c), (c, a))):
             harmed |= self.walkable.closest((start + end) / 2.0, at[faces[:, k]], self.allowed)[2] > self.allowed
         return np.asarray(harmed)
-
-
-def _vertex_normals(points: Floats, faces: Ints) -> Floats:
-    """(n, 3) the unit normals of the vertices, means of those of the faces by area; 0 where there is no face."""
-    columns = cross_products(points, faces).T
-    normals = np.stack([np.bincount(faces.ravel(), np.repeat(column, 3), len(points)) for column in columns], axis=1)
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    return np.asarray(normals / np.where(lengths > 0.0, lengths, 1.0))
 
 
 def _mean_edges(points: Floats, faces: Ints) -> Floats:

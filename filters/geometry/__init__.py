@@ -6,6 +6,7 @@ from .edge_lengths import edge_lengths, mean_edge_length
 from .face_normals import AREA, CENTRE, NORMAL, cross_products, face_normals, measure_faces
 from .loops import area_vector, side_lengths
 from .triangles import angle_at, cross_product, quality_and_normal, squared_length
+from .vertex_normals import vertex_normals_by_area
 
 __all__ = [
     "AREA",
@@ -26,4 +27,5 @@ __all__ = [
     "quality_and_normal",
     "side_lengths",
     "squared_length",
+    "vertex_normals_by_area",
 ]

@@ -5,6 +5,9 @@ import numpy as np
 from ..mesh import Floats, Ints
 from ..topology import edges
 
+#: between these lengths their squares are ordinary numbers
+_SQUARED = 1e-140, 1e140
+
 
 def mean_edge_length(vertices: Floats, faces_or_edges: Ints) -> float:
     """The mean length of the edges, each counted once, in mesh units; 0 if there are none.
@@ -20,5 +23,11 @@ def mean_edge_length(vertices: Floats, faces_or_edges: Ints) -> float:
 
 
 def edge_lengths(vertices: Floats, pairs: Ints) -> Floats:
-    """(e,) the length of each of the (e, 2) edges."""
-    return np.asarray(np.linalg.norm(vertices[pairs[:, 1]] - vertices[pairs[:, 0]], axis=1))
+    """(e,) the length of each of the (e, 2) edges, of whatever size."""
+    ways = vertices[pairs[:, 1]] - vertices[pairs[:, 0]]
+    with np.errstate(over="ignore", under="ignore"):
+        lengths = np.asarray(np.linalg.norm(ways, axis=1))
+    if len(ways) and not _SQUARED[0] < lengths.max() < _SQUARED[1]:
+        exponent = int(np.frexp(np.abs(ways).max())[1])
+        return np.asarray(np.ldexp(np.linalg.norm(np.ldexp(ways, -exponent), axis=1), exponent))
+    return lengths

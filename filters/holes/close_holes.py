@@ -5,9 +5,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError, check_choice, check_whole_number
+from ..checks import check_choice, check_whole_number
 from ..execution import Progress, ignore_progress
-from ..mesh import Bools, Floats, Ints, check_mesh
+from ..mesh import Floats, Ints, check_mesh, check_vertex_mask
 from ..topology import boundary_loops
 from .filling import HOLE_ENERGIES, HoleEnergy, HoleFilling, OpenRim
 from .left_open import ISLAND_IN_IT, broken_left_open, left_open_as
@@ -76,7 +76,7 @@ def close_holes(
     check_choice("islands", islands, ("join", "leave"))
     check_whole_number("max_edges", max_edges, least=3)
     check_whole_number("rounds", rounds, least=1)
-    wanted = _check_selected(selected, len(given))
+    wanted = None if selected is None else check_vertex_mask("selected", selected, len(given))
     points, exponent = _ordinary(given, triangles)
     forwards = _only_forwards(progress)
     rims, broken = boundary_loops(points, triangles)
@@ -142,14 +142,3 @@ def _only_forwards(progress: Progress) -> Progress:
         progress(furthest)
 
     return forwards
-
-
-def _check_selected(selected: ArrayLike | None, n_vertices: int) -> Bools | None:
-    if selected is None:
-        return None
-    mask = np.asarray(selected)
-    if mask.dtype != np.bool_ or mask.shape != (n_vertices,):
-        raise FilterInputError(
-            f"selected must be a boolean array of {n_vertices} values, one a vertex, got shape {mask.shape} of {mask.dtype}"
-        )
-    return mask

@@ -42,8 +42,8 @@ def outer_borders(rims: list[BoundaryLoop], vertices: Floats, faces: Ints) -> li
         return []
     turns = _turns(rims, vertices, faces)
     components, count = connected_components(faces, len(vertices))
-    face_areas = np.linalg.norm(cross_products(vertices, faces), axis=1) / 2.0
-    areas = np.bincount(components[faces[:, 0]], face_areas, minlength=count)
+    proper = faces[proper_faces(faces)]  # others may name vertices that belong to no component
+    areas = np.bincount(components[proper[:, 0]], np.linalg.norm(cross_products(vertices, proper), axis=1) / 2.0, minlength=count)
     found: list[Outer] = []
     for rim, turn in zip(rims, turns, strict=True):
         spans = float(np.linalg.norm(area_vector(vertices[rim.vertices])))

@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numba import njit
 
+from ..geometry import cross_product, squared_length
 from ..mesh import Bools, Floats, Ints
 
 
@@ -15,16 +16,13 @@ def face_measures(points: Floats, faces: Ints) -> tuple[Floats, Floats, Floats]:
     doubled = np.empty(faces.shape[0])
     quality = np.zeros(faces.shape[0])
     for f in range(faces.shape[0]):
-        a, b, c = points[faces[f, 0]], points[faces[f, 1]], points[faces[f, 2]]
-        ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-        vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
-        wx, wy, wz = c[0] - b[0], c[1] - b[1], c[2] - b[2]
-        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        nx, ny, nz = cross_product(points, a, b, c)
         normals[f, 0], normals[f, 1], normals[f, 2] = nx, ny, nz
         doubled[f] = math.sqrt(nx * nx + ny * ny + nz * nz)
-        p = math.sqrt(ux * ux + uy * uy + uz * uz)
-        q = math.sqrt(vx * vx + vy * vy + vz * vz)
-        r = math.sqrt(wx * wx + wy * wy + wz * wz)
+        p = math.sqrt(squared_length(points, a, b))
+        q = math.sqrt(squared_length(points, a, c))
+        r = math.sqrt(squared_length(points, b, c))
         if doubled[f] > 0:
             # R = p q r / (4 A) and doubled = 2 A.
             quality[f] = min(1.0, 2 / math.sqrt(3) * doubled[f] / (p * q * r / min(p, q, r)))

@@ -90,11 +90,23 @@ def check_movable(movable: ArrayLike | None, n_vertices: int) -> Bools:
     Raises:
         FilterInputError: not a truth value for every vertex.
     """
-    if movable is None:
-        return np.ones(n_vertices, dtype=np.bool_)
-    mask = np.asarray(movable)
+    return np.ones(n_vertices, dtype=np.bool_) if movable is None else check_vertex_mask("movable", movable, n_vertices)
+
+
+def check_vertex_mask(name: str, given: ArrayLike, n_vertices: int) -> Bools:
+    """(n,) the truth values that were given for the vertices.
+
+    Args:
+        name: the parameter's name, for the error.
+        given: one truth value a vertex.
+        n_vertices: how many there are.
+
+    Raises:
+        FilterInputError: not a truth value for every vertex.
+    """
+    mask = np.asarray(given)
     if mask.dtype != np.bool_ or mask.shape != (n_vertices,):
         raise FilterInputError(
-            f"movable must be a boolean array of {n_vertices} values, one a vertex, got shape {mask.shape} of {mask.dtype}"
+            f"{name} must be a boolean array of {n_vertices} values, one a vertex, got shape {mask.shape} of {mask.dtype}"
         )
     return mask

@@ -2,9 +2,14 @@
 
 import math
 
+import numpy as np
 from numba import njit
 
-from .arrays import Floats
+from ..checks import FilterInputError
+from .arrays import Floats, Ints
+
+#: diagonals of a mesh that a vertex may be moved by; nothing that smooths, fairs or denoises has a reason to go as far
+FURTHEST = 2.0
 
 
 def scaled_to_unit(vertices: Floats) -> tuple[Floats, float]:
@@ -33,6 +38,34 @@ def bounding_box(vertices: Floats) -> tuple[Floats, Floats]:
     low, high = vertices[0].copy(), vertices[0].copy()
     _widen(vertices, low, high)
     return low, high
+
+
+def check_healthy(before: Floats, after: Floats, diagonal: float, numbers: Ints | None = None, advice: str = "") -> None:
+    """Refuse a result in which a vertex lies further than `FURTHEST` diagonals from where it was: a spike.
+
+    Args:
+        before: (n, 3) where the vertices were, of ordinary size.
+        after: (n, 3) where they are.
+        diagonal: of the box of what they belong to, 0 for any distance.
+        numbers: (n,) the numbers of the vertices in messages; None for 0, 1, 2 ...
+        advice: what to do, after "; ".
+
+    Raises:
+        FilterInputError: one lies too far, or nowhere; the message names it.
+    """
+    most = FURTHEST * diagonal
+    moved = np.abs(after - before)
+    if not len(moved) or diagonal == 0.0 or moved.max() <= most / math.sqrt(3.0):
+        return
+    lengths = np.linalg.norm(after - before, axis=1)
+    k = int(np.argmax(np.where(np.isnan(lengths), np.inf, lengths)))
+    if lengths[k] <= most:
+        return
+    raise FilterInputError(
+        f"vertex {k if numbers is None else int(numbers[k])} would be moved by {lengths[k] / diagonal:.3g} diagonals of the mesh "
+        f"({FURTHEST:g} are the most), as the triangles around it are too irregular; "
+        f"{advice or 'improve them first, or smooth less'}"
+    )
 
 
 @njit(cache=True)

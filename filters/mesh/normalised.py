@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..execution import threads_for
 from .arrays import Bools, Floats, Ints, check_movable
-from .box import bounding_box, unit_scale
+from .box import bounding_box, check_healthy, unit_scale
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +86,13 @@ class NormalisedMesh:
 
         Coordinates whose point has not moved keep every bit. The others are rounded once: far from the origin that is all that is
         lost.
+
+        Raises:
+            FilterInputError: a point has moved by more than `box.FURTHEST` diagonals, or to nowhere.
         """
+        if len(self):
+            low, high = bounding_box(self.points)
+            check_healthy(self.points, points, float(np.linalg.norm(high - low)), self.order)
         everything_moves = len(self) == len(self.vertices)
         result = np.empty_like(self.vertices) if everything_moves else self.vertices.copy()
         with threads_for(len(points)):

@@ -21,6 +21,9 @@ def robust_mesh_laplacian(vertices: Floats, faces: Ints, *, mollify_factor: floa
         faces: (m, 3) triangles.
         mollify_factor: how far, as a share of the mean edge, a triangle may be from degenerate before its edges are lengthened
             intrinsically. Larger is safer and less exact.
+
+    Raises:
+        FilterInputError: the edges differ in length by too many orders of magnitude.
     """
     import robust_laplacian
 
@@ -87,4 +90,9 @@ def _spread(positive: Any, masses: Any, scale: float, spread: sparse.csr_array) 
     """The library's operator on k points as one on n vertices, by the shares of the (k, n) matrix `spread`."""
     stiffness = sparse.csr_matrix(-(spread.T @ sparse.csr_array(positive) @ spread))
     stiffness.sort_indices()
+    if not np.isfinite(stiffness.data).all():
+        raise FilterInputError(
+            "edges of the mesh differ in length by so many orders of magnitude that no numbers are left for its operator: remove "
+            "spikes, or the smallest triangles, first"
+        )
     return Laplacian(stiffness, np.asarray(spread.T @ masses.diagonal()) / scale / scale)

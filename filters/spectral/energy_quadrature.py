@@ -22,15 +22,16 @@ def without_stiffest(problem: SpectralProblem) -> SpectralProblem:
     Slivers and tiny triangles have modes of far higher frequency than any wave of the surface, for which Lanczos's process would
     take as many more steps. The result bounds kappa up to a factor of about 2.
     """
-    diagonal, area = problem.dirichlet.diagonal(), float(problem.mass.sum())
-    low, high = 1e-300, float(np.max(diagonal / problem.mass, initial=1e-300))
-    for _ in range(200):  # a bisection of the logarithm down to a percent
-        if high <= 1.01 * low:
-            break
-        middle = math.sqrt(low) * math.sqrt(high)
-        added = float(np.maximum(diagonal / middle - problem.mass, 0.0).sum())
-        low, high = (low, middle) if added <= _ADDED * area else (middle, high)
-    return replace(problem, mass=np.maximum(problem.mass, diagonal / high))
+    diagonal, mass = problem.dirichlet.diagonal(), problem.mass
+    ratio = diagonal / mass
+    stiffest = np.argsort(-ratio, kind="stable")
+    # The bound at which the k stiffest vertices take all that may be added: sum over them of (S_ii / bound - M_i) = added.
+    bounds = np.cumsum(diagonal[stiffest]) / (_ADDED * mass.sum() + np.cumsum(mass[stiffest]))
+    # It rises with k as long as the next vertex is above it: the highest is that of all vertices above.
+    bound = float(bounds.max(initial=0.0))
+    if not bound > 0.0:
+        return problem
+    return replace(problem, mass=np.maximum(problem.mass, diagonal / bound))
 
 
 def enough_steps(problem: SpectralProblem, kappa: float) -> int:

@@ -8,12 +8,14 @@ from numpy.typing import ArrayLike
 from scipy import sparse
 
 from ..checks import FilterInputError
-from ..mesh import Bools, Floats, Ints, check_mesh
+from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
 from ..operators import SURFACE_OPERATORS, ChosenLaplacian, Laplacian, SurfaceOperatorName, surface_laplacian
 from ..topology import connected_components
 
 SpectralOperator: TypeAlias = SurfaceOperatorName
 SPECTRAL_OPERATORS: tuple[SpectralOperator, ...] = SURFACE_OPERATORS
+
+_SMALLEST, _LARGEST = 1e-153, 1e153
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,9 +68,21 @@ def spectral_problem(vertices: ArrayLike, faces: ArrayLike, *, operator: Spectra
             area.
     """
     points, triangles = check_mesh(vertices, faces)
+    check_size(points, triangles)
     components, _ = connected_components(triangles, len(points))
     chosen = surface_laplacian(points, triangles, operator)
     return _restricted(chosen, components, _usable(chosen.laplacian, components, operator))
+
+
+def check_size(points: Floats, triangles: Ints) -> None:
+    """Refuses meshes of which areas, or eigenvalues, one over squares of lengths, are no ordinary numbers.
+
+    Raises:
+        FilterInputError: it is one.
+    """
+    size = 1.0 / normalised_mesh(points, triangles).scale
+    if not _SMALLEST < size < _LARGEST:
+        raise FilterInputError(f"the mesh is about {size:.0e} large, which leaves no numbers for its spectrum; scale it first")
 
 
 def _usable(laplacian: Laplacian, components: Ints, operator: SpectralOperator) -> Bools:

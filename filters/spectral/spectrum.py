@@ -11,7 +11,7 @@ from ..execution import Progress, ignore_progress
 from ..mesh import Floats, check_mesh, normalised_mesh
 from .eigenpairs import lowest_eigenpairs
 from .energy_quadrature import energy_quadrature, enough_steps, without_stiffest
-from .problem import SpectralOperator, SpectralProblem, about_centroids, spectral_problem
+from .problem import SpectralOperator, SpectralProblem, about_centroids, check_size, spectral_problem
 
 #: Bands in an octave.
 BANDS = 3
@@ -90,6 +90,7 @@ def spectrum(
         check_whole_number("steps", steps, least=1)
     if len(triangles) == 0:
         raise FilterInputError("the mesh has no triangles: a spectrum is that of a surface")
+    check_size(points, triangles)
     mesh = normalised_mesh(points, triangles)
     plain = spectral_problem(mesh.points, mesh.cells, operator=operator)
     if len(plain.mass) == 0:

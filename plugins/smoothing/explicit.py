@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, Any
 
-from pymeshfair.declaration import Edit, Enum, FilterClass, Float, Layer, mesh_filter
+from pymeshfair.declaration import Edit, Enum, Equivalent, FilterClass, Float, Layer, mesh_filter
 from pymeshfair.filters.checks import UnstableStepError
 from pymeshfair.filters.diffusion import UPDATE_RULES, UpdateRule, explicit_smoothing
 from pymeshfair.filters.execution import Progress, ignore_progress
@@ -16,11 +17,20 @@ from ..moving_vertices import MOVES_VERTICES, Border, Iterations, Selected, mova
 DIMENSIONAL_OPERATORS = ("scale_dependent", "laplace_beltrami", "robust")
 
 
+def laplacian_smooth_of_meshlab(values: Mapping[str, Any]) -> Equivalent | None:
+    """MeshLab's own filter, whose rule is one of ours; its cotangents have 32 bits and are not the same."""
+    if (values["update"], values["operator"]) != ("meshlab", "uniform") or values["border"] == "fixed" or values["selected"]:
+        return None
+    own = {"stepsmoothnum": values["iterations"], "boundary": values["border"] == "along", "cotangentweight": False}
+    return Equivalent("apply_coord_laplacian_smoothing", own | {"selected": False})
+
+
 @mesh_filter(
     name="Explicit Smoothing",
     classes=FilterClass.SMOOTHING,
     changes=MOVES_VERTICES,
     references=("taubin1995", "fujiwara1995", "desbrun1999", "sharp2020"),
+    equivalent=laplacian_smooth_of_meshlab,
 )
 def apply_coord_explicit_smoothing(
     layer: Layer,

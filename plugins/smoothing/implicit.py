@@ -34,7 +34,7 @@ GEOMETRIC_OPERATORS = ("cotangent", "robust")
     name="Implicit Fairing",
     classes=FilterClass.SMOOTHING,
     changes=MOVES_VERTICES,
-    references=("desbrun1999", "kazhdan2012", "sharp2020"),
+    references=("desbrun1999", "kazhdan2012", "sharp2020", "tukey1977"),
 )
 def apply_coord_implicit_fairing(
     layer: Layer,
@@ -85,6 +85,14 @@ def apply_coord_implicit_fairing(
             "out.",
         ),
     ] = False,
+    keep_dimensions: Annotated[
+        bool,
+        Bool(
+            label="Keep dimensions",
+            help="Give back along the normals what whole parts of the shape have lost: limbs keep their thickness and the shape "
+            "its size, open or closed. Not for point clouds.",
+        ),
+    ] = False,
     border: Border = "along",
     selected: Selected = False,
     progress: Progress = ignore_progress,
@@ -101,7 +109,7 @@ def apply_coord_implicit_fairing(
             )
         if detail_size == 0.0:
             raise no_amount("time_step")
-        time = time_step_of_detail_size(detail_size, iterations=iterations)
+        time = time_step_of_detail_size(detail_size, iterations, keep_dimensions=keep_dimensions)
     else:
         time = time_step if operator in ("uniform", "inverse_length") else time_step * layer.mean_edge**2
     vertices = implicit_fairing(
@@ -112,6 +120,7 @@ def apply_coord_implicit_fairing(
         iterations=iterations,
         flow=flow,
         preserve_volume=preserve_volume,
+        keep_dimensions=keep_dimensions,
         border=border,
         movable=movable_vertices(layer, selected),
         progress=progress,

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, Any
 
-from pymeshfair.declaration import Edit, Enum, FilterClass, Layer, MeshElement, mesh_filter
+from pymeshfair.declaration import Edit, Enum, Equivalent, FilterClass, Layer, MeshElement, mesh_filter
 from pymeshfair.filters.diffusion import TAUBIN_OPERATORS, TaubinOperator, taubin_fairing
 from pymeshfair.filters.execution import Progress, ignore_progress
 
 from ..moving_vertices import MOVES_VERTICES, Border, Iterations, Selected, movable_vertices
 from ..taubin_steps import taubin_mu, taubin_pass_band, taubin_step
+
+
+def taubin_smooth_of_meshlab(values: Mapping[str, Any]) -> Equivalent | None:
+    """MeshLab's own filter, which is Taubin's on closed meshes: on a border its step goes two thirds of ours."""
+    if values["operator"] != "uniform" or values["pass_band"] or values["selected"]:
+        return None
+    own = {"lambda_": values["step"], "mu": values["mu"], "stepsmoothnum": values["iterations"], "selected": False}
+    return Equivalent("apply_coord_taubin_smoothing", own, closed_only=True)
 
 
 @mesh_filter(
@@ -18,6 +27,7 @@ from ..taubin_steps import taubin_mu, taubin_pass_band, taubin_step
     requires=MeshElement.FACENUMBER,
     changes=MOVES_VERTICES,
     references=("taubin1995",),
+    equivalent=taubin_smooth_of_meshlab,
 )
 def apply_coord_taubin_fairing(
     layer: Layer,

@@ -1,7 +1,7 @@
 """Reproducible clean-up of 3D scans for MeshLab and Python.
 
-`MeshSet` is a drop-in for pymeshlab's. What else pymeshlab offers is here too, so ``import pymeshfair as ml`` serves a program
-that had ``import pymeshlab as ml``. Importing this package alone loads neither.
+`MeshSet` is a drop-in for pymeshlab's, and `Recipe` a chain of filters as an object. What else pymeshlab offers is here too, so
+``import pymeshfair as ml`` serves a program that had ``import pymeshlab as ml``. Importing this package alone loads neither.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .authoring import Recipe
     from .meshset import MeshSet
     from .meshset.listing import filter_list, print_filter_list, print_filter_parameter_list, search
     from .registry import reload_plugins
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "MeshSet",
+    "Recipe",
     "__version__",
     "filter_list",
     "print_filter_list",
@@ -27,6 +29,7 @@ __all__ = [
 
 _OURS = {
     "MeshSet": "meshset",
+    "Recipe": "authoring",
     "reload_plugins": "registry",
     **dict.fromkeys(("filter_list", "print_filter_list", "print_filter_parameter_list", "search"), "meshset.listing"),
 }

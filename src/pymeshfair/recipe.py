@@ -13,9 +13,11 @@ from typing import TYPE_CHECKING
 from .declaration import nearest
 from .errors import UnknownNameError
 from .scripts.changes import Change
+from .scripts.head import read_head
 from .scripts.overrides import override
-from .scripts.read import parse_script, read_head, read_script
+from .scripts.read import parse_script, read_script
 from .scripts.script import Script
+from .scripts.settings import Setting
 from .scripts.upgrade import upgrade_file
 
 if TYPE_CHECKING:
@@ -74,7 +76,10 @@ class Recipe:
         return self.script.comment.partition("\n")[2].strip()
 
     def override(self, overrides: Sequence[str]) -> Recipe:
-        """The recipe with these values over its own, each ``STEP.PARAM=VALUE``; see `pymeshfair.scripts.overrides.override`."""
+        """The recipe with these values over its own, each ``NAME=VALUE`` or ``STEP.PARAM=VALUE``.
+
+        See `pymeshfair.scripts.overrides.override`.
+        """
         return replace(self, script=override(self.script, overrides))
 
 
@@ -90,11 +95,13 @@ class RecipeHead:
     Attributes:
         name: under which it is loaded.
         info: the words at its head.
+        settings: the values that have a name.
         steps: how many filters it has.
     """
 
     name: str
     info: RecipeInfo
+    settings: tuple[Setting, ...]
     steps: int
 
 
@@ -102,8 +109,8 @@ def shipped_heads() -> list[RecipeHead]:
     """The heads of all shipped recipes; reads no declaration, so no plugin and no compiled code is loaded."""
     heads = []
     for name, file in sorted(_shipped().items()):
-        comment, steps = read_head(file.read_bytes())
-        heads.append(RecipeHead(name, _info(comment), steps))
+        head = read_head(file.read_bytes())
+        heads.append(RecipeHead(name, _info(head.comment), head.settings, head.steps))
     return heads
 
 

@@ -31,3 +31,9 @@ def test_rare_measures_are_shown_where_they_say_something(capsys: pytest.Capture
     names = [row[0].strip() for row in shown({"non_manifold_edges": 3, "degenerate_faces": 0}, {"degenerate_faces": 0}, capsys)]
     assert "non-manifold edges" in names
     assert "degenerate faces" not in names
+
+
+def test_measures_beyond_all_numbers_are_said(capsys: pytest.CaptureFixture[str]) -> None:
+    """The area of a mesh that is 1e160 large is no number of double precision, and stands as the text that records give it."""
+    rows = shown({"area": "inf"}, {"area": 2.0}, capsys)
+    assert ["inf", "2"] in [[cell.strip() for cell in row[1:]] for row in rows]

@@ -25,7 +25,7 @@ def _saved(path: Path, mesh: tuple[np.ndarray, np.ndarray]) -> Path:
 @pytest.fixture(scope="module")
 def scan(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A torus with noise."""
-    return _saved(tmp_path_factory.mktemp("scans") / "torus.ply", noisy(torus(48, 24), 0.05))
+    return _saved(tmp_path_factory.mktemp("scans") / "torus.ply", noisy(torus(30, 15), 0.08))
 
 
 def test_the_recipe_says_what_automatic_would_do(scan: Path) -> None:
@@ -35,7 +35,7 @@ def test_the_recipe_says_what_automatic_would_do(scan: Path) -> None:
     relaxing, step = parse_script(done.stdout.encode(), "suggested.mlx").steps
     assert relaxing.filter.python_name == "apply_coord_taubin_fairing"
     assert step.filter.python_name == "apply_coord_normal_filtering"
-    setting = automatic_choice(*noisy(torus(48, 24), 0.05)).setting
+    setting = automatic_choice(*noisy(torus(30, 15), 0.08)).setting
     chosen = setting.parameters
     assert chosen is not None
     assert relaxing.values["iterations"] == setting.relaxation

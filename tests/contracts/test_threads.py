@@ -15,8 +15,6 @@ from tests.contracts.variants import Variant, each_variant, outcome_of
 @each_variant
 def test_two_threads_give_the_same_bits(variant: Variant, monkeypatch: pytest.MonkeyPatch) -> None:
     """As one thread does, on which so small a mesh is usually filtered."""
-    if variant.name in ("apply_coord_normal_filtering", "apply_normal_robust_filtering_per_face"):
-        pytest.skip("the choice among settings shares its candidates among threads, and takes minutes if each is cut up as well")
     expected = outcome_of(variant)
     monkeypatch.setattr("pymeshfair.filters.execution.threads.SERIAL_BELOW", 0)
     for name, module in list(sys.modules.items()):

@@ -72,7 +72,7 @@ def test_a_session_becomes_a_script_that_does_the_same(tmp_path: Path) -> None:
 
 
 def test_relative_lengths_stay_relative(tmp_path: Path) -> None:
-    """What was given in percent or edges is written so, beside the length on this mesh; defaults of MeshLab are absolute."""
+    """What was given in percent or edges is written so, beside the length on this mesh; MeshLab's defaults likewise."""
     meshes = ball()
     meshes.apply_coord_implicit_fairing(detail_size="20%")
     meshes.apply_coord_implicit_fairing()
@@ -86,14 +86,43 @@ def test_relative_lengths_stay_relative(tmp_path: Path) -> None:
     assert detail.values["detail_size"] == Length(20.0, "percent")
     assert default.values["detail_size"] == Length(6.0, "edge")
     assert edges.values["targetlen"] == Length(0.8, "edge")
-    assert edges.values["maxsurfdist"].unit == "absolute"
+    assert edges.values["maxsurfdist"] == Length(1.0, "percent")
     assert percent.values["targetlen"] == Length(10.1, "percent")
-    # of another unit than the diagonal, so its value is written as it was on this mesh
-    assert merge.values["threshold"].unit == "absolute"
-    assert merge.values["threshold"].amount == pytest.approx(1e-4 * layer.diagonal, rel=1e-5)
+    # percent of a hundredth of the diagonal
+    assert merge.values["threshold"] == Length(0.01, "percent")
     written = re.search(r'name="detail_size" value="([^"]*)"', file.read_text(encoding="utf-8"))
     assert written is not None
     assert float(written[1]) == pytest.approx(0.2 * layer.diagonal)
+
+
+def globe(radius: float) -> MeshSet:
+    """A mesh set with a sphere and a small piece beside it."""
+    meshes = MeshSet()
+    (vertices, faces), (more, their) = icosphere(3), icosphere(1)
+    vertices = np.concatenate([vertices, 0.05 * more + [1.2, 0.0, 0.0]])
+    meshes.add_mesh(pymeshlab.Mesh(radius * vertices, np.concatenate([faces, their + 642])))
+    return meshes
+
+
+def test_a_recorded_recipe_means_the_same_at_every_size(tmp_path: Path) -> None:
+    """Recorded on a sphere of radius 1 and run at radius 10, percentages and defaults give the same faces in the same order."""
+    first = globe(1.0)
+    first.meshing_remove_connected_component_by_diameter()
+    first.meshing_isotropic_explicit_remeshing(iterations=3, targetlen=pymeshlab.PercentageValue(6))
+    first.meshing_merge_close_vertices(threshold=pymeshlab.PercentageValue(100))
+    first.apply_coord_laplacian_smoothing_scale_dependent(delta="0.002%")
+    file = tmp_path / "recorded.mlx"
+    first.save_filter_script(str(file))
+    assert {value.unit for step in read_script(file).steps for value in step.values.values() if isinstance(value, Length)} == {
+        "percent"
+    }
+    second = globe(10.0)
+    second.load_filter_script(str(file))
+    second.apply_filter_script()
+    found, expected = second.current_mesh(), first.current_mesh()
+    assert 300 < found.face_number() < 1280
+    assert found.face_number() == expected.face_number()
+    np.testing.assert_array_equal(found.face_matrix(), expected.face_matrix())
 
 
 def test_the_script_follows_meshlabs_rules(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

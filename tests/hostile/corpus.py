@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..running.runs import TETRAHEDRON, ply_bytes, xyz
+from .documents import collada, three_mf, vrml, x3d
 
 
 @dataclass(frozen=True)
@@ -147,3 +148,59 @@ def plys() -> Iterator[Case]:
     yield Case(
         "bomb.ply", ply_bytes(xyz(), faces=()).replace(b"element vertex 4", b"element vertex 10000000"), "10,000,000 of 'vertex'"
     )
+
+
+_SUBSET = '<!DOCTYPE x [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;">]>'
+_PTX = "2\n1\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"
+
+
+def headers() -> Iterator[Case]:
+    """PLY files whose headers are long, or end where they do not seem to."""
+    many = [("char", f"p{k}", [0] * 4) for k in range(45_000)]
+    yield Case("properties.ply", ply_bytes([*xyz(), *many]), "more than 1,000 elements and properties")
+    comments = "\n".join("comment " + "a" * 90 for _ in range(15_000))
+    yield Case("long_header.ply", ply_bytes(xyz(), TETRAHEDRON[1].tolist(), head=comments), None, (4, 4), "and 14999 more")
+    yield Case(
+        "long_comment.ply", ply_bytes(xyz(), TETRAHEDRON[1].tolist(), head="comment " + "a" * 99_999), None, (4, 4), "comment"
+    )
+    hidden = ply_bytes(xyz(), TETRAHEDRON[1].tolist(), head="comment end_header")
+    yield Case("end_in_comment.ply", hidden, None, (4, 4), "comment 'end_header'")
+
+
+def documents() -> Iterator[Case]:
+    """Scenes and archives that lie, or lead out of themselves."""
+    yield Case("honest.dae", collada().encode(), None, (3, 1))
+    yield Case("honest.wrl", vrml().encode(), None, (3, 1))
+    yield Case("remarks.wrl", vrml(points='0 0 0 1 0 0 0 1 0 # "a" [\n').encode(), None, (3, 1))
+    yield Case("honest.x3d", x3d().encode(), None, (3, 1))
+    yield Case("honest.3mf", three_mf(), None, (3, 2))
+    yield Case("count.dae", collada(count=900).encode(), "declares 900 numbers, but has 9")
+    yield Case("accessor.dae", collada(accessor=300).encode(), "takes 300 values of 9 numbers")
+    yield Case("corner.dae", collada(corners="0 1 3").encode(), "number 3 of the corners.*is 3, which is none of 3")
+    yield Case("cut.dae", collada(corners="0 1").encode(), "take 3 indices, but 2 are there")
+    yield Case("word.dae", collada(points="0 0 0 1 0 0 0 1 x").encode(), "'x' among .*is no number")
+    yield Case("comma.dae", collada(points="0,5 0 0 1 0 0 0 1 0").encode(), "'0,5' among .*is no number")
+    yield Case("elsewhere.dae", collada(url="other.dae#g").encode(), "no part of the document")
+    yield Case("entities.dae", collada().replace("?>", f"?>{_SUBSET}", 1).encode(), "declares entities")
+    yield Case("half.dae", collada().encode()[:300], "is no XML")
+    yield Case("deep.dae", b"<COLLADA>" + b"<a>" * 10_000, "levels deep")
+    yield Case("corner.wrl", vrml(corners="0 1 9 -1").encode(), "number 3 of the coordIndex.*is 9, which is none of 3")
+    yield Case("short.wrl", vrml(points="0 0 0, 1 0 0, 0 1").encode(), "no whole number of 3")
+    yield Case("half.wrl", vrml().encode()[:-6], "is cut short")
+    yield Case("inline.wrl", vrml(more='Inline { url "b.wrl" }').encode(), "of the type Inline, which leads out")
+    yield Case("proto.wrl", vrml(more='EXTERNPROTO A [ ] "b.wrl"').encode(), "of the type EXTERNPROTO, which leads out")
+    yield Case("old.wrl", vrml().replace("V2.0 utf8", "V1.0 ascii").encode(), "older ones are not known")
+    yield Case("corner.x3d", x3d(corners="0 1 -2 -1").encode(), "number 3 of the coordIndex.*is -2")
+    yield Case("inline.x3d", x3d(more='<Inline url="b.x3d"/>').encode(), "of the type Inline, which leads out")
+    yield Case("corner.3mf", three_mf(last=7), "is 7, which is none of 3")
+    yield Case("bomb.3mf", three_mf(more=bytes(1 << 25)), "hold more than 100 times as many")
+    yield Case("entities.3mf", three_mf(model=f"{_SUBSET}<model/>"), "declares entities")
+    yield Case("outside.3mf", three_mf(name="../3dmodel.model"), "leads out of the archive")
+    yield Case("no_mesh.3mf", three_mf(model="<model/>"), "holds no mesh")
+    yield Case("half.3mf", three_mf()[:-40], "no whole archive")
+    yield Case("no_archive.3mf", b"<model/>", "does not begin with 'PK'")
+    yield Case("honest.ptx", (_PTX + "1 2 3 0.5\n4 5 6 0.5\n").encode(), None, (2, 0))
+    yield Case("unmeasured.ptx", (_PTX + "1 2 3 0.5\n0 0 0 0.5\n").encode() * 2, None, (2, 0), "2 places of its grids")
+    yield Case("declares_more.ptx", (_PTX.replace("2\n", "20000000\n", 1) + "1 2 3 0.5\n").encode(), "declares 20,000,000 points")
+    yield Case("short_row.ptx", (_PTX + "1 2 3 0.5\n4 5 6\n").encode(), "line 12.*has 3 numbers")
+    yield Case("believed.ctm", b"OCTM", "believes whatever they say")

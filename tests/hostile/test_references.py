@@ -10,8 +10,10 @@ from pathlib import Path
 import pytest
 
 from pymeshfair.files.errors import InputError
+from pymeshfair.files.inputs import inspect_input
 
 from ..running.runs import SAMPLES, ply_bytes, session_report, xyz
+from .documents import collada, vrml, x3d
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs pipes, devices and links")
 
@@ -93,6 +95,39 @@ def test_files_of_gltf_documents(folder: Path, part: str, target: str) -> None:
     path = folder / "mesh.gltf"
     path.write_text(json.dumps({"asset": {"version": "2.0"}, part: [{"uri": target, "byteLength": 12}]}))
     refused(path)
+
+
+@pytest.mark.parametrize(
+    "target", ["../secret.png", "/etc/passwd", "link.png", "pipe", "%70ipe", "/dev/zero", "%2e%2e/secret.png"]
+)
+@pytest.mark.parametrize("name", ["mesh.dae", "mesh.wrl", "mesh.x3d", "file.dae", "list.wrl"])
+def test_textures_of_scenes(folder: Path, name: str, target: str) -> None:
+    """The same for the images of COLLADA, VRML and X3D."""
+    path = folder / name
+    texts = {
+        "mesh.dae": collada(image=target),
+        "file.dae": collada(image=f"file://{target}"),
+        "mesh.wrl": vrml(url=f'"{target}"'),
+        "list.wrl": vrml(url=f'[ "gone.png", # "\n"{target}" ]'),
+        "mesh.x3d": x3d(url=f'"gone.png" "{target}"'),
+    }
+    path.write_text(texts[name])
+    refused(path)
+
+
+def test_textures_of_scenes_within_the_folder(folder: Path) -> None:
+    """An image beside the mesh is the texture of the output, whatever other texts the scene has."""
+    shutil.copy(SAMPLES / "TextureDouble_A.png", folder / "t.png")
+    path = folder / "mesh.dae"
+    path.write_text(collada(image="./t%2Epng"))
+    announced = inspect_input(path, folder / "given")
+    assert [(t.name, t.file) for t in announced.textures] == [("./t.png", folder / "t.png")]
+    path = folder / "mesh.wrl"
+    path.write_text(vrml(more='WorldInfo { title "../secret.txt" }'))
+    announced = inspect_input(path, folder / "given_wrl")
+    assert announced.reading is not None
+    assert "secret" not in announced.reading.read_text()
+    assert [t.file for t in announced.textures] == [folder / "t.png"]
 
 
 def test_outside_files_are_read_if_allowed(folder: Path) -> None:

@@ -9,10 +9,10 @@ import pytest
 from pymeshfair.files.errors import InputError
 
 from ..running.runs import session_report
-from .corpus import Case, gltfs, plys, texts
+from .corpus import Case, documents, gltfs, headers, plys, texts
 
 
-@pytest.mark.parametrize("case", [*texts(), *gltfs(), *plys()], ids=lambda case: case.name)
+@pytest.mark.parametrize("case", [*texts(), *gltfs(), *plys(), *headers(), *documents()], ids=lambda case: case.name)
 def test_every_file_gets_its_verdict(tmp_path: Path, case: Case) -> None:
     """Refused for the reason, or read to the last vertex and face with a word about what is not kept."""
     path = tmp_path / case.name
@@ -25,3 +25,18 @@ def test_every_file_gets_its_verdict(tmp_path: Path, case: Case) -> None:
     assert (report["after"]["vertices"], report["after"]["faces"]) == case.counts
     warnings = " ".join(report["warnings"])
     assert (case.warning is None and not warnings) or (case.warning is not None and case.warning in warnings)
+
+
+def test_nothing_is_hashed_of_what_is_no_mesh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A large file that begins as none of its format does is refused for its first bytes, and not read for its digest."""
+
+    def read_whole(path: Path, **_: object) -> None:
+        raise AssertionError(f"{path} was read whole")
+
+    monkeypatch.setattr("pymeshfair.running.session.described_file", read_whole)
+    for name in ("a.ply", "a.glb", "a.3mf", "a.dae", "a.wrl"):
+        path = tmp_path / name
+        with path.open("wb") as file:
+            file.truncate(1 << 31)
+        with pytest.raises(InputError, match="does not begin with"):
+            session_report(path, tmp_path / f"{name}.ply")

@@ -43,12 +43,20 @@ def recipe_of(*steps: Given) -> Recipe:
     return Recipe("test", script)
 
 
-def session_report(source: Path, output: Path, *steps: Given, allow_outside: bool = False) -> dict[str, Any]:
+def session_report(
+    source: Path, output: Path, *steps: Given, allow_outside: bool = False, keep_all: bool = False
+) -> dict[str, Any]:
     """What a worker reports of a run, carried out in this process; the output is left in the staging folder."""
     stage = output.parent / f"stage-{output.name}"
     (stage / "new").mkdir(parents=True)
     assignment = Assignment(
-        recipe_of(*steps).script.steps, source.absolute(), stage.absolute(), output.absolute(), None, allow_outside
+        recipe_of(*steps).script.steps,
+        source.absolute(),
+        stage.absolute(),
+        output.absolute(),
+        None,
+        allow_outside,
+        keep_all=keep_all,
     )
     return Session(assignment, lambda document: None).run()
 

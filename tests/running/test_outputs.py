@@ -44,6 +44,7 @@ def record(output: Path, source: Path, *side_files: Path) -> None:
         ("out.docx", r"'.docx' is no format for it; a run writes .ply, .obj, .off, .stl, .3mf, .wrl, .xyz"),
         ("out", "it has no extension that says the format"),
         ("folder.ply", "there is a folder of that name"),
+        ("a" * 240 + ".ply", "has 260 bytes, and 255 are the most"),
         ("scan.ply", "it is the input"),
         ("link.ply", "it is the input"),
         ("stranger.ply", "it exists and no provenance says that a run wrote it"),

@@ -291,9 +291,11 @@ def test_an_input_that_crashes_meshlab(tmp_path: Path) -> None:
     path = tmp_path / "bad.qobj"
     path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nq 0 1 2 100000000\n")
     with pytest.raises(WorkerDied, match=r"reading bad.qobj: the worker process crashed \(SIGSEGV\); the file is probably"):
-        run_job(job_of(tmp_path / "out.ply", SMOOTH, source=path))
+        run_job(job_of(tmp_path / "out.ply", SMOOTH, source=path, unchecked=True))
     with pytest.raises(WorkerDied, match="reading bad"):
-        inspect_mesh(path)
+        inspect_mesh(path, unchecked=True)
+    with pytest.raises(InputError, match="--unchecked"):
+        run_job(job_of(tmp_path / "out.ply", SMOOTH, source=path))
     assert names_in(tmp_path) == {"bad.qobj"}
 
 

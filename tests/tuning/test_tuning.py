@@ -16,7 +16,7 @@ from pymeshfair.running.read import read_mesh
 from pymeshfair.scripts.read import parse_script
 from pymeshfair.scripts.write import format_script
 from pymeshfair.tuning.access import Guarded
-from pymeshfair.tuning.controls import Setting, SettingError, controls, in_mesh_units, saved_comment, script_with, settings_of
+from pymeshfair.tuning.controls import ChoiceError, StepChoices, choices_of, controls, in_mesh_units, saved_comment, script_with
 from pymeshfair.tuning.scan import prepared_scan
 from tests.meshes import icosphere
 
@@ -31,7 +31,7 @@ def sent(recipe: str) -> list[dict[str, Any]]:
 def test_a_page_that_changes_nothing_gives_the_recipe(name: str) -> None:
     """What the controls show comes back as the same script, number by number."""
     recipe = load_recipe(name)
-    back = script_with(recipe.script, settings_of(sent(name)))
+    back = script_with(recipe.script, choices_of(sent(name)))
     assert format_script(back) == format_script(recipe.script)
 
 
@@ -54,26 +54,28 @@ def test_controls_follow_the_declaration() -> None:
 def test_wrong_settings_say_where() -> None:
     """A value that is not allowed names step and parameter; steps can be left out, but not all of them."""
     script = load_recipe("clean_range_map").script
-    given = [Setting(True, {}) for _ in script.steps]
-    given[-1] = Setting(True, {"iterations": "-1"})
-    with pytest.raises(SettingError, match="whole number") as caught:
+    given = [StepChoices(True, {}) for _ in script.steps]
+    given[-1] = StepChoices(True, {"iterations": "-1"})
+    with pytest.raises(ChoiceError, match="whole number") as caught:
         script_with(script, given)
     assert (caught.value.step, caught.value.parameter) == (len(script.steps) - 1, "iterations")
-    given[-1] = Setting(False, {"iterations": "-1"})
+    given[-1] = StepChoices(False, {"iterations": "-1"})
     assert script_with(script, given).steps == script.steps[:-1]
     with pytest.raises(ParameterError, match="every step is switched off"):
-        script_with(script, [Setting(False, {})] * len(script.steps))
+        script_with(script, [StepChoices(False, {})] * len(script.steps))
     with pytest.raises(ParameterError, match="settings for 1 steps"):
         script_with(script, given[:1])
     for wrong in (3, {"on": True}, {"on": True, "values": {"a": 1}}):
         with pytest.raises(ParameterError, match="settings that are none"):
-            settings_of([wrong])
+            choices_of([wrong])
 
 
 def test_lengths_on_a_part_are_those_of_the_whole() -> None:
     """Percent and edges become mesh units of the whole scan, defaults that nobody gave as well."""
-    script = in_mesh_units(load_recipe("smooth_implicit").script, diagonal=200.0, mean_edge=0.5)
-    assert script.steps[0].values["detail_size"] == Length(6 * 0.5)
+    given = load_recipe("smooth_implicit").script
+    script = in_mesh_units(given, diagonal=200.0, mean_edge=0.5)
+    assert given.steps[0].values["detail_size"].unit == "edge"
+    assert script.steps[0].values["detail_size"] == Length(given.steps[0].values["detail_size"].amount * 0.5)
     assert all(v.unit == "absolute" for v in script.steps[0].values.values() if isinstance(v, Length))
 
 

@@ -49,8 +49,7 @@ def _verdict(name: str, diagonal: float | None) -> dict[str, Any]:
     """What a check finds, in terms of JSON, with the words for people under ``"said"``."""
     from ..errors import PymeshfairError
     from ..recipe import load_recipe
-    from ..scripts.needs import unmet_needs
-    from ..scripts.traps import lengths_out_of_proportion, traps
+    from ..scripts.warnings import script_warnings
 
     try:
         script = load_recipe(name).script
@@ -59,8 +58,6 @@ def _verdict(name: str, diagonal: float | None) -> dict[str, Any]:
         problems = failure.details.get("problems", [{"file": name, "message": failure.message}])
         return {"recipe": name, "ok": False, "problems": problems, "said": failure.message}
     steps = len(script.steps)
-    warnings = [*traps(script), *(str(problem) for problem in unmet_needs(script, layers=1))]
-    if diagonal is not None:
-        warnings += lengths_out_of_proportion(script, diagonal=diagonal)
+    warnings = script_warnings(script, diagonal=diagonal)
     lines = [f"{name}: ok, {steps} {'step' if steps == 1 else 'steps'}", *(f"  warning: {text}" for text in warnings)]
     return {"recipe": name, "ok": True, "steps": steps, "warnings": warnings, "said": "\n".join(lines)}

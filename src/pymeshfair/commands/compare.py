@@ -10,6 +10,7 @@ import typer
 from .json_document import print_document
 from .options import Debug, Json
 from .report_file import Report, Up, check_report, compared_files, write_report
+from .streams import warn
 
 if TYPE_CHECKING:
     from ..looking.comparison import Comparison
@@ -40,7 +41,7 @@ def compare(
     meshes = [read_mesh(path, self_intersections=self_intersections, timeout=timeout) for path in (before, after)]
     warnings = list(dict.fromkeys(w for mesh in meshes for w in mesh.warnings))
     for warning in warnings:
-        typer.echo(f"{typer.style('warning:', fg='yellow')} {warning}", err=True)
+        warn(warning)
     first, second = (state_of(mesh) for mesh in meshes)
     if report is None:
         found, _ = compare_states(first, second)

@@ -38,7 +38,7 @@ def demo(
     carry_out(Job(load_recipe(_RECIPE), scan, folder / "face_clean.ply", command=tuple(sys.argv)), json=json)
     typer.echo(
         f"\nTry next:\n  pymeshfair info {_RECIPE}\n"
-        f"  pymeshfair run {_RECIPE} {_quoted(scan)} -o {_quoted(folder / 'smoother.ply')} --set implicit.detail_size=10edge\n"
+        f"  pymeshfair run {_RECIPE} {_quoted(scan)} -o {_quoted(folder / 'smoother.ply')} --set detail_size=10edge\n"
         f"  pymeshfair list recipes",
         err=True,
     )

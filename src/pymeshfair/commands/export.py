@@ -22,20 +22,24 @@ def export(
 ) -> None:
     """Write a recipe as a script for MeshLab's desktop and plain pymeshlab.
 
-    Every parameter is written, in MeshLab's order, with lengths in mesh units. Filters that MeshLab lacks are refused.
+    Every parameter is written, in MeshLab's order, with lengths in mesh units. A filter that MeshLab lacks is replaced by one
+    that does the same, or refused.
     """
     from ..recipe import load_recipe
-    from ..scripts.export import export_script
+    from ..scripts.export import MeshFacts, export_script
 
     script = load_recipe(recipe).script
-    size = None
+    facts = None
     if mesh is not None:
         from ..running.inspect import inspect_mesh
 
         measures = inspect_mesh(mesh)
-        size = (measures["diagonal"], measures["mean_edge"] or measures["mean_spacing"] or 0.0)
-    export_script(script, output, size=size)
+        edge = measures["mean_edge"] or measures["mean_spacing"] or 0.0
+        facts = MeshFacts(measures["diagonal"], edge, closed=measures["closed"])
+    replaced = export_script(script, output, mesh=facts)
     if json:
-        print_document({"recipe": recipe, "output": output, "steps": len(script.steps)})
+        print_document({"recipe": recipe, "output": output, "steps": len(script.steps), "replaced": replaced})
     else:
+        for text in replaced:
+            typer.echo(text)
         typer.echo(f"{output}: {len(script.steps)} {'step' if len(script.steps) == 1 else 'steps'}")

@@ -9,6 +9,7 @@ from typing import Any
 import typer
 
 from .json_document import print_document
+from .streams import printable
 
 LIBGL_ADVICE = (
     "pymeshlab needs the system library libGL.so.1, which is missing here: "
@@ -55,7 +56,7 @@ class Failure:
 
     def show(self, *, json: bool) -> None:
         """Print the message on stderr and, with `json`, the document on stdout."""
-        typer.echo(f"{typer.style('error:', fg='red')} {self.message}", err=True)
+        typer.echo(f"{typer.style('error:', fg='red')} {printable(self.message)}", err=True)
         if json:
             print_document({"error": self.document()})
 

@@ -11,6 +11,7 @@ import typer
 from typer.core import TyperGroup
 
 from .failure import INTERRUPTED, Failure
+from .streams import failure_of_stdout, secure_streams
 
 # typer does not export the base class of its usage errors.
 UsageError = cast("type[Exception]", typer.BadParameter.__bases__[0])
@@ -31,6 +32,7 @@ class CommandGroup(TyperGroup):
         """Run the command line `args` and exit with 0 done, 1 failed, 2 wrong usage or invalid recipe, 130 interrupted."""
         arguments = list(sys.argv[1:] if args is None else args)
         options = arguments[: arguments.index("--")] if "--" in arguments else arguments
+        secure_streams()
         try:
             code = super().main(arguments, prog_name or "pymeshfair", complete_var, False, windows_expand_args, **extra)
             failure = INTERRUPTED if code == INTERRUPTED.exit_code else None
@@ -43,7 +45,10 @@ class CommandGroup(TyperGroup):
             if "--debug" in options:
                 traceback.print_exc()
         if failure is None:
-            sys.exit(code or 0)
+            lost = failure_of_stdout()
+            if lost is None or code:
+                sys.exit(code or 0)
+            failure = Failure("OSError", f"what was printed got lost: {(lost.strerror or str(lost)).lower()} on stdout", 1)
         failure.show(json="--json" in options)
         sys.exit(failure.exit_code)
 

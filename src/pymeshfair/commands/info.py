@@ -66,26 +66,19 @@ def _tell_filter(known: Filter, *, json: bool) -> None:
 
 def _tell_recipe(name: str, *, json: bool) -> None:
     from ..recipe import load_recipe
-    from .filter_page import said
+    from .recipe_page import recipe_document, recipe_page
 
     recipe = load_recipe(name)
-    steps = [(step.filter, {name: said(value) for name, value in step.values.items()}) for step in recipe.script.steps]
     if json:
-        listed = [{"python_name": f.python_name, "name": f.name, "parameters": values} for f, values in steps]
-        print_document(
-            {"recipe": {"name": recipe.name, "title": recipe.title, "description": recipe.description, "steps": listed}}
-        )
-        return
-    typer.echo(f"{recipe.name}: {recipe.title}\n\n{recipe.description}\n\nSteps")
-    for number, (known, values) in enumerate(steps, start=1):
-        typer.echo(f"{number:>4}  {known.name}  ({known.python_name})")
-        for parameter, value in values.items():
-            typer.echo(f"        {parameter} = {value}")
+        print_document({"recipe": recipe_document(recipe)})
+    else:
+        typer.echo(recipe_page(recipe))
 
 
 def _tell_mesh(path: Path, *, json: bool) -> None:
     from ..running.inspect import inspect_mesh
     from .measures_table import measures_table
+    from .streams import warn
     from .tables import console
 
     found = inspect_mesh(path)
@@ -95,4 +88,4 @@ def _tell_mesh(path: Path, *, json: bool) -> None:
     console().print(measures_table({path.name: found}))
     typer.echo(f"\nIt has {', '.join(found['attributes'] or ['vertices alone'])}.")
     for warning in found["warnings"]:
-        typer.echo(f"{typer.style('warning:', fg='yellow')} {warning}", err=True)
+        warn(warning)

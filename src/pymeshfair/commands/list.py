@@ -9,6 +9,7 @@ import typer
 
 from .json_document import print_document
 from .options import Debug, Json
+from .streams import warn
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -29,7 +30,7 @@ def filters(
     from ..registry import all_filters, broken_plugins
 
     for broken in broken_plugins():
-        typer.echo(f"{typer.style('warning:', fg='yellow')} {broken}", err=True)
+        warn(broken)
     found = [f for f in _of_origin(all_filters(), origin) if _contains(f"{f.python_name} {f.name} {f.summary}", text)]
     if json:
         rows = [{"python_name": f.python_name, "name": f.name, "origin": f.origin, "summary": f.summary} for f in found]
@@ -52,12 +53,26 @@ def recipes(json: Json = False, debug: Debug = False) -> None:
 
     found = shipped_heads()
     if json:
-        rows = [{"name": r.name, "title": r.info.title, "for": r.info.purpose, "steps": r.steps} for r in found]
+        rows = [
+            {
+                "name": r.name,
+                "title": r.info.title,
+                "for": r.info.purpose,
+                "settings": [s.name for s in r.settings],
+                "steps": r.steps,
+            }
+            for r in found
+        ]
         print_document({"recipes": rows})
         return
     from .tables import console, table
 
-    console().print(table(["recipe", "title", "for"], [(r.name, r.info.title, r.info.purpose) for r in found]))
+    console().print(
+        table(
+            ["recipe", "title", "for", "settings"],
+            [(r.name, r.info.title, r.info.purpose, ", ".join(s.name for s in r.settings)) for r in found],
+        )
+    )
     typer.echo("\n`pymeshfair info RECIPE` tells more, `pymeshfair run RECIPE INPUT -o OUTPUT` runs it", err=True)
 
 

@@ -59,6 +59,7 @@ def picture(
     from ..looking.coloring import check_coloring
     from ..looking.picture import Appearance, draw_meshes
     from ..running.read import read_mesh
+    from .streams import warn
     from .whole_file import write_file
 
     if output.suffix.casefold() not in PICTURES:
@@ -70,7 +71,7 @@ def picture(
         raise ParameterError(f"{len(title)} titles for {len(meshes)} meshes: give one --title for each, or none")
     found = [read_mesh(path, timeout=timeout) for path in meshes]
     for warning in dict.fromkeys(w for mesh in found for w in mesh.warnings):
-        typer.echo(f"{typer.style('warning:', fg='yellow')} {warning}", err=True)
+        warn(warning)
     centre, extent = _region(zoom, found[-1]) if zoom else (None, 0.0)
     appearance = Appearance(
         color=color,

@@ -12,6 +12,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
 from ..running.job import Event, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
+from .streams import printable
 
 #: seconds between two lines about the same step where there is no bar
 _PATIENCE = 10.0
@@ -45,7 +46,7 @@ class ProgressLines:
             self._say(f"  {event.text}")
 
     def _say(self, text: str) -> None:
-        typer.echo(text, err=True)
+        typer.echo(printable(text), err=True)
         self._silent_since = time.monotonic()
 
 
@@ -88,7 +89,7 @@ class ProgressBar:
             self._print(f"{'':17}{event.text}")
 
     def _print(self, text: str) -> None:
-        self._bar.console.print(text, markup=False)
+        self._bar.console.print(printable(text), markup=False)
 
 
 def progress() -> ProgressBar | ProgressLines:

@@ -11,6 +11,7 @@ import typer
 from .json_document import print_document
 from .options import Debug, Json
 from .report_file import Report, Up, check_report
+from .streams import printable, warn
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -26,8 +27,9 @@ def run(
         list[str] | None,
         typer.Option(
             "--set",
-            metavar="STEP.PARAM=VALUE",
-            help="Another value for a parameter; STEP is a number or a part of the filter's name. May be repeated.",
+            metavar="NAME=VALUE",
+            help="Another value for a setting of the recipe, or STEP.PARAM=VALUE for a parameter of a step, whose STEP is "
+            "a number, a tag or a part of the filter's name. May be repeated.",
         ),
     ] = None,
     others: Annotated[
@@ -42,6 +44,12 @@ def run(
     ] = None,
     allow_outside: Annotated[
         bool, typer.Option("--allow-outside", help="Let INPUT name textures, materials and buffers outside its folder.")
+    ] = False,
+    unchecked: Annotated[
+        bool, typer.Option("--unchecked", help="Let MeshLab read formats that are not checked before (.3ds, .ctm, .e57 ...).")
+    ] = False,
+    keep_all: Annotated[
+        bool, typer.Option("--keep-all", help="Fail if anything of INPUT or of the result would not be in OUTPUT.")
     ] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace OUTPUT, even if it is the input.")] = False,
     max_displacement: Annotated[
@@ -104,6 +112,8 @@ def run(
         timeout=timeout,
         memory_limit=limit,
         allow_outside=allow_outside,
+        unchecked=unchecked,
+        keep_all=keep_all,
         overrides=overrides,
         command=tuple(sys.argv),
         guards=Guards.parse({name: text for name, text in limits.items() if text}),
@@ -127,7 +137,7 @@ def carry_out(job: Job, *, json: bool, finished: Callable[[RunResult], None] = l
     with progress() as show:
         result = run_job(job, show)
     for warning in result.warnings:
-        typer.echo(f"{typer.style('warning:', fg='yellow')} {warning}", err=True)
+        warn(warning)
     finished(result)
     if json:
         print_document(_document(job, result))
@@ -135,7 +145,9 @@ def carry_out(job: Job, *, json: bool, finished: Callable[[RunResult], None] = l
         _show(result)
     if result.breaches:
         for breach in result.breaches:
-            typer.echo(f"{typer.style('error:', fg='red')} {breach['guard']}: {breach['message']}", err=True)
+            typer.echo(
+                f"{typer.style('error:', fg='red')} {printable(breach['guard'])}: {printable(breach['message'])}", err=True
+            )
         raise typer.Exit(1)
 
 
@@ -164,7 +176,7 @@ def _show(result: RunResult) -> None:
     console().print(measures_table({"before": result.before, "after": result.after}))
     typer.echo(f"\n{len(result.steps)} {'step' if len(result.steps) == 1 else 'steps'} in {result.seconds:.1f} s. Written:")
     for path in (result.output, *result.side_files, result.provenance, *result.maps):
-        typer.echo(f"  {_near(path)}")
+        typer.echo(f"  {printable(_near(path))}")
 
 
 def _near(path: Path) -> Path:

@@ -11,6 +11,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from .streams import printable
+
 #: characters; where the output is a file or a pipe a row is one line, which programs read more easily
 _UNFOLDED = 500
 
@@ -26,7 +28,7 @@ def table(headers: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Ite
     result = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
     right = set(numbers)
     for index, header in enumerate(headers):
-        result.add_column(Text(header), justify="right" if index in right else "left", overflow="fold")
+        result.add_column(Text(printable(header)), justify="right" if index in right else "left", overflow="fold")
     for row in rows:
-        result.add_row(*map(Text, row))
+        result.add_row(*(Text(printable(cell)) for cell in row))
     return result

@@ -17,6 +17,7 @@ This module imports neither pymeshlab nor any plugin.
 """
 
 from .elements import Arity, FilterClass, MeshElement
+from .equivalent import Equivalent
 from .filter import Filter, mesh_filter
 from .layer import Bools, Edit, Floats, Ints, Layer, NewLayer
 from .length import Length, LengthUnit
@@ -33,6 +34,7 @@ __all__ = [
     "Direction",
     "Edit",
     "Enum",
+    "Equivalent",
     "FileOpen",
     "FileSave",
     "Filter",

@@ -7,15 +7,18 @@ import keyword
 import typing
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 from ..errors import DeclarationError, ParameterError, UnknownNameError
 from .elements import Arity, FilterClass, MeshElement
+from .equivalent import Equivalent
 from .groups import gathering, is_group
 from .layer import Edit
 from .names import nearest
 from .parameter import Parameter
 from .parameters import Enum
+
+FindEquivalent: TypeAlias = Callable[[Mapping[str, Any]], Equivalent | None]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,6 +37,7 @@ class Filter:
         references: keys of docs/bibliography.bib.
         origin: who declares it: ``"MeshLab"`` or the name of a Python distribution.
         function: the work; None for MeshLab's own filters.
+        equivalent: gives, for all values of the parameters, the filter of MeshLab's that does the same; None where there is none.
     """
 
     python_name: str
@@ -47,6 +51,7 @@ class Filter:
     references: tuple[str, ...] = ()
     origin: str = "MeshLab"
     function: Callable[..., Edit] | None = field(default=None, compare=False)
+    equivalent: FindEquivalent | None = field(default=None, compare=False)
 
     @property
     def is_builtin(self) -> bool:
@@ -96,12 +101,14 @@ def mesh_filter(
     changes: MeshElement = MeshElement.NONE,
     arity: Arity = Arity.SINGLE_MESH,
     references: Sequence[str] = (),
+    equivalent: FindEquivalent | None = None,
 ) -> Callable[[Callable[..., Edit]], Filter]:
     """Turn a function ``(layer, *, parameter: Annotated[type, Parameter(...)] = default, ...) -> Edit`` into a `Filter`.
 
     The function's name is the Python name and its docstring the description. Parameters that filters share may be the fields of
     a frozen, keyword-only dataclass, annotated alike; the function takes it as one parameter, users see its fields in that place.
     A parameter ``progress`` is not shown to users: the host passes a function that takes the share of the work done, from 0 to 1.
+    `equivalent` lets `pymeshfair export` replace the filter; tests have to prove what it says.
 
     Raises:
         DeclarationError: the signature, a default or a bound contradicts itself.
@@ -126,6 +133,7 @@ def mesh_filter(
             references=tuple(references),
             origin=function.__module__.partition(".")[0],
             function=gathering(function),
+            equivalent=equivalent,
         )
 
     return declare

@@ -21,6 +21,7 @@ class Announced:
         faces: how many polygons are declared, or None.
         count_triangles: how many triangles these polygons make, or None if that is not known; slow for large files.
         normals: whether it has vertex normals.
+        radii: whether its vertices have radii.
         vertex_texture: whether its vertices, not only the corners of its faces, have texture coordinates.
         not_kept: what it has and MeshLab does not keep, in words.
         side_files: the existing files that belong to it.
@@ -36,6 +37,7 @@ class Announced:
     faces: int | None = None
     count_triangles: Callable[[], int | None] = lambda: None
     normals: bool = False
+    radii: bool = False
     vertex_texture: bool = False
     not_kept: tuple[str, ...] = ()
     side_files: tuple[Path, ...] = ()

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..errors import RunError
+from ..errors import PymeshfairError, RunError
+
+
+class ContentsError(PymeshfairError, ValueError):
+    """A file is none of its format, or lies; the message is the reason, and says where."""
 
 
 class InputError(RunError):

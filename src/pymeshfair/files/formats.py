@@ -50,6 +50,9 @@ ATTRIBUTES = (
     "wedge texture coordinates",
     "textures",
     "custom attributes",
+    "vertex opacities",
+    "face opacities",
+    "vertex radii",
 )
 
 
@@ -61,7 +64,7 @@ def _format(extension: str, rounding: tuple[float, float], *holds: str, **option
 # Without `save_polygonal=False` MeshLab merges triangles back into polygons, and then writes 7 decimals and texture coordinates
 # that are all 0.
 _OBJ = ("faces", "edges", "vertex normals", "vertex colours", "face colours", "wedge texture coordinates", "textures")
-_OFF = ("faces", "vertex normals", "vertex colours", "face colours", "vertex texture coordinates")
+_OFF = ("faces", "vertex normals", "vertex colours", "vertex opacities", "face colours", "vertex texture coordinates")
 # Not .x3d, in which MeshLab tears a textured mesh apart, and not .ctm, .e57, .3ds and .dae, which lose more than they say.
 _EXACT, _FLOAT = (0.0, 0.0), 2.0**-24
 WRITABLE: Mapping[str, Format] = {

@@ -15,7 +15,6 @@ from typing import Any
 from urllib.parse import unquote
 
 from .announced import Announced
-from .errors import InputError
 from .given import Given
 from .gltf_document import GltfError, check_document
 from .gltf_given import counts_of, losses_of, pruned
@@ -30,15 +29,9 @@ def inspect_gltf(path: Path, references: References, given: Given) -> Announced:
     """Read a glTF file, text or binary; what it declares.
 
     Raises:
-        InputError: it is none, declares what its buffers do not hold, or names what must not be opened.
+        GltfError: it is none, or declares what its buffers do not hold.
+        InputError: it names what must not be opened.
     """
-    try:
-        return _inspect(path, references, given)
-    except GltfError as error:
-        raise InputError(path, str(error)) from error
-
-
-def _inspect(path: Path, references: References, given: Given) -> Announced:
     text, binary = _parts(path.read_bytes())
     if sum(text.count(mark) for mark in (b",", b"{", b"[")) > _PARTS:
         raise GltfError(f"its document has more than {_PARTS:,} parts")
@@ -137,7 +130,7 @@ def _textures(document: Mapping[str, Any], buffers: list[bytes], references: Ref
             data = buffers[view["buffer"]][start : start + view["byteLength"]]
         name += ".jpg" if data.startswith(b"\xff\xd8") else ".png"
         file = given.write_beside(name, data)
-        check_image(file, references.mesh)
+        check_image(file, references.mesh, name)
         textures.append(Texture(f"{given.path.stem}-{name}", file, name))
     return textures
 

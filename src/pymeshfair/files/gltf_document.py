@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import PymeshfairError
+from .errors import ContentsError
 
 _COMPONENTS = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
@@ -23,7 +23,7 @@ _TRIANGLES = 4
 _DEEPEST = 64
 
 
-class GltfError(PymeshfairError, ValueError):
+class GltfError(ContentsError):
     """The file is no glTF file that can be read; the message is the reason."""
 
 

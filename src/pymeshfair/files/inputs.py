@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable
 from pathlib import Path
 
 from . import ply
 from .announced import Announced
-from .errors import InputError
+from .collada import inspect_collada
+from .errors import ContentsError, InputError
 from .formats import READABLE, extension, listed
 from .given import Given, find_textures
 from .gltf import inspect_gltf
 from .obj_input import inspect_obj
-from .off import OffError, read_off
+from .off import read_off
 from .ply_body import read_body
 from .ply_given import given_header, kept_name, must_be_altered
 from .ply_losses import carried, not_kept
-from .points import PointsError, as_ply, read_points
+from .points import as_ply, read_points
+from .ptx import read_ptx
 from .references import References, check_regular
-from .stl import StlError, read_stl
+from .stl import read_stl
+from .three_mf import inspect_3mf
+from .vrml import inspect_vrml
+from .x3d import inspect_x3d
 
 
 def check_input(path: Path) -> None:
@@ -40,33 +46,53 @@ def check_input(path: Path) -> None:
         raise InputError(path, "its name is not valid UTF-8, and MeshLab cannot open such a name; rename it") from None
 
 
-def inspect_input(path: Path, folder: Path, *, allow_outside: bool = False) -> Announced:
+def inspect_input(path: Path, folder: Path, *, allow_outside: bool = False, unchecked: bool = False) -> Announced:
     """Read what the input declares, and check every file that it names.
 
     Args:
         path: the input.
         folder: a new folder for what MeshLab is given in place of the input, if its reader would understand that otherwise.
         allow_outside: let the input name files outside its own folder.
+        unchecked: let MeshLab read a format as it is that nothing here understands.
 
     Raises:
         InputError: it declares what it cannot hold, or names a file that must not be opened.
     """
-    try:
-        inspect = _INSPECT.get(extension(path))
-        if inspect is None:
+    inspect = _INSPECT.get(extension(path))
+    if inspect is None:
+        if unchecked:
             return Announced()
+        raise InputError(
+            path,
+            f"nothing but MeshLab's own reader understands .{extension(path)} files, and that believes whatever they say; "
+            f"save it as .ply or .obj, or give --unchecked if you trust it",
+        )
+    try:
+        check_magic(path)
         return inspect(path, References(path, allow_outside=allow_outside), Given(folder, path))
+    except ContentsError as error:
+        raise InputError(path, str(error)) from error
     except OSError as error:
         raise InputError(path, (error.strerror or str(error)).lower()) from error
 
 
+def check_magic(path: Path) -> None:
+    """Refuse a file that begins as none of its format does, before all of it is read.
+
+    Raises:
+        ContentsError: it does.
+    """
+    with path.open("rb") as file:
+        head = file.read(4096)
+    expected, what = _MAGIC.get(extension(path), (None, ""))
+    if expected is not None and not expected.match(head):
+        raise ContentsError(f"it does not begin with {what}")
+
+
 def _inspect_ply(path: Path, references: References, given: Given) -> Announced:
-    try:
-        header = ply.read_header(path)
-        kept = carried(header)
-        body = read_body(path, header, kept)
-    except ply.PlyError as error:
-        raise InputError(path, str(error)) from error
+    header = ply.read_header(path)
+    kept = carried(header)
+    body = read_body(path, header, kept)
     if body.triangles != header.element("face").count:  # of split polygons nobody knows what is whose
         kept = frozenset(k for k in kept if k[0] == "vertex")
     kept &= body.columns.keys()
@@ -99,6 +125,7 @@ def _inspect_ply(path: Path, references: References, given: Given) -> Announced:
         faces=None if grid else header.element("face").count,
         count_triangles=lambda: body.triangles,
         normals={"nx", "ny", "nz"} <= names,
+        radii="radius" in names and "kept_radius" not in attributes["vertex"],
         vertex_texture={"texture_u", "texture_v"} <= names or {"s", "t"} <= names,
         not_kept=(*not_kept(header, kept), *renamed),
         side_files=tuple(t.file for t in textures if t.file),
@@ -112,10 +139,7 @@ def _inspect_ply(path: Path, references: References, given: Given) -> Announced:
 
 
 def _inspect_off(path: Path, references: References, given: Given) -> Announced:
-    try:
-        contents = read_off(path.read_bytes())
-    except OffError as error:
-        raise InputError(path, str(error)) from error
+    contents = read_off(path.read_bytes())
     return Announced(
         vertices=len(contents.points),
         faces=contents.faces,
@@ -128,10 +152,7 @@ def _inspect_off(path: Path, references: References, given: Given) -> Announced:
 
 
 def _inspect_stl(path: Path, references: References, given: Given) -> Announced:
-    try:
-        contents = read_stl(path.read_bytes())
-    except StlError as error:
-        raise InputError(path, str(error)) from error
+    contents = read_stl(path.read_bytes())
     return Announced(
         faces=contents.faces,
         count_triangles=lambda: contents.faces,
@@ -141,10 +162,7 @@ def _inspect_stl(path: Path, references: References, given: Given) -> Announced:
 
 
 def _inspect_points(path: Path, references: References, given: Given) -> Announced:
-    try:
-        contents = read_points(path.read_bytes())
-    except PointsError as error:
-        raise InputError(path, str(error)) from error
+    contents = read_points(path.read_bytes())
     as_it_is = contents.plain and extension(path) in ("xyz", "pts", "apts")
     return Announced(
         vertices=contents.count,
@@ -156,6 +174,28 @@ def _inspect_points(path: Path, references: References, given: Given) -> Announc
     )
 
 
+def _inspect_ptx(path: Path, references: References, given: Given) -> Announced:
+    contents, missing = read_ptx(path.read_bytes())
+    return Announced(
+        vertices=contents.count,
+        faces=0,
+        not_kept=(f"{missing:,} places of its grids where nothing was measured",) if missing else (),
+        points=contents.points,
+        reading=given.write_beside(f"{path.stem}.ply", *as_ply(contents)),
+    )
+
+
+#: how files begin, and what to call it
+_XML = (re.compile(rb"(\xef\xbb\xbf)?\s*<|\xff\xfe|\xfe\xff"), "'<'")
+_MAGIC = {
+    "ply": (re.compile(rb"ply\s"), "'ply'"),
+    "glb": (re.compile(rb"glTF"), "'glTF'"),
+    "3mf": (re.compile(rb"PK"), "'PK'"),
+    "wrl": (re.compile(rb"#VRML"), "'#VRML'"),
+    "dae": _XML,
+    "x3d": _XML,
+}
+
 _INSPECT: dict[str, Callable[[Path, References, Given], Announced]] = {
     "ply": _inspect_ply,
     "obj": inspect_obj,
@@ -163,5 +203,11 @@ _INSPECT: dict[str, Callable[[Path, References, Given], Announced]] = {
     "stl": _inspect_stl,
     "glb": inspect_gltf,
     "gltf": inspect_gltf,
+    "dae": inspect_collada,
+    "x3d": inspect_x3d,
+    "wrl": inspect_vrml,
+    "x3dv": inspect_vrml,
+    "3mf": inspect_3mf,
+    "ptx": _inspect_ptx,
     **dict.fromkeys(("xyz", "pts", "apts", "asc", "txt"), _inspect_points),
 }

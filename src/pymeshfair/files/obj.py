@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import PymeshfairError
+from .errors import ContentsError
 from .obj_faces import Corners, corners_of
 from .references import shown
 from .tokens import INTEGER, NOT_FINITE, REAL, Tokens, joined, plain, tokenise, word
@@ -37,7 +37,7 @@ _VERTEX = (3, 4, 6, 7)
 LARGEST_FACE = 10_000
 
 
-class ObjError(PymeshfairError, ValueError):
+class ObjError(ContentsError):
     """The text is no OBJ file, or lies; the message gives the line."""
 
 

@@ -6,9 +6,8 @@ import re
 from pathlib import Path
 
 from .announced import Announced
-from .errors import InputError
 from .given import Given, find_textures
-from .obj import ObjContents, ObjError, read_obj
+from .obj import ObjContents, read_obj
 from .obj_materials import Materials, find_material_files, format_materials, read_materials
 from .references import References
 
@@ -24,12 +23,10 @@ def inspect_obj(path: Path, references: References, given: Given) -> Announced:
     """Read an OBJ file and its materials; what it declares.
 
     Raises:
-        InputError: it is no OBJ file, lies, or names what must not be opened.
+        ObjError: it is no OBJ file, or lies.
+        InputError: it names what must not be opened.
     """
-    try:
-        contents = read_obj(path)
-    except ObjError as error:
-        raise InputError(path, str(error)) from error
+    contents = read_obj(path)
     lost = [f"{what} ({n:,})" for what in _LOST if (n := contents.counts[what])] + contents.notes
     names = contents.material_files
     uses = contents.counts["uses of materials"]

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import PymeshfairError
+from .errors import ContentsError
 from .references import shown
 from .tokens import INDENTED, INTEGER, NOT_FINITE, REAL, Tokens, joined_pieces, plain, tokenise
 
 
-class OffError(PymeshfairError, ValueError):
+class OffError(ContentsError):
     """The text is no OFF file, or lies; the message gives the line."""
 
 

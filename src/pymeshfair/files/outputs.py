@@ -20,6 +20,8 @@ from .errors import OutputError
 from .formats import WRITABLE, extension, listed
 from .provenance import provenance_path, read_provenance, recorded_digest, sha256_of
 
+#: bytes of a name, as usual file systems have it
+LONGEST_NAME = 255
 _OVERWRITE = "name another output, or ask to overwrite"
 
 
@@ -35,8 +37,8 @@ def check_output(output: Path, input: Path, *, overwrite: bool) -> None:
     and its digest is the one recorded there. So the same command can be given again, and no other file is lost.
 
     Raises:
-        OutputError: an unknown format, no such folder, a folder that cannot be written to, a folder in the way, the input
-            itself, or a file that must not be replaced.
+        OutputError: an unknown format, a name that is too long, no such folder, a folder that cannot be written to, a folder in
+            the way, the input itself, or a file that must not be replaced.
     """
     folder = output.parent
     if extension(output) not in WRITABLE:
@@ -46,6 +48,10 @@ def check_output(output: Path, input: Path, *, overwrite: bool) -> None:
         raise OutputError(output, f"the folder {folder} {'is no folder' if folder.exists() else 'does not exist; make it first'}")
     if not os.access(folder, os.W_OK | os.X_OK):
         raise OutputError(output, f"the folder {folder} cannot be written to (permissions, or a read-only disk)")
+    if (length := len(os.fsencode(provenance_path(output).name))) > LONGEST_NAME:
+        raise OutputError(
+            output, f"its name, with what is written beside it, has {length} bytes, and {LONGEST_NAME} are the most; shorten it"
+        )
     files = [output, provenance_path(output), *([material_path(output)] if extension(output) == "obj" else [])]
     for path in files:
         if path.is_dir():

@@ -5,11 +5,12 @@ MeshLab trusts a header: 306 bytes that declare 10 million vertices make it allo
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..errors import PymeshfairError
+from .errors import ContentsError
 
 #: the bytes of a value of each type, under both of its names
 SIZES: Mapping[str, int] = {
@@ -21,10 +22,13 @@ SIZES: Mapping[str, int] = {
 _PLAIN_NAMES = {"uint8": "uchar", "int32": "int", "uint32": "uint", "float32": "float", "float64": "double"}
 FORMATS = ("ascii", "binary_little_endian", "binary_big_endian")
 #: bytes; longer than any header that a program writes, so that a hostile file cannot fill the memory
-HEADER_LIMIT = 1 << 20
+HEADER_LIMIT = 1 << 26
+#: properties and elements; MeshLab's time grows with their square
+MOST_DECLARED = 1_000
+_END = re.compile(rb"[\r\n]end_header(\r\n|\n|\r)")
 
 
-class PlyError(PymeshfairError, ValueError):
+class PlyError(ContentsError):
     """The file is no PLY file that can be read; the message is the reason."""
 
 
@@ -89,7 +93,9 @@ def read_header(path: Path) -> PlyHeader:
         OSError: the file cannot be read.
     """
     with path.open("rb") as file:
-        data = file.read(HEADER_LIMIT)
+        data = file.read(1 << 16)
+        if _END.search(data) is None:
+            data += file.read(HEADER_LIMIT)
         file_size = file.seek(0, 2)
     header = parse_header(data)
     _check_size(header, file_size)
@@ -104,14 +110,14 @@ def parse_header(data: bytes) -> PlyHeader:
     """
     if not data.startswith(b"ply"):
         raise PlyError("it does not begin with 'ply'")
-    end = data.find(b"end_header")
-    if end < 0:
+    end = _END.search(data)
+    if end is None:
         raise PlyError(f"its header has no end within {min(len(data), HEADER_LIMIT):,} bytes")
-    size = end + len(b"end_header")
-    size += 2 if data[size : size + 2] == b"\r\n" else 1
     # A carriage return alone ends the lines of files from old Macs.
-    lines = data[:end].decode("utf-8", "surrogateescape").replace("\r\n", "\n").replace("\r", "\n").split("\n")[1:]
+    lines = data[: end.start()].decode("utf-8", "surrogateescape").replace("\r\n", "\n").replace("\r", "\n").split("\n")[1:]
     format_, comments, elements = "", [], []
+    if sum(line.lstrip().startswith(("property", "element")) for line in lines) > MOST_DECLARED:
+        raise PlyError(f"its header declares more than {MOST_DECLARED:,} elements and properties")
     for number, line in enumerate(lines, 2):
         match line.split():
             case ["format", word, _] if word in FORMATS:
@@ -130,7 +136,7 @@ def parse_header(data: bytes) -> PlyHeader:
                 raise PlyError(f"line {number} of its header is {line.strip()[:80]!r}")
     if not format_:
         raise PlyError("its header names no format (ascii, binary_little_endian or binary_big_endian)")
-    return PlyHeader(format_, tuple(elements), tuple(comments), size)
+    return PlyHeader(format_, tuple(elements), tuple(comments), end.end())
 
 
 def _extended(element: PlyElement, new: PlyProperty) -> PlyElement:

@@ -23,6 +23,8 @@ _MISREAD: Mapping[str, Mapping[str, tuple[str, ...]]] = {
     },
     "face": {"flags": (), "color": (), "colors": ()},
 }
+#: a longer comment is more than MeshLab's reader takes for one line
+_LONGEST = 250
 #: what comments mean something to MeshLab begin with, in lower case
 _MEANT = ("texturefile", "texturenormalfile", "num_cols", "num_rows")
 
@@ -34,7 +36,7 @@ def is_misread(element: str, p: PlyProperty) -> bool:
 
 def must_be_altered(header: PlyHeader) -> bool:
     """Whether MeshLab needs another header."""
-    return any(c.lower().startswith(_MEANT) for c in header.comments) or any(
+    return any(len(c) > _LONGEST or c.lower().startswith(_MEANT) for c in header.comments) or any(
         is_misread(e.name, p) for e in header.elements for p in e.properties
     )
 

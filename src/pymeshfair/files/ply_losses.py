@@ -1,7 +1,7 @@
 """What a PLY file declares and MeshLab drops silently.
 
 The table is that of vcglib's ``wrap/io_trimesh/import_ply.h``, less what MeshLab reads but does not write again (flags, cameras,
-colours of wedges).
+normals of faces, colours of wedges).
 """
 
 from __future__ import annotations
@@ -26,7 +26,6 @@ _KNOWN: Mapping[str, Mapping[str, tuple[str, ...]]] = {
         "texcoord": _FLOAT,
         "texnumber": _INT,
         **dict.fromkeys(("red", "green", "blue", "alpha"), _BYTE),
-        **dict.fromkeys(("nx", "ny", "nz"), _REAL),
     },
     "tristrips": {"vertex_indices": _INT},
     "range_grid": {"vertex_indices": _INT},

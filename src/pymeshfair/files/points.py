@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import PymeshfairError
+from .errors import ContentsError
 from .references import shown
 from .tokens import INTEGER, NOT_FINITE, REAL, WORD, Tokens, joined_pieces, plain, tokenise
 
@@ -20,7 +20,7 @@ _EXPE = b"[Expe/PointSet/"
 _COLUMNS = {3: "", 4: "i", 6: "?", 7: "ic"}
 
 
-class PointsError(PymeshfairError, ValueError):
+class PointsError(ContentsError):
     """The file is none of points, or lies; the message says where."""
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +13,20 @@ from numpy.typing import NDArray
 from .announced import Announced
 from .errors import InputError
 from .formats import extension
+
+
+@contextmanager
+def unchanged(path: Path) -> Iterator[None]:
+    """Refuse a file that another program writes to while the context lasts.
+
+    Raises:
+        InputError: it changed.
+    """
+    before = path.stat()
+    yield
+    after = path.stat()
+    if (before.st_size, before.st_mtime_ns, before.st_ino) != (after.st_size, after.st_mtime_ns, after.st_ino):
+        raise InputError(path, "it changed while it was read")
 
 
 def load_mesh(meshes: Any, path: Path, announced: Announced) -> list[str]:
@@ -27,7 +43,7 @@ def load_mesh(meshes: Any, path: Path, announced: Announced) -> list[str]:
     Raises:
         InputError: MeshLab refuses it, or finds no vertex in it.
     """
-    before, layers = path.stat(), meshes.mesh_number()
+    layers = meshes.mesh_number()
     # Only the current layer is written, so the layers of one file have to become one.
     options = {"load_in_a_single_layer": True} if extension(path) in ("3ds", "glb", "gltf") else {}
     try:
@@ -37,9 +53,6 @@ def load_mesh(meshes: Any, path: Path, announced: Announced) -> list[str]:
     except Exception as error:  # pymeshlab raises several unrelated types
         reason = " ".join(str(error).split("Error details:")[-1].split())
         raise InputError(path, f"MeshLab says: {reason}") from error
-    after = path.stat()
-    if (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns):
-        raise InputError(path, "it changed while it was read")
     warnings = []
     if (loaded := meshes.mesh_number() - layers) > 1:
         warnings.append(f"{path.name} holds {loaded} meshes; one is cleaned and written, the others are not")

@@ -11,6 +11,7 @@ import stat
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
 from .errors import InputError
 
@@ -78,7 +79,7 @@ class References:
         # A path of the machine that the scan was made on means what lies beside the mesh.
         path = self.find(name) or self.find(last)
         if path is not None:
-            check_image(path, self.mesh)
+            check_image(path, self.mesh, path.name)
         return path
 
 
@@ -101,8 +102,8 @@ def check_regular(path: Path, mesh: Path) -> None:
         raise InputError(mesh, f"{named or 'it '}cannot be read for want of permission")
 
 
-def check_image(path: Path, mesh: Path) -> None:
-    """Refuse a texture that is no image by its content, or one of more than `LARGEST_IMAGE` pixels.
+def check_image(source: Path | BinaryIO, mesh: Path, name: str) -> None:
+    """Refuse a texture of that name that is no image by its content, or one of more than `LARGEST_IMAGE` pixels.
 
     Raises:
         InputError: it is none.
@@ -112,16 +113,14 @@ def check_image(path: Path, mesh: Path) -> None:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # Pillow's own idea of too large an image
-            with Image.open(path, formats=IMAGES) as image:
+            with Image.open(source, formats=IMAGES) as image:
                 width, height = image.size
     except (UnidentifiedImageError, Image.DecompressionBombError, OSError, ValueError, SyntaxError) as error:
         if isinstance(error, Image.DecompressionBombError):
-            raise InputError(mesh, f"the texture {shown(path.name)} is too large an image") from error
-        raise InputError(mesh, f"the texture {shown(path.name)} is no image that MeshLab reads ({', '.join(IMAGES)})") from error
+            raise InputError(mesh, f"the texture {shown(name)} is too large an image") from error
+        raise InputError(mesh, f"the texture {shown(name)} is no image that MeshLab reads ({', '.join(IMAGES)})") from error
     if width * height > LARGEST_IMAGE:
-        raise InputError(
-            mesh, f"the texture {shown(path.name)} has {width:,} x {height:,} pixels; {LARGEST_IMAGE:,} are the most"
-        )
+        raise InputError(mesh, f"the texture {shown(name)} has {width:,} x {height:,} pixels; {LARGEST_IMAGE:,} are the most")
 
 
 def shown(name: str, length: int = 80) -> str:

@@ -77,9 +77,12 @@ def save_mesh(
     if mesh.face_number() == 0 and "edges" in present - kind.holds:
         raise OutputError(output, "the mesh is made of edges, of which the format holds none; .ply and .obj keep them")
     options = dict(kind.options)
+    holds = kind.holds
+    if kind.extension == "off" and "vertex colours" in present:
+        holds -= {"vertex normals"}  # MeshLab writes the colours before them, and every reader takes these for normals
     if "vertex normals" in kind.holds:
-        options["save_vertex_normal"] = "vertex normals" in present
-        if "vertex normals" in present and mesh.face_number() and changed:
+        options["save_vertex_normal"] = "vertex normals" in present & holds
+        if "vertex normals" in present & holds and mesh.face_number() and changed:
             _normalise_normals(meshes)
     if "custom attributes" in kind.holds:
         options |= dict.fromkeys(_custom_attributes(meshes), True)
@@ -96,7 +99,7 @@ def save_mesh(
             append_edges(staged, mesh.edge_matrix(), mesh.vertex_number())
         except (PlyError, OSError) as error:
             raise OutputError(output, f"its edges could not be written: {error}") from error
-    lost = [a for a in ATTRIBUTES if a in present - kind.holds]
+    lost = [a for a in ATTRIBUTES if a in present - holds]
     if lost:
         warnings.append(f"{output.name} does not hold the {_joined(lost)} of the mesh; .ply keeps them")
     try:
@@ -146,6 +149,9 @@ def attributes_of(meshes: Any, announced: Announced, began: Set[str] | None = No
         "wedge texture coordinates": wedges,
         "textures": mesh.texture_number() > 0,
         "custom attributes": bool(_custom_attributes(meshes)),
+        "vertex opacities": mesh.has_vertex_color() and bool((mesh.vertex_color_matrix()[:, 3] != 1.0).any()),
+        "face opacities": has_faces and mesh.has_face_color() and bool((mesh.face_color_matrix()[:, 3] != 1.0).any()),
+        "vertex radii": announced.radii,
     }
     return {name for name, there in present.items() if there}
 

@@ -42,13 +42,13 @@ def staging_folder(output: Path) -> Iterator[Path]:
             stage = Path(tempfile.mkdtemp(prefix=STAGE_PREFIX, dir=output.parent))
             # The file gets its final name once it is locked, so that no other run sees an unlocked one.
             lock = (stage / f"{_LOCK}.new").open("xb")
+            for name in ("new", "old"):
+                (stage / name).mkdir()
         except OSError as error:
             raise OutputError(output, f"cannot make a temporary folder beside it: {error.strerror or error}") from error
         with lock:
             system.try_lock(lock, alone=False)
             system.move_open_file(lock, Path(lock.name), stage / _LOCK)
-            for name in ("new", "old"):
-                (stage / name).mkdir()
             yield stage
     finally:
         if stage is not None:

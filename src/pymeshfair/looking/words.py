@@ -92,7 +92,7 @@ def _length(words: str, length: LengthIn) -> list[str]:
     return [words, *("-" if value is None else f"{value:.4g}" for value in values)]
 
 
-def _shown(value: float | None) -> str:
-    if value is None:
-        return "-"
+def _shown(value: float | str | None) -> str:
+    if value is None or isinstance(value, str):  # a text stands for a number beyond the largest
+        return value or "-"
     return f"{value:,}" if isinstance(value, int) else f"{value:,.6g}"

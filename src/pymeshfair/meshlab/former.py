@@ -15,12 +15,14 @@ class Former:
     """What became of a filter, or of the parameters of one that kept its name. Values are texts as scripts have them.
 
     Attributes:
-        now: MeshLab's name of the filter today; None if it is gone.
+        now: MeshLab's name of the filter today; None if it is gone, or became several.
+        splits: by one of its parameters and its value, the names of the filters that it became; the value 0 is the default.
         idle: it never changed a mesh, so that a step can be left out.
         invented: the name was never MeshLab's; `now` is what such scripts mean.
         sets: values to give, by parameter, unless the script gives one.
         renames: new names of parameters, by the old.
-        turns: by old parameter and value (``*`` for any), the values that say the same today; ``*`` stands for the old value.
+        turns: by old parameter and value (``*`` for any), the values that say the same today; ``*`` stands for the old value and
+            ``-*`` for minus the old value.
         drops: parameters that are gone, with the value that does what MeshLab does today; None if no value matters.
         layers: ``"left"`` if the filter once left the current layer alone and its result is current today; ``"current"`` if
             its result was current in every version.
@@ -28,6 +30,7 @@ class Former:
     """
 
     now: str | None
+    splits: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     idle: bool = False
     invented: bool = False
     sets: Mapping[str, str] = field(default_factory=dict)
@@ -37,18 +40,28 @@ class Former:
     layers: Literal["left", "current", ""] = ""
     note: str = ""
 
+    def today(self, values: Mapping[str, str]) -> str | None:
+        """MeshLab's name today of a filter with these values, by old parameter; None if it is gone."""
+        for parameter, names in self.splits.items():
+            return names.get(values.get(parameter, "0").strip())
+        return self.now
+
     def turned(self, parameter: str, value: str) -> Mapping[str, str] | None:
         """The values that say today what that value of an old parameter said; None if the parameter is not known."""
         cases = self.turns.get(parameter)
         if cases is None:
             return None
         meant = cases.get(value.strip().lower(), cases.get("*"))
-        return None if meant is None else {name: value if text == "*" else text for name, text in meant.items()}
+        stands_for = {"*": value, "-*": f"-{value.strip()}".removeprefix("--")}
+        return None if meant is None else {name: stands_for.get(text, text) for name, text in meant.items()}
 
 
 def former_filter(old: str) -> Former | None:
-    """What the filter of that old name has become; None if nothing is known of it."""
-    return former_filters().get(old)
+    """What the filter of that old name has become; None if nothing is known of it.
+
+    Capital letters and blanks do not count: MeshLab changed those of many names on the way.
+    """
+    return former_filters().get(old) or _by_plain_name().get(_plain(old))
 
 
 def former_parameters(name: str) -> Former:
@@ -66,6 +79,16 @@ def parameter_facts() -> Mapping[str, Former]:
 def former_filters() -> Mapping[str, Former]:
     """What became of filters, by their old name."""
     return {name: Former(**entry) for name, entry in _table()["filters"].items()}
+
+
+@functools.cache
+def _by_plain_name() -> Mapping[str, Former]:
+    """Those that changed more than capital letters and blanks, so that no name of today is among them."""
+    return {_plain(name): former for name, former in former_filters().items() if _plain(name) != _plain(former.now or "")}
+
+
+def _plain(name: str) -> str:
+    return " ".join(name.casefold().split())
 
 
 @functools.cache

@@ -1,4 +1,4 @@
-"""The filters of plugins as methods, for `MeshSet` to inherit. Type checkers read ``filter_methods.pyi``, which is generated."""
+"""The filters as methods, for `MeshSet` to inherit. Type checkers read ``filter_methods.pyi``, which is generated."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 
 import pymeshlab
 
+from ..meshlab.facts import meshlab_filters
 from ..registry import custom_filters
 from .errors import UnknownFilterError
 from .listing import known_filter
@@ -14,7 +15,7 @@ from .methods import filter_method
 
 
 class FilterMethods:
-    """One method for each filter of a plugin; each calls `apply_filter` of the class that inherits it."""
+    """One method for each filter, MeshLab's and the plugins'; each calls `apply_filter` of the class that inherits it."""
 
     def __getattr__(self, name: str) -> Any:
         # Filters of plugins that were installed after the class was made; any other name gets a reason or a suggestion.
@@ -31,6 +32,6 @@ class FilterMethods:
         return functools.partial(filter_method(known), self)
 
 
-for _known in custom_filters():
-    if not hasattr(pymeshlab.MeshSet, _known.python_name):
+for _known in (*meshlab_filters(), *custom_filters()):
+    if _known.is_builtin == hasattr(pymeshlab.MeshSet, _known.python_name):  # a method that MeshLab lacks, or one of its filters
         setattr(FilterMethods, _known.python_name, filter_method(_known))

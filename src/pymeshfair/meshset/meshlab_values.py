@@ -76,7 +76,8 @@ def from_meshlab(
     Args:
         known: the filter.
         told: what MeshLab says that it ran with.
-        given: what the user gave, as the user gave it; relative lengths stay relative, and numbers keep their digits.
+        given: what the user gave, as the user gave it; relative lengths stay relative, and numbers keep their digits. A default
+            that is a part of the diagonal is relative, too, unless MeshLab remembers another one.
         ask: see `AskMeshLab`.
         layer: the mesh that the filter met.
 
@@ -96,12 +97,7 @@ def from_meshlab(
 
 def _from_meshlab(known: Filter, parameter: Parameter, told: Any, given: Any, ask: AskMeshLab, layer: Layer) -> Any:
     if isinstance(parameter, Percentage):
-        length = as_length(given)
-        if isinstance(length, Length) and (length.unit != "percent" or _is_of_diagonal(known, parameter, ask, layer)):
-            return parameter.check(length)
-        if isinstance(given, str | Length):
-            return parameter.check(length)
-        return parameter.check(Length(shortest(told)))
+        return parameter.check(_length_from_meshlab(known, parameter, told, given, ask, layer))
     if isinstance(parameter, Enum):
         return parameter.check(parameter.choices[told])
     if isinstance(parameter, Color):
@@ -112,6 +108,24 @@ def _from_meshlab(known: Filter, parameter: Parameter, told: Any, given: Any, as
         number = float(given) if as_given else shortest(told)
         return parameter.check(min(max(number, _or(parameter.minimum, number)), _or(parameter.maximum, number)))
     return parameter.check(told)
+
+
+def _length_from_meshlab(known: Filter, parameter: Percentage, told: float, given: Any, ask: AskMeshLab, layer: Layer) -> Any:
+    """The length that a filter ran with, relative where the user said it so, or said nothing and the default is relative."""
+    length = as_length(given)
+    if isinstance(given, str | Length) or (isinstance(length, Length) and length.unit != "percent"):
+        return length
+    if isinstance(length, Length) and _is_of_diagonal(known, parameter, ask, layer):
+        return length
+    default = parameter.default
+    scales = isinstance(default, Length) and (default.unit == "percent" or default.amount == 0.0)
+    if length is not None and scales and layer.diagonal > 0.0:  # percent of a range that is a part of the diagonal
+        return Length(shortest(100.0 * told / layer.diagonal), "percent")
+    if length is None and isinstance(default, Length) and default.unit == "percent":
+        usual = default.resolve(diagonal=layer.diagonal, mean_edge=lambda: layer.mean_edge)
+        if math.isclose(told, usual, rel_tol=1e-4):  # the table gives parts of the diagonal with five digits
+            return default
+    return Length(shortest(told))
 
 
 def _or(bound: float | None, otherwise: float) -> float:

@@ -1,4 +1,4 @@
-"""One documented method of `MeshSet` for every filter that a plugin declares."""
+"""One documented method of `MeshSet` for every filter: those that plugins declare, and MeshLab's from the table of facts."""
 
 from __future__ import annotations
 
@@ -7,15 +7,24 @@ import textwrap
 from collections.abc import Callable, Sequence
 from typing import Any, Literal, TypeAlias
 
+import numpy as np
 import pymeshlab
+from numpy.typing import NDArray
 
 from .. import declaration
-from ..declaration import Bool, Enum, Filter, Length, Parameter
+from ..declaration import Bool, Enum, Filter, FilterClass, Length, Parameter
 
 #: What may be said for a length: ``"1%"`` of the diagonal, ``"0.5edge"``, ``"0.3"`` in mesh units, or an object that says so.
 LengthLike: TypeAlias = str | Length | pymeshlab.PercentageValue | pymeshlab.PureValue
 
+#: What may be said for a point, a matrix and a colour.
+PointLike: TypeAlias = Sequence[float] | NDArray[np.float64]
+MatrixLike: TypeAlias = Sequence[Sequence[float]] | NDArray[np.float64]
+ColorLike: TypeAlias = Sequence[int] | pymeshlab.Color
+
 _WIDTH = 120
+#: where the makers of MeshLab tell what each of its filters does
+_FILTER_LIST = "https://pymeshlab.readthedocs.io/en/latest/filter_list.html"
 
 
 def filter_method(known: Filter) -> Callable[..., dict[str, Any] | None]:
@@ -36,10 +45,15 @@ def filter_method(known: Filter) -> Callable[..., dict[str, Any] | None]:
 def _signature(known: Filter) -> inspect.Signature:
     this = inspect.Parameter("self", inspect.Parameter.POSITIONAL_OR_KEYWORD)
     others = [
-        inspect.Parameter(p.name, inspect.Parameter.KEYWORD_ONLY, default=shown_default(p), annotation=_annotation(p))
+        inspect.Parameter(p.name, inspect.Parameter.KEYWORD_ONLY, default=_signature_default(p), annotation=_annotation(p))
         for p in known.parameters
     ]
     return inspect.Signature([this, *others], return_annotation=dict[str, Any] | None)
+
+
+def _signature_default(parameter: Parameter) -> Any:
+    """The default; ``...`` for one that MeshLab computes for the mesh."""
+    return ... if parameter.default is None else shown_default(parameter)
 
 
 def _annotation(parameter: Parameter) -> Any:
@@ -58,9 +72,9 @@ _TYPES: dict[type[Parameter], tuple[Any, str]] = {
     declaration.FileSave: (str, "str"),
     declaration.String: (str, "str"),
     declaration.Mesh: (int, "int"),
-    declaration.Point: (Sequence[float], "Sequence[float]"),
-    declaration.Color: (Sequence[int], "Sequence[int]"),
-    declaration.Matrix: (Sequence[Sequence[float]], "Sequence[Sequence[float]]"),
+    declaration.Point: (PointLike, "PointLike"),
+    declaration.Color: (ColorLike, "ColorLike"),
+    declaration.Matrix: (MatrixLike, "MatrixLike"),
     Parameter: (Any, "Any"),
 }
 
@@ -87,14 +101,21 @@ def length_text(length: Length) -> str:
 
 def method_docstring(known: Filter) -> str:
     """The description, every parameter with what it takes, and the references, in Google style."""
-    parts = [_rewrapped(paragraph) for paragraph in known.info.strip().split("\n\n")]
+    parts = [_rewrapped(paragraph) for paragraph in (known.info.strip() or _about_builtin(known)).split("\n\n")]
     if known.parameters:
         parts.append("Args:\n" + "\n".join(_described(p) for p in known.parameters))
     parts.append(f"Returns:\n{_indented('What the filter reports, by name; None if it reports nothing.', 4)}")
     if known.references:
         parts.append(f"References:\n{_indented(', '.join(f'[{key}]' for key in known.references), 4)}")
-    parts.append(f"In scripts: {known.name!r}.")
+    if not known.is_builtin:
+        parts.append(f"In scripts: {known.name!r}.")
     return "\n\n".join(parts)
+
+
+def _about_builtin(known: Filter) -> str:
+    """What the table of facts tells about a filter of MeshLab's, which has no words of its own there."""
+    menus = ", ".join(str(kind.name).lower().replace("_", " ") for kind in FilterClass if kind in known.classes)
+    return f"MeshLab's filter {known.name!r}.\n\nMenus: {menus}. What it does: {_FILTER_LIST}#{known.python_name}"
 
 
 def _rewrapped(paragraph: str) -> str:
@@ -105,8 +126,12 @@ def _rewrapped(paragraph: str) -> str:
 
 
 def _described(parameter: Parameter) -> str:
-    takes = "" if isinstance(parameter, Bool | Enum) else f" Takes {parameter.describe_allowed()}."  # their type says it all
-    return _indented(f"{parameter.name}: {parameter.help}{takes}", 4, 8)
+    said = [parameter.help or f"{parameter.xml_name!r} in scripts."]
+    if not isinstance(parameter, Bool | Enum):  # their type says it all
+        said.append(f"Takes {parameter.describe_allowed()}.")
+    if parameter.default is None and not parameter.help:
+        said.append("Left out, MeshLab takes what suits the mesh.")
+    return _indented(f"{parameter.name}: {' '.join(said)}", 4, 8)
 
 
 def _indented(text: str, first: int, rest: int | None = None) -> str:

@@ -20,18 +20,20 @@ class ScriptLog:
         steps: in the order in which they run.
     """
 
-    def __init__(self) -> None:
-        self.steps: list[Step] = []
-        self._file: Path | None = None
+    def __init__(self, script: Script | None = None) -> None:
+        self._take(Script(()) if script is None else script)
 
     def load(self, file: str) -> None:
         """Take the steps of an .mlx file in place of these; after a `ScriptError` these stay."""
-        script = read_script(file)
-        self.steps, self._file = list(script.steps), Path(file)
+        self._take(read_script(file))
+
+    def _take(self, script: Script) -> None:
+        self.steps: list[Step] = list(script.steps)
+        self._file, self._settings = script.path, script.settings
 
     def clear(self) -> None:
         """Forget all steps."""
-        self.steps, self._file = [], None
+        self._take(Script(()))
 
     def apply(self, apply_step: Callable[[Step], object]) -> None:
         """Apply each step in turn.
@@ -60,7 +62,8 @@ class ScriptLog:
         sized = bool(units - {"absolute"}) and layer.diagonal > 0.0
         diagonal = layer.diagonal if sized else NOMINAL_DIAGONAL
         mean_edge = layer.mean_edge if sized and "edge" in units else NOMINAL_EDGE
-        write_script(Script(tuple(self.steps)), Path(file), diagonal=diagonal, mean_edge=mean_edge)
+        script = Script((), settings=self._settings).with_steps(self.steps)
+        write_script(script, Path(file), diagonal=diagonal, mean_edge=mean_edge)
 
     def print(self) -> None:
         """Print each step with the values of its parameters, as pymeshlab prints its script."""

@@ -20,13 +20,16 @@ from .messages import Assignment
 from .watch import Watch
 
 
-def inspect_mesh(path: Path, *, timeout: float | None = None, allow_outside: bool = False) -> dict[str, Any]:
+def inspect_mesh(
+    path: Path, *, timeout: float | None = None, allow_outside: bool = False, unchecked: bool = False
+) -> dict[str, Any]:
     """The measures of a mesh file by name, under ``"attributes"`` what it has, and under ``"warnings"`` what MeshLab loses of it.
 
     Args:
         path: the file.
         timeout: seconds, or None.
         allow_outside: let it name files outside its own folder.
+        unchecked: let MeshLab read formats that are not checked before.
 
     Raises:
         InputError: it cannot be read.
@@ -40,7 +43,7 @@ def inspect_mesh(path: Path, *, timeout: float | None = None, allow_outside: boo
     queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
     job = Job(Recipe("measures", Script(())), path, path, timeout=timeout)
     with Interrupts(queue), staging_folder(Path(tempfile.gettempdir()) / "measures") as stage:
-        assignment = Assignment((), path, stage, memory_limit=default_memory(), allow_outside=allow_outside)
+        assignment = Assignment((), path, stage, memory_limit=default_memory(), allow_outside=allow_outside, unchecked=unchecked)
         with WorkerProcess(assignment.to_document(), queue, threads=None) as worker:
             report = Watch(job, worker, queue, lambda event: None).until_done(started)
     return {**report["before"], "attributes": report["attributes"], "warnings": report["warnings"]}

@@ -26,8 +26,10 @@ class Job:
         memory_limit: bytes that the worker may take; None means a share of the machine's, see `memory`. Held by the operating
             system, where it has such limits.
         allow_outside: let the input name textures, materials and buffers outside its own folder.
+        unchecked: let MeshLab read formats that are not checked before.
+        keep_all: fail if anything of the input, or of the result, is not in the output.
         threads: that a filter may use; None means all processors, or what OMP_NUM_THREADS says.
-        overrides: the texts ``STEP.PARAM=VALUE`` that the recipe was changed by, for the record alone.
+        overrides: the texts ``NAME=VALUE`` and ``STEP.PARAM=VALUE`` that the recipe was changed by, for the record alone.
         command: the command line that asked for the run, for the record alone.
         guards: limits over those of the recipe.
         keep_broken: write the output even if a guard was broken.
@@ -43,6 +45,8 @@ class Job:
     timeout: float | None = None
     memory_limit: int | None = None
     allow_outside: bool = False
+    unchecked: bool = False
+    keep_all: bool = False
     threads: int | None = None
     overrides: tuple[str, ...] = ()
     command: tuple[str, ...] = ()

@@ -49,6 +49,8 @@ class Assignment:
         stage: the staging folder, whose subfolder ``new`` takes what the worker writes.
         memory_limit: bytes, or None.
         allow_outside: let the input name files outside its own folder.
+        unchecked: let MeshLab read formats that are not checked before.
+        keep_all: whether anything that is not kept is an error.
         arrays: the .npz file to write the mesh as read to, for an assignment without an output; None if that is not wanted.
         self_intersections: whether to write there, too, which faces cut others.
         guards: what the result must not do.
@@ -68,6 +70,8 @@ class Assignment:
     keep_broken: bool = False
     map: Path | None = None
     others: tuple[Path, ...] = ()
+    unchecked: bool = False
+    keep_all: bool = False
 
     @classmethod
     def of(cls, job: Job, stage: Path) -> Assignment:
@@ -79,6 +83,8 @@ class Assignment:
             job.output.absolute(),
             default_memory() if job.memory_limit is None else job.memory_limit,
             job.allow_outside,
+            unchecked=job.unchecked,
+            keep_all=job.keep_all,
             guards=job.all_guards,
             keep_broken=job.keep_broken,
             others=tuple(path.absolute() for path in job.others),
@@ -100,6 +106,8 @@ class Assignment:
             "keep_broken": self.keep_broken,
             "map": None if self.map is None else str(self.map),
             "others": [str(path) for path in self.others],
+            "unchecked": self.unchecked,
+            "keep_all": self.keep_all,
         }
 
     @classmethod
@@ -120,6 +128,8 @@ class Assignment:
             document["keep_broken"],
             map,
             tuple(Path(path) for path in document["others"]),
+            document["unchecked"],
+            document["keep_all"],
         )
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import shutil
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ from ..files.errors import InputError, OutputError
 from ..files.formats import ATTRIBUTES
 from ..files.inputs import inspect_input
 from ..files.provenance import described_file, read_provenance
-from ..files.reading import apply_matrix, load_mesh
+from ..files.reading import apply_matrix, load_mesh, unchanged
 from ..files.saving import attributes_of, save_mesh
 from ..filters.compilation import on_first_compilation
 from ..filters.inspection.surface_measures import SurfaceMeasures, surface_measures
@@ -65,14 +65,10 @@ class Session:
         """
         on_first_compilation(lambda: self._event(Message(COMPILING)))
         self._event(PhaseStarted("reading"))
-        source = described_file(self._assignment.input)
-        given = self._assignment.stage / "given"
-        announced = self._announced(self._assignment.input, given)
-        source["side_files"] = [described_file(path) for path in announced.side_files]
-        for text in load_mesh(self._meshes, self._assignment.input, announced):
-            self._warn(text)
-        source["others"] = [self._load_other(path) for path in self._assignment.others]
-        shutil.rmtree(given, ignore_errors=True)
+        announced, source = self._load(self._assignment.input)
+        current = self._meshes.current_mesh_id()
+        source["others"] = [self._load(path)[1] for path in self._assignment.others]
+        self._meshes.set_current_mesh(current)
         before = self._measured(InputError(self._assignment.input, "it has coordinates that are not finite"))
         for text in lengths_out_of_proportion(Script(self._assignment.steps), diagonal=before.diagonal):
             self._warn(text)
@@ -89,24 +85,19 @@ class Session:
         written = self._write(announced, before, present, original)
         return {"input": source, "steps": steps, "counted": announced.vertices is not None, **written}
 
-    def _announced(self, path: Path, given: Path) -> Announced:
-        """What a file declares; where there is no room for the copy that MeshLab is given, there is none for the output."""
-        try:
-            return inspect_input(path, given, allow_outside=self._assignment.allow_outside)
-        except OutputError as error:
-            raise OutputError(self._assignment.output or error.path, error.reason) from error
-
-    def _load_other(self, path: Path) -> dict[str, Any]:
-        """Load the file of a further layer, and say which it was; the current layer stays current."""
-        current = self._meshes.current_mesh_id()
-        given = self._assignment.stage / "given_other"
-        announced = self._announced(path, given)
-        described = described_file(path) | {"side_files": [described_file(side) for side in announced.side_files]}
-        for text in load_mesh(self._meshes, path, announced):
-            self._warn(text)
+    def _load(self, path: Path) -> tuple[Announced, dict[str, Any]]:
+        """Check a file and load it as the current layer; what it declares, and which file it was."""
+        told = self._assignment
+        given = told.stage / "given"
+        with unchanged(path):
+            try:
+                announced = inspect_input(path, given, allow_outside=told.allow_outside, unchecked=told.unchecked)
+            except OutputError as error:  # without room for the copy that MeshLab is given, there is none for the output
+                raise OutputError(told.output or error.path, error.reason) from error
+            described = described_file(path) | {"side_files": [described_file(side) for side in announced.side_files]}
+            self._lose(load_mesh(self._meshes, path, announced), InputError, path)
         shutil.rmtree(given, ignore_errors=True)
-        self._meshes.set_current_mesh(current)
-        return described
+        return announced, described
 
     # --------------------------------------------------------------------------------------------------------------- steps
 
@@ -161,19 +152,29 @@ class Session:
         self._event(PhaseStarted("writing"))
         if self._meshes.mesh_number() > 1:
             layer = self._meshes.current_mesh().label()
-            self._warn(f"the recipe ends with {self._meshes.mesh_number()} layers; only the current one, {layer!r}, is written")
+            text = f"the recipe ends with {self._meshes.mesh_number()} layers; only the current one, {layer!r}, is written"
+            self._lose([text], OutputError, output)
         if apply_matrix(self._meshes):
             self._warn("the layer's matrix was applied to its coordinates, as files do not hold it")
         if self._meshes.current_mesh().vertex_number() == 0:
             raise self._failed("nothing is left of the mesh after the last step")
         if gone := [a for a in ATTRIBUTES if a in present - attributes_of(self._meshes, announced, present)]:
-            self._warn(f"after the steps the mesh has no {' and no '.join(gone)} any more")
+            self._lose([f"after the steps the mesh has no {' and no '.join(gone)} any more"], OutputError, output)
         after = self._measured(self._failed("the result has coordinates that are not finite"))
         said: dict[str, Any] = {"before": plain(asdict(before)), "after": plain(asdict(after)), "warnings": self._warnings}
         if original is not None:
             said |= self._watched(original, said["before"], said["after"])
             if said["breaches"] and not self._assignment.keep_broken:
                 return said
+        try:
+            return {**said, **self._saved(announced, present, output, stage, after)}
+        except OSError as error:
+            raise OutputError(output, (error.strerror or str(error)).lower()) from error
+
+    def _saved(
+        self, announced: Announced, present: set[str], output: Path, stage: Path, after: SurfaceMeasures
+    ) -> dict[str, Any]:
+        """Write the files to the staging folder; what they are."""
         saved = save_mesh(
             self._meshes,
             announced,
@@ -185,23 +186,18 @@ class Session:
             textures_changed=any(FilterClass.TEXTURE in step.filter.classes for step in self._assignment.steps),
             record=read_provenance(output),
         )
-        self._warnings += saved.warnings
+        self._lose(saved.warnings, OutputError, output)
         files = [(f, described_file(f.staged, named=f.target)) for f in (saved.output, *saved.side_files)]
         described = [entry for _, entry in files] + [described_file(path) for path in saved.reused]
         return {
-            **said,
             "output": described[0] | {"side_files": described[1:]},
             "staged": [{"staged": str(f.staged), "target": str(f.target)} for f, _ in files],
         }
 
     def _watched(self, original: InputMesh, before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:
         """The guards that the result breaks, and the files of the intervention map in the staging folder."""
-        mesh, guards, target, stage = (
-            self._meshes.current_mesh(),
-            self._assignment.guards,
-            self._assignment.map,
-            self._assignment.stage,
-        )
+        mesh, stage = self._meshes.current_mesh(), self._assignment.stage
+        guards, target = self._assignment.guards, self._assignment.map
         assert stage is not None
         origins = find_origins(mesh, original)
         if not origins.known:
@@ -223,6 +219,13 @@ class Session:
 
     def _event(self, event: Event) -> None:
         self._tell(encode_event(event))
+
+    def _lose(self, texts: Sequence[str], refusal: type[InputError | OutputError], path: Path) -> None:
+        """Warn of what is not kept, or refuse that."""
+        if texts and self._assignment.keep_all:
+            raise refusal(path, f"{'; '.join(texts)}. With --keep-all that is an error")
+        for text in texts:
+            self._warn(text)
 
     def _warn(self, text: str) -> None:
         self._warnings.append(text)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from .guards import NO_GUARDS, Guards
 from .problems import Problem
+from .settings import Setting
 
 
 @dataclass(frozen=True)
@@ -27,16 +28,18 @@ class FilterElement:
     """A ``<filter>`` or ``<xmlfilter>``.
 
     Attributes:
-        tag: ``"filter"`` or ``"xmlfilter"``.
+        kind: ``"filter"`` or ``"xmlfilter"``.
         name: the attribute of that name, or None.
         line: where it begins, counted from 1.
         params: what it holds, in the order of the file.
+        tag: the attribute of that name; empty if there is none.
     """
 
-    tag: str
+    kind: str
     name: str | None
     line: int
     params: tuple[ParamElement, ...] = ()
+    tag: str = ""
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,7 @@ class Document:
         comment: the words at its head.
         problems: what is wrong with its structure.
         guards: what a result must not do.
+        settings: values that have a name.
     """
 
     name: str
@@ -56,3 +60,4 @@ class Document:
     comment: str = ""
     problems: tuple[Problem, ...] = ()
     guards: Guards = NO_GUARDS
+    settings: tuple[Setting, ...] = ()

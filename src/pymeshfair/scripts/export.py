@@ -3,53 +3,109 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ..declaration import Length
+from ..declaration import FilterClass, Length
+from ..registry import find_filter
+from .guards import NO_GUARDS
 from .problems import Problem, ScriptError
 from .script import Script, Step
-from .write import write_script
+from .write import NOMINAL_DIAGONAL, NOMINAL_EDGE, write_script
 
 
-def export_script(script: Script, path: str | Path, *, size: tuple[float, float] | None = None) -> None:
+@dataclass(frozen=True)
+class MeshFacts:
+    """What is to be known of the mesh that a script is exported for.
+
+    Attributes:
+        diagonal: of its bounding box.
+        mean_edge: the mean length of its edges; of a point cloud, the mean distance to the nearest neighbour.
+        closed: whether every edge has two faces.
+    """
+
+    diagonal: float
+    mean_edge: float
+    closed: bool
+
+
+def export_script(script: Script, path: str | Path, *, mesh: MeshFacts | None = None) -> tuple[str, ...]:
     """Write the script for MeshLab's desktop and plain pymeshlab; the file appears whole or not at all.
+
+    A filter of a plugin is replaced where it declares that one of MeshLab's does the same. Settings, tags and limits, which mean
+    nothing there, are left out.
 
     Args:
         script: the steps.
         path: where to.
-        size: bounding-box diagonal and mean edge length of the mesh that the script is for. Without it relative lengths
-            cannot be mesh units, and a script that has any is refused.
+        mesh: the mesh that the script is for. Without it relative lengths cannot be mesh units, and a script that has any is
+            refused, as is one with a filter that has an equal on closed meshes alone.
+
+    Returns:
+        Which filters were replaced, one sentence each.
 
     Raises:
-        ScriptError: a step's filter is not MeshLab's, or a length is relative and no size is given; lists every such step.
+        ScriptError: MeshLab alone cannot do what a step does, or a length is relative and no mesh is given; lists all of them.
         PymeshfairError: it cannot be written.
     """
     whole = script.with_defaults()
-    if problems := list(_problems(whole, sized=size is not None)):
-        raise ScriptError(problems)
-    diagonal, edge = size or (1.0, 1.0)
-    steps = tuple(_in_mesh_units(step, diagonal, edge) for step in whole.steps)
-    write_script(replace(whole, steps=steps), path, diagonal=diagonal, mean_edge=edge)
-
-
-def _problems(script: Script, *, sized: bool) -> Iterator[Problem]:
-    name = "recipe" if script.path is None else str(script.path)
-    for step in script.steps:
-        if step.filter.function is not None:
-            message = f"is a filter of {step.filter.origin}, which MeshLab lacks; MeshLab alone cannot run this step"
-            yield Problem(file=name, line=step.line, filter=step.filter.name, message=message)
+    closed, steps, replaced = mesh is not None and mesh.closed, list[Step](), list[str]()
+    problems: list[Problem] = []
+    for number, step in enumerate(whole.steps, 1):
+        plain = step if step.filter.is_builtin else _equivalent(step, closed=closed)
+        if plain is None:
+            problems.append(_problem(script, step, why=_why_not(step, known=mesh is not None)))
             continue
-        for parameter in step.filter.parameters:
-            value = step.values.get(parameter.name)
-            if isinstance(value, Length) and value.unit != "absolute" and value.amount and not sized:
-                message = f"is {value}, which depends on the size of the mesh; say with --for MESH which mesh the script is for"
-                yield Problem(file=name, line=step.line, filter=step.filter.name, parameter=parameter.xml_name, message=message)
+        problems += _relative_lengths(script, plain) if mesh is None else ()
+        if plain is not step:
+            replaced.append(f"step {number}, {step.filter.name!r}, is MeshLab's {plain.filter.name!r}, which does the same")
+        steps.append(plain if mesh is None else _in_mesh_units(plain, mesh))
+        closed = closed and FilterClass.SMOOTHING in step.filter.classes  # any other step may open the mesh, or select
+    if problems:
+        raise ScriptError(problems)
+    bare = (replace(step, tag="", settings={}) for step in steps)
+    size = MeshFacts(NOMINAL_DIAGONAL, NOMINAL_EDGE, closed=False) if mesh is None else mesh
+    plain_script = replace(whole.with_steps(bare), guards=NO_GUARDS)
+    write_script(plain_script, path, diagonal=size.diagonal, mean_edge=size.mean_edge)
+    return tuple(replaced)
 
 
-def _in_mesh_units(step: Step, diagonal: float, mean_edge: float) -> Step:
+def _equivalent(step: Step, *, closed: bool) -> Step | None:
+    """The step with MeshLab's filter that does the same; None if there is none."""
+    found = None if step.filter.equivalent is None else step.filter.equivalent(step.values)
+    if found is None or (found.closed_only and not closed):
+        return None
+    own = find_filter(found.filter)
+    return Step(own, own.with_defaults(found.values), step.line)
+
+
+def _why_not(step: Step, *, known: bool) -> str:
+    message = f"is a filter of {step.filter.origin}, which MeshLab lacks; MeshLab alone cannot run this step"
+    found = None if step.filter.equivalent is None else step.filter.equivalent(step.values)
+    if found is None:
+        return message
+    name = find_filter(found.filter).name
+    return f"{message}: {name!r} does the same on closed meshes alone, " + (
+        "and this one is open, or a step before may open it or select" if known else "say with --for MESH which mesh it is for"
+    )
+
+
+def _relative_lengths(script: Script, step: Step) -> Iterator[Problem]:
+    for parameter in step.filter.parameters:
+        value = step.values.get(parameter.name)
+        if isinstance(value, Length) and value.unit != "absolute" and value.amount:
+            why = f"is {value}, which depends on the size of the mesh; say with --for MESH which mesh the script is for"
+            yield _problem(script, step, parameter=parameter.xml_name, why=why)
+
+
+def _problem(script: Script, step: Step, *, why: str, parameter: str | None = None) -> Problem:
+    name = "recipe" if script.path is None else str(script.path)
+    return Problem(file=name, line=step.line, filter=step.filter.name, parameter=parameter, message=why)
+
+
+def _in_mesh_units(step: Step, mesh: MeshFacts) -> Step:
     lengths = {
-        name: Length(value.resolve(diagonal=diagonal, mean_edge=lambda: mean_edge))
+        name: Length(value.resolve(diagonal=mesh.diagonal, mean_edge=lambda: mesh.mean_edge))
         for name, value in step.values.items()
         if isinstance(value, Length)
     }

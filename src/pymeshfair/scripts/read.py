@@ -10,6 +10,7 @@ from __future__ import annotations
 import codecs
 import re
 import stat
+from dataclasses import replace
 from pathlib import Path
 from xml.parsers import expat
 
@@ -18,13 +19,11 @@ from ..errors import ParameterError
 from .elements import Document, FilterElement, ParamElement
 from .guards import ATTRIBUTES as GUARDS
 from .guards import Guards
+from .limits import MOST_BYTES, MOST_FILTERS, MOST_LEVELS, excess
 from .problems import MOST_PROBLEMS, Problem, ScriptError, shortened
 from .script import Script, clean_comment
+from .settings import Setting, read_setting
 from .step_builder import build_script
-
-MOST_BYTES = 5_000_000
-MOST_LEVELS = 64
-MOST_FILTERS = 1000
 
 #: what some old programs write: the document type twice
 SECOND_DOCUMENT_TYPE = re.compile(rb"\A(.*?<!DOCTYPE FilterScript>\s*)<!DOCTYPE FilterScript>", re.DOTALL)
@@ -71,18 +70,7 @@ def parse_document(data: bytes, name: str) -> Document:
     reader = _Reader(name)
     reader.read(data)
     comment = clean_comment("\n\n".join(reader.comments))
-    return Document(name, tuple(reader.filters), comment, tuple(reader.problems), reader.guards)
-
-
-def read_head(data: bytes) -> tuple[str, int]:
-    """The comment at the head of a well-formed script, and how many filters it has; nothing is checked."""
-    comments: list[str] = []
-    filters: list[str] = []
-    parser = expat.ParserCreate()
-    parser.CommentHandler = lambda text: None if filters else comments.append(text)
-    parser.StartElementHandler = lambda tag, attributes: filters.append(tag) if tag == "filter" else None
-    parser.Parse(data, True)
-    return clean_comment("\n\n".join(comments)), len(filters)
+    return Document(name, tuple(reader.filters), comment, tuple(reader.problems), reader.guards, tuple(reader.settings))
 
 
 class _EndedError(Exception):
@@ -96,7 +84,8 @@ class _Reader:
         self.filters: list[FilterElement] = []
         self.comments: list[str] = []
         self.guards = Guards()
-        self._filter: tuple[str, str | None, int] | None = None
+        self.settings: list[Setting] = []
+        self._filter: FilterElement | None = None
         self._params: list[ParamElement] = []
         self._open: list[str] = []
         self._parser = expat.ParserCreate("utf-8")
@@ -108,6 +97,7 @@ class _Reader:
         self._parser.EndElementHandler = self._end
         self._parser.CharacterDataHandler = self._text
         self._parser.CommentHandler = self._comment
+        self._parser.ProcessingInstructionHandler = self._instruction
 
     def read(self, data: bytes) -> None:
         """Collect `filters` and `problems`."""
@@ -159,7 +149,7 @@ class _Reader:
             Problem(
                 file=self.name,
                 line=self._parser.CurrentLineNumber - lines_ago,
-                filter=None if outside or self._filter is None else self._filter[1],
+                filter=None if outside or self._filter is None else self._filter.name,
                 parameter=parameter,
                 message=message,
                 suggestion=suggestion,
@@ -187,6 +177,9 @@ class _Reader:
     def _entity(self, *_: object) -> None:
         self._fatal("declares an entity, which no script needs")
 
+    def _instruction(self, target: str, data: str) -> None:
+        self._problem(f"the instruction <?{shortened(target)}?> means nothing here")
+
     def _comment(self, text: str) -> None:
         if self._filter is None and not self.filters:
             self.comments.append(text)
@@ -203,6 +196,8 @@ class _Reader:
         depth = len(self._open)
         if depth > MOST_LEVELS:
             self._fatal(f"nests elements more than {MOST_LEVELS} deep")
+        if reason := excess(attributes):
+            self._fatal(reason)
         if depth == 1:
             if tag != "FilterScript":
                 self._fatal(f"is no filter script: it begins with <{shortened(tag)}> instead of <FilterScript>")
@@ -220,16 +215,23 @@ class _Reader:
     def _end(self, tag: str) -> None:
         self._open.pop()
         if len(self._open) == 1 and self._filter is not None:
-            self.filters.append(FilterElement(*self._filter, tuple(self._params)))
+            self.filters.append(replace(self._filter, params=tuple(self._params)))
             self._filter, self._params = None, []
 
     def _start_in_script(self, tag: str, attributes: dict[str, str]) -> None:
-        if tag not in ("filter", "xmlfilter"):
+        line = self._parser.CurrentLineNumber
+        if tag == "setting":
+            setting, wrong, suggestion = read_setting(attributes, line)
+            if setting is not None:
+                self.settings.append(setting)
+            if wrong is not None:
+                self._problem(wrong, suggestion=suggestion)
+        elif tag in ("filter", "xmlfilter"):
+            if len(self.filters) == MOST_FILTERS:
+                self._fatal(f"has more than {MOST_FILTERS} filters")
+            self._filter = FilterElement(tag, attributes.get("name"), line, tag=attributes.get("tag", ""))
+        else:
             self._unknown_element(tag, "filter")
-            return
-        if len(self.filters) == MOST_FILTERS:
-            self._fatal(f"has more than {MOST_FILTERS} filters")
-        self._filter = (tag, attributes.get("name"), self._parser.CurrentLineNumber)
 
     def _read_guards(self, attributes: dict[str, str]) -> None:
         texts = {name: attributes[attribute] for name, attribute in GUARDS.items() if attribute in attributes}

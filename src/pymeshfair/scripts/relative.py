@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from ..declaration import Length
 from .script import Script, Step
 
@@ -15,7 +13,7 @@ def relative_script(script: Script, *, diagonal: float) -> Script:
         script: the steps; a length of 0 stays, as it is 0 on every mesh.
         diagonal: of the bounding box of that mesh, above 0.
     """
-    return replace(script, steps=tuple(_relative(step, diagonal) for step in script.steps))
+    return script.with_steps(_relative(step, diagonal) for step in script.steps)
 
 
 def _relative(step: Step, diagonal: float) -> Step:

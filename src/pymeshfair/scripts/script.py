@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from ..declaration import Filter, Length
 from .guards import NO_GUARDS, Guards
+from .settings import Setting
 
 
 @dataclass(frozen=True)
@@ -22,19 +23,25 @@ class Step:
             that are absent take their default on the mesh that the step meets.
         line: where the step begins in its file, counted from 1; None if it came from no file. Two steps that differ in
             their line alone are equal.
+        tag: a name that the recipe gives to the step, or to several; empty if it gives none.
+        settings: by Python parameter name, the settings of the recipe that the values come from.
     """
 
     filter: Filter
     values: Mapping[str, Any] = field(default_factory=dict)
     line: int | None = field(default=None, compare=False)
+    tag: str = ""
+    settings: Mapping[str, str] = field(default_factory=dict)
 
     def with_values(self, values: Mapping[str, Any]) -> Step:
         """The step with these values checked and put over its own."""
         return self.with_checked(self.filter.check(values))
 
     def with_checked(self, values: Mapping[str, Any]) -> Step:
-        """The step with these values, which have been checked, put over its own."""
-        return replace(self, values=self.filter.in_order({**self.values, **values}))
+        """The step with these values, which have been checked, put over its own; one that changes leaves its setting."""
+        unset = {name for name, value in values.items() if self.values.get(name) != value}
+        settings = {name: setting for name, setting in self.settings.items() if name not in unset}
+        return replace(self, values=self.filter.in_order({**self.values, **values}), settings=settings)
 
     def with_defaults(self, *, lengths: bool = True) -> Step:
         """The step with every value said that is known without a mesh; without `lengths`, those that depend on its size are not.
@@ -55,12 +62,20 @@ class Script:
         comment: the words at the head of the file, without the marks of a comment.
         path: where it was read from; it does not count when scripts are compared.
         guards: what the result must not do.
+        settings: values that have a name, which one place sets for all steps that use them.
     """
 
     steps: tuple[Step, ...]
     comment: str = ""
     path: Path | None = field(default=None, compare=False)
     guards: Guards = NO_GUARDS
+    settings: tuple[Setting, ...] = ()
+
+    def with_steps(self, steps: Iterable[Step]) -> Script:
+        """The script with these steps in place of its own; settings that none of them uses are left out."""
+        found = tuple(steps)
+        used = {name for step in found for name in step.settings.values()}
+        return replace(self, steps=found, settings=tuple(s for s in self.settings if s.name in used))
 
     def with_defaults(self, *, lengths: bool = True) -> Script:
         """The script with every value said that is known without a mesh; `lengths` as in `Step.with_defaults`."""

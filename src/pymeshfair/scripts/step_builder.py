@@ -11,8 +11,10 @@ from ..meshlab.former import former_filter, former_parameters
 from ..registry import find_filter
 from .elements import Document, FilterElement, ParamElement
 from .parameters import read_value
-from .problems import MOST_PROBLEMS, Problem, ScriptError
+from .problems import MOST_PROBLEMS, Problem, ScriptError, shortened
 from .script import Script, Step
+from .setting_checks import setting_problems
+from .settings import is_name
 from .suggestions import close_spelling, former_parameter_hint, gone, invented, renamed, same_but_case, suggested_filter
 
 
@@ -32,13 +34,15 @@ def build_script(document: Document, path: Path | None = None) -> Script:
             builder.add(element)
     except _EnoughError:
         pass
+    if not builder.problems:
+        builder.problems += setting_problems(document.name, document.settings, builder.steps)
     problems = sorted(builder.problems, key=lambda problem: problem.line or 0)
     if len(problems) > MOST_PROBLEMS:
         more = Problem(file=document.name, message=f"has more problems; only the first {MOST_PROBLEMS} are listed")
         problems = [*problems[:MOST_PROBLEMS], more]
     if problems:
         raise ScriptError(problems)
-    return Script(tuple(builder.steps), document.comment, path, document.guards)
+    return Script(tuple(builder.steps), document.comment, path, document.guards, document.settings)
 
 
 class _StepBuilder:
@@ -53,7 +57,7 @@ class _StepBuilder:
     def add(self, element: FilterElement) -> None:
         """Take the step that an element means, or note what is wrong."""
         self._filter_name = element.name
-        if element.tag == "xmlfilter":
+        if element.kind == "xmlfilter":
             self._complain(
                 f"<xmlfilter> is of MeshLab 2016, which alone can run it{_today(element.name)}; `pymeshfair upgrade` rewrites it",
                 element.line,
@@ -62,10 +66,12 @@ class _StepBuilder:
         elif element.name is None:
             self._complain("<filter> has no name; MeshLab would fail there", element.line)
         elif (known := self._known_filter(element.name, element.line)) is not None:
+            if element.tag and not is_name(element.tag):
+                self._complain(f"the tag {shortened(element.tag)!r} takes letters, digits and underscores", element.line)
             values: dict[str, Any] = {}
             for param in element.params:
                 self._add_param(known, param, values)
-            self.steps.append(Step(known, known.in_order(values), element.line))
+            self.steps.append(Step(known, known.in_order(values), element.line, element.tag, _settings(known, element)))
 
     def _add_param(self, known: Filter, param: ParamElement, values: dict[str, Any]) -> None:
         name = param.attributes.get("name")
@@ -117,6 +123,12 @@ class _StepBuilder:
         )
         if len(self.problems) > MOST_PROBLEMS:
             raise _EnoughError
+
+
+def _settings(known: Filter, element: FilterElement) -> dict[str, str]:
+    """By Python parameter name, the settings that the ``<Param>`` elements name."""
+    named = {param.attributes.get("name"): param.attributes.get("setting") for param in element.params}
+    return {p.name: setting for p in known.parameters if (setting := named.get(p.xml_name)) is not None}
 
 
 def _unknown(name: str, cause: str | None) -> tuple[str, str | None]:

@@ -63,7 +63,8 @@ def gone(former: Former) -> str:
     """The sentence about a filter that there is no more."""
     if former.idle:
         return "MeshLab has dropped this filter, which changed nothing; leave it out, or let `pymeshfair upgrade` do so"
-    return f"there is no such filter today: {former.note}"
+    which = "; `pymeshfair upgrade` writes the one that is meant" if former.splits else ""
+    return f"there is no such filter today: {former.note}{which}"
 
 
 def former_parameter_hint(former: Former, name: str) -> tuple[str, str | None]:

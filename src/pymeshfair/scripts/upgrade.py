@@ -7,7 +7,7 @@ is and is refused as in any other script. An upgraded script has nothing left to
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -91,7 +91,8 @@ def _upgraded(element: FilterElement) -> tuple[list[FilterElement], list[Change]
     name = element.name
     if name is None:
         return [element], []
-    former, known = _today(name)
+    values = {p.attributes.get("name", ""): p.attributes.get("value", "") for p in element.params}
+    former, known = _today(name, values)
     if former is not None and former.idle:
         return [], [Change(line=element.line, filter=name, what="left out, as it never changed a mesh")]
     if known is None:
@@ -106,28 +107,28 @@ def _upgraded(element: FilterElement) -> tuple[list[FilterElement], list[Change]
             given = ParamElement({"type": declared.xml_type, "name": parameter, "value": text}, element.line)
             more, _ = upgraded_params(replace(element, params=(given,)), known, [])
             params += more
-    return [FilterElement("filter", known.name, element.line, tuple(params))], changes + found
+    return [replace(element, kind="filter", name=known.name, params=tuple(params))], changes + found
 
 
 def _is_old(element: FilterElement, former: Former | None) -> bool:
     """Whether only an older MeshLab can have written the element."""
     old_types = any(p.attributes.get("type") == "RichPoint3f" for p in element.params)
-    return element.tag == "xmlfilter" or old_types or (former is not None and not former.invented)
+    return element.kind == "xmlfilter" or old_types or (former is not None and not former.invented)
 
 
-def _today(name: str) -> tuple[Former | None, Filter | None]:
-    """What is known of a name of old, and the filter that it means today."""
+def _today(name: str, values: Mapping[str, str]) -> tuple[Former | None, Filter | None]:
+    """What is known of a name of old, and the filter that it means today with these values."""
     try:
         return None, find_filter(name)
     except UnknownNameError:
         former = former_filter(name)
-    today = same_but_case(name) if former is None else former.now
+    today = same_but_case(name) if former is None else former.today(values)
     return former, None if today is None else find_filter(today)
 
 
 def _named(element: FilterElement, name: str, known: Filter, former: Former | None) -> Iterator[Change]:
     """The changes that the tag and the name of a filter need."""
-    if element.tag == "xmlfilter":
+    if element.kind == "xmlfilter":
         yield Change(line=element.line, filter=name, what="is written as <filter>, with the types of its parameters")
     if known.name != name:
         sets = {} if former is None else former.sets

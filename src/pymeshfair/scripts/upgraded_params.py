@@ -40,7 +40,7 @@ def upgraded_params(element: FilterElement, known: Filter, facts: Sequence[Forme
         typed = param
         if meant in declared:
             typed = _typed(declared[meant], {**param.attributes, "name": meant}, param.line)
-            if element.tag != "xmlfilter":
+            if element.kind != "xmlfilter":
                 changes += _type_changes(declared[meant], param, typed, old)
         params[meant] = typed
     return list(params.values()), changes

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import re
 import secrets
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
@@ -18,6 +18,7 @@ from ..declaration import Bool, Color, Enum, FileOpen, Float, Matrix, Parameter,
 from ..errors import PymeshfairError
 from .guards import ATTRIBUTES as GUARDS
 from .script import Script
+from .settings import ATTRIBUTES as SETTING
 
 #: The bounding-box diagonal that absolute values are written for unless a mesh is given: "1%" then reads as 1 of 100.
 NOMINAL_DIAGONAL = 100.0
@@ -54,17 +55,27 @@ def _lines(script: Script, diagonal: float, mean_edge: float) -> Iterator[str]:
     yield "<!DOCTYPE FilterScript>"
     if script.comment:
         yield f"<!--\n{_comment(script.comment)}\n-->"
-    guards = script.guards.texts()
-    yield "<FilterScript" + "".join(f" {GUARDS[name]}={_quoted(text)}" for name, text in guards.items()) + ">"
+    yield _element("FilterScript", {GUARDS[name]: text for name, text in script.guards.texts().items()}, ">")
+    for setting in script.settings:
+        yield "  " + _element(
+            "setting", {name: text for name in SETTING if (text := getattr(setting, name)) or name == "default"}
+        )
     for step in script.steps:
         given = [p for p in step.filter.parameters if p.name in step.values]
-        yield f"  <filter name={_quoted(step.filter.name)}{'>' if given else '/>'}"
+        named = {"name": step.filter.name} | ({"tag": step.tag} if step.tag else {})
+        yield "  " + _element("filter", named, ">" if given else "/>")
         for parameter in given:
             attributes = param_attributes(parameter, step.values[parameter.name], diagonal=diagonal, mean_edge=mean_edge)
-            yield "    <Param " + " ".join(f"{name}={_quoted(text)}" for name, text in attributes.items()) + "/>"
+            if parameter.name in step.settings:
+                attributes["setting"] = step.settings[parameter.name]
+            yield "    " + _element("Param", attributes)
         if given:
             yield "  </filter>"
     yield "</FilterScript>"
+
+
+def _element(tag: str, attributes: Mapping[str, str], end: str = "/>") -> str:
+    return "".join([f"<{tag}", *(f" {name}={_quoted(text)}" for name, text in attributes.items()), end])
 
 
 def param_attributes(parameter: Parameter, value: Any, *, diagonal: float, mean_edge: float) -> dict[str, str]:

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from ..declaration import Bool, Enum, Float, Int, Length, Parameter, Percentage, Shot, String
 from ..errors import ParameterError
 from ..recipe import Recipe
-from ..scripts.overrides import parse_value
 from ..scripts.script import Script, Step
+from ..scripts.value_text import parse_value
 from ..scripts.write import number_text
 
 
 @dataclass(frozen=True)
-class Setting:
+class StepChoices:
     """What a page says of one step.
 
     Attributes:
@@ -27,7 +27,7 @@ class Setting:
     values: Mapping[str, str]
 
 
-class SettingError(ParameterError):
+class ChoiceError(ParameterError):
     """A value that a parameter does not allow.
 
     Attributes:
@@ -62,22 +62,22 @@ def controls(recipe: Recipe) -> dict[str, Any]:
     }
 
 
-def settings_of(documents: Sequence[Any]) -> list[Setting]:
+def choices_of(documents: Sequence[Any]) -> list[StepChoices]:
     """The settings that a page sent; what has another form is refused."""
     found = []
     for document in documents:
         values = document.get("values") if isinstance(document, dict) else None
         if not isinstance(values, dict) or not all(isinstance(text, str) for text in values.values()):
             raise ParameterError("the page sent settings that are none")
-        found.append(Setting(document.get("on") is True, values))
+        found.append(StepChoices(document.get("on") is True, values))
     return found
 
 
-def script_with(script: Script, settings: Sequence[Setting]) -> Script:
+def script_with(script: Script, settings: Sequence[StepChoices]) -> Script:
     """The script with the steps that are on, and with these values.
 
     Raises:
-        SettingError: a value that is not allowed, and where.
+        ChoiceError: a value that is not allowed, and where.
         ParameterError: other steps than the script has, or none that is on.
     """
     if len(settings) != len(script.steps):
@@ -85,7 +85,7 @@ def script_with(script: Script, settings: Sequence[Setting]) -> Script:
     steps = [_set(k, step, setting) for k, (step, setting) in enumerate(zip(script.steps, settings, strict=True)) if setting.on]
     if not steps:
         raise ParameterError("every step is switched off: switch one on")
-    return replace(script, steps=tuple(steps))
+    return script.with_steps(steps)
 
 
 def in_mesh_units(script: Script, diagonal: float, mean_edge: float) -> Script:
@@ -99,7 +99,7 @@ def in_mesh_units(script: Script, diagonal: float, mean_edge: float) -> Script:
         }
         return step.with_checked(lengths)
 
-    return replace(script, steps=tuple(fixed(step) for step in script.with_defaults().steps))
+    return script.with_steps(fixed(step) for step in script.with_defaults().steps)
 
 
 def saved_comment(recipe: Recipe, scan: str, note: str) -> str:
@@ -119,16 +119,19 @@ def _plain(text: str) -> str:
     return "".join(letter if letter.isprintable() else " " for letter in text).replace("--", "- -").rstrip("-")
 
 
-def _set(number: int, step: Step, setting: Setting) -> Step:
+def _set(number: int, step: Step, setting: StepChoices) -> Step:
     values = {}
+    shown = step.with_defaults().values
     for name, text in setting.values.items():
+        if text == value_text(shown.get(name)):
+            continue  # what nobody changed keeps the name that the recipe gives it
         try:
             parameter = step.filter.parameter(name)
             if text == "" and not isinstance(parameter, String):
                 continue  # what MeshLab finds for the mesh
             values[name] = parse_value(parameter, text)
         except ParameterError as error:
-            raise SettingError(number, name, str(error)) from error
+            raise ChoiceError(number, name, str(error)) from error
     return step.with_checked(values)
 
 

@@ -17,7 +17,7 @@ from ..recipe import Recipe, load_recipe, shipped_heads
 from ..running.messages import encode_event
 from ..scripts.script import Script
 from ..scripts.write import write_script
-from .controls import SettingError, controls, in_mesh_units, saved_comment, script_with, settings_of
+from .controls import ChoiceError, choices_of, controls, in_mesh_units, saved_comment, script_with
 from .scan import Scan
 from .whole import Finisher
 from .workshop import Result, Workshop
@@ -74,7 +74,7 @@ class Conversation:
             while True:
                 try:
                     await answers[order["do"]](order)
-                except SettingError as error:
+                except ChoiceError as error:
                     await self._tell("problem", message=str(error), step=error.step, parameter=error.parameter)
                 except (PymeshfairError, OSError) as error:
                     await self._tell("problem", message=str(error))
@@ -199,7 +199,7 @@ class Conversation:
 
     def _asked(self, order: Mapping[str, Any]) -> tuple[Recipe, Script]:
         recipe = self._recipes[str(order["recipe"])]
-        return recipe, script_with(recipe.script, settings_of(order["steps"]))
+        return recipe, script_with(recipe.script, choices_of(order["steps"]))
 
     def _target(self, order: Mapping[str, Any], extension: str) -> Path:
         """A file of the folder that the command was started in."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -171,7 +172,12 @@ class MeshLayer:
     @property
     def diagonal(self) -> float:
         points = self.vertices
-        return float(np.linalg.norm(points.max(axis=0) - points.min(axis=0))) if len(points) else 0.0
+        if not len(points):
+            return 0.0
+        extent = points.max(axis=0) - points.min(axis=0)
+        with np.errstate(over="ignore", under="ignore"):
+            diagonal = float(np.linalg.norm(extent))
+        return diagonal if 1e-140 < diagonal < 1e140 else math.hypot(*extent)  # elsewhere squares are no ordinary numbers
 
     @property
     def mean_edge(self) -> float:

@@ -1,0 +1,245 @@
+"""`Recipe`: a chain of filters as an object of Python."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from .. import recipe as named
+from ..meshset import MeshSet
+from ..meshset.filter_methods import FilterMethods
+from ..meshset.script_log import ScriptLog
+from ..registry import find_filter
+from ..running.inspect import inspect_mesh
+from ..running.job import Event, Job, RunResult
+from ..running.supervise import run_job
+from ..scripts import Change, Script, Step, write_script
+from ..scripts.overrides import override
+from ..scripts.settings import Setting
+from ..scripts.warnings import script_warnings
+from .building import check_name, with_step, with_tag
+from .differences import differences
+from .table import recipe_table
+
+
+class Recipe(FilterMethods):
+    """A chain of filters that is built step by step, or loaded, and then checked, run, saved and compared.
+
+    Every filter is a method, as of `pymeshfair.MeshSet`; here it becomes the next step instead of being applied::
+
+        recipe = pymeshfair.Recipe("clean")
+        size = recipe.setting("size", "6edge", unit="length", description="Smaller details vanish.")
+        recipe.meshing_remove_duplicate_vertices()
+        recipe.apply_coord_implicit_fairing(detail_size=size)
+        recipe.save("clean.mlx")
+        recipe.run("scan.ply", "clean.ply")
+
+    Two recipes are equal if their scripts are: steps, values, settings, tags, comment and limits. In a notebook a recipe is shown
+    as a table.
+    """
+
+    __hash__ = None  # type: ignore[assignment]  # it changes
+
+    def __init__(self, name: str = "recipe", comment: str = "") -> None:
+        """An empty recipe.
+
+        Args:
+            name: for messages and the records of runs.
+            comment: the words at the head of the script, whose first line is the title.
+        """
+        self.name = name
+        self._script = Script((), comment)
+        self._changes: tuple[Change, ...] = ()
+
+    @classmethod
+    def load(cls, name_or_path: str | os.PathLike[str], *, upgrade: bool = False) -> Recipe:
+        """A shipped recipe by its name, or a script by its path; see `pymeshfair.recipe.load_recipe`.
+
+        Raises:
+            UnknownNameError: no recipe of that name is shipped, and there is no such file.
+            ScriptError: something in the script is wrong; lists every problem.
+        """
+        return cls._of(named.load_recipe(name_or_path, upgrade=upgrade))
+
+    @classmethod
+    def _of(cls, found: named.Recipe) -> Recipe:
+        recipe = cls(found.name)
+        recipe._script, recipe._changes = found.script, found.changes
+        return recipe
+
+    # --------------------------------------------------------------------------------------------------------- building
+
+    def apply_filter(self, filter_name: str, **kwargs: Any) -> dict[str, Any]:
+        """Make a filter the next step.
+
+        Args:
+            filter_name: its Python name, or its name in MeshLab's menus.
+            **kwargs: parameters by Python name, each a value or what `setting` gives; the others take their defaults. Lengths are
+                ``"1%"`` of the diagonal, ``"0.5edge"`` or ``"0.3"`` in mesh units.
+
+        Returns:
+            Nothing yet, an empty dictionary: the filter reports when the recipe runs.
+
+        Raises:
+            UnknownNameError: no such filter or parameter; the message gives the nearest name.
+            ParameterError: a value that the filter does not take.
+        """
+        self._script = with_step(self._script, find_filter(filter_name), kwargs)
+        return {}
+
+    def setting(self, name: str, default: str, *, unit: str = "", description: str = "") -> Setting:
+        """A value with a name, to be given to parameters of steps; `set` and ``--set`` change it in all of them at once.
+
+        Args:
+            name: letters, digits and underscores.
+            default: the value as text, such as ``"6edge"``.
+            unit: in which it is, for readers.
+            description: what it does, for readers.
+
+        Raises:
+            ParameterError: the name has other characters.
+        """
+        check_name(name, "the name of a setting")
+        return Setting(name, str(default), unit, description)
+
+    def tag(self, name: str, step: int = -1) -> None:
+        """Give a step a tag, by which ``TAG.PARAM=VALUE`` finds it; several steps may have the same.
+
+        Args:
+            name: letters, digits and underscores.
+            step: which, counted from 0; the last one by default.
+
+        Raises:
+            ParameterError: the name has other characters, or there is no such step.
+        """
+        self._script = with_tag(self._script, step, name)
+
+    def set(self, *texts: str, **settings: object) -> None:
+        """Put other values over those of the recipe: settings by name, or texts ``STEP.PARAM=VALUE`` as of the command line.
+
+        Raises:
+            UnknownNameError: no setting, step or parameter is called so.
+            ParameterError: a value that is not allowed; nothing is changed.
+        """
+        self._script = override(self._script, [*texts, *(f"{name}={value}" for name, value in settings.items())])
+
+    # ---------------------------------------------------------------------------------------------------------- reading
+
+    @property
+    def script(self) -> Script:
+        """The steps with their values, the settings, the comment and the limits, as they are now."""
+        return self._script
+
+    @property
+    def comment(self) -> str:
+        """The words at the head of the script."""
+        return self._script.comment
+
+    @comment.setter
+    def comment(self, words: str) -> None:
+        self._script = replace(self._script, comment=words)
+
+    @property
+    def changes(self) -> tuple[Change, ...]:
+        """How the script that was loaded was upgraded."""
+        return self._changes
+
+    def __iter__(self) -> Iterator[Step]:
+        return iter(self._script.steps)
+
+    def __len__(self) -> int:
+        return len(self._script.steps)
+
+    def __getitem__(self, index: int) -> Step:
+        return self._script.steps[index]
+
+    def __eq__(self, other: object) -> bool:
+        return self._script == other._script if isinstance(other, Recipe) else NotImplemented
+
+    def __repr__(self) -> str:
+        return f"<Recipe {self.name!r}: {', '.join(step.filter.python_name for step in self) or 'no steps'}>"
+
+    def _repr_html_(self) -> str:
+        return recipe_table(self.name, self._script)
+
+    def differences(self, other: Recipe) -> list[str]:
+        """What `other` does that this recipe does not, or with other values, one sentence each; empty if they do the same."""
+        return differences(self._script, other._script)
+
+    def check(self, mesh: MeshSet | str | os.PathLike[str] | None = None, *, layers: int = 1) -> list[str]:
+        """What the recipe may surprise with, one sentence each; its steps and values are valid in any case.
+
+        Args:
+            mesh: a mesh set or a mesh file that the lengths must suit; None looks at no mesh.
+            layers: how many layers there are when the recipe begins.
+
+        Raises:
+            InputError: the file cannot be read.
+        """
+        if mesh is None:
+            diagonal = None
+        elif isinstance(mesh, MeshSet):
+            diagonal = float(mesh.current_mesh().bounding_box().diagonal())
+        else:
+            diagonal = inspect_mesh(Path(mesh))["diagonal"]
+        return script_warnings(self._script, layers=layers, diagonal=diagonal)
+
+    # ----------------------------------------------------------------------------------------------- running and saving
+
+    def apply(self, meshes: MeshSet) -> list[dict[str, Any]]:
+        """Apply all steps to the current mesh of a mesh set; what each of them reports. Limits of the recipe are not looked at.
+
+        Raises:
+            ScriptStepFailedError: a step failed; the mesh is as the last complete step left it.
+        """
+        results: list[dict[str, Any]] = []
+        log = ScriptLog(self._script)
+        with meshes.deferred():
+            log.apply(lambda step: results.append(meshes.apply_step(step)))
+        return results
+
+    def run(
+        self,
+        input: str | os.PathLike[str],
+        output: str | os.PathLike[str],
+        *,
+        others: Sequence[str | os.PathLike[str]] = (),
+        overwrite: bool = False,
+        timeout: float | None = None,
+        on_event: Callable[[Event], None] = lambda event: None,
+    ) -> RunResult:
+        """Clean a mesh file in a process of its own, as ``pymeshfair run`` does: the output and its record appear whole or not.
+
+        Args:
+            input: the mesh file.
+            output: the file to write; its extension says the format.
+            others: mesh files for the layers 1, 2 ... that the recipe names.
+            overwrite: replace `output`, whatever it is.
+            timeout: seconds, or None.
+            on_event: called with each event of the run.
+
+        Raises:
+            PymeshfairError: the run failed; see `pymeshfair.running.supervise.run_job` for the kinds.
+        """
+        meaning = (str(change) for change in self._changes if not change.same_meaning)
+        job = Job(
+            named.Recipe(self.name, self._script, self._changes),
+            Path(input),
+            Path(output),
+            others=tuple(map(Path, others)),
+            overwrite=overwrite,
+            timeout=timeout,
+            warnings=(*meaning, *script_warnings(self._script, layers=1 + len(others))),
+        )
+        return run_job(job, on_event)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the recipe as an .mlx script; the file appears whole or not at all.
+
+        Raises:
+            PymeshfairError: it cannot be written.
+        """
+        write_script(self._script, Path(path))

@@ -1,0 +1,81 @@
+"""Standard streams that are closed, full or a terminal: what is printed never ends a command half-way, and obeys nobody else."""
+
+from __future__ import annotations
+
+import errno
+import io
+import os
+import sys
+from contextlib import suppress
+from typing import TextIO
+
+import typer
+
+
+class LastingStream(io.TextIOWrapper):
+    """A text stream that goes on, to nowhere, once it cannot be written.
+
+    Attributes:
+        failure: why it could not be, None while it can; that nobody reads a pipe any more is no failure.
+    """
+
+    failure: OSError | None = None
+
+    def write(self, text: str) -> int:
+        """Write, or not."""
+        try:
+            return super().write(text)
+        except OSError as error:
+            self._give_up(error)
+            return len(text)
+
+    def flush(self) -> None:
+        """Flush, or not."""
+        try:
+            super().flush()
+        except OSError as error:
+            self._give_up(error)
+
+    def _give_up(self, error: OSError) -> None:
+        if error.errno != errno.EPIPE:
+            self.failure = self.failure or error
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, self.fileno())
+        os.close(nowhere)
+        with suppress(OSError):
+            super().flush()
+
+
+def secure_streams() -> None:
+    """Make both output streams lasting ones, and open what is closed to nowhere: else a file would get the number 1 or 2."""
+    while (number := os.open(os.devnull, os.O_RDWR)) < 3:  # the lowest number that is free
+        pass
+    os.close(number)
+    sys.stdout, sys.stderr = (_lasting(number, stream) for number, stream in ((1, sys.stdout), (2, sys.stderr)))
+
+
+def _lasting(number: int, stream: TextIO | None) -> TextIO:
+    if stream is not None and type(stream) is not io.TextIOWrapper:
+        return stream  # somebody else's, such as a test's
+    if stream is not None:
+        with suppress(OSError):
+            stream.flush()
+    binary = open(number, "wb", closefd=False)  # noqa: SIM115 - a number, which stays open to the end
+    encoding, errors = ("utf-8", "backslashreplace") if stream is None else (stream.encoding, "backslashreplace")
+    return LastingStream(binary, encoding=encoding, errors=errors, line_buffering=True)
+
+
+def failure_of_stdout() -> OSError | None:
+    """Why something that was printed on stdout got lost, or None if nothing did."""
+    sys.stdout.flush()
+    return sys.stdout.failure if isinstance(sys.stdout, LastingStream) else None
+
+
+def printable(text: object) -> str:
+    """The text without control characters, which a terminal would obey: names of files may have any; line feeds and tabs stay."""
+    return "".join(c if c.isprintable() or c in "\n\t" else ascii(c)[1:-1] for c in str(text))
+
+
+def warn(text: object) -> None:
+    """Print a warning on stderr."""
+    typer.echo(f"{typer.style('warning:', fg='yellow')} {printable(text)}", err=True)

@@ -1,0 +1,63 @@
+"""Numbers and indices of documents in which a list stands in a text: checked as a whole, without a loop in Python."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import ContentsError
+from .references import shown
+
+
+def numbers(text: str, what: str) -> NDArray[np.float64]:
+    """The numbers of a text, parted by blanks.
+
+    Raises:
+        ContentsError: one of them is none, or not finite.
+    """
+    words = text.split()
+    try:
+        if "_" in text or not text.isascii():  # of which Python makes numbers, too
+            raise ValueError
+        values = np.array(words, dtype=np.float64)
+    except ValueError:
+        strange = next(w for w in words if not _is_number(w))
+        raise ContentsError(f"{shown(strange, 30)} among {what} is no number; decimals are written with a point") from None
+    if not np.isfinite(values).all():
+        raise ContentsError(f"number {int(np.argmin(np.isfinite(values))) + 1:,} of {what} is not finite")
+    return values
+
+
+def indices(text: str, what: str) -> NDArray[np.int64]:
+    """The whole numbers of a text, parted by blanks.
+
+    Raises:
+        ContentsError: one of them is none.
+    """
+    values = numbers(text, what)
+    whole = (values == np.rint(values)) & (np.abs(values) < 1 << 53)
+    if not whole.all():
+        raise ContentsError(f"number {int(np.argmin(whole)) + 1:,} of {what} is no whole number")
+    return values.astype(np.int64)
+
+
+def check_range(values: NDArray[np.int64], least: int, below: int, what: str) -> None:
+    """Refuse indices that name nothing.
+
+    Raises:
+        ContentsError: one is less than `least`, or not below `below`.
+    """
+    wrong = (values < least) | (values >= below)
+    if wrong.any():
+        k = int(np.argmax(wrong))
+        raise ContentsError(f"number {k + 1:,} of {what} is {values[k]}, which is none of {below:,}")
+
+
+def _is_number(text: str) -> bool:
+    if "_" in text or not text.isascii():
+        return False
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

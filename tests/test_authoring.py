@@ -1,0 +1,182 @@
+"""Recipes as objects of Python: built, loaded, checked, run, saved, compared and shown."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pymeshlab
+import pytest
+
+import pymeshfair
+from pymeshfair import MeshSet, Recipe
+from pymeshfair.declaration import Length
+from pymeshfair.errors import ParameterError, UnknownNameError
+from pymeshfair.meshset.errors import ScriptStepFailedError
+from pymeshfair.recipe import load_recipe
+from pymeshfair.scripts import parse_script
+from pymeshfair.scripts.guards import NO_GUARDS
+from tests.meshes import icosphere
+
+
+def built() -> Recipe:
+    """A recipe of three steps, two of which use one setting."""
+    recipe = Recipe("clean", "Clean <it>\n\nFor: balls.")
+    size = recipe.setting("size", "20%", unit="length", description="Smaller things go.")
+    recipe.meshing_remove_connected_component_by_diameter(mincomponentdiag=size)
+    recipe.meshing_isotropic_explicit_remeshing(iterations=1, targetlen=size)
+    recipe.apply_coord_taubin_fairing(iterations=2, step=0.4)
+    recipe.tag("smooth")
+    return recipe
+
+
+def ball() -> MeshSet:
+    """A mesh set with one sphere."""
+    meshes = MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(*icosphere(3)))
+    return meshes
+
+
+def test_a_recipe_is_built_saved_and_loaded(tmp_path: Path) -> None:
+    """Steps, settings, tags and comment come back from the file; what was left out is said there with its default."""
+    recipe = built()
+    recipe.save(tmp_path / "clean.mlx")
+    loaded = Recipe.load(tmp_path / "clean.mlx")
+    assert loaded.script == recipe.script.with_defaults()
+    assert loaded != recipe  # its values are said
+    assert recipe.differences(loaded) == []
+    assert loaded == Recipe.load(str(tmp_path / "clean.mlx"))
+    assert (loaded.name, loaded.comment) == ("clean", "Clean <it>\n\nFor: balls.")
+    assert [s.name for s in loaded.script.settings] == ["size"]
+    assert [step.tag for step in loaded] == ["", "", "smooth"]
+
+
+def test_steps_are_counted_and_iterated() -> None:
+    """A recipe is a sequence of steps with checked values."""
+    recipe = built()
+    assert len(recipe) == 3
+    assert [step.filter.name for step in recipe][2] == recipe[-1].filter.name == "Taubin Fairing"
+    assert recipe[1].values["targetlen"] == Length(20.0, "percent")
+    assert "meshing_isotropic_explicit_remeshing, apply_coord_taubin_fairing" in repr(recipe)
+    assert repr(Recipe("new")) == "<Recipe 'new': no steps>"
+
+
+def test_wrong_steps_are_refused_when_they_are_added() -> None:
+    """A wrong name, value, setting or tag leaves the recipe as it was and gets the message that a script would get."""
+    recipe = built()
+    before = recipe.script
+    with pytest.raises(AttributeError, match="did you mean 'meshing_close_holes'"):
+        recipe.meshing_close_hole()
+    with pytest.raises(UnknownNameError, match="did you mean 'maxholesize'"):
+        recipe.meshing_close_holes(maxholesiz=3)  # type: ignore[call-arg]
+    with pytest.raises(ParameterError, match="takes a length such as '1%'"):
+        recipe.meshing_merge_close_vertices(threshold=pymeshlab.PercentageValue(1))
+    with pytest.raises(ParameterError, match="another setting 'size', whose default is 20%"):
+        recipe.meshing_merge_close_vertices(threshold=recipe.setting("size", "1%"))
+    with pytest.raises(ParameterError, match="takes letters"):
+        recipe.setting("a b", "1%")
+    with pytest.raises(ParameterError, match="takes letters"):
+        recipe.tag("a.b")
+    with pytest.raises(ParameterError, match="there is no step 3; the recipe has 3"):
+        recipe.tag("third", step=3)
+    with pytest.raises(UnknownNameError, match="no setting 'sizes'"):
+        recipe.set("smooth.iterations=3", sizes="1%")
+    assert recipe.script is before
+
+
+def test_values_are_set_as_on_the_command_line() -> None:
+    """A setting changes all steps that use it; TAG.PARAM=VALUE changes one."""
+    recipe = built()
+    recipe.set("smooth.iterations=5", size="30%")
+    assert [recipe[0].values["mincomponentdiag"], recipe[1].values["targetlen"]] == [Length(30.0, "percent")] * 2
+    assert recipe[2].values["iterations"] == 5
+    assert built().differences(recipe) == [
+        "step 1, Remove Isolated pieces (wrt Diameter): mincomponentdiag is 30.0%, not 20.0%",
+        "step 2, Remeshing: Isotropic Explicit Remeshing: targetlen is 30.0%, not 20.0%",
+        "step 3, Taubin Fairing: iterations is 5, not 2",
+    ]
+
+
+def test_differences_name_new_and_missing_steps() -> None:
+    """Steps are matched by their filters, whatever their numbers."""
+    recipe = Recipe("other")
+    recipe.meshing_close_holes()
+    recipe.apply_coord_taubin_fairing(iterations=2, step=0.4)
+    assert built().differences(recipe) == [
+        "step 1, Remove Isolated pieces (wrt Diameter), is left out",
+        "step 2, Remeshing: Isotropic Explicit Remeshing, is left out",
+        "step 1, Close Holes, is new",
+    ]
+    assert Recipe("empty").differences(Recipe("empty")) == []
+
+
+def test_a_recipe_runs_on_a_mesh_set_and_on_a_file(tmp_path: Path) -> None:
+    """Both ways give the mesh that the same calls on a mesh set give; each step's report comes back."""
+    expected = ball()
+    expected.meshing_remove_connected_component_by_diameter(mincomponentdiag="20%")
+    expected.meshing_isotropic_explicit_remeshing(iterations=1, targetlen="20%")
+    expected.apply_coord_taubin_fairing(iterations=2, step=0.4)
+    vertices = expected.current_mesh().vertex_matrix()
+    meshes = ball()
+    assert len(built().apply(meshes)) == 3
+    np.testing.assert_array_equal(meshes.current_mesh().vertex_matrix(), vertices)
+    ball().save_current_mesh(str(tmp_path / "ball.ply"))
+    result = built().run(tmp_path / "ball.ply", tmp_path / "out.ply")
+    assert [step.python_name for step in result.steps] == [step.filter.python_name for step in built()]
+    assert result.after["vertices"] == len(vertices) < 642
+
+
+def test_a_failing_step_is_named() -> None:
+    """The error says which step failed and why."""
+    recipe = Recipe("fails")
+    recipe.apply_coord_taubin_fairing()
+    recipe.apply_coord_explicit_smoothing(selected=True)
+    with pytest.raises(ScriptStepFailedError, match="step 2 of 2, 'Explicit Smoothing': "):
+        recipe.apply(ball())
+
+
+def test_a_check_tells_what_may_surprise(tmp_path: Path) -> None:
+    """A length out of proportion is told for a mesh set and for a file, a missing layer without any mesh."""
+    recipe = Recipe("checked")
+    recipe.meshing_merge_close_vertices(threshold="5")
+    assert recipe.check() == []
+    (told,) = recipe.check(ball())
+    assert "threshold is 5" in told
+    ball().save_current_mesh(str(tmp_path / "ball.ply"))
+    assert recipe.check(tmp_path / "ball.ply") == [told]
+    recipe.get_hausdorff_distance(sampledmesh=0, targetmesh=1)
+    assert ["is layer 1" in text for text in recipe.check()] == [True]
+    assert recipe.check(layers=2) == []
+
+
+def test_a_shipped_recipe_is_loaded_by_name() -> None:
+    """It is the recipe that the command line runs."""
+    assert Recipe.load("smooth_taubin").script == load_recipe("smooth_taubin").script
+    assert pymeshfair.Recipe is Recipe
+
+
+def test_a_notebook_shows_a_table() -> None:
+    """Title, settings, filters and values that are not the defaults are in the table, escaped."""
+    html = built()._repr_html_()
+    assert html.count("<tr>") == 2 + 4
+    assert "<b>Clean &lt;it&gt;</b>" in html
+    assert "<td>size</td><td>20%</td><td>length</td><td>Smaller things go.</td>" in html
+    assert "<td>3</td><td>Taubin Fairing</td><td>step = 0.4, iterations = 2</td><td>smooth</td>" in html
+    assert "<b>new</b>" in Recipe("new")._repr_html_()
+
+
+def test_the_page_on_recipes_does_what_it_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its script is valid and means what its Python builds; the Python runs."""
+    page = (Path(__file__).parents[1] / "docs/writing_recipes.md").read_text("utf-8")
+    xml, python = (re.findall(rf"```{kind}\n(.*?)```", page, re.DOTALL) for kind in ("xml", "python"))
+    monkeypatch.chdir(tmp_path)
+    ball().save_current_mesh("scan.ply")
+    scope: dict[str, Any] = {}
+    exec(python[0], scope)
+    written = parse_script(xml[0].encode(), "page")
+    built = scope["recipe"].script
+    assert replace(written, guards=NO_GUARDS, comment=built.comment) == built
+    assert (tmp_path / "clean.ply").exists()
