@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from . import check, compare, demo, doctor, export, info, list, picture, run, spectrum, suggest, upgrade, verify
+from . import check, compare, demo, doctor, export, info, list, picture, run, spectrum, suggest, tune, upgrade, verify
 from .group import CommandGroup
 
 app = typer.Typer(
@@ -33,6 +33,7 @@ app.command()(suggest.suggest)
 app.command()(spectrum.spectrum)
 app.command()(compare.compare)
 app.command()(picture.picture)
+app.command()(tune.tune)
 app.command()(doctor.doctor)
 
 
