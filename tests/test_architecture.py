@@ -37,7 +37,7 @@ FLOORS = [
     {"running"},
     {"authoring", "looking"},
     {"report"},
-    {"batch"},
+    {"batch", "tuning"},
     {"commands"},
     {"__main__"},
 ]

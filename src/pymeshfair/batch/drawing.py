@@ -92,7 +92,7 @@ def _drawn(document: Mapping[str, Any], tell: Tell) -> dict[str, Any]:
     from ..looking.picture import Appearance, draw_meshes
     from ..report.comparison_page import Compared, RunPart, comparison_page, verdict_of
     from ..report.page import figure_of
-    from ..running.read import mesh_of
+    from ..running.read import read_arrays
     from ..running.record import steps_of
     from ..running.session import Session
 
@@ -101,7 +101,7 @@ def _drawn(document: Mapping[str, Any], tell: Tell) -> dict[str, Any]:
     for path in (Path(document["input"]), output):
         arrays = stage / "arrays.npz"
         report = Session(Assignment((), path, stage, arrays=arrays, allow_outside=True, unchecked=True), tell).run()
-        meshes.append(mesh_of(path, arrays, report))
+        meshes.append(read_arrays(path, arrays, report))
     before, after = map(state_of, meshes)
     found, moved = compare(before, after)
     record = read_provenance(output)

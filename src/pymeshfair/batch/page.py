@@ -43,11 +43,11 @@ def write_page(folder: Path, summary: Summary, made: Mapping[str, Mapping[str, A
     recipe = summary.settings.recipe
     text = render(
         "batch.html",
-        programs=("table.js",),
+        scripts=("table.js",),
         title=f"{summary.planned:,} scans: {recipe.title}",
         subtitle=f"The recipe {recipe.name}, to {folder}, from {summary.started} to {summary.finished}.",
         verdict=_verdict(summary),
-        headers=("scan", "", *(head for head, _ in _COLUMNS)),
+        headers=("scan", "state", *(head for head, _ in _COLUMNS)),
         rows=[_row(folder, o, far[o.output], made.get(o.output, {})) for o in worst_first(summary.outcomes)],
         made=f"Made by pymeshfair on {summary.finished}. This page needs no network.",
     )

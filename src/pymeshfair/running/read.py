@@ -106,11 +106,18 @@ def _read(
         )
         with WorkerProcess(assignment.to_document(), queue, start=start) as worker:
             report = Watch(job, worker, queue, lambda event: None).until_done(started)
-        return mesh_of(path, arrays, report, warnings)
+        return read_arrays(path, arrays, report, warnings)
 
 
-def mesh_of(path: Path, arrays: Path, report: Mapping[str, Any], warnings: tuple[str, ...] = ()) -> ReadMesh:
-    """The mesh that a worker has written to a file of arrays, with what it reported."""
+def read_arrays(path: Path, arrays: Path, report: Mapping[str, Any], warnings: tuple[str, ...] = ()) -> ReadMesh:
+    """The mesh of a file from what a session wrote of it.
+
+    Args:
+        path: the file that the session read.
+        arrays: the .npz file that it wrote.
+        report: what it reported.
+        warnings: more, besides its own.
+    """
     with np.load(arrays, allow_pickle=False) as found:
         read = {name: found[name] for name in found.files}
     return ReadMesh(

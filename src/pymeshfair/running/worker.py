@@ -37,7 +37,7 @@ def main(before_end: Callable[[], None] = lambda: None) -> None:
 
 def serve(work: Work, before_end: Callable[[], None]) -> None:
     """Do with the document that stdin gives whatever `work` does, within its limits, and end the process."""
-    orders, reports = _take_over_streams()
+    orders, reports = take_over_streams()
     faulthandler.enable()
     line = orders.readline()
     if not line.endswith(b"\n"):
@@ -61,7 +61,7 @@ def serve(work: Work, before_end: Callable[[], None]) -> None:
     os._exit(0)
 
 
-def _take_over_streams() -> tuple[BinaryIO, BinaryIO]:
+def take_over_streams() -> tuple[BinaryIO, BinaryIO]:
     """Keep stdin and stdout to ourselves: MeshLab's filters, and whatever they call, print to stdout."""
     orders = os.fdopen(os.dup(0), "rb")
     reports = os.fdopen(os.dup(1), "wb", buffering=0)
