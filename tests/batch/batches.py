@@ -84,12 +84,15 @@ def with_module(folder: Path, program: str) -> dict[str, str]:
     return {"PYTHONPATH": str(folder)}
 
 
-def start_batch(*arguments: str | Path, environment: Mapping[str, str] | None = None) -> subprocess.Popen[str]:
-    """``pymeshfair batch`` in a session of its own, as one in the background of a terminal."""
+def start_batch(
+    *arguments: str | Path, environment: Mapping[str, str] | None = None, quiet: bool = False
+) -> subprocess.Popen[str]:
+    """``pymeshfair batch`` in a session of its own, as in the background of a terminal; `quiet` if nobody reads what it says."""
+    heard = subprocess.DEVNULL if quiet else subprocess.PIPE
     return subprocess.Popen(
         [*COMMAND, "batch", *map(str, arguments)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
+        stdout=heard,
+        stderr=heard,
         text=True,
         start_new_session=True,
         env={**os.environ, **(environment or {})},

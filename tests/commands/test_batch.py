@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from pymeshfair.running.verify import verify_output
 from tests.batch.batches import contents, journal_of, results_of_run, write_recipe, write_scan, write_scans
 
 from .command_line import document, invoke, run_process
@@ -158,7 +159,7 @@ def test_stop_ends_at_the_first_failure(tmp_path: Path) -> None:
 
 
 def test_textures_of_one_name_do_not_meet(tmp_path: Path) -> None:
-    """Two scans whose textures have one name each keep their own, whichever was first."""
+    """Two scans whose textures have one name each keep their own, whichever was first; made again from their provenance, too."""
     from PIL import Image
 
     for k, color in enumerate(("red", "blue")):
@@ -173,6 +174,7 @@ def test_textures_of_one_name_do_not_meet(tmp_path: Path) -> None:
         image = tmp_path / "out" / f"scan{k}.obj-texture.png"
         assert image.read_bytes() == (tmp_path / f"in{k}" / "texture.png").read_bytes()
         assert f"map_Kd {image.name}" in (tmp_path / "out" / f"scan{k}.obj.mtl").read_text()
+        assert verify_output(tmp_path / "out" / f"scan{k}.obj").verdict == "identical"
 
 
 @pytest.mark.parametrize(

@@ -49,7 +49,7 @@ def record_of(
             "sha256": hashlib.sha256(text.encode("utf-8")).hexdigest(),
             "text": text,
         },
-        **_options(job),
+        **_options(job, report["output"]["side_files"]),
         "input": report["input"],
         "output": report["output"],
         "steps": [
@@ -79,9 +79,10 @@ def record_of(
     }
 
 
-def _options(job: Job) -> dict[str, Any]:
-    """The entry about what the input was allowed, if anything was."""
+def _options(job: Job, side_files: Sequence[Any]) -> dict[str, Any]:
+    """The entry about what the input was allowed and how textures were named, where that was not as usual."""
     given = {name: True for name in ("allow_outside", "unchecked", "keep_all") if getattr(job, name)}
+    given |= {"own_texture_names": True} if job.own_texture_names and side_files else {}
     return {"options": given} if given else {}
 
 
