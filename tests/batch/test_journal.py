@@ -26,7 +26,7 @@ from .batches import write_scan
 
 
 def test_torn_lines_are_passed_over(tmp_path: Path) -> None:
-    """Half a line at the end, as a killed batch leaves it, is not joined to the next; the last line about an output counts."""
+    """Half a line, as a killed batch leaves it, is not joined to the next; the last line counts; anew begins with a new scan."""
     with Journal(tmp_path, resume=True) as journal:
         journal.append(Outcome("in", "a", "failed", 1.0))
         journal.append(Outcome("in", "b", "done", 1.0))
@@ -39,7 +39,9 @@ def test_torn_lines_are_passed_over(tmp_path: Path) -> None:
     assert {output: (o.status, o.seconds) for output, o in found.items()} == {"a": ("done", 2.0), "b": ("done", 1.0)}
     with Journal(tmp_path, resume=False) as journal:
         assert set(journal.before) == {"a", "b"}
-    assert read_journal(journal.path) == {}
+        assert set(read_journal(journal.path)) == {"a", "b"}
+        journal.append(Outcome("in", "d", "done", 1.0))
+    assert set(read_journal(journal.path)) == {"d"}
 
 
 def test_one_batch_at_a_time(tmp_path: Path) -> None:

@@ -128,27 +128,30 @@ class Task:
                 todo = sample(todo, self._sample)
             audience.begin(len(todo))
             record = _Record(audience, done)
+            drawn = [scan for scan in self.scans if scan.number in done and self._report]
             try:
-                if todo or (done and self._report):
+                if todo or drawn:
                     carry_out(
                         todo,
                         self.settings,
                         journal,
                         self.folder,
                         address=self._address,
-                        jobs=min(self._jobs, max(len(todo), 1)),
+                        jobs=min(self._jobs, len(todo) or len(drawn)),
                         stop=self._stop,
                         pages=self._report,
                         listener=record,
-                        done=[scan for scan in self.scans if scan.number in done],
+                        done=drawn,
                     )
             finally:
-                ended = [scan for scan in self.scans if scan.number in record.outcomes]
-                outcomes = [record.outcomes[scan.number] for scan in ended]
-                seconds = time.monotonic() - clock
-                summary = Summary.of(outcomes, len(self.scans), self.settings, started=started, finished=now(), seconds=seconds)
-                self.written = (*summary.write(self.folder), journal.path)
+                if record.outcomes:  # else nothing was begun, and what is known of a former batch stays
+                    outcomes = [record.outcomes[scan.number] for scan in self.scans if scan.number in record.outcomes]
+                    finished, seconds = now(), time.monotonic() - clock
+                    summary = Summary.of(
+                        outcomes, len(self.scans), self.settings, started=started, finished=finished, seconds=seconds
+                    )
+                    self.written = (*summary.write(self.folder), journal.path)
             if self._report:
-                made = {str(scan.output): record.pages.get(scan.number, {}) for scan in ended}
+                made = {str(scan.output): record.pages.get(scan.number, {}) for scan in self.scans}
                 self.written += (write_page(self.folder, summary, made),)
         return summary
