@@ -125,7 +125,7 @@ def test_a_sample_is_spread_by_size_and_noise(tmp_path: Path) -> None:
 
 
 def test_limits_hold_for_every_scan(tmp_path: Path) -> None:
-    """A scan that goes beyond a limit is not written and named; --keep-broken writes it, and the exit code is 1 all the same."""
+    """A scan that goes beyond a limit is not written and named; --keep-broken writes it, and it is not done for all that."""
     scans = write_scans(tmp_path / "scans", 2)
     recipe = write_recipe(tmp_path / "recipe.mlx")
     refused = run_process("batch", recipe, scans, "-o", tmp_path / "a", "--max-displacement", "0.0001")
@@ -136,6 +136,8 @@ def test_limits_hold_for_every_scan(tmp_path: Path) -> None:
     assert kept.returncode == 1
     assert document(kept.stdout)["counts"]["broken"] == 2
     assert len(list((tmp_path / "b").glob("*.ply"))) == 2
+    resumed = run_process("batch", recipe, scans, "-o", tmp_path / "b", "--max-displacement", "0.0001", "--resume", "--json")
+    assert document(resumed.stdout)["counts"]["failed"] == 2
 
 
 def test_stop_ends_at_the_first_failure(tmp_path: Path) -> None:
