@@ -37,6 +37,7 @@ FLOORS = [
     {"running"},
     {"authoring", "looking"},
     {"report"},
+    {"tuning"},
     {"commands"},
     {"__main__"},
 ]

@@ -19,9 +19,9 @@ def canvas_pixels(page: Any) -> NDArray[np.int64]:
 
 def halves(pixels: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """The views beside each other, without names, rings and the scale bar at their borders."""
-    height, width = pixels.shape[:2]
-    kept = slice(40, height - 60)
-    return pixels[kept, : width // 2 - 20], pixels[kept, width // 2 + 20 :]
+    height, middle = pixels.shape[0], pixels.shape[1] // 2
+    rows = slice(40, height - 60)
+    return pixels[rows, 20 : middle - 20], pixels[rows, middle + 20 : 2 * middle - 20]
 
 
 def share_changed(one: NDArray[np.int64], other: NDArray[np.int64]) -> float:

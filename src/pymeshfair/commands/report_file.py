@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from .streams import printable
+
 if TYPE_CHECKING:
     from ..looking.mesh_state import MeshState
     from ..report.comparison_page import Compared, RunPart, Verdict
@@ -91,4 +93,4 @@ def write_report(
     )
     # Names of files may hold bytes that are no text.
     write_file(path, lambda file: file.write(text.encode("utf-8", "replace")))
-    typer.echo(f"Report: {path}", err=True)
+    typer.echo(printable(f"Report: {path}"), err=True)

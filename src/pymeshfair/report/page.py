@@ -11,12 +11,12 @@ import hashlib
 import importlib.resources
 import io
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from PIL import Image
 
@@ -51,23 +51,36 @@ def figure_of(picture: Image.Image, alternative: str, caption: str) -> Figure:
     return Figure(source, alternative, caption, picture.width, picture.height)
 
 
-def render(template: str, /, **values: Any) -> str:
-    """Fill a template of this package.
+def render(
+    template: str,
+    /,
+    *,
+    scripts: Sequence[str] = ("viewer.js", "page.js"),
+    sockets: bool = False,
+    package: str = __package__,
+    **values: Any,
+) -> str:
+    """Fill a template.
 
     Args:
         template: its file, such as ``"report.html"``. It extends ``page.html``, which takes ``title``.
-        values: what it names; missing ones are an error.
+        scripts: files in ``static/`` that the page holds, in this order.
+        sockets: whether the page may talk with the server that it came from; else it reaches nothing.
+        package: where templates and scripts are, besides this package.
+        values: what the template names; missing ones are an error.
     """
-    scripts = tuple(Markup(resource(name)) for name in ("viewer.js", "page.js"))
-    style = Markup(resource("page.css"))
-    allowed = " ".join(f"'sha256-{_digest(text)}'" for text in scripts)
+    texts = tuple(Markup(_resource(name, package)) for name in scripts)
+    style = Markup(_resource("page.css", package))
+    allowed = " ".join(f"'sha256-{_digest(text)}'" for text in texts)
     policy = f"default-src 'none'; img-src data:; style-src 'sha256-{_digest(style)}'; script-src {allowed}"
-    return _environment().get_template(template).render(scripts=scripts, style=style, policy=policy, **values)
+    policy += "; base-uri 'none'; form-action 'none'" + ("; connect-src 'self'" if sockets else "")
+    return _environment(package).get_template(template).render(scripts=texts, style=style, policy=policy, **values)
 
 
-def resource(name: str) -> str:
-    """A script or style sheet of this package."""
-    return importlib.resources.files(__package__).joinpath("static", name).read_text("utf-8")
+def _resource(name: str, package: str) -> str:
+    """A script or style sheet of a package, else of this one."""
+    places = (importlib.resources.files(place).joinpath("static", name) for place in (package, __package__))
+    return next(place for place in places if place.is_file()).read_text("utf-8")
 
 
 def _digest(text: str) -> str:
@@ -75,9 +88,9 @@ def _digest(text: str) -> str:
 
 
 @cache
-def _environment() -> Environment:
+def _environment(package: str) -> Environment:
     environment = Environment(
-        loader=PackageLoader("pymeshfair.report"),
+        loader=ChoiceLoader([PackageLoader(place) for place in dict.fromkeys((package, __package__))]),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

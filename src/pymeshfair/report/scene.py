@@ -66,7 +66,14 @@ class Scene:
         return len(head).to_bytes(4, "little") + head + self.body
 
 
-def pack_scene(meshes: Sequence[Shown], limits: Mapping[str, Limits], *, up: str = "y", markers: Sequence[Marker] = ()) -> Scene:
+def pack_scene(
+    meshes: Sequence[Shown],
+    limits: Mapping[str, Limits],
+    *,
+    up: str = "y",
+    markers: Sequence[Marker] = (),
+    box: tuple[Floats, float] | None = None,
+) -> Scene:
     """Pack meshes that are seen from one camera.
 
     Args:
@@ -74,15 +81,16 @@ def pack_scene(meshes: Sequence[Shown], limits: Mapping[str, Limits], *, up: str
         limits: the ends of the colour bar, by coloring, for every coloring that a mesh has numbers of.
         up: the upright axis, "y" or "z".
         markers: places to show.
+        box: the middle and half the side of the cube in which coordinates are kept, for scenes that are to be shown together;
+            what lies outside is moved to its sides. The least that holds all meshes if it is None.
     """
-    low = np.min([mesh.vertices.min(axis=0) for mesh in meshes if len(mesh.vertices)], axis=0)
-    high = np.max([mesh.vertices.max(axis=0) for mesh in meshes if len(mesh.vertices)], axis=0)
-    centre, half = 0.5 * (low + high), 0.5 * float((high - low).max()) or 1.0
+    centre, half = _least_box(meshes) if box is None else box
     parts: list[bytes] = []
     described = [_packed(mesh, centre, half, limits, parts) for mesh in meshes]
     header = {
         "centre": centre.tolist(),
         "half": half,
+        "fit": min(1.0, _least_box(meshes)[1] / half),
         "up": up,
         "meshes": described,
         "colorings": {name: _coloring(COLORINGS[name], ends) for name, ends in limits.items()},
@@ -91,6 +99,12 @@ def pack_scene(meshes: Sequence[Shown], limits: Mapping[str, Limits], *, up: str
         ],
     }
     return Scene(header, zlib.compress(b"".join(parts), 7))
+
+
+def _least_box(meshes: Sequence[Shown]) -> tuple[Floats, float]:
+    low = np.min([mesh.vertices.min(axis=0) for mesh in meshes if len(mesh.vertices)], axis=0)
+    high = np.max([mesh.vertices.max(axis=0) for mesh in meshes if len(mesh.vertices)], axis=0)
+    return 0.5 * (low + high), 0.5 * float((high - low).max()) or 1.0
 
 
 def _packed(mesh: Shown, centre: Floats, half: float, limits: Mapping[str, Limits], parts: list[bytes]) -> dict[str, Any]:
@@ -109,6 +123,7 @@ def _packed(mesh: Shown, centre: Floats, half: float, limits: Mapping[str, Limit
         "of_vertices": mesh.of_vertices,
         "of_faces": mesh.of_faces,
         "lit": bool(mesh.normals.any()),
+        "limits": {name: list(limits[name]) for name in mesh.scalars},
         "arrays": [
             {
                 "name": name,

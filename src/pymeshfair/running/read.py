@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from queue import SimpleQueue
@@ -99,8 +100,20 @@ def _read(path: Path, self_intersections: bool, timeout: float | None, warnings:
         )
         with WorkerProcess(assignment.to_document(), queue, threads=None) as worker:
             report = Watch(job, worker, queue, lambda event: None).until_done(started)
-        with np.load(arrays, allow_pickle=False) as found:
-            read = {name: found[name] for name in found.files}
+        return read_arrays(path, arrays, report, warnings)
+
+
+def read_arrays(path: Path, arrays: Path, report: Mapping[str, Any], warnings: tuple[str, ...] = ()) -> ReadMesh:
+    """The mesh of a file from what a session wrote of it.
+
+    Args:
+        path: the file that the session read.
+        arrays: the .npz file that it wrote.
+        report: what it reported.
+        warnings: more, besides its own.
+    """
+    with np.load(arrays, allow_pickle=False) as found:
+        read = {name: found[name] for name in found.files}
     return ReadMesh(
         path,
         read["vertices"],

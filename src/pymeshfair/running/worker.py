@@ -26,7 +26,7 @@ from .messages import Assignment, failure, to_line
 
 def main() -> None:
     """Carry out the assignment that stdin gives."""
-    orders, reports = _take_over_streams()
+    orders, reports = take_over_streams()
     faulthandler.enable()
     line = orders.readline()
     if not line.endswith(b"\n"):
@@ -49,7 +49,7 @@ def main() -> None:
     os._exit(0)
 
 
-def _take_over_streams() -> tuple[BinaryIO, BinaryIO]:
+def take_over_streams() -> tuple[BinaryIO, BinaryIO]:
     """Keep stdin and stdout to ourselves: MeshLab's filters, and whatever they call, print to stdout."""
     orders = os.fdopen(os.dup(0), "rb")
     reports = os.fdopen(os.dup(1), "wb", buffering=0)

@@ -4,7 +4,7 @@
 const VERTEX_SHADER = `#version 300 es
 precision highp float;
 in vec3 place; in vec2 direction; in float level;
-uniform mat3 turn; uniform vec3 focus; uniform vec2 scale; uniform float depth, dot_size;
+uniform mat3 turn; uniform vec3 focus; uniform vec2 scale; uniform float depth, dot_size; uniform vec2 spread;
 out vec3 seen; out vec3 normal; out float share;
 void main() {
   seen = turn * (place / 32767.5 - 1.0 - focus);
@@ -12,7 +12,7 @@ void main() {
   vec3 n = vec3(flat_, 1.0 - abs(flat_.x) - abs(flat_.y));
   if (n.z < 0.0) n.xy = (1.0 - abs(n.yx)) * vec2(n.x < 0.0 ? -1.0 : 1.0, n.y < 0.0 ? -1.0 : 1.0);
   normal = turn * normalize(n);
-  share = level / 255.0;
+  share = clamp(spread.x + spread.y * level / 255.0, 0.0, 1.0);
   gl_Position = vec4(seen.xy * scale, -seen.z * depth, 1.0);
   gl_PointSize = dot_size;
 }`;
@@ -170,7 +170,7 @@ class Viewer {
     gl.linkProgram(program);
     gl.useProgram(program);
     this.at = Object.fromEntries(
-      ["turn", "focus", "scale", "depth", "dot_size", "style", "kind", "stripes", "colors"].map((n) => [n, gl.getUniformLocation(program, n)]));
+      ["turn", "focus", "scale", "depth", "dot_size", "style", "kind", "stripes", "colors", "spread"].map((n) => [n, gl.getUniformLocation(program, n)]));
     this.texture = gl.createTexture();
     gl.bindTexture(gl.TEXTURE_2D, this.texture);
     gl.enable(gl.DEPTH_TEST);
@@ -213,8 +213,8 @@ class Viewer {
     return { stacked, width: stacked ? width : width / count, height: stacked ? height / count : height };
   }
 
-  /* pixels of the screen for half the box of the scene */
-  get pixels() { const { width, height } = this.layout; return 0.47 * Math.min(width, height) * this.camera.zoom; }
+  /* pixels of the screen for half the box of the scene; at first what it holds fills the view */
+  get pixels() { const { width, height } = this.layout; return 0.47 * Math.min(width, height) * this.camera.zoom / this.scene.fit; }
 
   _draw() {
     const gl = this.gl, canvas = this.canvas;
@@ -253,13 +253,16 @@ class Viewer {
     this._annotate();
   }
 
-  _drawMesh({ state, buffers }, { arrays, lit }) {
+  _drawMesh({ state, buffers }, { arrays, lit, limits }) {
     const gl = this.gl, level = buffers[`scalar:${this.style}`];
     gl.bindVertexArray(state);
     if (level) {
       gl.bindBuffer(gl.ARRAY_BUFFER, level);
       gl.enableVertexAttribArray(2);
       gl.vertexAttribPointer(2, 1, gl.UNSIGNED_BYTE, false, 0, 0);
+      // The numbers of a mesh of another scene lie between other limits than the colour bar.
+      const { low, high } = this.scene.colorings[this.style], [from, to] = limits[this.style], width = high - low || 1;
+      gl.uniform2f(this.at.spread, high > low ? (from - low) / width : 0.5, high > low ? (to - from) / width : 0);
     } else gl.disableVertexAttribArray(2);
     gl.uniform1i(this.at.style, level ? 1 : this.style === "reflection" ? 2 : 0);
     const { rows, columns, array } = arrays.elements;
