@@ -13,11 +13,13 @@ from pymeshfair.declaration import Bool, Bools, Edit, Enum, FilterClass, Floats,
 from pymeshfair.errors import MeshError
 from pymeshfair.filters.denoising import (
     FIXED,
+    OUTLIERS,
     RELAXATION_DIRECTIONS,
     VERTEX_UPDATES,
     AutomaticChoice,
     AutomaticParameters,
     NormalFilter,
+    Outliers,
     RelaxationDirection,
     Setting,
     VertexUpdate,
@@ -27,6 +29,7 @@ from pymeshfair.filters.denoising import (
     folded_faces,
     normal_filtering,
     relaxed,
+    replace_outlying,
 )
 from pymeshfair.filters.execution import Progress, ignore_progress, part_of
 from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy, referenced_vertices
@@ -47,7 +50,7 @@ CHOICE = Enum(
 STEP_ONE = tuple(field.name for field in fields(NormalFilterParameters))
 
 #: those that it leaves to the vertices, of the automatic ones
-NOT_OF_STEP_ONE = frozenset({"vertex_iterations", "outer_iterations", "relaxation", "relaxation_direction"})
+NOT_OF_STEP_ONE = frozenset({"vertex_iterations", "outer_iterations", "outliers", "relaxation", "relaxation_direction"})
 
 #: what `normal_filtering` does where neither the caller nor the mesh decides
 DEFAULTS: dict[str, Any] = {
@@ -56,6 +59,7 @@ DEFAULTS: dict[str, Any] = {
         name: inspect.signature(normal_filtering).parameters[name].default
         for name in ("vertex_iterations", "outer_iterations", "vertex_update")
     },
+    "outliers": "keep",
     "relaxation": 0,
     "relaxation_direction": "all",
 }
@@ -86,12 +90,12 @@ def apply_coord_normal_filtering(
         int,
         Int(
             label="Outer iterations",
-            minimum=0,
+            minimum=-1,
             maximum=10_000,
             help="How often both are repeated, the normals measured anew; more are smoother. 20 to 30 times one normal iteration "
-            "keep edges better than once 20. 0: automatic.",
+            "keep edges better than once 20. 0: outliers and relaxation alone. -1: automatic.",
         ),
-    ] = 0,
+    ] = -1,
     vertex_update: Annotated[
         Auto | VertexUpdate,
         Enum(
@@ -102,6 +106,16 @@ def apply_coord_normal_filtering(
             "weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.",
         ),
     ] = "auto",
+    outliers: Annotated[
+        Auto | Outliers,
+        Enum(
+            label="Outliers",
+            choices=("auto", *OUTLIERS),
+            help="Vertices that stand out from all around them, as those of stray measurements: 'keep' filters them like the "
+            "others, 'replace' puts them first where the others expect them. Filters that keep edges keep such spikes too. "
+            "'auto' keeps them where the filter is said in full.",
+        ),
+    ] = "auto",
     relaxation: Annotated[
         int,
         Int(
@@ -109,7 +123,7 @@ def apply_coord_normal_filtering(
             minimum=-1,
             maximum=10_000,
             help="How many pairs of Taubin's steps come before, of 0.5 and -0.53. They calm noise that turns faces over, and "
-            "round edges, which the filter sharpens again. -1: automatic.",
+            "round edges, which the filter sharpens again. -1: automatic, 0 where the filter is said in full.",
         ),
     ] = -1,
     relaxation_direction: Annotated[
@@ -147,6 +161,7 @@ def apply_coord_normal_filtering(
         vertex_iterations=vertex_iterations,
         outer_iterations=outer_iterations,
         vertex_update=vertex_update,
+        outliers=outliers,
         relaxation=relaxation,
         relaxation_direction=relaxation_direction,
     )
@@ -215,7 +230,7 @@ def apply_normal_robust_filtering_per_face(
 
 def _given(**values: Any) -> dict[str, Any]:
     """The parameters that are not automatic."""
-    automatic = {"range_floor": -1.0, "relaxation": -1}
+    automatic = {"range_floor": -1.0, "outer_iterations": -1, "relaxation": -1}
     return {name: value for name, value in values.items() if value not in (automatic.get(name, 0), "auto")}
 
 
@@ -224,8 +239,10 @@ def _filtered(layer: Layer, effective: dict[str, Any], border: BorderPolicy, mov
     chosen = dict(effective)
     steps, direction = chosen.pop("relaxation"), chosen.pop("relaxation_direction")
     share = 0.2 if steps else 0.0
+    replaced = chosen.pop("outliers") == "replace"
+    start = replace_outlying(layer.vertices, layer.faces, movable)[0] if replaced else layer.vertices
     fair = relaxed(
-        layer.vertices,
+        start,
         layer.faces,
         iterations=steps,
         direction=direction,
@@ -243,22 +260,23 @@ def _completed(
 
     The mesh is only looked at if the choice has a say.
     """
-    decided = {f.name for f in fields(AutomaticParameters)} | {"relaxation"}
-    if given.get("relaxation") != 0:
-        decided.add("relaxation_direction")
-    if decided - unused <= given.keys():
+    if {f.name for f in fields(AutomaticParameters)} - unused <= given.keys():
         return {**DEFAULTS, **given}, {}
     if choice == "fixed":
         return {**DEFAULTS, **asdict(FIXED), **given}, {}
     made = automatic_choice(layer.vertices, layer.faces)
-    # A mesh that asks for no normal filtering: what is given is then completed as the authors of the filter would.
-    return {**DEFAULTS, **_parameters(made.setting), **given}, _findings(made)
+    chosen = _parameters(made.setting)
+    if made.setting.parameters is None:
+        # A mesh that asks for no normal filtering: what is given is then completed as the authors of the filter would.
+        del chosen["outer_iterations"]
+    return {**DEFAULTS, **chosen, **given}, _findings(made)
 
 
 def _parameters(setting: Setting) -> dict[str, Any]:
-    """The parameters of the filter that do what the setting says; without normal filtering those of Taubin's steps alone."""
-    steps = {"relaxation": setting.relaxation, "relaxation_direction": setting.relaxation_direction}
-    return steps if setting.parameters is None else {**DEFAULTS, **asdict(setting.parameters), **steps}
+    """The parameters of the filter that do what the setting says."""
+    filtering = {"outer_iterations": 0} if setting.parameters is None else asdict(setting.parameters)
+    before = {name: getattr(setting, name) for name in ("outliers", "relaxation", "relaxation_direction")}
+    return {**DEFAULTS, **filtering, **before}
 
 
 def _findings(made: AutomaticChoice) -> dict[str, Any]:
