@@ -28,8 +28,7 @@ from pymeshfair.filters.denoising import (
     filter_face_normals,
     folded_faces,
     normal_filtering,
-    relaxed,
-    replace_outlying,
+    prepared,
 )
 from pymeshfair.filters.execution import Progress, ignore_progress, part_of
 from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy, referenced_vertices
@@ -49,8 +48,8 @@ CHOICE = Enum(
 #: the parameters of `filter_face_normals`; the others are those of the vertices
 STEP_ONE = tuple(field.name for field in fields(NormalFilterParameters))
 
-#: those that it leaves to the vertices, of the automatic ones
-NOT_OF_STEP_ONE = frozenset({"vertex_iterations", "outer_iterations", "outliers", "relaxation", "relaxation_direction"})
+#: those of what comes before both steps, see `prepared`
+BEFORE = ("outliers", "relaxation", "relaxation_direction")
 
 #: what `normal_filtering` does where neither the caller nor the mesh decides
 DEFAULTS: dict[str, Any] = {
@@ -218,7 +217,7 @@ def apply_normal_robust_filtering_per_face(
     if selected and not layer.face_selection.any():
         raise MeshError(f"nothing is selected in {layer.label!r}: select faces, or use selected=False")
     given = _given(**asdict(normals))
-    effective, found = _completed(layer, given, choice, unused=NOT_OF_STEP_ONE)
+    effective, found = _completed(layer, given, choice, unused=frozenset({"vertex_iterations", "outer_iterations"}))
     if "normal_iterations" not in given:
         effective["normal_iterations"] *= effective["outer_iterations"]
     effective = {name: effective[name] for name in STEP_ONE}
@@ -237,20 +236,12 @@ def _given(**values: Any) -> dict[str, Any]:
 def _filtered(layer: Layer, effective: dict[str, Any], border: BorderPolicy, movable: Bools | None, progress: Progress) -> Floats:
     """The vertices after the steps of Taubin's and the normal filtering that the parameters say."""
     chosen = dict(effective)
-    steps, direction = chosen.pop("relaxation"), chosen.pop("relaxation_direction")
-    share = 0.2 if steps else 0.0
-    replaced = chosen.pop("outliers") == "replace"
-    start = replace_outlying(layer.vertices, layer.faces, movable)[0] if replaced else layer.vertices
-    fair = relaxed(
-        start,
-        layer.faces,
-        iterations=steps,
-        direction=direction,
-        border=border,
-        movable=movable,
-        progress=part_of(progress, 0.0, share),
+    before = {name: chosen.pop(name) for name in BEFORE}
+    share = 0.2 if before["relaxation"] else 0.0
+    start = prepared(
+        layer.vertices, layer.faces, **before, border=border, movable=movable, progress=part_of(progress, 0.0, share)
     )
-    return normal_filtering(fair, layer.faces, **chosen, border=border, movable=movable, progress=part_of(progress, share, 1.0))
+    return normal_filtering(start, layer.faces, **chosen, border=border, movable=movable, progress=part_of(progress, share, 1.0))
 
 
 def _completed(
@@ -275,7 +266,7 @@ def _completed(
 def _parameters(setting: Setting) -> dict[str, Any]:
     """The parameters of the filter that do what the setting says."""
     filtering = {"outer_iterations": 0} if setting.parameters is None else asdict(setting.parameters)
-    before = {name: getattr(setting, name) for name in ("outliers", "relaxation", "relaxation_direction")}
+    before = {name: getattr(setting, name) for name in BEFORE}
     return {**DEFAULTS, **filtering, **before}
 
 

@@ -11,7 +11,8 @@ from .noise_level import NoiseEstimate, estimate_noise
 from .normal_filter import NORMAL_FILTER_METHODS, NormalFilter, NormalFilterMethod
 from .normal_filtering import filter_face_normals, normal_filtering
 from .normal_filters import RANGE_MEASURES, SPACE_KERNELS, RangeMeasure, SpaceKernel
-from .relaxation import RELAXATION_DIRECTIONS, RelaxationDirection, direction_for, relaxed
+from .preparation import prepared
+from .relaxation import RELAXATION_DIRECTIONS, RelaxationDirection, direction_for
 from .vertex_update import VERTEX_UPDATES, VertexUpdate
 
 __all__ = [
@@ -48,7 +49,7 @@ __all__ = [
     "filter_face_normals",
     "folded_faces",
     "normal_filtering",
-    "relaxed",
+    "prepared",
     "replace_outlying",
     "settings",
 ]

@@ -12,10 +12,11 @@ from ..mesh import Bools, Floats, Ints, normalised_mesh
 from ..robust import KernelName
 from ..topology import BorderPolicy
 from .face_neighbourhoods import Neighborhood
-from .impulses import Outliers, replace_outlying
+from .impulses import Outliers
 from .normal_filter import NormalFilter, NormalFilterMethod
 from .normal_filtering import normal_filtering
-from .relaxation import RelaxationDirection, along_normals, relaxed
+from .preparation import prepared
+from .relaxation import RelaxationDirection, along_normals
 from .rounds import rounds
 from .surroundings import Surroundings
 
@@ -59,12 +60,12 @@ class Setting:
     ) -> Floats:
         """(n, 3) the vertices of the mesh after it."""
         share = 0.2 if self.relaxation else 0.0
-        start = replace_outlying(vertices, faces, movable)[0] if self.outliers == "replace" else vertices
-        fair = relaxed(
-            start,
+        fair = prepared(
+            vertices,
             faces,
-            iterations=self.relaxation,
-            direction=self.relaxation_direction,
+            outliers=self.outliers,
+            relaxation=self.relaxation,
+            relaxation_direction=self.relaxation_direction,
             border=border,
             movable=movable,
             progress=part_of(progress, 0.0, share),
