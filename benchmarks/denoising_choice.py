@@ -43,13 +43,19 @@ from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.topology import OneRings
 
 COLUMNS = ("nothing", "Taubin", "choice", "moved", "best's")
+#: fewer outliers than this share of the vertices change no mean angle
+FEW = 0.01
 
 
 def of_settings(pair: NoisyPair) -> dict[Setting, tuple[float, float]]:
     """The mean angle in degrees and the mean displacement in mean edges that each setting leaves, with outliers and without."""
     found: dict[Setting, tuple[float, float]] = {}
     for outliers in OUTLIERS:
-        points = pair.noisy if outliers == "keep" else replace_outlying(pair.noisy, pair.faces)[0]
+        points, outlying = replace_outlying(pair.noisy, pair.faces)
+        if outliers == "keep":
+            points = pair.noisy
+        elif outlying.mean() < FEW:
+            continue
         direction = direction_for(estimate_noise(points, pair.faces))
         tried = SettingsTried(pair.faces, smooth_normals(points, pair.faces), direction, border="along", movable=None)
         for family, results in zip(settings(direction, outliers), tried(points), strict=True):
