@@ -121,7 +121,7 @@ def apply_coord_normal_filtering(
             label="Relaxation",
             minimum=-1,
             maximum=10_000,
-            help="How many pairs of Taubin's steps come before, of 0.5 and -0.53. They calm noise that turns faces over, and "
+            help="How many pairs of Taubin's steps come before, of 0.5 and -0.53. More calm noise that turns faces over, and "
             "round edges, which the filter sharpens again. -1: automatic, 0 where the filter is said in full.",
         ),
     ] = -1,

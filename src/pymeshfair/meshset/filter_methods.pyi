@@ -1076,7 +1076,7 @@ class FilterMethods:
             outliers: Vertices that stand out from all around them, as those of stray measurements: 'keep' filters them like the
                 others, 'replace' puts them first where the others expect them. Filters that keep edges keep such spikes too.
                 'auto' keeps them where the filter is said in full.
-            relaxation: How many pairs of Taubin's steps come before, of 0.5 and -0.53. They calm noise that turns faces over,
+            relaxation: How many pairs of Taubin's steps come before, of 0.5 and -0.53. More calm noise that turns faces over,
                 and round edges, which the filter sharpens again. -1: automatic, 0 where the filter is said in full. Takes a
                 whole number from -1 to 10000.
             relaxation_direction: Where these steps go: 'all' directions, which evens out noise along the surface too, or along
