@@ -1027,8 +1027,9 @@ class FilterMethods:
         neighborhood: Literal["auto", "edge", "vertex", "two_ring", "three_ring", "radius", "geodesic"] = "auto",
         normal_iterations: int = 0,
         vertex_iterations: int = 0,
-        outer_iterations: int = 0,
+        outer_iterations: int = -1,
         vertex_update: Literal["auto", "sun", "ohtake", "conjugate_gradient"] = "auto",
+        outliers: Literal["auto", "keep", "replace"] = "auto",
         relaxation: int = -1,
         relaxation_direction: Literal["auto", "all", "normal"] = "auto",
         choice: Literal["held_out", "fixed"] = "held_out",
@@ -1068,11 +1069,16 @@ class FilterMethods:
             vertex_iterations: How many steps the vertices take towards faces with the filtered normals. More follow them more
                 closely. 0: automatic. Takes a whole number from 0 to 10000.
             outer_iterations: How often both are repeated, the normals measured anew; more are smoother. 20 to 30 times one
-                normal iteration keep edges better than once 20. 0: automatic. Takes a whole number from 0 to 10000.
+                normal iteration keep edges better than once 20. 0: outliers and relaxation alone. -1: automatic. Takes a whole
+                number from -1 to 10000.
             vertex_update: How vertices follow: 'sun' by the mean of the projections onto their faces' planes, 'ohtake' by their
                 mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
-            relaxation: How many pairs of Taubin's steps come before, of 0.5 and -0.53. They calm noise that turns faces over,
-                and round edges, which the filter sharpens again. -1: automatic. Takes a whole number from -1 to 10000.
+            outliers: Vertices that stand out from all around them, as those of stray measurements: 'keep' filters them like the
+                others, 'replace' puts them first where the others expect them. Filters that keep edges keep such spikes too.
+                'auto' keeps them where the filter is said in full.
+            relaxation: How many pairs of Taubin's steps come before, of 0.5 and -0.53. More calm noise that turns faces over,
+                and round edges, which the filter sharpens again. -1: automatic, 0 where the filter is said in full. Takes a
+                whole number from -1 to 10000.
             relaxation_direction: Where these steps go: 'all' directions, which evens out noise along the surface too, or along
                 the 'normal' alone, so that no vertex slides.
             choice: How what is not given is found. 'held_out': some 140 settings are tried on the mesh, or on patches of a
