@@ -36,6 +36,8 @@ FLOORS = [
     {"meshset", "recipe"},
     {"running"},
     {"authoring", "looking"},
+    {"report"},
+    {"batch", "tuning"},
     {"commands"},
     {"__main__"},
 ]

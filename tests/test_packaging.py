@@ -20,7 +20,7 @@ PACKAGES = {
     "plugins": "pymeshfair/plugins",
     "mlx_scripts": "pymeshfair/mlx_scripts",
 }
-SHIPPED = {".py", ".mlx", ".json", ".pyi", ".typed"}
+SHIPPED = {".py", ".mlx", ".json", ".pyi", ".typed", ".html", ".js", ".css"}
 #: what only building or running leaves behind
 GENERATED = shutil.ignore_patterns("__pycache__", "*.egg-info", "build", "dist", ".*_cache", ".venv*", ".git", ".hypothesis")
 

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from . import check, compare, demo, doctor, export, info, list, picture, run, spectrum, suggest, upgrade, verify
+from . import batch, check, compare, demo, doctor, export, info, list, picture, run, spectrum, suggest, tune, upgrade, verify
 from .group import CommandGroup
 
 app = typer.Typer(
@@ -23,6 +23,7 @@ app = typer.Typer(
 )
 app.command()(demo.demo)
 app.command()(run.run)
+app.command()(batch.batch)
 app.command()(verify.verify)
 app.command()(check.check)
 app.command()(upgrade.upgrade)
@@ -33,6 +34,7 @@ app.command()(suggest.suggest)
 app.command()(spectrum.spectrum)
 app.command()(compare.compare)
 app.command()(picture.picture)
+app.command()(tune.tune)
 app.command()(doctor.doctor)
 
 

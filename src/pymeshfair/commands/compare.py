@@ -9,10 +9,11 @@ import typer
 
 from .json_document import print_document
 from .options import Debug, Json
+from .report_file import Report, Up, check_report, compared_files, write_report
 from .streams import warn
 
 if TYPE_CHECKING:
-    from ..looking.comparison import Comparison, LengthIn
+    from ..looking.comparison import Comparison
 
 
 def compare(
@@ -21,6 +22,8 @@ def compare(
     self_intersections: Annotated[
         bool, typer.Option("--self-intersections/--no-self-intersections", help="Whether to look for faces that cut others.")
     ] = True,
+    report: Report = None,
+    up: Up = "y",
     timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop after that time a mesh.", min=0.001)] = None,
     json: Json = False,
     debug: Debug = False,
@@ -33,63 +36,44 @@ def compare(
     from ..looking.mesh_state import state_of
     from ..running.read import read_mesh
 
+    if report is not None:
+        check_report(report, up)
     meshes = [read_mesh(path, self_intersections=self_intersections, timeout=timeout) for path in (before, after)]
     warnings = list(dict.fromkeys(w for mesh in meshes for w in mesh.warnings))
     for warning in warnings:
         warn(warning)
-    found, _ = compare_states(*(state_of(mesh) for mesh in meshes))
+    first, second = (state_of(mesh) for mesh in meshes)
+    if report is None:
+        found, _ = compare_states(first, second)
+    else:
+        compared, left_out = compared_files(first, second, timeout)
+        found = compared.found
+    numbers = {"files": {"before": before, "after": after}, "comparison": found, "warnings": warnings}
+    if report is not None:
+        write_report(
+            report,
+            compared,
+            title=f"{before.name} and {after.name}",
+            subtitle="What lies between two meshes.",
+            numbers=numbers,
+            up=up,
+            warnings=warnings,
+            left_out=left_out,
+        )
     if json:
-        print_document({"files": {"before": before, "after": after}, "comparison": found, "warnings": warnings})
+        print_document(numbers)
     else:
         _show(found)
 
 
 def _show(found: Comparison) -> None:
+    from ..looking.words import DISPLACEMENT_HEADERS, comparison_lines, displacement_rows
     from .measures_table import measures_table
     from .tables import console, table
 
     console().print(measures_table({"before": found.before, "after": found.after}))
-    moved = found.displacement
-    how = "vertex by vertex" if moved.by_vertex else "to the nearest place"
-    x, y, z = moved.place
-    rows = [
-        _length(f"displacement, mean ({how})", moved.mean),
-        _length("displacement, root mean square", moved.rms),
-        _length("displacement that 95 % keep below", moved.most),
-        _length(f"largest displacement, vertex {moved.vertex} at {x:.6g}, {y:.6g}, {z:.6g}", moved.largest),
-        _length("farthest vertex of AFTER from BEFORE", found.after_from_before),
-        _length("farthest vertex of BEFORE from AFTER", found.before_from_after),
-        _length("Hausdorff distance", found.hausdorff),
-    ]
     typer.echo("")
-    console().print(table(["", "mesh units", "mean edges", "% of diagonal"], rows, numbers=(1, 2, 3)))
+    console().print(table(DISPLACEMENT_HEADERS, displacement_rows(found), numbers=(1, 2, 3)))
     typer.echo("")
-    for line in _lines(found):
+    for line in comparison_lines(found):
         typer.echo(line)
-
-
-def _length(words: str, length: LengthIn) -> list[str]:
-    values = (length.mesh_units, length.mean_edges, length.percent_of_diagonal)
-    return [words, *("-" if value is None else f"{value:.4g}" for value in values)]
-
-
-def _lines(found: Comparison) -> list[str]:
-    lines = []
-    for words, value in (("area", found.area_change), ("volume", found.volume_change)):
-        if value is not None:
-            lines.append(f"{words}: {value:+.4g} %")
-    if found.normal_deviation is not None:
-        lines.append(
-            f"normals: {found.normal_deviation:.3g} degrees apart on average, {found.largest_normal_deviation:.3g} at most; "
-            f"{found.flipped_faces:,} faces flipped"
-        )
-    if found.sharp_edges_kept is not None:
-        lines.append(
-            f"sharp edges (from {found.sharp_angle:g} degrees): {100 * found.sharp_edges_kept:.1f} % of their length kept"
-        )
-    if found.added_area is not None:
-        lines.append(f"more than a mean edge away: {found.added_area:.6g} of area added, {found.removed_area:.6g} removed")
-    for words, names in (("kept", found.attributes_kept), ("lost", found.attributes_lost), ("gained", found.attributes_gained)):
-        if names:
-            lines.append(f"{words}: {', '.join(names)}")
-    return lines

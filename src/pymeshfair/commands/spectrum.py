@@ -15,8 +15,7 @@ if TYPE_CHECKING:
 
     from ..filters.spectral.responses import Response
 
-#: the filter that measures, and the one whose parameters the response has
-MEASURES = "get_surface_spectrum"
+#: the filter whose parameters the response has
 FILTERS = "apply_coord_spectral_filter"
 PICTURES = (".png", ".svg", ".pdf")
 
@@ -103,20 +102,12 @@ def _check_picture(path: Path) -> None:
 
 
 def _measured(mesh: Path, modes: int, timeout: float | None) -> dict[str, Any]:
-    """The spectrum of a mesh file, measured in a process of its own."""
-    import tempfile
-
-    from ..recipe import Recipe
-    from ..registry import find_filter
-    from ..running.job import Job
-    from ..running.supervise import run_job
-    from ..scripts.script import Script, Step
+    """The spectrum of a mesh file, with the progress of the process that measures it."""
+    from ..looking.spectrum import measured_spectrum
     from .progress import progress
 
-    measure = Step(find_filter(MEASURES)).with_values({"modes": modes})
-    with tempfile.TemporaryDirectory() as folder, progress() as show:
-        result = run_job(Job(Recipe("spectrum", Script((measure,))), mesh, Path(folder) / "measured.ply", timeout=timeout), show)
-    return dict(result.steps[0].values)
+    with progress() as show:
+        return measured_spectrum(mesh, modes=modes, timeout=timeout, on_event=show)
 
 
 def _filtered(spectrum: Mapping[str, Any], response: Response) -> dict[str, Any]:

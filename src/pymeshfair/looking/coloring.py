@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -120,13 +120,13 @@ def check_coloring(name: str) -> None:
         raise ParameterError(f"{name!r} is no coloring; {hint}")
 
 
-def numbers_of(coloring: str, meshes: Sequence[Colorable]) -> list[Numbers | None]:
-    """The numbers of each mesh; the first one is the reference.
+def numbers_of(coloring: str, meshes: Sequence[Colorable], *, left_out: Container[int] = ()) -> list[Numbers | None]:
+    """The numbers of each mesh; the first one is the reference. Those that are left out have none.
 
     Raises:
         MeshError: no mesh has such numbers.
     """
-    found = [COLORINGS[coloring].of(mesh, meshes[0]) for mesh in meshes]
+    found = [None if k in left_out else COLORINGS[coloring].of(mesh, meshes[0]) for k, mesh in enumerate(meshes)]
     if not any(found):
         why = "it takes a second mesh, which is compared with the first" if coloring == "displacement" else "the meshes have none"
         raise MeshError(f"nothing to colour by {coloring}: {why}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -61,13 +61,16 @@ class Appearance:
         return close_up(np.asarray(self.centre, dtype=np.float64), self.extent, rows, aspect)
 
 
-def draw_meshes(meshes: Sequence[ReadMesh], titles: Sequence[str], appearance: Appearance) -> Image.Image:
+def draw_meshes(
+    meshes: Sequence[ReadMesh], titles: Sequence[str], appearance: Appearance, *, plain: Container[int] = ()
+) -> Image.Image:
     """Draw meshes side by side, all from one camera, with one scale bar and one colour bar.
 
     Args:
         meshes: at least one; the first is the reference of displacements.
         titles: one for each.
         appearance: how.
+        plain: the numbers of panels that are not coloured.
 
     Raises:
         ParameterError: an unknown coloring, or a picture without extent.
@@ -77,7 +80,7 @@ def draw_meshes(meshes: Sequence[ReadMesh], titles: Sequence[str], appearance: A
     if min(appearance.width, appearance.height) < 64 or max(appearance.width, appearance.height) > 8192:
         raise ParameterError("a panel has from 64 to 8192 pixels each way")
     camera = appearance.camera([mesh.vertices for mesh in meshes])
-    scenes, bar = _scenes(meshes, appearance, camera)
+    scenes, bar = _scenes(meshes, appearance, camera, plain)
     columns = min(len(meshes), _COLUMNS)
     rows = math.ceil(len(meshes) / columns)
     strip = TITLE_STRIP if appearance.titles else 0
@@ -97,17 +100,21 @@ def draw_meshes(meshes: Sequence[ReadMesh], titles: Sequence[str], appearance: A
     return picture
 
 
-def _scenes(meshes: Sequence[ReadMesh], appearance: Appearance, camera: Camera) -> tuple[list[Scene], Limits | None]:
+def _scenes(
+    meshes: Sequence[ReadMesh], appearance: Appearance, camera: Camera, plain: Container[int]
+) -> tuple[list[Scene], Limits | None]:
     """What each panel shows, and the limits of the colour bar if there is one."""
-    plain = [Scene(m.vertices, m.faces, m.edges, normals=m.vertex_normals) for m in meshes]
+    bare = [Scene(m.vertices, m.faces, m.edges, normals=m.vertex_normals) for m in meshes]
     if appearance.color in OTHERS:
-        return [_painted(s, m, appearance, camera) for s, m in zip(plain, meshes, strict=True)], None
-    numbers = numbers_of(appearance.color, meshes)
+        return [
+            s if k in plain else _painted(s, m, appearance, camera) for k, (s, m) in enumerate(zip(bare, meshes, strict=True))
+        ], None
+    numbers = numbers_of(appearance.color, meshes, left_out=plain)
     coloring = COLORINGS[appearance.color]
     limits = coloring.limits_for([n for n in numbers if n is not None])
     return [
         s if n is None else replace(s, colors=coloring.colors(n.values, limits), by_face=n.by_face)
-        for s, n in zip(plain, numbers, strict=True)
+        for s, n in zip(bare, numbers, strict=True)
     ], limits
 
 

@@ -1,0 +1,96 @@
+"""The option ``--report`` of commands: one HTML file about two meshes, and about the run between them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from .streams import printable
+
+if TYPE_CHECKING:
+    from ..looking.mesh_state import MeshState
+    from ..report.comparison_page import Compared, RunPart, Verdict
+    from ..report.scene import Marker
+
+Report = Annotated[
+    Path | None,
+    typer.Option(
+        "--report", metavar="OUT.html", help="Write a page there that needs no network: pictures, 3D, numbers, charts, steps."
+    ),
+]
+Up = Annotated[str, typer.Option("--up", metavar="y|z", help="The upright axis in the pictures of the report.")]
+#: vertices of a mesh beyond which its spectrum takes longer than all the rest of a report
+MOST_OF_SPECTRUM = 200_000
+
+
+def check_report(path: Path, up: str) -> None:
+    """Refuse a report that could not be written, before anything is computed."""
+    from ..errors import ParameterError
+    from ..looking.camera import view_rows
+
+    if path.suffix.casefold() not in (".html", ".htm"):
+        raise ParameterError(f"{path}: a report is an .html file")
+    if not path.absolute().parent.is_dir():
+        raise ParameterError(f"{path.absolute().parent} is no folder: make it first")
+    view_rows(0.0, 0.0, up)
+
+
+def compared_files(before: MeshState, after: MeshState, timeout: float | None = None) -> tuple[Compared, list[str]]:
+    """What lies between two meshes that were read from files, and what is left out of it, with the reason."""
+    from ..errors import PymeshfairError
+    from ..looking.comparison import compare
+    from ..looking.spectrum import measured_spectrum
+    from ..report.comparison_page import Compared
+
+    found, moved = compare(before, after)
+    spectra: dict[str, Any] = {}
+    left_out = []
+    if max(len(before.mesh.vertices), len(after.mesh.vertices)) > MOST_OF_SPECTRUM:
+        left_out.append(f"No spectrum: a mesh has more than {MOST_OF_SPECTRUM:,} vertices. `pymeshfair spectrum` takes its time.")
+    else:
+        try:
+            for name, state in (("before", before), ("after", after)):
+                spectra[name] = measured_spectrum(state.mesh.path, timeout=timeout)
+        except PymeshfairError as error:
+            spectra.clear()
+            left_out.append(f"No spectrum: {error}")
+    return Compared(before, after, found, moved, spectra), left_out
+
+
+def write_report(
+    path: Path,
+    compared: Compared,
+    *,
+    title: str,
+    subtitle: str,
+    numbers: Mapping[str, Any],
+    up: str,
+    warnings: Sequence[str],
+    left_out: Sequence[str],
+    verdict: Verdict | None = None,
+    markers: Sequence[Marker] = (),
+    run: RunPart | None = None,
+) -> None:
+    """Write the page; whole or not at all. See `pymeshfair.report.comparison_page.comparison_page`."""
+    from ..report.comparison_page import comparison_page
+    from .json_document import plain
+    from .whole_file import write_file
+
+    text = comparison_page(
+        compared,
+        title=title,
+        subtitle=subtitle,
+        numbers=plain(numbers),
+        verdict=verdict,
+        markers=markers,
+        warnings=warnings,
+        left_out=left_out,
+        run=run,
+        up=up,
+    )
+    # Names of files may hold bytes that are no text.
+    write_file(path, lambda file: file.write(text.encode("utf-8", "replace")))
+    typer.echo(printable(f"Report: {path}"), err=True)

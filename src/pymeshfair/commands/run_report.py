@@ -1,0 +1,86 @@
+"""The report of a run: what the recipe did to the mesh, whether it kept its limits, and where it did not."""
+
+from __future__ import annotations
+
+import contextlib
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from ..looking.mesh_state import MeshState, state_of
+from ..report.comparison_page import RunPart, Verdict, verdict_of
+from ..report.scene import Marker
+from ..running.errors import GuardBroken
+from ..running.read import read_mesh
+from ..running.supervise import run_job
+from ..scripts.write import format_script
+from .report_file import compared_files, write_report
+
+if TYPE_CHECKING:
+    from ..looking.comparison import Comparison
+    from ..running.job import Job, RunResult
+
+
+@contextlib.contextmanager
+def reporting(job: Job, path: Path, up: str) -> Iterator[Callable[[RunResult], None]]:
+    """What writes the report of a run once it is done; a run that breaks a limit, and so leaves no output, is reported, too.
+
+    The input is read first, as the run may replace it. To show what a run without output would have written, it is repeated into
+    a temporary folder.
+
+    Args:
+        job: the run.
+        path: the file to write.
+        up: the upright axis.
+    """
+    before = state_of(read_mesh(job.input, self_intersections=True))
+    try:
+        yield lambda result: _write(job, result, before, path, up, kept=True)
+    except GuardBroken:
+        typer.echo("repeating the run for its report", err=True)
+        with tempfile.TemporaryDirectory() as folder:
+            again = replace(job, output=Path(folder) / "result.ply", keep_broken=True, map=None, overwrite=False)
+            _write(job, run_job(again), before, path, up, kept=False)
+        raise
+
+
+def _write(job: Job, result: RunResult, before: MeshState, path: Path, up: str, *, kept: bool) -> None:
+    compared, left_out = compared_files(before, state_of(read_mesh(result.output, self_intersections=True)))
+    places = [(breach["place"], f"{breach['guard']}, vertex {breach['vertex']}") for breach in result.breaches if breach["place"]]
+    written = f"written to {job.output.name}" if kept else "no output was written"
+    write_report(
+        path,
+        compared,
+        title=f"{job.input.name}: {job.recipe.title}",
+        subtitle=f"The recipe {job.recipe.name} on {job.input.name}, {written}.",
+        numbers={"files": {"before": job.input, "after": job.output if kept else None}, "comparison": compared.found},
+        up=up,
+        warnings=result.warnings,
+        left_out=left_out,
+        verdict=_verdict(job, result, compared.found, kept=kept),
+        markers=[Marker(place, words) for place, words in places],
+        run=RunPart(
+            result.steps,
+            format_script(job.recipe.script),
+            result.provenance.read_text("utf-8") if kept else "A run without output leaves no provenance.",
+        ),
+    )
+
+
+def _verdict(job: Job, result: RunResult, found: Comparison, *, kept: bool) -> Verdict:
+    moved = verdict_of(found)
+    steps = f"{len(result.steps)} {'step' if len(result.steps) == 1 else 'steps'} in {result.seconds:.1f} s."
+    if result.breaches:
+        lines = [f"{breach['guard']}: {breach['message']}." for breach in result.breaches]
+        count = "a limit" if len(lines) == 1 else f"{len(lines)} limits"
+        what = "the output was written all the same" if kept else "no output was written"
+        return Verdict("bad", f"The run went beyond {count}; {what}.", (*lines, moved.text, steps))
+    limits = job.all_guards.texts()
+    if limits:
+        told = ", ".join(f"{name.replace('_', ' ')} {text}" for name, text in limits.items())
+        return Verdict("good", f"Done, and every limit was kept: {told}.", (moved.text, *moved.lines, steps))
+    return Verdict(moved.kind, moved.text, (*moved.lines, f"{steps} No limits were set."))

@@ -1,0 +1,63 @@
+"""``pymeshfair tune SCAN``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .json_document import print_document
+from .options import Debug, Json
+
+
+def tune(
+    scan: Annotated[Path, typer.Argument(metavar="SCAN", help="The mesh file to tune on; it is not changed.")],
+    recipe: Annotated[
+        str, typer.Option(metavar="RECIPE", help="The recipe that is shown first: a shipped name or the path of an .mlx file.")
+    ] = "smooth_implicit",
+    host: Annotated[
+        str, typer.Option(metavar="ADDRESS", help="Where to listen; other machines reach the page if this is not 127.0.0.1.")
+    ] = "127.0.0.1",
+    port: Annotated[int, typer.Option(help="Where to listen; 0 takes a free one.", min=0, max=65535)] = 0,
+    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Whether to open the page in the browser.")] = True,
+    json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Tune a recipe on a scan, on a page in the browser that shows the result of every change.
+
+    The page is served by this machine for whoever knows its address, which holds a random token. Recipes and results are written
+    to the working folder. Ctrl-C ends it.
+    """
+    import tempfile
+    import webbrowser
+
+    from ..errors import PymeshfairError
+    from ..files.staging import staging_folder
+    from ..recipe import load_recipe
+    from ..tuning.access import new_token
+    from ..tuning.conversation import Subject
+    from ..tuning.scan import prepared_scan
+    from ..tuning.server import application, listening_socket, serve
+
+    load_recipe(recipe)
+    with staging_folder(Path(tempfile.gettempdir()) / "tuning") as folder:
+        prepared = prepared_scan(scan.absolute(), folder)
+        token = new_token()
+        subject = Subject(prepared, recipe, Path.cwd())
+        try:
+            listening = listening_socket(host, port)
+        except OSError as error:
+            raise PymeshfairError(f"cannot listen on {host}, port {port}: {error.strerror or error}") from error
+        name = f"[{host}]" if ":" in host else host
+        address = f"http://{name}:{listening.getsockname()[1]}/{token}/"
+
+        def ready() -> None:
+            if json:
+                print_document({"address": address})
+            else:
+                typer.echo(f"{address}\nCtrl-C ends it.")
+            if browser:
+                webbrowser.open(address)
+
+        serve(application(subject, token, folder, names=(host,)), listening, ready=ready)

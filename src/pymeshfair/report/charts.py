@@ -1,0 +1,189 @@
+"""Charts for pages as SVG, with their numbers as a table beside them, which a screen reader reads and a browser searches."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..declaration import Floats
+
+#: of a chart, in its own units; a page scales it
+WIDTH, HEIGHT = 460, 220
+_LEFT, _RIGHT, _TOP, _BOTTOM = 52, 10, 22, 36
+#: bars of a histogram
+_BARS = 48
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of a chart.
+
+    Attributes:
+        name: what it belongs to, such as "before".
+        path: of the SVG.
+        kind: "before" or "after", which the style sheet tells apart by colour and dashes.
+    """
+
+    name: str
+    path: str
+    kind: str
+
+
+@dataclass(frozen=True)
+class Tick:
+    """A mark at an axis: where it is, and its words."""
+
+    at: float
+    words: str
+
+
+@dataclass(frozen=True)
+class Chart:
+    """What the template of a chart draws.
+
+    Attributes:
+        title: what is shown.
+        summary: the same in a sentence, for those who do not see it.
+        across: what the horizontal axis tells.
+        upwards: what the vertical axis tells.
+        lines: what is drawn.
+        ticks_across: the marks at the horizontal axis.
+        ticks_upwards: the marks at the vertical axis.
+        headers: of the table.
+        rows: of the table.
+    """
+
+    title: str
+    summary: str
+    across: str
+    upwards: str
+    lines: tuple[Line, ...]
+    ticks_across: tuple[Tick, ...]
+    ticks_upwards: tuple[Tick, ...]
+    headers: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    width: int = WIDTH
+    height: int = HEIGHT
+    left: int = _LEFT
+    right: int = WIDTH - _RIGHT
+    top: int = _TOP
+    bottom: int = HEIGHT - _BOTTOM
+
+
+def histogram(title: str, across: str, samples: Mapping[str, Floats], low: float, high: float) -> Chart | None:
+    """How often which numbers occur, in percent of each sample; None if there is nothing between the limits.
+
+    Args:
+        title: of the chart.
+        across: what the numbers are, with their unit.
+        samples: numbers by "before" and "after".
+        low: where the first bar begins; lower numbers count in it.
+        high: where the last bar ends; higher numbers count in it.
+    """
+    finite = {name: values[np.isfinite(values)] for name, values in samples.items()}
+    finite = {name: values for name, values in finite.items() if len(values)}
+    if not (finite and math.isfinite(high - low) and high > low):
+        return None
+    edges = np.linspace(low, high, _BARS + 1)
+    shares = {name: 100.0 * np.histogram(np.clip(values, low, high), edges)[0] / len(values) for name, values in finite.items()}
+    most = max(float(share.max()) for share in shares.values())
+    rows = tuple((f"{a:.4g} to {b:.4g}", *(f"{share[k]:.2f}" for share in shares.values())) for k, (a, b) in _pairs(edges))
+    medians = ", ".join(f"{name} {np.median(values):.4g}" for name, values in finite.items())
+    return Chart(
+        title=title,
+        summary=f"Half of the numbers lie below: {medians} ({across}).",
+        across=across,
+        upwards="percent",
+        lines=tuple(Line(name, _steps(edges, share, (low, high), (0.0, most)), name) for name, share in shares.items()),
+        ticks_across=tuple(Tick(_across(x, low, high), f"{x:.4g}") for x in round_numbers(low, high, 6)),
+        ticks_upwards=tuple(Tick(_upwards(y, 0.0, most), f"{y:.4g}") for y in round_numbers(0.0, most, 4)),
+        headers=(across, *(f"{name}, %" for name in shares)),
+        rows=rows,
+    )
+
+
+def spectrum_chart(spectra: Mapping[str, Mapping[str, Sequence[float]]]) -> Chart | None:
+    """Root mean square heights of waves against their length, both axes logarithmic; None if there are no bands.
+
+    Args:
+        spectra: by "before" and "after", what the filter ``get_surface_spectrum`` returns.
+    """
+    bands = {name: _heights(found) for name, found in spectra.items()}
+    bands = {name: band for name, band in bands.items() if len(band[1]) and (band[1] > 0.0).any()}
+    if not bands:
+        return None
+    every = np.log10(np.concatenate([edges for edges, _ in bands.values()]))
+    positive = np.log10(np.concatenate([heights[heights > 0.0] for _, heights in bands.values()]))
+    # Long waves on the left, as a spectrum of frequencies has them.
+    left, right = float(every.max()), float(every.min())
+    low, high = float(max(positive.min(), positive.max() - 7.0)) - 0.1, float(positive.max()) + 0.1
+    lines, rows = [], []
+    for name, (edges, heights) in bands.items():
+        shown = np.log10(np.maximum(heights, 10.0**low))
+        lines.append(Line(name, _steps(np.log10(edges), shown, (left, right), (low, high), floor=False), name))
+        rows += [(name, f"{b:.4g} to {a:.4g}", f"{heights[k]:.4g}") for k, (a, b) in _pairs(edges)]
+    return Chart(
+        title="Spectrum: how high are waves of which length",
+        summary="Where both lines are the same nothing was changed; noise is what stays high at short waves, on the right.",
+        across="wavelength (mesh units)",
+        upwards="height (mesh units)",
+        lines=tuple(lines),
+        ticks_across=tuple(Tick(_across(math.log10(x), left, right), f"{x:.4g}") for x in _powers(right, left)),
+        ticks_upwards=tuple(Tick(_upwards(math.log10(y), low, high), f"{y:.3g}") for y in _powers(low, high)),
+        headers=("mesh", "wavelength (mesh units)", "height (mesh units)"),
+        rows=tuple(rows),
+    )
+
+
+def round_numbers(low: float, high: float, count: int) -> list[float]:
+    """Multiples of 1, 2 or 5 times a power of ten from `low` to `high`, about so many."""
+    rough = (high - low) / count
+    power = 10.0 ** math.floor(math.log10(rough))
+    step = next(s * power for s in (1.0, 2.0, 5.0, 10.0) if s * power >= rough * (1.0 - 1e-12))
+    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    return [k * step for k in range(first, last + 1)]
+
+
+def _heights(found: Mapping[str, Sequence[float]]) -> tuple[Floats, Floats]:
+    """Wavelengths at the ends of the bands, from long to short, and the root mean square height of each band."""
+    frequencies = np.asarray(found["band_edges"], dtype=np.float64)
+    energies = np.asarray(found["band_energies"], dtype=np.float64)
+    with np.errstate(divide="ignore"):
+        return 2.0 * math.pi / frequencies, np.sqrt(np.maximum(energies, 0.0))
+
+
+def _pairs(edges: Floats) -> list[tuple[int, tuple[float, float]]]:
+    return list(enumerate(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True)))
+
+
+def _powers(low: float, high: float) -> list[float]:
+    """Powers of ten between two exponents; with 2 and 5 times them if there are few."""
+    first, last = math.floor(low), math.ceil(high)
+    whole = [10.0**k for k in range(first, last + 1) if low <= k <= high]
+    if len(whole) >= 3:
+        return whole[:: math.ceil(len(whole) / 6)]
+    return [s * 10.0**k for k in range(first, last + 1) for s in (1, 2, 5) if low <= math.log10(s * 10.0**k) <= high]
+
+
+def _across(x: float, low: float, high: float) -> float:
+    return round(_LEFT + (WIDTH - _LEFT - _RIGHT) * (x - low) / (high - low), 1)
+
+
+def _upwards(y: float, low: float, high: float) -> float:
+    return round(HEIGHT - _BOTTOM - (HEIGHT - _TOP - _BOTTOM) * (y - low) / (high - low), 1)
+
+
+def _steps(
+    edges: Floats, values: Floats, across: tuple[float, float], upwards: tuple[float, float], *, floor: bool = True
+) -> str:
+    """The path along the tops of bars; with `floor` it begins and ends at the bottom."""
+    places = [
+        (_across(float(x), *across), _upwards(float(y), *upwards))
+        for x, y in zip(np.repeat(edges, 2)[1:-1], np.repeat(values, 2), strict=True)
+    ]
+    if floor:
+        places = [(places[0][0], HEIGHT - _BOTTOM), *places, (places[-1][0], HEIGHT - _BOTTOM)]
+    return "M" + "L".join(f"{x:g} {y:g}" for x, y in places)

@@ -1,0 +1,98 @@
+"""Meshes as a browser shows them: with no more triangles than it can turn, and with the numbers that become colours."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ..declaration import Floats, Ints
+from ..filters.inspection import mesh_normals
+
+#: faces of a mesh that a browser is given; more are decimated
+MOST_FACES = 120_000
+#: points of a cloud that a browser is given
+MOST_POINTS = 200_000
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """A mesh for a browser: n vertices and k elements.
+
+    Attributes:
+        name: such as "before".
+        vertices: (n, 3) coordinates.
+        elements: (k, 3) triangles or (k, 2) edges; (0, 3) of a cloud.
+        normals: (n, 3) unit normals; 0 where there is none.
+        scalars: (n,) numbers by the name of their coloring.
+        of_vertices: how many vertices the mesh has.
+        of_faces: how many faces the mesh has.
+    """
+
+    name: str
+    vertices: Floats
+    elements: Ints
+    normals: Floats
+    scalars: Mapping[str, Floats]
+    of_vertices: int
+    of_faces: int
+
+    @property
+    def decimated(self) -> bool:
+        """Whether it has fewer elements than the mesh."""
+        return len(self.vertices) < self.of_vertices
+
+
+def shown_mesh(
+    name: str,
+    vertices: Floats,
+    faces: Ints,
+    edges: Ints,
+    *,
+    normals: Floats | None = None,
+    scalars: Mapping[str, Floats] | None = None,
+    most_faces: int = MOST_FACES,
+    most_points: int = MOST_POINTS,
+) -> Shown:
+    """A mesh with at most so many elements.
+
+    Numbers and normals are those of the whole mesh: a vertex that remains has those of the nearest vertex of the whole.
+
+    Args:
+        name: see `Shown`.
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        edges: (e, 2) edges, shown where there are no faces.
+        normals: (n, 3), those of a cloud; computed where there are faces.
+        scalars: (n,) each.
+        most_faces: a mesh with more is decimated by quadrics.
+        most_points: of a cloud with more, evenly chosen ones are left out.
+    """
+    given = dict(scalars or {})
+    if len(faces):
+        normals = mesh_normals(vertices, faces)
+    elif normals is None:
+        normals = np.zeros((len(vertices), 3))
+    points, elements = vertices, faces if len(faces) else edges if len(edges) else np.empty((0, 3), dtype=np.int32)
+    if len(faces) > most_faces:
+        points, elements, kept = _simplified(vertices, faces, most_faces)
+    elif not len(elements) and len(vertices) > most_points:
+        kept = np.linspace(0, len(vertices) - 1, most_points).astype(np.int32)
+        points = vertices[kept]
+    else:
+        kept = np.arange(len(vertices), dtype=np.int32)
+    of = {key: np.asarray(values)[kept] for key, values in given.items()}
+    return Shown(name, points, elements, normals[kept], of, len(vertices), len(faces))
+
+
+def _simplified(vertices: Floats, faces: Ints, most: int) -> tuple[Floats, Ints, Ints]:
+    """Vertices and faces of a coarser mesh, and the nearest vertex of the whole to each of its own."""
+    from fast_simplification import simplify
+
+    middle = vertices.mean(axis=0)
+    local = vertices - middle  # it computes in single precision
+    coarse, triangles = simplify(local.astype(np.float32), faces.astype(np.int64), target_count=most)
+    _, nearest = cKDTree(local).query(coarse)
+    return coarse + middle, triangles.astype(np.int32), nearest.astype(np.int32)

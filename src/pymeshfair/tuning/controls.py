@@ -1,0 +1,183 @@
+"""A recipe as the controls of a page, and a page's settings as a script again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ..declaration import Bool, Enum, Float, Int, Length, Parameter, Percentage, Shot, String
+from ..errors import ParameterError
+from ..recipe import Recipe
+from ..scripts.script import Script, Step
+from ..scripts.value_text import parse_value
+from ..scripts.write import number_text
+
+
+@dataclass(frozen=True)
+class StepChoices:
+    """What a page says of one step.
+
+    Attributes:
+        on: whether the step is to run.
+        values: texts by parameter name, in the form that `parse_value` reads; empty where MeshLab is to find the value.
+    """
+
+    on: bool
+    values: Mapping[str, str]
+
+
+class ChoiceError(ParameterError):
+    """A value that a parameter does not allow.
+
+    Attributes:
+        step: the number of the step, from 0.
+        parameter: its name.
+    """
+
+    def __init__(self, step: int, parameter: str, reason: str) -> None:
+        super().__init__(reason)
+        self.step = step
+        self.parameter = parameter
+
+
+def controls(recipe: Recipe) -> dict[str, Any]:
+    """The recipe in terms of JSON: its words, and for each step and parameter what a control needs."""
+    info = recipe.info
+    steps = [step.with_defaults() for step in recipe.script.steps]
+    return {
+        "name": recipe.name,
+        "title": recipe.title,
+        "purpose": info.purpose,
+        "does": info.does,
+        "tune": info.tune,
+        "steps": [
+            {
+                "name": step.filter.name,
+                "summary": step.filter.summary,
+                "parameters": [_control(p, step.values.get(p.name)) for p in step.filter.parameters if not isinstance(p, Shot)],
+            }
+            for step in steps
+        ],
+    }
+
+
+def choices_of(documents: Sequence[Any]) -> list[StepChoices]:
+    """The settings that a page sent; what has another form is refused."""
+    found = []
+    for document in documents:
+        values = document.get("values") if isinstance(document, dict) else None
+        if not isinstance(values, dict) or not all(isinstance(text, str) for text in values.values()):
+            raise ParameterError("the page sent settings that are none")
+        found.append(StepChoices(document.get("on") is True, values))
+    return found
+
+
+def script_with(script: Script, settings: Sequence[StepChoices]) -> Script:
+    """The script with the steps that are on, and with these values.
+
+    Raises:
+        ChoiceError: a value that is not allowed, and where.
+        ParameterError: other steps than the script has, or none that is on.
+    """
+    if len(settings) != len(script.steps):
+        raise ParameterError(f"the page has settings for {len(settings)} steps, the recipe has {len(script.steps)}")
+    steps = [_set(k, step, setting) for k, (step, setting) in enumerate(zip(script.steps, settings, strict=True)) if setting.on]
+    if not steps:
+        raise ParameterError("every step is switched off: switch one on")
+    return script.with_steps(steps)
+
+
+def in_mesh_units(script: Script, diagonal: float, mean_edge: float) -> Script:
+    """The script with all its lengths in mesh units, so that on a part of a scan they are those of the whole."""
+
+    def fixed(step: Step) -> Step:
+        lengths = {
+            name: Length(value.resolve(diagonal=diagonal, mean_edge=lambda: mean_edge))
+            for name, value in step.values.items()
+            if isinstance(value, Length)
+        }
+        return step.with_checked(lengths)
+
+    return script.with_steps(fixed(step) for step in script.with_defaults().steps)
+
+
+def saved_comment(recipe: Recipe, scan: str, note: str) -> str:
+    """The head comment of a tuned recipe: what it was made of, and the words of the original."""
+    lines = [
+        f"{recipe.title}, tuned on {_plain(scan)}",
+        "",
+        f"Tuned with `pymeshfair tune`, from the recipe {_plain(recipe.name)}.",
+    ]
+    if note.strip():
+        lines += ["", _plain(note)]
+    return "\n".join([*lines, "", recipe.description]).strip()
+
+
+def _plain(text: str) -> str:
+    """Words that an XML comment may hold."""
+    return "".join(letter if letter.isprintable() else " " for letter in text).replace("--", "- -").rstrip("-")
+
+
+def _set(number: int, step: Step, setting: StepChoices) -> Step:
+    values = {}
+    shown = step.with_defaults().values
+    for name, text in setting.values.items():
+        if text == value_text(shown.get(name)):
+            continue  # what nobody changed keeps the name that the recipe gives it
+        try:
+            parameter = step.filter.parameter(name)
+            if text == "" and not isinstance(parameter, String):
+                continue  # what MeshLab finds for the mesh
+            values[name] = parse_value(parameter, text)
+        except ParameterError as error:
+            raise ChoiceError(number, name, str(error)) from error
+    return step.with_checked(values)
+
+
+def _control(parameter: Parameter, value: Any) -> dict[str, Any]:
+    found: dict[str, Any] = {
+        "name": parameter.name,
+        "label": parameter.label or parameter.name,
+        "help": parameter.help,
+        "allowed": parameter.describe_allowed(),
+        "advanced": parameter.advanced,
+        "value": value_text(value),
+        "kind": "text",
+    }
+    if isinstance(parameter, Bool):
+        return found | {"kind": "switch"}
+    if isinstance(parameter, Enum):
+        return found | {"kind": "menu", "choices": list(parameter.choices)}
+    if isinstance(parameter, Percentage):
+        amount = value.amount if isinstance(value, Length) else 0.0
+        return found | {"kind": "length", **_bounds(parameter.minimum, None, amount)}
+    if isinstance(parameter, Int | Float):
+        whole = isinstance(parameter, Int)
+        bounds = _bounds(parameter.minimum, parameter.maximum, value or 0)
+        return found | {"kind": "whole" if whole else "number", **bounds}
+    return found
+
+
+def _bounds(minimum: float | None, maximum: float | None, value: float) -> dict[str, Any]:
+    """The ends of a slider; where the declaration sets none, far enough from the value. The field beside it takes more."""
+    reach = max(4.0 * abs(value), 10.0 if value == 0 or abs(value) >= 2 else 1.0)
+    return {
+        "low": minimum if minimum is not None else min(0.0, value - reach),
+        "high": maximum if maximum is not None and maximum <= 100.0 * reach else reach,
+        "least": minimum,
+        "most": maximum,
+    }
+
+
+def value_text(value: Any) -> str:
+    """A checked value in the form that `parse_value` reads; empty for None."""
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float):
+        return number_text(value)
+    if isinstance(value, tuple):
+        return ",".join(value_text(part) for part in value)
+    return str(value)

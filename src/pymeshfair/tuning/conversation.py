@@ -1,0 +1,241 @@
+"""What the page asks for and what it is told, over one socket: one JSON document a message, and meshes as bytes."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from ..errors import ParameterError, PymeshfairError
+from ..recipe import Recipe, load_recipe, shipped_heads
+from ..running.messages import encode_event
+from ..scripts.script import Script
+from ..scripts.write import write_script
+from .controls import ChoiceError, choices_of, controls, in_mesh_units, saved_comment, script_with
+from .scan import Scan
+from .whole import Finisher
+from .workshop import Result, Workshop
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What a page is about.
+
+    Attributes:
+        scan: the scan.
+        recipe: the name or path of the recipe that is shown first.
+        folder: where recipes and results are written.
+    """
+
+    scan: Scan
+    recipe: str
+    folder: Path
+
+
+class Conversation:
+    """One page.
+
+    Args:
+        connection: an accepted socket.
+        subject: what is tuned.
+        workshops: by whether it is the whole of a large scan.
+    """
+
+    def __init__(self, connection: WebSocket, subject: Subject, workshops: Mapping[bool, Workshop]) -> None:
+        """See the class."""
+        self._connection = connection
+        self._subject = subject
+        self._workshops = workshops
+        self._recipes: dict[str, Recipe] = {}
+        self._number = 0
+        self._sending = asyncio.Lock()
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._finisher = Finisher()
+        self._opened: set[bool] = set()
+
+    async def held(self) -> None:
+        """Answer the page until it is closed."""
+        answers = {
+            "welcome": self._welcome,
+            "recipe": self._choose,
+            "run": self._run,
+            "stop": self._stop,
+            "save": self._save,
+            "finish": self._finish,
+        }
+        order: Any = {"do": "welcome"}
+        try:
+            while True:
+                try:
+                    await answers[order["do"]](order)
+                except ChoiceError as error:
+                    await self._tell("problem", message=str(error), step=error.step, parameter=error.parameter)
+                except (PymeshfairError, OSError) as error:
+                    await self._tell("problem", message=str(error))
+                except (KeyError, TypeError, ValueError):
+                    await self._tell("problem", message="the page asked for something that there is not; load it again")
+                order = json.loads(await self._connection.receive_text())
+        except (WebSocketDisconnect, RuntimeError, json.JSONDecodeError):
+            pass  # the page is gone, or none of ours
+        finally:
+            await self._leave()
+
+    async def end(self) -> None:
+        """Tell the page that another one took its place."""
+        with contextlib.suppress(WebSocketDisconnect, RuntimeError):
+            await self._tell("ended", message="Another page was opened for this scan; this one shows nothing new any more.")
+            await self._connection.close()
+
+    async def _leave(self) -> None:
+        self._finisher.stop()
+        for task in list(self._tasks):
+            task.cancel()
+        for workshop in self._workshops.values():
+            await workshop.stop()
+
+    # ------------------------------------------------------------------------------------------------------------- answers
+
+    async def _welcome(self, order: Mapping[str, Any]) -> None:
+        scan = self._subject.scan
+        heads = [{"name": head.name, "title": head.info.title} for head in shipped_heads()]
+        if self._subject.recipe not in {head["name"] for head in heads}:
+            heads.insert(0, {"name": self._subject.recipe, "title": Path(self._subject.recipe).name})
+        await self._tell(
+            "welcome",
+            scan=scan.path.name,
+            vertices=scan.vertices,
+            has_part=scan.part is not None,
+            recipes=heads,
+            chosen=self._subject.recipe,
+            folder=str(self._subject.folder),
+            warnings=list(scan.warnings),
+        )
+        await self._show_recipe(self._subject.recipe)
+        await self._open(False)
+
+    async def _open(self, whole: bool) -> None:
+        """Show the scan, or the whole of it."""
+        opening, scene = await self._workshops[whole].open()
+        self._opened.add(whole)
+        await self._tell("scan", scene, whole=whole, **opening)
+
+    async def _show_recipe(self, name: str) -> None:
+        if name not in self._recipes:
+            known = {head.name for head in shipped_heads()} | {self._subject.recipe}
+            if name not in known:
+                raise ParameterError(f"there is no recipe {name!r}")
+            self._recipes[name] = load_recipe(name)
+        await self._tell("recipe", key=name, **controls(self._recipes[name]))
+
+    async def _choose(self, order: Mapping[str, Any]) -> None:
+        await self._show_recipe(str(order["recipe"]))
+
+    async def _run(self, order: Mapping[str, Any]) -> None:
+        _, script = self._asked(order)
+        whole = order.get("whole") is True and True in self._workshops
+        for other, workshop in self._workshops.items():
+            if other != whole:
+                await workshop.stop()
+        if whole not in self._opened:
+            await self._open(whole)
+        scan = self._subject.scan
+        if scan.part is not None and not whole:
+            script = in_mesh_units(script, scan.diagonal, scan.mean_edge)
+        self._number += 1
+        number = self._number
+        await self._tell("begun", run=number, asked=order.get("asked"))
+        running = await self._workshops[whole].begin(number, script, self._telling(number))
+        self._keep(self._told(number, order.get("asked"), running))
+
+    async def _told(self, number: int, asked: Any, running: asyncio.Task[Result]) -> None:
+        try:
+            numbers, scene = await asyncio.shield(running)
+        except asyncio.CancelledError:
+            if running.cancelled():
+                await self._tell("cancelled", run=number, asked=asked)
+            return
+        except (PymeshfairError, OSError) as error:
+            await self._tell("failed", run=number, asked=asked, message=str(error))
+            return
+        await self._tell("result", scene, run=number, asked=asked, **numbers)
+
+    async def _stop(self, order: Mapping[str, Any]) -> None:
+        self._finisher.stop()
+        for workshop in self._workshops.values():
+            await workshop.stop()
+
+    async def _save(self, order: Mapping[str, Any]) -> None:
+        path = self._target(order, ".mlx")
+        recipe, script = self._asked(order)
+        self._write(path, recipe, script, str(order.get("note", "")), replace_it=order.get("replace") is True)
+        await self._tell("saved", path=str(path))
+
+    async def _finish(self, order: Mapping[str, Any]) -> None:
+        path = self._target(order, "")
+        recipe, script = self._asked(order)
+        await self._stop(order)
+        script = replace(script, comment=saved_comment(recipe, self._subject.scan.path.name, ""), path=None)
+
+        async def work() -> None:
+            try:
+                result = await self._finisher.run(
+                    Recipe(recipe.name, script), self._subject.scan.path, path, order.get("replace") is True, self._telling(0)
+                )
+            except (PymeshfairError, OSError) as error:
+                await self._tell("failed", run=0, message=str(error))
+            else:
+                await self._tell("finished", files=[str(file) for file in (result.output, *result.side_files, result.provenance)])
+
+        await self._tell("begun", run=0)
+        self._keep(work())
+
+    # ------------------------------------------------------------------------------------------------------------- details
+
+    def _asked(self, order: Mapping[str, Any]) -> tuple[Recipe, Script]:
+        recipe = self._recipes[str(order["recipe"])]
+        return recipe, script_with(recipe.script, choices_of(order["steps"]))
+
+    def _target(self, order: Mapping[str, Any], extension: str) -> Path:
+        """A file of the folder that the command was started in."""
+        name = str(order["name"]).strip()
+        if not name or Path(name).name != name or name in (".", ".."):
+            raise ParameterError(f"{name!r} is no name of a file: give it without a folder")
+        if extension and Path(name).suffix.casefold() != extension:
+            name += extension
+        return self._subject.folder / name
+
+    def _write(self, path: Path, recipe: Recipe, script: Script, note: str, *, replace_it: bool) -> None:
+        if path.exists() and not replace_it:
+            raise ParameterError(f"{path.name} is there already: give another name, or tick that it may be replaced")
+        scan = self._subject.scan
+        comment = saved_comment(recipe, scan.path.name, note)
+        write_script(replace(script, comment=comment), path, diagonal=scan.diagonal, mean_edge=scan.mean_edge)
+
+    def _telling(self, number: int) -> Callable[[Any], None]:
+        """What passes the events of a run on to the page."""
+        loop = asyncio.get_running_loop()
+
+        def tell(event: Any) -> None:
+            document = event if isinstance(event, dict) else encode_event(event)
+            loop.call_soon_threadsafe(lambda: self._keep(self._tell("event", run=number, **document)))
+
+        return tell
+
+    def _keep(self, work: Any) -> None:
+        task = asyncio.create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _tell(self, what: str, scene: bytes | None = None, **more: Any) -> None:
+        """Send a document and, right after it, the mesh that belongs to it."""
+        async with self._sending:
+            with contextlib.suppress(WebSocketDisconnect, RuntimeError):
+                await self._connection.send_text(json.dumps({"is": what, **more}))
+                if scene is not None:
+                    await self._connection.send_bytes(scene)

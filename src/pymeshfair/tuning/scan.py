@@ -1,0 +1,75 @@
+"""The scan that is tuned on: the whole, or a part of a large one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..recipe import Recipe
+from ..registry import find_filter
+from ..running.job import Job
+from ..running.read import read_mesh
+from ..running.supervise import run_job
+from ..scripts.script import Script, Step
+
+#: vertices of the largest scan that is taken whole at first, and of the part of a larger one
+MOST_VERTICES, PART = 200_000, 50_000
+
+
+@dataclass(frozen=True)
+class Scan:
+    """A scan to tune on.
+
+    Attributes:
+        path: the file.
+        vertices: how many it has.
+        diagonal: of its bounding box, in mesh units.
+        mean_edge: in mesh units.
+        part: a file with a part of it; None if it is small enough to be taken whole.
+        warnings: what reading could not keep.
+    """
+
+    path: Path
+    vertices: int
+    diagonal: float
+    mean_edge: float
+    part: Path | None
+    warnings: tuple[str, ...]
+
+
+def prepared_scan(path: Path, folder: Path, *, most: int = MOST_VERTICES, part: int = PART) -> Scan:
+    """Read a scan; of a large one the part round the middle of its surface is written to the folder.
+
+    Args:
+        path: the file.
+        folder: for the part.
+        most: vertices; a scan with more is large.
+        part: about so many vertices the part has.
+
+    Raises:
+        InputError, RunError: it cannot be read.
+    """
+    mesh = read_mesh(path)
+    measures = mesh.measures
+    cut = None
+    if len(mesh.vertices) > most:
+        cut = folder / "part.ply"
+        middle = np.median(mesh.vertices, axis=0)
+        centre = mesh.vertices[np.linalg.norm(mesh.vertices - middle, axis=1).argmin()]
+        distances = np.linalg.norm(mesh.vertices - centre, axis=1)
+        _cut_out(path, cut, centre.tolist(), float(np.partition(distances, part)[part]))
+    edge = float(measures["mean_edge"] or measures["mean_spacing"] or 0.0)
+    return Scan(path, len(mesh.vertices), float(measures["diagonal"]), edge, cut, mesh.warnings)
+
+
+def _cut_out(path: Path, target: Path, centre: list[float], radius: float) -> None:
+    """Write what lies within a ball, with all that it has: attributes, colours, textures."""
+    x, y, z = centre
+    outside = f"((x - ({x!r}))^2 + (y - ({y!r}))^2 + (z - ({z!r}))^2) > {radius * radius!r}"
+    steps = (
+        Step(find_filter("compute_selection_by_condition_per_vertex")).with_values({"condselect": outside}),
+        Step(find_filter("meshing_remove_selected_vertices")),
+    )
+    run_job(Job(Recipe("part", Script(steps)), path, target))

@@ -1,0 +1,93 @@
+"""Serves the page and talks with it through one socket."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import socket
+from collections.abc import AsyncIterator, Callable
+from pathlib import Path
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import HTMLResponse
+from starlette.routing import Route, WebSocketRoute
+from starlette.websockets import WebSocket
+
+from ..report.page import render
+from .access import Guarded
+from .conversation import Conversation, Subject
+from .workshop import Workshop
+
+
+def application(subject: Subject, token: str, folder: Path, names: tuple[str, ...] = ()) -> Guarded:
+    """The page and its socket, behind the token.
+
+    Args:
+        subject: what is tuned.
+        token: without it everything is refused.
+        folder: for what is made.
+        names: host names besides ``localhost`` and addresses in numbers.
+    """
+    workshops = {False: Workshop(subject.scan.part or subject.scan.path, folder / "part")}
+    if subject.scan.part is not None:
+        workshops[True] = Workshop(subject.scan.path, folder / "whole")
+    newest: list[Conversation] = []
+
+    async def page(request: Request) -> HTMLResponse:
+        text = render(
+            "tune.html", scripts=("viewer.js", "tune.js"), sockets=True, package="pymeshfair.tuning", title=subject.scan.path.name
+        )
+        return HTMLResponse(text)
+
+    async def talk(connection: WebSocket) -> None:
+        await connection.accept()
+        # The page that was opened last is the one that is served.
+        for former in newest:
+            await former.end()
+        newest[:] = [Conversation(connection, subject, workshops)]
+        await newest[0].held()
+
+    @contextlib.asynccontextmanager
+    async def lifespan(app: Starlette) -> AsyncIterator[None]:
+        yield
+        for workshop in workshops.values():
+            await workshop.close()
+
+    routes = [Route(f"/{token}/", page), WebSocketRoute(f"/{token}/socket", talk)]
+    return Guarded(Starlette(routes=routes, lifespan=lifespan), token, names)
+
+
+def serve(guarded: Guarded, listening: socket.socket, *, ready: Callable[[], None] = lambda: None) -> None:
+    """Answer requests until Ctrl-C."""
+    config = uvicorn.Config(
+        guarded,
+        access_log=False,  # which would write the token
+        log_level="warning",
+        ws="websockets-sansio",
+        ws_max_size=1 << 20,
+        lifespan="on",
+        timeout_graceful_shutdown=2,
+    )
+    server = uvicorn.Server(config)
+
+    async def main() -> None:
+        serving = asyncio.create_task(server.serve(sockets=[listening]))
+        while not (server.started or serving.done()):
+            await asyncio.sleep(0.01)
+        if server.started:
+            ready()
+        await serving
+
+    with contextlib.suppress(KeyboardInterrupt):
+        asyncio.run(main())
+
+
+def listening_socket(host: str, port: int) -> socket.socket:
+    """A socket of this machine's; port 0 takes one that is free."""
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    found = socket.socket(family, socket.SOCK_STREAM)
+    found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    found.bind((host, port))
+    return found

@@ -1,0 +1,135 @@
+"""The report in a browser: opened from a file, with the network off."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+from tests.browser.pixels import canvas_pixels, halves, share_changed
+from tests.commands.command_line import document, invoke
+from tests.meshes import icosphere
+
+#: what an attacker may call a scan
+NAME = "<img src=x onerror=alert(1)>&amp;.ply"
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
+    """The report of an egg and the same with a dent, and the document of the same comparison."""
+    folder = tmp_path_factory.mktemp("report")
+    vertices, faces = icosphere(4)
+    egg = vertices * [1.0, 1.4, 1.0]
+    dented = egg - 0.15 * vertices * np.exp(-8.0 * ((vertices - [0.0, 0.3, 0.95]) ** 2).sum(axis=1))[:, None]
+    for name, shape in ((NAME, egg), ("after.ply", dented)):
+        trimesh.Trimesh(shape, faces, process=False).export(folder / name)
+    made = folder / "report.html"
+    done = invoke("compare", folder / NAME, folder / "after.ply", "--report", made, "--json", "--no-self-intersections")
+    assert done.exit_code == 0, done.stderr
+    return made, document(done.stdout)
+
+
+@pytest.fixture
+def opened(page: Any, report: tuple[Path, dict[str, Any]], errors: list[str]) -> Any:
+    """The report on a page, once its meshes are there; the test fails if it asks for anything but itself."""
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.goto(report[0].as_uri())
+    page.wait_for_selector("[data-ready]", timeout=30_000)
+    yield page
+    assert [url for url in asked if not url.startswith("data:")] == [report[0].as_uri()]
+    assert errors == []
+
+
+def test_it_shows_both_meshes(opened: Any) -> None:
+    """Each view of the canvas has pixels that are not ground, and the dent makes them different."""
+    before, after = halves(canvas_pixels(opened))
+    for view in (before, after):
+        assert 0.1 < share_changed(view, np.broadcast_to(view[0, 0], view.shape)) < 0.9
+    assert share_changed(before, after) > 0.01
+
+
+def test_the_switch_changes_what_is_seen(opened: Any) -> None:
+    """Every colouring changes pixels; displacements colour the view after alone; one view alone is wider."""
+    plain = canvas_pixels(opened)
+    opened.check("input[value=displacement]")
+    moved = canvas_pixels(opened)
+    assert share_changed(halves(plain)[0], halves(moved)[0]) == 0.0
+    assert share_changed(halves(plain)[1], halves(moved)[1]) > 0.05
+    assert opened.locator("[data-color-bar]").is_visible()
+    seen = [plain, moved]
+    for style in ("curvature", "reflection"):
+        opened.check(f"input[value={style}]")
+        seen.append(canvas_pixels(opened))
+        assert all(share_changed(seen[-1], other) > 0.02 for other in seen[:-1])
+    opened.check("input[name=views][value='1']")
+    assert opened.locator("[data-view-name]").all_inner_texts()[0] == "after"
+    assert share_changed(canvas_pixels(opened), seen[-1]) > 0.02
+
+
+def test_both_views_turn_together(opened: Any) -> None:
+    """Dragging in one view, and the keys, change the pixels of both in the same way."""
+    at_first = canvas_pixels(opened)
+    box = opened.locator("canvas").bounding_box()
+    x, y = box["x"] + box["width"] / 4, box["y"] + box["height"] / 2
+    opened.mouse.move(x, y)
+    opened.mouse.down()
+    opened.mouse.move(x + 30, y + 170, steps=4)
+    opened.mouse.up()
+    dragged = canvas_pixels(opened)
+    for old, new in zip(halves(at_first), halves(dragged), strict=True):
+        assert share_changed(old, new) > 0.02
+    before, after = halves(dragged)
+    # The egg is seen from above: as high as wide in both views.
+    for view in (before, after):
+        rows, columns = np.nonzero(np.abs(view - view[0, 0]).max(axis=2) > 24)
+        assert np.ptp(rows) < 1.2 * np.ptp(columns)
+    opened.locator("canvas").focus()
+    opened.keyboard.press("0")
+    assert share_changed(canvas_pixels(opened), at_first) < 0.002
+    assert opened.locator("[data-status]").inner_text().startswith("azimuth 0 degrees")
+
+
+def test_a_button_goes_to_the_largest_displacement(opened: Any) -> None:
+    """The place comes to the middle of the views, marked by a ring."""
+    opened.click("[data-approach]")
+    canvas_pixels(opened)
+    box, ring = opened.locator("canvas").bounding_box(), opened.locator("[data-marker]").bounding_box()
+    assert ring["x"] + ring["width"] / 2 == pytest.approx(box["x"] + 0.75 * box["width"], abs=3)
+    assert ring["y"] + ring["height"] / 2 == pytest.approx(box["y"] + box["height"] / 2, abs=3)
+
+
+def test_its_numbers_are_those_of_the_document(opened: Any, report: tuple[Path, dict[str, Any]]) -> None:
+    """The data in the page are the document that the command printed, and the table shows them."""
+    expected = report[1]
+    assert json.loads(opened.locator("#numbers").text_content()) == expected
+    cells = opened.locator("table", has_text="Hausdorff distance").first.locator("tr").last.locator("td").all_inner_texts()
+    found = expected["comparison"]["hausdorff"]
+    assert cells == [f"{found[unit]:.4g}" for unit in ("mesh_units", "mean_edges", "percent_of_diagonal")]
+
+
+def test_a_name_stays_a_name(opened: Any) -> None:
+    """Markup in the name of a file is shown as text: it makes no element and runs nothing."""
+    assert NAME in opened.locator("h1").inner_text()
+    assert opened.locator("img[src=x]").count() == 0
+
+
+def test_it_serves_who_does_not_see(opened: Any) -> None:
+    """Every picture, chart and canvas has words, every switch a label, and tables their headers."""
+    assert all(words.strip() for words in opened.locator("img").evaluate_all("all => all.map(x => x.alt)"))
+    assert opened.locator("canvas").get_attribute("aria-label")
+    assert opened.locator("svg[role=img] > title").count() == opened.locator("svg").count() > 3
+    assert opened.locator("input").evaluate_all("all => all.every(x => x.labels.length === 1)")
+    assert opened.locator("table").evaluate_all("all => all.every(x => x.caption && x.querySelector('th[scope=col]'))")
+
+
+def test_it_fits_a_telephone_and_the_dark(opened: Any) -> None:
+    """At 360 pixels nothing has to be pushed sideways, and in the dark the ground is dark."""
+    opened.set_viewport_size({"width": 360, "height": 740})
+    assert opened.evaluate("document.documentElement.scrollWidth") <= 360
+    opened.emulate_media(color_scheme="dark")
+    assert opened.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(20, 23, 28)"

@@ -1,0 +1,183 @@
+"""The page to tune on in a browser, served by the command itself."""
+
+from __future__ import annotations
+
+import http.client
+import os
+import signal
+import subprocess
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import numpy as np
+import pytest
+import trimesh
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+
+from pymeshfair.registry import find_filter
+from pymeshfair.scripts.script import Script, Step
+from pymeshfair.scripts.write import write_script
+from tests.browser.pixels import canvas_pixels, halves, share_changed
+from tests.commands.command_line import COMMAND, document, run_process
+from tests.meshes import icosphere
+
+#: milliseconds that a worker may take to import, read and run on a busy machine
+PATIENCE = 30_000
+
+
+@dataclass(frozen=True)
+class Served:
+    """A running server: its address, the folder that it was started in, and its temporary folder."""
+
+    address: str
+    folder: Path
+    temporary: Path
+    process: subprocess.Popen[str]
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    """The server of a noisy egg; once it has been interrupted nothing of it is left."""
+    folder, temporary = tmp_path_factory.mktemp("tune"), tmp_path_factory.mktemp("temporary")
+    vertices, faces = icosphere(4)
+    noise = np.random.default_rng(0).normal(scale=0.01, size=vertices.shape)
+    trimesh.Trimesh(vertices * [1.0, 1.4, 1.0] + noise, faces, process=False).export(folder / "scan.ply")
+    step = Step(find_filter("apply_coord_explicit_smoothing"))
+    write_script(Script((step,), "Explicit smoothing"), folder / "explicit.mlx")
+    command = [*COMMAND, "tune", "scan.ply", "--recipe", "explicit.mlx", "--no-browser", "--json"]
+    environment = {**os.environ, "TMPDIR": str(temporary)}
+    with subprocess.Popen(command, cwd=folder, env=environment, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        printed = ""
+        while not printed.endswith("}\n"):
+            line = process.stdout.readline()
+            assert line, "the server ended"
+            printed += line
+        yield Served(document(printed)["address"], folder, temporary, process)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(20) == 0
+    assert not list(temporary.iterdir())
+
+
+@pytest.fixture
+def tuning(browser: Any, served: Served, errors: list[str]) -> Iterator[Any]:
+    """The page, once the first result is there."""
+    context = browser.new_context(viewport={"width": 1300, "height": 900})
+    page = context.new_page()
+    page.set_default_timeout(PATIENCE)
+    page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.goto(served.address)
+    page.wait_for_selector("body[data-shown='1'], #problem:not([hidden])")
+    assert not page.locator("#problem").inner_text()
+    yield page
+    context.close()
+    assert errors == []
+
+
+def change(page: Any, parameter: str, value: str) -> None:
+    """Move the slider of a parameter as a hand does."""
+    slider = page.locator(f"[data-parameter={parameter}] input[type=range]")
+    slider.evaluate("(s, v) => { s.max = Math.max(s.max, v); s.value = v; s.dispatchEvent(new Event('input')); }", value)
+
+
+def test_a_slider_changes_the_result_alone(tuning: Any) -> None:
+    """After a slider was moved the right mesh and the numbers are others, the scan on the left is the same."""
+    before, mean = canvas_pixels(tuning), tuning.locator("#numbers td").first.inner_text()
+    change(tuning, "iterations", "60")
+    tuning.wait_for_selector("body[data-shown='2']")
+    after = canvas_pixels(tuning)
+    assert share_changed(halves(before)[0], halves(after)[0]) == 0.0
+    assert share_changed(halves(before)[1], halves(after)[1]) > 0.05
+    assert float(tuning.locator("#numbers td").first.inner_text()) > 1.5 * float(mean)
+
+
+def test_a_change_cancels_the_run_before(tuning: Any) -> None:
+    """A run of many seconds is killed by the next change, whose result is shown."""
+    change(tuning, "iterations", "100000")
+    tuning.wait_for_selector("body[data-begun='2']")
+    assert not tuning.locator("#stop").is_disabled()
+    change(tuning, "iterations", "3")
+    tuning.wait_for_selector("body[data-shown='3']")
+    assert tuning.locator("body").get_attribute("data-cancelled") == "1"
+    assert "done in" in tuning.locator("#state").inner_text()
+
+
+def test_a_wrong_value_is_shown_where_it_is(tuning: Any) -> None:
+    """A number below its bound is not run; its control is marked, and the message says what is allowed."""
+    tuning.fill("[data-parameter=iterations] input[type=number]", "-5")
+    tuning.wait_for_selector("[data-parameter=iterations].wrong")
+    assert "a whole number from 0 to 100000" in tuning.locator("#problem").inner_text()
+
+
+def test_two_settings_beside_each_other(tuning: Any) -> None:
+    """A result that was kept stays on the left while the right one changes."""
+    tuning.click("#keep")
+    kept = canvas_pixels(tuning)
+    assert share_changed(*halves(kept)) < 0.01
+    change(tuning, "iterations", "80")
+    tuning.wait_for_selector("body[data-shown='2']")
+    found = canvas_pixels(tuning)
+    assert share_changed(halves(kept)[0], halves(found)[0]) == 0.0
+    assert share_changed(*halves(found)) > 0.05
+
+
+def test_the_saved_recipe_gives_the_bytes_of_the_page(tuning: Any, served: Served) -> None:
+    """The output of the page and that of the command with the recipe that the page saved are the same file."""
+    change(tuning, "iterations", "7")
+    tuning.wait_for_selector("body[data-shown='2']")
+    tuning.fill("#recipe-name", "mine.mlx")
+    tuning.fill("#note", "seven is enough")
+    tuning.click("#save")
+    tuning.locator("#state", has_text="saved: ").wait_for()
+    tuning.fill("#output-name", "page.ply")
+    tuning.click("#finish")
+    tuning.locator("#state", has_text="written: ").wait_for()
+    folder = served.folder
+    assert "seven is enough" in (folder / "mine.mlx").read_text("utf-8")
+    assert (folder / "page.ply.provenance.json").is_file()
+    done = run_process("run", folder / "mine.mlx", folder / "scan.ply", "-o", folder / "command.ply")
+    assert done.returncode == 0, done.stderr
+    assert (folder / "page.ply").read_bytes() == (folder / "command.ply").read_bytes()
+    tuning.fill("#recipe-name", "mine.mlx")
+    tuning.click("#save")
+    tuning.wait_for_selector("#problem:not([hidden])")
+    assert "is there already" in tuning.locator("#problem").inner_text()
+
+
+def status_of(served: Served, path: str, headers: dict[str, str]) -> int:
+    """The answer to a request of this path with these headers."""
+    place = urlsplit(served.address)
+    connection = http.client.HTTPConnection(place.hostname or "", place.port, timeout=20)
+    connection.request("GET", path, headers=headers)
+    status = connection.getresponse().status
+    connection.close()
+    return status
+
+
+def test_who_does_not_know_the_token_is_refused(served: Served) -> None:
+    """Without the token, with another one, from another origin or under another name every request ends with 403."""
+    place = urlsplit(served.address)
+    assert place.hostname == "127.0.0.1"
+    assert status_of(served, place.path, {}) == 200
+    assert status_of(served, "/", {}) == 403
+    assert status_of(served, f"/{'x' * 43}/", {}) == 403
+    assert status_of(served, place.path, {"Origin": "http://evil.example"}) == 403
+    assert status_of(served, place.path, {"Host": "evil.example"}) == 403
+
+
+@pytest.mark.parametrize(
+    ("path", "origin"), [("{token}", "http://evil.example"), ("{token}", None), ("/wrong/", "http://{host}")]
+)
+def test_sockets_are_refused_as_well(served: Served, path: str, origin: str | None) -> None:
+    """A page of another site cannot open the socket, even if it knew the token; nor does a page without it."""
+    place = urlsplit(served.address)
+    address = f"ws://{place.netloc}{path.format(token=place.path)}socket"
+    given: Any = None if origin is None else origin.format(host=place.netloc)
+    with pytest.raises(InvalidStatus) as caught, connect(address, origin=given):
+        pass
+    assert caught.value.response.status_code == 403

@@ -1,0 +1,169 @@
+"""The parts of a report that need no browser: what is packed, decimated, charted and refused."""
+
+from __future__ import annotations
+
+import zlib
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+from pymeshfair.filters.inspection import Limits
+from pymeshfair.report.charts import histogram, round_numbers, spectrum_chart
+from pymeshfair.report.display import shown_mesh
+from pymeshfair.report.scene import Marker, Scene, pack_scene
+from tests.commands.command_line import invoke
+from tests.meshes import icosphere, torus
+
+NO_EDGES = np.empty((0, 2), dtype=np.int32)
+
+
+def unpacked(scene: Scene) -> list[dict[str, np.ndarray]]:
+    """The arrays of each mesh, by plain loops over what the layout says."""
+    body, at, meshes = zlib.decompress(scene.body), 0, []
+    for mesh in scene.header["meshes"]:
+        arrays = {}
+        for array in mesh["arrays"]:
+            size, count = array["bits"] // 8, array["rows"] * array["columns"]
+            planes = np.frombuffer(body, np.uint8, size * count, at).reshape(size, count).astype(np.int64)
+            at += size * count
+            steps = sum(planes[b] << (8 * b) for b in range(size))
+            if size == 4:
+                values = np.cumsum((steps >> 1) ^ -(steps & 1)).reshape(array["rows"], array["columns"])
+            else:
+                values = (np.cumsum(steps.reshape(array["columns"], array["rows"]), axis=1) % (1 << array["bits"])).T
+            arrays[array["name"]] = values
+        meshes.append(arrays)
+    assert at == len(body)
+    return meshes
+
+
+def test_what_is_packed_comes_back() -> None:
+    """Faces exactly, coordinates to half a level of 65,535, normals to 0.06 degrees, numbers to half of 255 steps."""
+    vertices, faces = torus()
+    vertices = vertices + np.array([1000.0, -2000.0, 50.0])
+    values = vertices[:, 0].copy()
+    values[3] = np.nan
+    shown = shown_mesh("before", vertices, faces, NO_EDGES, scalars={"curvature": values})
+    limits = Limits(float(np.nanmin(values)), float(np.nanmax(values)))
+    scene = pack_scene([shown], {"curvature": limits}, markers=[Marker((1000.0, -2000.0, 50.0), "middle", 0)])
+    (found,) = unpacked(scene)
+    np.testing.assert_array_equal(found["elements"], faces)
+    half, centre = scene.header["half"], np.array(scene.header["centre"])
+    places = (found["positions"] / 65535 * 2 - 1) * half + centre
+    assert np.abs(places - vertices).max() <= half / 65535 * (1 + 1e-6)
+    flat = found["normals"] / 4095 * 2 - 1
+    normals = np.column_stack([flat, 1 - np.abs(flat).sum(axis=1)])
+    below = normals[:, 2] < 0
+    normals[below, :2] = (1 - np.abs(normals[below][:, [1, 0]])) * np.where(normals[below, :2] < 0, -1, 1)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    assert np.degrees(np.linalg.norm(normals - shown.normals, axis=1).max()) < 0.06
+    levels = found["scalar:curvature"][:, 0]
+    assert levels[3] == 128
+    told = limits.low + levels / 255 * (limits.high - limits.low)
+    assert np.nanmax(np.abs(told - values)) <= (limits.high - limits.low) / 255 / 2 * (1 + 1e-9)
+    np.testing.assert_allclose(scene.header["markers"][0]["place"], (np.array([1000.0, -2000.0, 50.0]) - centre) / half)
+
+
+def test_large_meshes_are_decimated_and_say_so() -> None:
+    """A sphere of 20,480 faces keeps its place within a tenth of the coarse edges, and the numbers of the nearest vertices."""
+    vertices, faces = icosphere(5)
+    far = vertices + np.array([5e5, 5e6, 0.0])
+    shown = shown_mesh("after", far, faces, NO_EDGES, scalars={"displacement": vertices[:, 2].copy()}, most_faces=2000)
+    assert shown.decimated
+    assert (shown.of_vertices, shown.of_faces) == (len(vertices), len(faces))
+    assert 1900 <= len(shown.elements) <= 2000
+    local = shown.vertices - [5e5, 5e6, 0.0]
+    assert np.abs(np.linalg.norm(local, axis=1) - 1.0).max() < 0.01
+    assert np.abs(shown.scalars["displacement"] - local[:, 2]).max() < 0.05
+    cloud = shown_mesh("scan", vertices, np.empty((0, 3), dtype=np.int32), NO_EDGES, most_points=1000)
+    assert len(cloud.vertices) == 1000
+    assert cloud.decimated
+    assert not shown_mesh("before", vertices, faces, NO_EDGES).decimated
+
+
+def test_histograms_count_everything() -> None:
+    """The bars of each mesh add up to 100 %, with what lies beyond the limits in the last ones."""
+    rng = np.random.default_rng(0)
+    chart = histogram("x", "mm", {"before": rng.normal(size=999), "after": np.array([np.nan, 0.5, 9.0])}, -1.0, 1.0)
+    assert chart is not None
+    shares = np.array([[float(cell) for cell in row[1:]] for row in chart.rows])
+    np.testing.assert_allclose(shares.sum(axis=0), 100.0, atol=0.3)
+    assert shares[-1, 1] == 50.0
+    assert "after 4.75" in chart.summary
+    assert histogram("x", "mm", {"before": np.zeros(3)}, 0.0, 0.0) is None
+    assert histogram("x", "mm", {"before": np.array([np.nan])}, 0.0, 1.0) is None
+
+
+def test_marks_at_axes_are_round() -> None:
+    """Multiples of 1, 2 or 5 times a power of ten, all within the axis."""
+    assert round_numbers(-0.11, 0.12, 5) == pytest.approx([-0.1, -0.05, 0.0, 0.05, 0.1])
+    assert round_numbers(0.0, 100.0, 4) == pytest.approx([0, 50, 100])
+
+
+def test_spectra_run_from_long_waves_to_short() -> None:
+    """A band of omega from 1 to 2 lies between the wavelengths 2 pi and pi, with the root of its energy as height."""
+    chart = spectrum_chart({"before": {"band_edges": [1.0, 2.0, 4.0], "band_energies": [4.0, 0.01]}})
+    assert chart is not None
+    assert [row[1:] for row in chart.rows] == [("3.142 to 6.283", "2"), ("1.571 to 3.142", "0.1")]
+    assert spectrum_chart({}) is None
+
+
+class Page(HTMLParser):
+    """The elements of a page, and its text."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__()
+        self.elements: list[tuple[str, dict[str, Any]]] = []
+        self.text = ""
+        self.feed(path.read_text("utf-8"))
+
+    def handle_starttag(self, tag: str, attrs: Any) -> None:
+        self.elements.append((tag, dict(attrs)))
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def test_the_report_of_a_run_shows_what_broke(tmp_path: Path) -> None:
+    """A run beyond its limit exits 1 without output; its report names the limit, marks the vertex and shows steps and recipe."""
+    vertices, faces = icosphere(3)
+    trimesh.Trimesh(vertices, faces, process=False).export(tmp_path / "scan.ply")
+    arguments = ("run", "smooth_laplacian", tmp_path / "scan.ply", "-o", tmp_path / "out.ply", "--max-displacement", "0.001")
+    done = invoke(*arguments, "--report", tmp_path / "report.html")
+    assert done.exit_code == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["report.html", "scan.ply"]
+    page = Page(tmp_path / "report.html")
+    assert "The run went beyond a limit; no output was written." in page.text
+    assert "max_displacement: vertex" in page.text
+    assert any("max_displacement, vertex" in (given.get("title") or "") for tag, given in page.elements if tag == "span")
+    assert "<FilterScript" in page.text
+    sources = [given.get("src") or given.get("href") or "" for _, given in page.elements]
+    assert all(source == "" or source.startswith(("data:", "#")) for source in sources)
+
+
+def test_clouds_have_a_report(tmp_path: Path) -> None:
+    """Points without faces are compared, drawn and charted as far as that goes."""
+    points = np.random.default_rng(1).normal(size=(300, 3))
+    for name, cloud in (("a.xyz", points), ("b.xyz", points + np.array([0.1, 0, 0]))):
+        np.savetxt(tmp_path / name, cloud)
+    done = invoke("compare", tmp_path / "a.xyz", tmp_path / "b.xyz", "--report", tmp_path / "c.html", "--up", "z")
+    assert done.exit_code == 0, done.stderr
+    text = Page(tmp_path / "c.html").text
+    assert "No spectrum:" in text
+    assert "Displacement." in text
+
+
+def test_reports_that_cannot_be_written_are_refused_first(tmp_path: Path) -> None:
+    """A wrong extension, a missing folder and an unknown axis are usage errors before any mesh is opened."""
+    for more, words in (
+        (["--report", tmp_path / "x.pdf"], "a report is an .html file"),
+        (["--report", tmp_path / "no" / "x.html"], "is no folder"),
+        (["--report", tmp_path / "x.html", "--up", "x"], "no upright axis"),
+    ):
+        done = invoke("compare", tmp_path / "missing.ply", tmp_path / "missing.ply", *map(str, more))
+        assert done.exit_code == 2, words
+        assert words in done.stderr

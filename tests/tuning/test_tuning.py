@@ -1,0 +1,134 @@
+"""The page to tune on, as far as it needs no browser: who may reach it, settings, and parts of large scans."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+from pymeshfair.declaration import Length
+from pymeshfair.errors import ParameterError
+from pymeshfair.recipe import load_recipe, shipped_recipes
+from pymeshfair.running.read import read_mesh
+from pymeshfair.scripts.read import parse_script
+from pymeshfair.scripts.write import format_script
+from pymeshfair.tuning.access import Guarded
+from pymeshfair.tuning.controls import ChoiceError, StepChoices, choices_of, controls, in_mesh_units, saved_comment, script_with
+from pymeshfair.tuning.scan import prepared_scan
+from tests.meshes import icosphere
+
+
+def sent(recipe: str) -> list[dict[str, Any]]:
+    """What a page sends back that changed nothing."""
+    steps = controls(load_recipe(recipe))["steps"]
+    return [{"on": True, "values": {p["name"]: p["value"] for p in step["parameters"]}} for step in steps]
+
+
+@pytest.mark.parametrize("name", shipped_recipes())
+def test_a_page_that_changes_nothing_gives_the_recipe(name: str) -> None:
+    """What the controls show comes back as the same script, number by number."""
+    recipe = load_recipe(name)
+    back = script_with(recipe.script, choices_of(sent(name)))
+    assert format_script(back) == format_script(recipe.script)
+
+
+def test_controls_follow_the_declaration() -> None:
+    """Lengths have a unit, numbers their bounds, words a menu, switches a tick, and all of them their help."""
+    (step,) = controls(load_recipe("smooth_implicit"))["steps"]
+    kinds = {p["name"]: p["kind"] for p in step["parameters"]}
+    assert kinds["detail_size"] == "length"
+    assert kinds["iterations"] == "whole"
+    assert kinds["operator"] == "menu"
+    assert kinds["preserve_volume"] == "switch"
+    for parameter in step["parameters"]:
+        assert parameter["help"]
+        if "low" in parameter:
+            assert parameter["low"] < parameter["high"]
+            number = float(parameter["value"].removesuffix("edge").removesuffix("%"))
+            assert parameter["low"] <= number <= parameter["high"]
+
+
+def test_wrong_settings_say_where() -> None:
+    """A value that is not allowed names step and parameter; steps can be left out, but not all of them."""
+    script = load_recipe("clean_range_map").script
+    given = [StepChoices(True, {}) for _ in script.steps]
+    given[-1] = StepChoices(True, {"iterations": "-1"})
+    with pytest.raises(ChoiceError, match="whole number") as caught:
+        script_with(script, given)
+    assert (caught.value.step, caught.value.parameter) == (len(script.steps) - 1, "iterations")
+    given[-1] = StepChoices(False, {"iterations": "-1"})
+    assert script_with(script, given).steps == script.steps[:-1]
+    with pytest.raises(ParameterError, match="every step is switched off"):
+        script_with(script, [StepChoices(False, {})] * len(script.steps))
+    with pytest.raises(ParameterError, match="settings for 1 steps"):
+        script_with(script, given[:1])
+    for wrong in (3, {"on": True}, {"on": True, "values": {"a": 1}}):
+        with pytest.raises(ParameterError, match="settings that are none"):
+            choices_of([wrong])
+
+
+def test_lengths_on_a_part_are_those_of_the_whole() -> None:
+    """Percent and edges become mesh units of the whole scan, defaults that nobody gave as well."""
+    given = load_recipe("smooth_implicit").script
+    script = in_mesh_units(given, diagonal=200.0, mean_edge=0.5)
+    assert given.steps[0].values["detail_size"].unit == "edge"
+    assert script.steps[0].values["detail_size"] == Length(given.steps[0].values["detail_size"].amount * 0.5)
+    assert all(v.unit == "absolute" for v in script.steps[0].values.values() if isinstance(v, Length))
+
+
+def test_the_head_of_a_saved_recipe_can_be_read_back() -> None:
+    """Names and notes with what a comment must not hold are written so that the script is read as it was."""
+    recipe = load_recipe("smooth_implicit")
+    words = saved_comment(recipe, "a--b<!-- \x07.ply", "softer -- --> end -")
+    assert "tuned on a" in words
+    script = recipe.script.__class__(recipe.script.steps, words)
+    assert parse_script(format_script(script).encode(), "x.mlx").steps == recipe.script.with_defaults().steps
+
+
+@pytest.mark.parametrize(
+    ("path", "headers", "allowed"),
+    [
+        ("/secret/", [("host", "127.0.0.1:80")], True),
+        ("/secret/", [("host", "localhost:80"), ("origin", "http://localhost:80")], True),
+        ("/secret/", [("host", "[::1]:80")], True),
+        ("/secret/", [("host", "scanner.local:80")], True),
+        ("/secre/", [("host", "127.0.0.1:80")], False),
+        ("/", [("host", "127.0.0.1:80")], False),
+        ("/secretly", [("host", "127.0.0.1:80")], False),
+        ("/secret/", [], False),
+        ("/secret/", [("host", "evil.example:80")], False),
+        ("/secret/", [("host", "127.0.0.1.evil.example:80")], False),
+        ("/secret/", [("host", "127.0.0.1:80"), ("origin", "http://evil.example")], False),
+        ("/secret/", [("host", "127.0.0.1:80"), ("origin", "null")], False),
+        ("/secret/", [("host", "127.0.0.1:80"), ("origin", "http://127.0.0.1:81")], False),
+        ("/secret/", [("host", "127.0.0.1:80"), ("host", "127.0.0.1:80")], False),
+    ],
+)
+@pytest.mark.parametrize("kind", ["http", "websocket"])
+def test_who_may_reach_the_page(path: str, headers: list[tuple[str, str]], allowed: bool, kind: str) -> None:
+    """The token, a host of this machine, and no other origin; a socket needs an origin."""
+
+    async def application(*_: object) -> None:
+        raise AssertionError("not asked")
+
+    guarded = Guarded(application, "secret", names=("scanner.local",))
+    scope = {"type": kind, "path": path, "headers": [(name.encode(), value.encode()) for name, value in headers]}
+    has_origin = any(name == "origin" for name, _ in headers)
+    assert guarded.allows(scope) == (allowed and (kind == "http" or has_origin))
+
+
+def test_a_large_scan_is_tuned_on_a_part(tmp_path: Path) -> None:
+    """The part has about as many vertices as asked for, round the middle; a small scan is taken whole."""
+    vertices, faces = icosphere(4)
+    trimesh.Trimesh(vertices + np.array([1e5, 0.0, -1e5]), faces, process=False).export(tmp_path / "scan.stl")
+    whole = prepared_scan(tmp_path / "scan.stl", tmp_path)
+    assert whole.part is None
+    cut = prepared_scan(tmp_path / "scan.stl", tmp_path, most=1000, part=400)
+    assert cut.part is not None
+    part = read_mesh(cut.part)
+    assert 380 <= len(part.vertices) <= 420
+    assert len(part.faces) > 600
+    assert (cut.vertices, cut.diagonal) == (whole.vertices, whole.diagonal)
