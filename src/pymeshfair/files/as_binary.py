@@ -69,8 +69,8 @@ def text_as_binary(header: PlyHeader, rows: AllRows) -> list[bytes] | None:
     if corners is None or (rows["face"].lengths(corners) != 3).any():
         return None
     faces = rows["face"].values[corners].reshape(-1, 3).astype(np.int64)
-    points = np.stack([rows["vertex"].values.get(c, np.empty(0)) for c in "xyz"], axis=1)
-    if not are_plain_triangles(points, faces):
+    places = rows["vertex"].values
+    if not {"x", "y", "z"} <= places.keys() or not are_plain_triangles(np.stack([places[c] for c in "xyz"], axis=1), faces):
         return None
     return [given_header(replace(header, format="binary_little_endian"), ()), *parts]
 
