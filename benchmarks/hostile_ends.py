@@ -3,7 +3,7 @@
     python benchmarks/hostile_ends.py [--kills N] [--signals N] [--pipes N] [--disks N]
 
 An output is torn if it is none of the two that a whole run makes; a success is false if the exit code is 0 and the new output is
-not there; left behind is whatever is in the folder besides the output and its provenance once the command has ended, after SIGKILL
+not there; left behind is whatever is in the folder besides both files once the command has ended, after SIGKILL
 once the next run has. Disks need the superuser of a Linux system. Ends with 1 if anything of that happened.
 """
 

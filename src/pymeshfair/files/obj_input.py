@@ -31,7 +31,7 @@ def inspect_obj(path: Path, references: References, given: Given) -> Announced:
     """
     contents = read_obj(path)
     lost = [f"{what} ({n:,})" for what in _LOST if (n := contents.counts[what])] + contents.notes
-    names = contents.material_files
+    names = list(dict.fromkeys(contents.material_files))
     uses = contents.counts["uses of materials"]
     if not names and uses:  # what some programs write, and MeshLab looks for
         names = [path.with_suffix(".mtl").name]
