@@ -23,9 +23,11 @@ from denoising_methods import METHODS, Method
 from denoising_metrics import Errors, Floats, Ints, errors
 from denoising_table import Result, as_json, as_markdown
 from denoising_trials import Settings
-from painting import FROM_A_CORNER, gallery, read_mesh
 
 from pymeshfair.filters.topology import referenced_vertices
+from pymeshfair.looking.panels import Panel, draw_panels, save_picture
+from pymeshfair.looking.picture import Appearance
+from pymeshfair.running.read import read_mesh
 
 
 @dataclass(frozen=True)
@@ -48,8 +50,8 @@ def read_pairs(folder: Path, names: Sequence[str]) -> Iterator[Pair]:
         truths = list(folder.glob(f"{name}_truth.*"))
         if not truths:
             raise SystemExit(f"{folder}: no {name}_truth file")
-        noisy, faces = read_mesh(found[name])
-        truth, true_faces = read_mesh(truths[0])
+        given, best = read_mesh(found[name]), read_mesh(truths[0])
+        noisy, faces, truth, true_faces = given.vertices, given.faces, best.vertices, best.faces
         if not np.array_equal(faces, true_faces):
             raise SystemExit(f"{name}: the faces of the noisy mesh are not those of the truth, number by number")
         used = referenced_vertices(faces, len(noisy))
@@ -86,11 +88,9 @@ def warm_up(method: Method) -> str:
 
 def paint_pair(path: Path, pair: Pair, meshes: Sequence[tuple[Result, Floats]]) -> None:
     """The noisy mesh, what each method made of it, and the truth."""
-    shown = [("noisy", pair.noisy), *((f"{r.method}\nMAD {r.errors.mad:.2f}", v) for r, v in meshes), ("truth", pair.truth)]
-    columns = 4
-    turned = [(title, vertices @ FROM_A_CORNER.T) for title, vertices in shown]
-    rows = [turned[k : k + columns] for k in range(0, len(turned), columns)]
-    gallery(path, rows, [pair.faces] * len(rows))
+    shown = [("noisy", pair.noisy), *((f"{r.method}, MAD {r.errors.mad:.2f}", v) for r, v in meshes), ("truth", pair.truth)]
+    panels = [Panel(title, vertices, pair.faces) for title, vertices in shown]
+    save_picture(path, draw_panels(panels, Appearance(azimuth=-33.0, elevation=25.0, up="z", width=260, height=260)))
 
 
 def main() -> int:
