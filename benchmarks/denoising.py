@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pymeshlab
 from denoising_findings import chest
 from denoising_methods import METHODS, Method
 from denoising_metrics import Errors, Floats, Ints, errors
@@ -27,7 +28,6 @@ from denoising_trials import Settings
 from pymeshfair.filters.topology import referenced_vertices
 from pymeshfair.looking.panels import Panel, draw_panels, save_picture
 from pymeshfair.looking.picture import Appearance
-from pymeshfair.running.read import read_mesh
 
 
 @dataclass(frozen=True)
@@ -40,6 +40,14 @@ class Pair:
     faces: Ints
 
 
+def read_mesh(path: Path) -> tuple[Floats, Ints]:
+    """Vertices and faces of any file that MeshLab reads."""
+    meshes = pymeshlab.MeshSet()
+    meshes.load_new_mesh(str(path))
+    mesh = meshes.current_mesh()
+    return np.ascontiguousarray(mesh.vertex_matrix()), np.ascontiguousarray(mesh.face_matrix(), dtype=np.int32)
+
+
 def read_pairs(folder: Path, names: Sequence[str]) -> Iterator[Pair]:
     """The pairs of a folder in the order of their names; those with one of the given names, if any are given."""
     found = {path.stem.removesuffix("_noisy"): path for path in sorted(folder.iterdir()) if path.stem.endswith("_noisy")}
@@ -50,8 +58,8 @@ def read_pairs(folder: Path, names: Sequence[str]) -> Iterator[Pair]:
         truths = list(folder.glob(f"{name}_truth.*"))
         if not truths:
             raise SystemExit(f"{folder}: no {name}_truth file")
-        given, best = read_mesh(found[name]), read_mesh(truths[0])
-        noisy, faces, truth, true_faces = given.vertices, given.faces, best.vertices, best.faces
+        noisy, faces = read_mesh(found[name])
+        truth, true_faces = read_mesh(truths[0])
         if not np.array_equal(faces, true_faces):
             raise SystemExit(f"{name}: the faces of the noisy mesh are not those of the truth, number by number")
         used = referenced_vertices(faces, len(noisy))
