@@ -70,6 +70,7 @@ def save_picture(path: Path, *pictures: Image.Image, across: bool = False, full_
         full_color: for pictures with a colour bar, which 256 colours would cut into bands; else these do, at less than half
             the size.
     """
+    path.parent.mkdir(parents=True, exist_ok=True)
     widths, heights = [p.width for p in pictures], [p.height for p in pictures]
     size = (sum(widths), max(heights)) if across else (max(widths), sum(heights))
     whole = Image.new("RGB", size, "white")

@@ -15,7 +15,8 @@ from ..filters.inspection import Limits, reflection_stripes
 from ..running.read import ReadMesh
 from .annotation import BAR_STRIP, TITLE_STRIP, draw_color_bar, draw_scale_bar, write_title
 from .camera import Camera, close_up, fitting_camera, view_rows
-from .coloring import COLORINGS, OTHERS, check_coloring, numbers_of
+from .coloring import COLORINGS, numbers_of
+from .coloring_names import OTHERS, check_coloring
 from .shading import Scene, render
 
 #: the share of a panel's width that a scale bar takes at most
@@ -138,3 +139,10 @@ def _painted(scene: Scene, mesh: ReadMesh, appearance: Appearance, camera: Camer
             return replace(scene, colors=mesh.face_colors[:, :3], by_face=True)
         raise MeshError(f"{mesh.path.name} has no colours of its own")
     return scene
+
+
+def prepare() -> None:
+    """Load what draws, compiled code included, so that it is there once a mesh has been read."""
+    corner = np.eye(3)
+    scene = Scene(corner, np.array([[0, 1, 2]], dtype=np.int32), np.empty((0, 2), dtype=np.int32))
+    render(scene, fitting_camera([corner], view_rows(0.0, 0.0), 1.0), 8, 8)
