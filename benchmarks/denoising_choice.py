@@ -21,7 +21,8 @@ import numpy as np
 from denoising_metrics import Floats, Ints, angles_to_truth
 from denoising_pairs import NoisyPair, looked_at, made, unseen
 
-from pymeshfair.filters.denoising import SETTINGS, Setting, SettingsTried, held_out_evidence
+from pymeshfair.filters.denoising import Setting, SettingsTried, direction_for, estimate_noise, held_out_evidence, settings
+from pymeshfair.filters.denoising.noise_level import smooth_normals
 from pymeshfair.filters.evidence import Trial, choose, judge
 from pymeshfair.filters.topology import OneRings
 
@@ -30,17 +31,19 @@ COLUMNS = ("nothing", "Taubin", "choice", "least error", "flattest")
 
 def angles_of_settings(pair: NoisyPair) -> dict[Setting, float]:
     """The mean angle that each setting leaves, in degrees."""
-    tried = SettingsTried(pair.faces, len(pair.noisy), border="along", movable=None)
+    direction = direction_for(estimate_noise(pair.noisy, pair.faces))
+    tried = SettingsTried(pair.faces, smooth_normals(pair.noisy, pair.faces), direction, border="along", movable=None)
     return {
         setting: float(angles_to_truth(result, pair.truth, pair.faces)[0].mean())
-        for family, results in zip(SETTINGS, tried(pair.noisy), strict=True)
+        for family, results in zip(settings(direction), tried(pair.noisy), strict=True)
         for setting, result in zip(family, results, strict=True)
     }
 
 
 def by_rules(pair: NoisyPair, seed: int) -> list[Setting]:
     """What the method chooses, and two simpler rules."""
-    evidence = held_out_evidence(pair.noisy, pair.faces, seed=seed)
+    direction = direction_for(estimate_noise(pair.noisy, pair.faces))
+    evidence = held_out_evidence(pair.noisy, pair.faces, direction=direction, seed=seed)
     if evidence is None:
         return [Setting()] * 3
 

@@ -9,22 +9,26 @@ from typing import Annotated, Any, Literal, TypeAlias, get_args
 
 import numpy as np
 
-from pymeshfair.declaration import Bool, Edit, Enum, FilterClass, Floats, Int, Layer, MeshElement, mesh_filter
+from pymeshfair.declaration import Bool, Bools, Edit, Enum, FilterClass, Floats, Int, Layer, MeshElement, mesh_filter
 from pymeshfair.errors import MeshError
 from pymeshfair.filters.denoising import (
     FIXED,
+    RELAXATION_DIRECTIONS,
     VERTEX_UPDATES,
     AutomaticChoice,
     AutomaticParameters,
     NormalFilter,
+    RelaxationDirection,
+    Setting,
     VertexUpdate,
     automatic_choice,
     denoise_automatically,
     filter_face_normals,
     folded_faces,
     normal_filtering,
+    relaxed,
 )
-from pymeshfair.filters.execution import Progress, ignore_progress
+from pymeshfair.filters.execution import Progress, ignore_progress, part_of
 from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy, referenced_vertices
 
 from .moving_vertices import MOVES_VERTICES, Selected, movable_vertices
@@ -42,6 +46,9 @@ CHOICE = Enum(
 #: the parameters of `filter_face_normals`; the others are those of the vertices
 STEP_ONE = tuple(field.name for field in fields(NormalFilterParameters))
 
+#: those that it leaves to the vertices, of the automatic ones
+NOT_OF_STEP_ONE = frozenset({"vertex_iterations", "outer_iterations", "relaxation", "relaxation_direction"})
+
 #: what `normal_filtering` does where neither the caller nor the mesh decides
 DEFAULTS: dict[str, Any] = {
     **{field.name: field.default for field in fields(NormalFilter) if field.name in STEP_ONE},
@@ -49,6 +56,8 @@ DEFAULTS: dict[str, Any] = {
         name: inspect.signature(normal_filtering).parameters[name].default
         for name in ("vertex_iterations", "outer_iterations", "vertex_update")
     },
+    "relaxation": 0,
+    "relaxation_direction": "all",
 }
 
 
@@ -93,6 +102,26 @@ def apply_coord_normal_filtering(
             "weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.",
         ),
     ] = "auto",
+    relaxation: Annotated[
+        int,
+        Int(
+            label="Relaxation",
+            minimum=-1,
+            maximum=10_000,
+            help="How many pairs of Taubin's steps come before, of 0.5 and -0.53. They calm noise that turns faces over, and "
+            "round edges, which the filter sharpens again. -1: automatic.",
+        ),
+    ] = -1,
+    relaxation_direction: Annotated[
+        Auto | RelaxationDirection,
+        Enum(
+            label="Relaxation direction",
+            choices=("auto", *RELAXATION_DIRECTIONS),
+            advanced=True,
+            help="Where these steps go: 'all' directions, which evens out noise along the surface too, or along the 'normal' "
+            "alone, so that no vertex slides.",
+        ),
+    ] = "auto",
     choice: Annotated[Chooser, CHOICE] = "held_out",
     border: Annotated[
         BorderPolicy,
@@ -109,26 +138,26 @@ def apply_coord_normal_filtering(
     """Removes noise and keeps edges: filters the normals of the faces robustly, then moves the vertices so that the faces follow.
 
     Without any parameter many settings are tried, and the one is taken that best predicts vertices which it has not seen; what is
-    given replaces a part of that. Returns the parameters that were used, the pairs of Taubin's steps before them ("relaxation"),
-    what the mesh was found to be, what was tried, the mean displacement of the vertices in mean edges ("drift"), and the number
-    of faces that look away from those around them, before and after ("folded_before", "folded_after").
+    given replaces a part of that. Returns the parameters that were used, what the mesh was found to be, what was tried, the mean
+    displacement of the vertices in mean edges ("drift"), and the number of faces that look away from those around them, before
+    and after ("folded_before", "folded_after").
     """
     given = _given(
         **asdict(normals),
         vertex_iterations=vertex_iterations,
         outer_iterations=outer_iterations,
         vertex_update=vertex_update,
+        relaxation=relaxation,
+        relaxation_direction=relaxation_direction,
     )
     movable = movable_vertices(layer, selected)
     notes: tuple[str, ...] = ()
     if given or choice == "fixed":
         effective, found = _completed(layer, given, choice)
-        vertices = normal_filtering(layer.vertices, layer.faces, **effective, border=border, movable=movable, progress=progress)
+        vertices = _filtered(layer, effective, border, movable, progress)
     else:
         vertices, made = denoise_automatically(layer.vertices, layer.faces, border=border, movable=movable, progress=progress)
-        found = _findings(made)
-        parameters = made.setting.parameters
-        effective = {} if parameters is None else {**DEFAULTS, **asdict(parameters)}
+        effective, found = _parameters(made.setting), _findings(made)
         if made.kind == "clean":
             notes = ("there is no noise to remove: the vertices stay where they are",)
     return Edit(
@@ -174,7 +203,7 @@ def apply_normal_robust_filtering_per_face(
     if selected and not layer.face_selection.any():
         raise MeshError(f"nothing is selected in {layer.label!r}: select faces, or use selected=False")
     given = _given(**asdict(normals))
-    effective, found = _completed(layer, given, choice, unused=frozenset({"vertex_iterations", "outer_iterations"}))
+    effective, found = _completed(layer, given, choice, unused=NOT_OF_STEP_ONE)
     if "normal_iterations" not in given:
         effective["normal_iterations"] *= effective["outer_iterations"]
     effective = {name: effective[name] for name in STEP_ONE}
@@ -186,7 +215,25 @@ def apply_normal_robust_filtering_per_face(
 
 def _given(**values: Any) -> dict[str, Any]:
     """The parameters that are not automatic."""
-    return {name: value for name, value in values.items() if value != (-1.0 if name == "range_floor" else 0) and value != "auto"}
+    automatic = {"range_floor": -1.0, "relaxation": -1}
+    return {name: value for name, value in values.items() if value not in (automatic.get(name, 0), "auto")}
+
+
+def _filtered(layer: Layer, effective: dict[str, Any], border: BorderPolicy, movable: Bools | None, progress: Progress) -> Floats:
+    """The vertices after the steps of Taubin's and the normal filtering that the parameters say."""
+    chosen = dict(effective)
+    steps, direction = chosen.pop("relaxation"), chosen.pop("relaxation_direction")
+    share = 0.2 if steps else 0.0
+    fair = relaxed(
+        layer.vertices,
+        layer.faces,
+        iterations=steps,
+        direction=direction,
+        border=border,
+        movable=movable,
+        progress=part_of(progress, 0.0, share),
+    )
+    return normal_filtering(fair, layer.faces, **chosen, border=border, movable=movable, progress=part_of(progress, share, 1.0))
 
 
 def _completed(
@@ -194,21 +241,29 @@ def _completed(
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """The given parameters and those that are chosen for the mesh where none is given; and what the choice rests on.
 
-    The mesh is only looked at if the choice has a say. Steps of Taubin's before the filter are part of the whole choice alone.
+    The mesh is only looked at if the choice has a say.
     """
-    if {f.name for f in fields(AutomaticParameters)} - unused <= given.keys():
+    decided = {f.name for f in fields(AutomaticParameters)} | {"relaxation"}
+    if given.get("relaxation") != 0:
+        decided.add("relaxation_direction")
+    if decided - unused <= given.keys():
         return {**DEFAULTS, **given}, {}
     if choice == "fixed":
         return {**DEFAULTS, **asdict(FIXED), **given}, {}
     made = automatic_choice(layer.vertices, layer.faces)
     # A mesh that asks for no normal filtering: what is given is then completed as the authors of the filter would.
-    chosen = {} if made.setting.parameters is None else asdict(made.setting.parameters)
-    return {**DEFAULTS, **chosen, **given}, {**_findings(made), "relaxation": 0}
+    return {**DEFAULTS, **_parameters(made.setting), **given}, _findings(made)
+
+
+def _parameters(setting: Setting) -> dict[str, Any]:
+    """The parameters of the filter that do what the setting says; without normal filtering those of Taubin's steps alone."""
+    steps = {"relaxation": setting.relaxation, "relaxation_direction": setting.relaxation_direction}
+    return steps if setting.parameters is None else {**DEFAULTS, **asdict(setting.parameters), **steps}
 
 
 def _findings(made: AutomaticChoice) -> dict[str, Any]:
     """What the mesh was found to be, and the numbers that this rests on."""
-    found: dict[str, Any] = {"shape": made.kind, "noise": made.noise.deviation, "relaxation": made.setting.relaxation}
+    found: dict[str, Any] = {"shape": made.kind, "noise": made.noise.deviation}
     if made.evidence is not None:
         found["tried"] = [
             {**asdict(trial.label), **{name: value for name, value in trial._asdict().items() if name != "label"}}

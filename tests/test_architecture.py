@@ -37,7 +37,7 @@ FLOORS = [
     {"running"},
     {"authoring", "looking"},
     {"report"},
-    {"tuning"},
+    {"batch", "tuning"},
     {"commands"},
     {"__main__"},
 ]

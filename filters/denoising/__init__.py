@@ -2,7 +2,7 @@
 
 from .automatic import AutomaticChoice, automatic_choice, denoise_automatically, held_out_evidence
 from .bilateral import JONES_BORDERS, JonesBorder, bilateral_fleishman, bilateral_jones
-from .candidates import FIXED, SETTINGS, AutomaticParameters, Setting, SettingsTried
+from .candidates import FIXED, AutomaticParameters, Setting, SettingsTried, settings
 from .clouds import bilateral_projection
 from .face_neighbourhoods import NEIGHBORHOODS, Neighborhood
 from .folded_faces import folded_faces
@@ -10,6 +10,7 @@ from .noise_level import NoiseEstimate, estimate_noise
 from .normal_filter import NORMAL_FILTER_METHODS, NormalFilter, NormalFilterMethod
 from .normal_filtering import filter_face_normals, normal_filtering
 from .normal_filters import RANGE_MEASURES, SPACE_KERNELS, RangeMeasure, SpaceKernel
+from .relaxation import RELAXATION_DIRECTIONS, RelaxationDirection, direction_for, relaxed
 from .vertex_update import VERTEX_UPDATES, VertexUpdate
 
 __all__ = [
@@ -18,7 +19,7 @@ __all__ = [
     "NEIGHBORHOODS",
     "NORMAL_FILTER_METHODS",
     "RANGE_MEASURES",
-    "SETTINGS",
+    "RELAXATION_DIRECTIONS",
     "SPACE_KERNELS",
     "VERTEX_UPDATES",
     "AutomaticChoice",
@@ -29,6 +30,7 @@ __all__ = [
     "NormalFilter",
     "NormalFilterMethod",
     "RangeMeasure",
+    "RelaxationDirection",
     "Setting",
     "SettingsTried",
     "SpaceKernel",
@@ -38,9 +40,12 @@ __all__ = [
     "bilateral_jones",
     "bilateral_projection",
     "denoise_automatically",
+    "direction_for",
     "estimate_noise",
     "filter_face_normals",
     "folded_faces",
     "held_out_evidence",
     "normal_filtering",
+    "relaxed",
+    "settings",
 ]

@@ -6,31 +6,30 @@ setting that best predicts vertices which it has not seen.
 
 from typing import NamedTuple
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from ..evidence import Choice, calm_noise, choose, far_from_border, sample_of
 from ..execution import Progress, ignore_progress, part_of
-from ..geometry import face_normals
 from ..mesh import Bools, Floats, Ints, check_mesh, check_movable, normalised_mesh
-from ..topology import BorderPolicy, face_adjacency
-from .candidates import SETTINGS, AutomaticParameters, Setting, SettingsTried
+from ..topology import BorderPolicy
+from .candidates import AutomaticParameters, Setting, SettingsTried, settings
+from .designed import is_designed
 from .noise_level import NoiseEstimate, estimate_noise, smooth_normals
+from .relaxation import RelaxationDirection, direction_for
 from .shared_noise import neighbours_share_noise
 
 #: Range maps of depth cameras, whose noise neighbours share, so that held-out vertices say nothing: strong, and fixed. One map of
 #: a camera and three computed ones prefer it to Huber's kernel and to fewer steps.
-RANGE_MAP = Setting(0, AutomaticParameters("averaged", "gaussian", 0.4, 0.0, 2.5, "two_ring", 20, 40))
+RANGE_MAP = Setting(parameters=AutomaticParameters("averaged", "gaussian", 0.4, 0.0, 2.5, "two_ring", 20, 40))
 
+# Noise that leaves the calmest parts with less than this, in mean edges, is the rounding of a file.
+_NOTHING = 1e-4
+# Even noise is so many times what `calm_noise` says of it: 1.2 to 1.5 on parts, figures and surfaces.
+_EVEN = 1.3
 # Vertices of clean meshes are up to so many mean edges from where their surroundings expect them, even where the mesh is calm:
 # scans smoothed or decimated have 0.007 to 0.03, the same with noise of 0.05 edges 0.04 to 0.05. With less, something must
 # predict so much better than nothing, as where a few vertices are off by far.
 _MESHING, _FAR_BETTER = 0.03, 0.7
-# Noise below this, in mean edges, and angles below this, in radians, are the rounding of a file.
-_NOTHING, _FLAT = 1e-6, 1e-4
-# A model of planes as it was designed: more of its faces than this share a plane with a neighbour. One vertex in a hundred moved
-# spoils six faces in a hundred.
-_DESIGNED = 0.99
 
 
 class AutomaticChoice(NamedTuple):
@@ -59,10 +58,12 @@ def automatic_choice(
 ) -> AutomaticChoice:
     """Find how a mesh is denoised.
 
-    1. Made of planes without noise, or without any noise: nothing is done.
-    2. Noise that neighbours share: `RANGE_MAP`.
-    3. Otherwise that of `SETTINGS`, nothing at all among them, that `choose` finds on the mesh, or on patches of a large one.
-       Where the calm parts of the mesh have no more noise than clean meshes do, it must be far better than nothing.
+    1. Made of planes without noise: nothing is done. Noise that neighbours share: `RANGE_MAP`.
+    2. Otherwise that of `settings`, nothing at all among them, that `choose` finds on the mesh, or on patches of a large one.
+       Steps of Taubin's go along the normals alone if the vertices are scattered less along the surface than across it.
+    3. With the error e of what predicts best and the standard deviation s of the noise, e^2 = s^2 + d^2, where d is how far the
+       result is from the truth, and the scan is s from it. So nothing is done where e^2 >= 2 s^2: s is that of `calm_noise`.
+       Where this is no more than that of clean meshes, what is chosen must be far better than nothing, too.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -78,14 +79,15 @@ def automatic_choice(
         FilterInputError: not a mesh, or a parameter out of range.
     """
     mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
-    points, triangles = mesh.points, mesh.cells
-    noise = estimate_noise(points, triangles)
+    noise = estimate_noise(mesh.points, mesh.cells)
     noise = noise._replace(length=noise.length / mesh.scale)
-    if noise.deviation < _NOTHING or _is_designed(points, triangles):
+    if is_designed(mesh.points, mesh.cells):
         return AutomaticChoice("clean", Setting(), noise)
-    if neighbours_share_noise(points, triangles, noise):
+    if neighbours_share_noise(mesh.points, mesh.cells, noise):
         return AutomaticChoice("range map", RANGE_MAP, noise)
-    evidence = held_out_evidence(points, triangles, border=border, movable=mesh.movable, progress=progress)
+    evidence = held_out_evidence(
+        mesh.points, mesh.cells, direction=direction_for(noise), border=border, movable=mesh.movable, progress=progress
+    )
     if evidence is None or evidence.chosen.label == Setting():
         return AutomaticChoice("clean", Setting(), noise, evidence)
     return AutomaticChoice("noisy", evidence.chosen.label, noise, evidence)
@@ -116,16 +118,18 @@ def held_out_evidence(
     points: Floats,
     faces: Ints,
     *,
+    direction: RelaxationDirection,
     border: BorderPolicy = "along",
     movable: Bools | None = None,
     seed: int = 0,
     progress: Progress = ignore_progress,
 ) -> Choice[Setting] | None:
-    """What held-out vertices say of `SETTINGS`, on a sample of the mesh; None if they cannot say anything.
+    """What held-out vertices say of `settings`, on a sample of the mesh; None if there is nothing that they can say.
 
     Args:
         points: (n, 3) coordinates.
         faces: (m, 3) triangles.
+        direction: that of Taubin's steps before normal filtering.
         border: see `normal_filtering`.
         movable: (n,) which vertices may move; the others are not held out.
         seed: other vertices are held out for another number.
@@ -134,21 +138,17 @@ def held_out_evidence(
     sample = sample_of(points, faces)
     moves = None if movable is None else movable[sample.origin]
     scored = far_from_border(sample.faces, len(sample.points))
-    tried = SettingsTried(sample.faces, len(sample.points), border=border, movable=moves)
-    normals = smooth_normals(sample.points, sample.faces)
     scored = scored if moves is None else scored & moves
-    evidence = choose(sample.points, sample.faces, tried, SETTINGS, normals=normals, scored=scored, seed=seed, progress=progress)
-    if evidence is None or calm_noise(sample.points, sample.faces, normals=normals, scored=scored) > _MESHING:
-        return evidence
-    nothing = evidence.trials[0]
-    return evidence if evidence.chosen.error < _FAR_BETTER * nothing.error else evidence._replace(chosen=nothing)
-
-
-def _is_designed(points: Floats, faces: Ints) -> bool:
-    """Whether the mesh is made of planes of two faces and more, without noise."""
-    mesh = normalised_mesh(points, faces)
-    pairs, _ = face_adjacency(mesh.cells)
-    normals = face_normals(mesh.points, mesh.cells)
-    first, second = normals[pairs[:, 0]], normals[pairs[:, 1]]
-    flat = (np.linalg.norm(np.cross(first, second), axis=1) < _FLAT) & (np.einsum("ij,ij->i", first, second) > 0.0)
-    return len(np.unique(pairs[flat])) > _DESIGNED * len(mesh.cells)
+    normals = smooth_normals(sample.points, sample.faces)
+    calm = calm_noise(sample.points, sample.faces, normals=normals, scored=scored)
+    if calm < _NOTHING:
+        return None
+    tried = SettingsTried(sample.faces, normals, direction, border=border, movable=moves)
+    labels = settings(direction)
+    evidence = choose(sample.points, sample.faces, tried, labels, normals=normals, scored=scored, seed=seed, progress=progress)
+    if evidence is None:
+        return None
+    nothing, error = evidence.trials[0], evidence.chosen.error
+    if error**2 >= 2.0 * (_EVEN * calm) ** 2 or (calm < _MESHING and error >= _FAR_BETTER * nothing.error):
+        return evidence._replace(chosen=nothing)
+    return evidence

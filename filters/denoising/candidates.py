@@ -1,7 +1,7 @@
 """What denoising without parameters chooses from: steps of Taubin's, and rounds of normal filtering after some of them."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from itertools import islice, pairwise
 
 import numpy as np
@@ -14,6 +14,7 @@ from ..topology import BorderPolicy
 from .face_neighbourhoods import Neighborhood
 from .normal_filter import NormalFilter, NormalFilterMethod
 from .normal_filtering import normal_filtering
+from .relaxation import RelaxationDirection, along_normals, relaxed
 from .rounds import rounds
 from .surroundings import Surroundings
 
@@ -32,12 +33,17 @@ class AutomaticParameters:
     outer_iterations: int
     normal_iterations: int = 1
 
+    def normal_filter(self) -> NormalFilter:
+        """The filter of the normals in a round."""
+        return NormalFilter(**{f.name: getattr(self, f.name) for f in fields(NormalFilter) if hasattr(self, f.name)})
+
 
 @dataclass(frozen=True)
 class Setting:
-    """Pairs of Taubin's steps, of 0.5 and -0.53, then normal filtering; neither is nothing at all."""
+    """Pairs of Taubin's steps, of 0.5 and -0.53, see `relaxed`, then normal filtering; neither is nothing at all."""
 
     relaxation: int = 0
+    relaxation_direction: RelaxationDirection = "all"
     parameters: AutomaticParameters | None = None
 
     def apply(
@@ -51,16 +57,15 @@ class Setting:
     ) -> Floats:
         """(n, 3) the vertices of the mesh after it."""
         share = 0.2 if self.relaxation else 0.0
-        fair = vertices.copy()
-        if self.relaxation:
-            fair = taubin_fairing(
-                vertices,
-                faces,
-                iterations=self.relaxation,
-                border=border,
-                movable=movable,
-                progress=part_of(progress, 0.0, share),
-            )
+        fair = relaxed(
+            vertices,
+            faces,
+            iterations=self.relaxation,
+            direction=self.relaxation_direction,
+            border=border,
+            movable=movable,
+            progress=part_of(progress, 0.0, share),
+        )
         if self.parameters is None:
             return fair
         return normal_filtering(
@@ -85,51 +90,48 @@ CHAINS: tuple[tuple[AutomaticParameters, tuple[int, ...]], ...] = (
 #: What suits most meshes somewhat, for those who do not want to wait.
 FIXED = AutomaticParameters("bilateral", "lorentzian", 0.12, 0.0, 1.5, "two_ring", 5, 30)
 
-#: The settings, a row a family: Taubin's steps, and each chain after each number of them.
-SETTINGS: tuple[tuple[Setting, ...], ...] = (
-    tuple(map(Setting, TAUBIN)),
-    *(
-        tuple(Setting(relaxation, replace(chain, outer_iterations=stop)) for stop in stops)
-        for relaxation in RELAXATIONS
-        for chain, stops in CHAINS
-    ),
-)
+
+def settings(direction: RelaxationDirection) -> tuple[tuple[Setting, ...], ...]:
+    """The settings, a row a family: Taubin's steps, and each chain after each number of them, in that direction."""
+    return (
+        tuple(map(Setting, TAUBIN)),
+        *(
+            tuple(Setting(relaxation, direction, replace(chain, outer_iterations=stop)) for stop in stops)
+            for relaxation in RELAXATIONS
+            for chain, stops in CHAINS
+        ),
+    )
 
 
 class SettingsTried:
-    """All `SETTINGS` on meshes of the same faces, what they have in common done once; see `choose`."""
+    """All `settings` on meshes of the same faces, what they have in common done once; see `choose`."""
 
-    def __init__(self, faces: Ints, n_vertices: int, *, border: BorderPolicy, movable: Bools | None) -> None:
-        """For (m, 3) triangles of n vertices."""
-        self._faces, self._border, self._movable = faces, border, movable
-        self._known = Surroundings.of(normalised_mesh(np.zeros((n_vertices, 3)), faces))
+    def __init__(
+        self, faces: Ints, normals: Floats, direction: RelaxationDirection, *, border: BorderPolicy, movable: Bools | None
+    ) -> None:
+        """For (m, 3) triangles of n vertices with (n, 3) unit normals, along which "normal" moves them."""
+        self._faces, self._normals, self._border, self._movable = faces, normals, border, movable
+        self._along = direction == "normal"
+        self._known = Surroundings.of(normalised_mesh(np.zeros((len(normals), 3)), faces))
         # Found here, once, and not by several threads at once.
         for kind in {"edge", "vertex", *(chain.neighborhood for chain, _ in CHAINS)}:
             self._known.around(kind)
 
     def __call__(self, points: Floats) -> Sequence[Iterator[Floats]]:
-        """The results for (n, 3) points of ordinary size, by the families of `SETTINGS`."""
+        """The results for (n, 3) points of ordinary size, by the families of `settings`."""
         fair = {0: points}
         for before, steps in pairwise(sorted({*TAUBIN, *RELAXATIONS})):
             fair[steps] = taubin_fairing(
                 fair[before], self._faces, iterations=steps - before, border=self._border, movable=self._movable
             )
-        chains = (self._chain(fair[start], chain, stops) for start in RELAXATIONS for chain, stops in CHAINS)
+        starts = {k: along_normals(points, fair[k], self._normals) if self._along else fair[k] for k in RELAXATIONS}
+        chains = (self._chain(starts[k], chain, stops) for k in RELAXATIONS for chain, stops in CHAINS)
         return [iter([fair[steps] for steps in TAUBIN]), *chains]
 
     def _chain(self, points: Floats, chain: AutomaticParameters, stops: tuple[int, ...]) -> Iterator[Floats]:
         """The results of the rounds at which the chain may stop."""
         mesh = normalised_mesh(points, self._faces, self._movable).in_order(self._known.places)
-        settings = NormalFilter(
-            method=chain.method,
-            range_kernel=chain.range_kernel,
-            range_sigma=chain.range_sigma,
-            range_floor=chain.range_floor,
-            space_sigma=chain.space_sigma,
-            neighborhood=chain.neighborhood,
-            normal_iterations=chain.normal_iterations,
-        )
-        results = rounds(mesh, self._known, settings, vertex_iterations=chain.vertex_iterations, border=self._border)
+        results = rounds(mesh, self._known, chain.normal_filter(), vertex_iterations=chain.vertex_iterations, border=self._border)
         done = 0
         for stop in stops:
             result = next(islice(results, stop - done - 1, None), mesh.points)

@@ -26,8 +26,8 @@ def time_step_of_detail_size(detail_size: float, iterations: int = 1, *, keep_di
     """The time step t with which `iterations` implicit steps halve a wave of that length.
 
     A wave of length l has omega = 2 pi / l, and each step multiplies its amplitude by s = 1 / (1 + t omega^2), so
-    t = (2^(1 / iterations) - 1) (l / 2 pi)^2. Where dimensions are kept it is 1 - (1 - s) (1 - s^2)^2 instead, and t is longer. For the
-    operators "cotangent", "robust" and "scale_dependent" on a surface that is smooth at that scale.
+    t = (2^(1 / iterations) - 1) (l / 2 pi)^2. Where dimensions are kept it is 1 - (1 - s) (1 - s^2)^2 instead, and t longer. For
+    the operators "cotangent", "robust" and "scale_dependent" on a surface that is smooth at that scale.
 
     Args:
         detail_size: l, in mesh units. Larger is smoother: shorter waves come out with less than half, longer ones with more.

@@ -23,7 +23,7 @@ _MASKS, _ENOUGH, _MOST_MASKS = 4, 1000, 12
 # After each set only what is within so many standard errors of the best is tried further.
 _STAYS = 2.0
 # Of what is within so many standard errors of the best in the end, the flattest is chosen.
-_EQUAL = 1.0
+_EQUAL = 1.5
 
 
 class Trial(NamedTuple, Generic[Label]):
@@ -73,9 +73,9 @@ def choose(
     2. Run every candidate, and measure n . (y - f) at the held-out vertices y; again with other vertices. After each time
        candidates that are worse than the best by more than two standard errors are dropped, the very first one apart: it is
        what the others are compared with.
-    3. Where positions cannot tell candidates apart, the flatter normals are right, but not at any price: of those within one
-       standard error of the best, see `judge`, take the one with the least product of the mean |n_f - n_g| over adjacent faces
-       f, g of its result on all vertices and of their mean displacement, as [reginska1996] does for the two norms of a
+    3. Where positions cannot tell candidates apart, the flatter normals are right, but not at any price: of those within one and
+       a half standard errors of the best, see `judge`, take the one with the least product of the mean |n_f - n_g| over adjacent
+       faces f, g of its result on all vertices and of their mean displacement, as [reginska1996] does for the two norms of a
        regularised solution. Filters that only slide vertices along the surface lose; doing nothing wins where it predicts as
        well.
 
@@ -100,7 +100,7 @@ def choose(
     starts = np.concatenate([[0], np.cumsum([len(family) for family in labels])])
     kept = np.ones(len(every), dtype=np.bool_)
     deviations: list[Floats] = []
-    shares = np.linspace(0.0, 0.9, len(held) + 1)
+    shares = np.concatenate([[0.0], np.linspace(0.5, 0.9, len(held))])
     for number, mask in enumerate(held):
         rows = np.zeros((len(every), len(mask)))
         runs = candidates(without(points, rings, normals, mask))
@@ -108,10 +108,13 @@ def choose(
         def deviate(at: int, result: Floats, mask: Ints = mask, rows: Floats = rows) -> None:
             rows[at] = np.einsum("ij,ij->i", points[mask] - result[mask], normals[mask])
 
-        _run(runs, starts, kept, deviate, part_of(progress, shares[number], shares[number + 1]))
+        share = part_of(progress, shares[number], shares[number + 1])
+        if number == 0:
+            kept = _race(runs, starts, deviate, rows, share)
+        else:
+            _run(runs, starts, kept, deviate, share)
         deviations.append(rows)
-        tried = np.flatnonzero(kept)
-        kept[tried] = judge(np.concatenate(deviations, axis=1)[kept]).within(_STAYS)
+        kept[kept] = judge(np.concatenate(deviations, axis=1)[kept]).within(_STAYS)
         kept[0] = True
     verdict = judge(np.concatenate(deviations, axis=1)[kept])
     tried = np.flatnonzero(kept)
@@ -142,6 +145,33 @@ def _masks(points: Floats, faces: Ints, scored: Bools, seed: int) -> list[Ints]:
         wanted = min(_MOST_MASKS, -(-_ENOUGH * _MASKS // held))
         masks = held_out_vertices(points, faces, scored=scored, masks=wanted, seed=seed)
     return [mask for mask in masks if len(mask)]
+
+
+def _race(
+    runs: Sequence[Iterator[Floats]], starts: Ints, look: Callable[[int, Floats], None], rows: Floats, progress: Progress
+) -> Bools:
+    """Run the families side by side, and end those that fall behind: which candidates were reached.
+
+    After each result a family ends if it is behind the best so far by more than `_STAYS` standard errors and errs more than with
+    its result before: families go from little to much, and the errors fall before they rise.
+    """
+    reached = np.zeros(starts[-1], dtype=np.bool_)
+    going = list(range(len(runs)))
+    longest = int(np.diff(starts).max())
+    for step in range(longest):
+
+        def advance(family: int, step: int = step) -> None:
+            look(int(starts[family]) + step, next(runs[family]))
+
+        going = [k for k in going if starts[k] + step < starts[k + 1]]
+        in_parallel(advance, [(k,) for k in going], part_of(progress, step / longest, (step + 1) / longest))
+        latest = starts[going] + step
+        reached[latest] = True
+        verdict = judge(rows[reached])
+        errors, near = np.full(len(reached), np.inf), np.zeros_like(reached)
+        errors[reached], near[reached] = verdict.errors, verdict.within(_STAYS)
+        going = [k for k, at in zip(going, latest, strict=True) if step == 0 or near[at] or errors[at] < errors[at - 1]]
+    return reached
 
 
 def _run(

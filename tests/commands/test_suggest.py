@@ -32,13 +32,13 @@ def test_the_recipe_says_what_automatic_would_do(scan: Path) -> None:
     """The printed recipe is a script whose values are those that are found from the arrays."""
     done = invoke("suggest", scan)
     assert done.exit_code == 0, done.stderr
-    relaxing, step = parse_script(done.stdout.encode(), "suggested.mlx").steps
-    assert relaxing.filter.python_name == "apply_coord_taubin_fairing"
+    (step,) = parse_script(done.stdout.encode(), "suggested.mlx").steps
     assert step.filter.python_name == "apply_coord_normal_filtering"
     setting = automatic_choice(*noisy(torus(30, 15), 0.08)).setting
     chosen = setting.parameters
     assert chosen is not None
-    assert relaxing.values["iterations"] == setting.relaxation
+    assert step.values["relaxation"] == setting.relaxation
+    assert step.values["relaxation_direction"] == setting.relaxation_direction
     for name, value in vars(chosen).items():
         assert step.values[name] == value
     assert "mean edges" in done.stderr

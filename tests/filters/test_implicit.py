@@ -341,7 +341,7 @@ def test_a_sphere_gets_its_radius_back(t: float) -> None:
 
 @pytest.mark.parametrize("wave", [6, 12, 40])
 def test_the_wave_of_the_detail_size_is_halved_with_dimensions_kept(wave: int) -> None:
-    """A flat sine wave of which a step leaves s = 1 / (1 + t k), k the five-point Laplacian's, comes out with 1 - (1 - s) (1 - s^2)^2.
+    """A flat sine wave of which a step leaves s = 1 / (1 + t k), k the five-point Laplacian's, keeps 1 - (1 - s) (1 - s^2)^2.
 
     Its slope is below 1e-6, so that normals are vertical and heights losses along them to 1e-12.
     """

@@ -10,6 +10,8 @@ import pytest
 
 from pymeshfair.declaration import Bools, Edit, Filter, Layer
 from pymeshfair.filters.denoising import FIXED, denoise_automatically, filter_face_normals, folded_faces, normal_filtering
+from pymeshfair.filters.denoising.noise_level import smooth_normals
+from pymeshfair.filters.denoising.relaxation import along_normals
 from pymeshfair.filters.diffusion import taubin_fairing
 from pymeshfair.filters.geometry import face_normals, mean_edge_length
 from pymeshfair.plugins.denoising import DEFAULTS, STEP_ONE, apply_coord_normal_filtering, apply_normal_robust_filtering_per_face
@@ -78,6 +80,7 @@ ZHENG: dict[str, Any] = {
     "vertex_iterations": 10,
     "outer_iterations": 1,
     "vertex_update": "sun",
+    "relaxation": 0,
 }
 
 
@@ -117,10 +120,9 @@ def test_by_default_everything_is_automatic(rough: Mesh, true: Mesh) -> None:
 
 
 def test_the_reported_values_given_back_repeat_the_result(rough: Mesh) -> None:
-    """Taubin's steps and a filter with the reported parameters do what the automatic run did."""
+    """The filter with the reported parameters does what the automatic run did."""
     first = apply(apply_coord_normal_filtering, Surface(*rough))
-    fair = taubin_fairing(*rough, iterations=first.values["relaxation"])
-    again = apply(apply_coord_normal_filtering, Surface(fair, rough[1]), **{name: first.values[name] for name in ZHENG})
+    again = apply(apply_coord_normal_filtering, Surface(*rough), **{name: first.values[name] for name in DEFAULTS})
     assert first.vertices is not None
     assert again.vertices is not None
     np.testing.assert_allclose(again.vertices, first.vertices, rtol=0, atol=1e-12)
@@ -131,7 +133,12 @@ def test_one_given_parameter_replaces_one_choice(rough: Mesh) -> None:
     _, choice = denoise_automatically(*rough)
     edit = apply(apply_coord_normal_filtering, Surface(*rough), outer_iterations=2)
     assert choice.setting.parameters is not None
-    assert {name: edit.values[name] for name in ZHENG} == {**DEFAULTS, **vars(choice.setting.parameters), "outer_iterations": 2}
+    chosen = {
+        **vars(choice.setting.parameters),
+        "relaxation": choice.setting.relaxation,
+        "relaxation_direction": choice.setting.relaxation_direction,
+    }
+    assert {name: edit.values[name] for name in DEFAULTS} == {**DEFAULTS, **chosen, "outer_iterations": 2}
 
 
 def test_a_mesh_without_noise_is_left_alone() -> None:
@@ -186,6 +193,15 @@ def test_with_everything_given_the_mesh_is_not_estimated(rough: Mesh, monkeypatc
         apply(apply_coord_normal_filtering, Surface(*rough), **{**given, "range_sigma": 0.0})
 
 
-def test_steps_that_are_not_taken_are_not_reported(rough: Mesh) -> None:
-    """With a parameter given, Taubin's steps of the automatic choice are left out, and reported as none."""
-    assert apply(apply_coord_normal_filtering, Surface(*rough), outer_iterations=3).values["relaxation"] == 0
+def test_steps_of_taubin_come_first_and_may_keep_to_the_normals(rough: Mesh) -> None:
+    """Relaxation does what Taubin's filter before would do; along the normals it is its part along those of a smoothed copy."""
+    vertices, faces = rough
+    fair = taubin_fairing(vertices, faces, iterations=4)
+    along = along_normals(vertices, fair, smooth_normals(vertices, faces))
+    for direction, start in (("all", fair), ("normal", along)):
+        given = {**ZHENG, "relaxation": 4, "relaxation_direction": direction}
+        edit = apply(apply_coord_normal_filtering, Surface(*rough), **given)
+        assert edit.vertices is not None
+        np.testing.assert_allclose(edit.vertices, normal_filtering(start, faces), rtol=0, atol=1e-12)
+    slid = np.cross(along - vertices, smooth_normals(vertices, faces))
+    assert np.abs(slid).max() < 1e-12

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from pymeshfair.scripts import ScriptError, parse_script
-from pymeshfair.scripts.needs import check_needs
+from pymeshfair.scripts.needs import check_needs, unmet_needs
 from pymeshfair.scripts.traps import lengths_out_of_proportion, traps
 from tests.scripts.texts import one_filter, script
 
@@ -68,3 +70,20 @@ def test_steps_that_need_rasters_are_refused() -> None:
     data = one_filter("Parameterization + texturing from registered rasters")
     with pytest.raises(ScriptError, match="needs rasters"):
         check_needs(parse_script(data, "a"), layers=1)
+
+
+def test_files_that_are_not_there_are_named_before_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A texture that a step reads has to be there, unless the step makes one by itself."""
+    monkeypatch.chdir(tmp_path)
+    name = '<Param type="RichOpenFile" name="textName" value="bark.png" exts_cardinality="0"/>'
+    dummy = '<Param type="RichBool" name="use_dummy_texture" value="true"/>'
+
+    def needs(*params: str) -> list[str]:
+        return [problem.message for problem in unmet_needs(parse_script(one_filter("Set Texture", *params), "x"), layers=1)]
+
+    assert needs(name) == [
+        "is the file 'bark.png', which is not there; its path counts from the folder in which the command runs"
+    ]
+    assert needs(name, dummy) == []
+    (tmp_path / "bark.png").write_bytes(b"")
+    assert needs(name) == []

@@ -106,6 +106,23 @@ def test_capital_letters_and_blanks_of_a_former_name_do_not_count() -> None:
     assert not found.warnings
 
 
+def test_a_choice_keeps_its_number_where_its_word_was_wrong() -> None:
+    """Until 2020 the weight 1 of vertex normals was called 'By Angle' and was by area, as the number 1 still is."""
+    words = "enum_val0='None (avg)' enum_val1='By Angle' enum_val2='By Area' enum_val3='As defined by N. Max'"
+    param = f'<Param type="RichEnum" name="weightMode" value="1" enum_cardinality="4" {words}/>'
+    found = upgraded(one_filter("Recompute Vertex Normals", param))
+    assert found.script.steps[0].values == {"weightmode": "By Area"}
+    assert "what MeshLab called 'By Angle' did what it calls 'By Area' today" in str(found.changes[-1])
+    assert not found.warnings
+    new = (
+        param.replace("By Angle", "x")
+        .replace("By Area", "By Angle")
+        .replace("'x'", "'By Area'")
+        .replace("None (avg)", "Simple Average")
+    )
+    assert len(upgraded(one_filter("Recompute Vertex Normals", new)).changes) == 1
+
+
 def test_one_angle_becomes_two() -> None:
     """Creases were once found by one angle; now by one for either side, of which one is negative."""
     angle = '<Param type="RichFloat" name="AngleDeg" value="{}"/>'.format
@@ -231,6 +248,35 @@ def test_steps_after_an_old_reconstruction_work_on_its_result() -> None:
     assert len(upgraded(old_poisson('<filter name="Close Holes"/>')).warnings) == 1
     today = script(f'<filter name="{POISSON}"/>', '<filter name="Close Holes"/>')
     assert upgraded(today).changes == ()
+
+
+def change_to(layer: int) -> str:
+    """The step that made a layer current, up to 2020."""
+    return f'<filter name="Change the current layer"><Param type="RichMesh" name="mesh" value="{layer}"/></filter>'
+
+
+def test_a_step_to_the_layer_that_is_current_today_is_left_out() -> None:
+    """Of one mesh file a reconstruction is layer 1: what made it current is left out, and the steps after it mean the same."""
+    found = upgraded(old_poisson(change_to(1), '<filter name="Close Holes"/>'))
+    assert [step.filter.name for step in found.script.steps] == [POISSON, "Close Holes"]
+    assert ["several mesh files" in text for text in found.warnings] == [True]
+    found = upgraded(script(change_to(0), '<filter name="Box"/>', change_to(1), '<filter name="Close Holes"/>'))
+    assert [step.filter.name for step in found.script.steps] == ["Box/Cube", "Close Holes"]
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        (change_to(1),),
+        ('<filter name="Box"/>', change_to(0)),
+        ('<filter name="Box"/>', '<filter name="Delete Current Mesh"/>', change_to(0)),
+        ('<filter name="Split in Connected Components"/>', change_to(1)),
+    ],
+)
+def test_a_step_to_another_layer_is_refused(lines: tuple[str, ...]) -> None:
+    """Where another layer is current today, or it is not known which, the script cannot be upgraded."""
+    with pytest.raises(ScriptError, match="no filter of today changes the current layer"):
+        upgrade_script(script(*lines), "old.mlx")
 
 
 def test_a_leftover_selection_is_not_worked_on() -> None:

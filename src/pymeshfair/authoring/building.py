@@ -6,9 +6,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from ..declaration import Filter
+from ..declaration import Filter, nearest
 from ..errors import ParameterError
 from ..scripts import Script, Step
+from ..scripts.guards import ATTRIBUTES as LIMITS
+from ..scripts.guards import Guards
 from ..scripts.settings import Setting, is_name
 from ..scripts.value_text import parse_value
 
@@ -50,6 +52,20 @@ def with_tag(script: Script, index: int, name: str) -> Script:
         raise ParameterError(f"there is no step {index}; the recipe has {len(steps)}")
     steps[index] = replace(steps[index], tag=name)
     return script.with_steps(steps)
+
+
+def with_limits(script: Script, limits: Mapping[str, str]) -> Script:
+    """The script with these limits over its own.
+
+    Raises:
+        ParameterError: there is no such limit, or a text that is none of what it takes.
+    """
+    for name in limits:
+        if name not in LIMITS:
+            near = nearest(name, LIMITS)
+            hint = f"did you mean {near!r}?" if near else f"there are {', '.join(LIMITS)}"
+            raise ParameterError(f"there is no limit {name!r}; {hint}")
+    return replace(script, guards=script.guards.overridden(Guards.parse(limits)))
 
 
 def check_name(name: str, of_what: str) -> None:

@@ -20,7 +20,7 @@ from ..scripts import Change, Script, Step, write_script
 from ..scripts.overrides import override
 from ..scripts.settings import Setting
 from ..scripts.warnings import script_warnings
-from .building import check_name, with_step, with_tag
+from .building import check_name, with_limits, with_step, with_tag
 from .differences import differences
 from .table import recipe_table
 
@@ -62,10 +62,7 @@ class Recipe(FilterMethods):
             UnknownNameError: no recipe of that name is shipped, and there is no such file.
             ScriptError: something in the script is wrong; lists every problem.
         """
-        return cls._of(named.load_recipe(name_or_path, upgrade=upgrade))
-
-    @classmethod
-    def _of(cls, found: named.Recipe) -> Recipe:
+        found = named.load_recipe(name_or_path, upgrade=upgrade)
         recipe = cls(found.name)
         recipe._script, recipe._changes = found.script, found.changes
         return recipe
@@ -90,8 +87,8 @@ class Recipe(FilterMethods):
         self._script = with_step(self._script, find_filter(filter_name), kwargs)
         return {}
 
-    def setting(self, name: str, default: str, *, unit: str = "", description: str = "") -> Setting:
-        """A value with a name, to be given to parameters of steps; `set` and ``--set`` change it in all of them at once.
+    def setting(self, name: str, default: str, *, unit: str = "", description: str = "") -> Any:
+        """A `Setting`, to be given to parameters of any type; `set` and ``--set NAME=VALUE`` change it in all of them at once.
 
         Args:
             name: letters, digits and underscores.
@@ -125,6 +122,14 @@ class Recipe(FilterMethods):
             ParameterError: a value that is not allowed; nothing is changed.
         """
         self._script = override(self._script, [*texts, *(f"{name}={value}" for name, value in settings.items())])
+
+    def limit(self, **limits: str) -> None:
+        """Set what a result of `run` must not do, as of the command line: ``limit(max_displacement="5%")``.
+
+        Raises:
+            ParameterError: there is no such limit, or the text is none of what it takes.
+        """
+        self._script = with_limits(self._script, limits)
 
     # ---------------------------------------------------------------------------------------------------------- reading
 
@@ -190,7 +195,7 @@ class Recipe(FilterMethods):
     # ----------------------------------------------------------------------------------------------- running and saving
 
     def apply(self, meshes: MeshSet) -> list[dict[str, Any]]:
-        """Apply all steps to the current mesh of a mesh set; what each of them reports. Limits of the recipe are not looked at.
+        """Apply all steps to the current mesh of a mesh set; what each of them reports. Limits are not looked at.
 
         Raises:
             ScriptStepFailedError: a step failed; the mesh is as the last complete step left it.

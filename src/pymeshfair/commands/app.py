@@ -1,6 +1,6 @@
 """The command ``pymeshfair``: one module a command, each importing what is heavy only when it runs, so that help is instant.
 
-Exit codes: 0 done, 1 the run failed, 2 wrong usage or an invalid recipe, 130 interrupted.
+Exit codes: 0 done, 1 the run failed, 2 wrong usage or an invalid recipe, 130 interrupted; `verify` has more.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from . import check, compare, demo, doctor, export, info, list, picture, run, spectrum, suggest, tune, upgrade
+from . import batch, check, compare, demo, doctor, export, info, list, picture, run, spectrum, suggest, tune, upgrade, verify
 from .group import CommandGroup
 
 app = typer.Typer(
@@ -23,6 +23,8 @@ app = typer.Typer(
 )
 app.command()(demo.demo)
 app.command()(run.run)
+app.command()(batch.batch)
+app.command()(verify.verify)
 app.command()(check.check)
 app.command()(upgrade.upgrade)
 app.command()(export.export)

@@ -1,10 +1,67 @@
-"""The options that every command has."""
+"""The options that several commands have."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+if TYPE_CHECKING:
+    from ..scripts.guards import Guards
+
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout; messages still go to stderr.")]
 Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")]
+
+# ------------------------------------------------------------------------------------------ of commands that run a recipe
+
+SetValues = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="NAME=VALUE",
+        help="Another value for a setting of the recipe, or STEP.PARAM=VALUE for a parameter of a step, whose STEP is "
+        "a number, a tag or a part of the filter's name. May be repeated.",
+    ),
+]
+Others = Annotated[
+    list[Path] | None,
+    typer.Option("--with", metavar="MESH", help="The file of a further layer that the recipe names. May be repeated."),
+]
+Upgrade = Annotated[bool, typer.Option("--upgrade", help="Bring a script of an older MeshLab up to date first.")]
+AllowOutside = Annotated[
+    bool, typer.Option("--allow-outside", help="Let INPUT name textures, materials and buffers outside its folder.")
+]
+Unchecked = Annotated[
+    bool, typer.Option("--unchecked", help="Let MeshLab read formats that are not checked before (.3ds, .ctm, .e57 ...).")
+]
+KeepAll = Annotated[bool, typer.Option("--keep-all", help="Fail if anything of INPUT or of the result would not be in OUTPUT.")]
+MaxDisplacement = Annotated[
+    str, typer.Option(metavar="LENGTH", help="Fail if a vertex moves further: 0.05 (or 0.05mm), 0.1% or 0.5edge.")
+]
+MaxVolumeChange = Annotated[str, typer.Option(metavar="PERCENT", help="Fail if the volume changes by more: 1%.")]
+Require = Annotated[
+    str,
+    typer.Option(metavar="WHAT,...", help="Fail if the result is not so: watertight, manifold, oriented, components=N, genus=N."),
+]
+KeepSharp = Annotated[str, typer.Option(metavar="PERCENT", help="Fail if less of the length of the sharp edges is kept: 95%.")]
+KeepBroken = Annotated[
+    bool, typer.Option("--keep-broken", help="Write OUTPUT even if it goes beyond a limit; the exit code is 1 all the same.")
+]
+
+
+def memory_limit(text: str | None) -> int | None:
+    """The bytes that ``--memory`` means."""
+    from ..running.memory import parse_memory
+
+    try:
+        return None if text is None else parse_memory(text)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="--memory") from None
+
+
+def guards(**texts: str) -> Guards:
+    """The limits that the options of a run set; empty texts set none."""
+    from ..scripts.guards import Guards
+
+    return Guards.parse({name: text for name, text in texts.items() if text})

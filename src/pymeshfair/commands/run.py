@@ -9,7 +9,23 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from .json_document import print_document
-from .options import Debug, Json
+from .options import (
+    AllowOutside,
+    Debug,
+    Json,
+    KeepAll,
+    KeepBroken,
+    KeepSharp,
+    MaxDisplacement,
+    MaxVolumeChange,
+    Others,
+    Require,
+    SetValues,
+    Unchecked,
+    Upgrade,
+    guards,
+    memory_limit,
+)
 from .report_file import Report, Up, check_report
 from .streams import printable, warn
 
@@ -23,52 +39,23 @@ def run(
     recipe: Annotated[str, typer.Argument(metavar="RECIPE", help="A shipped name or the path of an .mlx file.")],
     input: Annotated[Path, typer.Argument(metavar="INPUT", help="The mesh file to clean.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="The mesh file to write; its extension is the format.")],
-    set: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="NAME=VALUE",
-            help="Another value for a setting of the recipe, or STEP.PARAM=VALUE for a parameter of a step, whose STEP is "
-            "a number, a tag or a part of the filter's name. May be repeated.",
-        ),
-    ] = None,
-    others: Annotated[
-        list[Path] | None,
-        typer.Option("--with", metavar="MESH", help="The file of a further layer that the recipe names. May be repeated."),
-    ] = None,
-    upgrade: Annotated[bool, typer.Option("--upgrade", help="Bring a script of an older MeshLab up to date first.")] = False,
+    set: SetValues = None,
+    others: Others = None,
+    upgrade: Upgrade = False,
     timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop the run after that time.", min=0.001)] = None,
     memory: Annotated[
         str | None,
         typer.Option(metavar="SIZE", help="Memory that the run may take, such as 4GB; by default 80 % of the machine's."),
     ] = None,
-    allow_outside: Annotated[
-        bool, typer.Option("--allow-outside", help="Let INPUT name textures, materials and buffers outside its folder.")
-    ] = False,
-    unchecked: Annotated[
-        bool, typer.Option("--unchecked", help="Let MeshLab read formats that are not checked before (.3ds, .ctm, .e57 ...).")
-    ] = False,
-    keep_all: Annotated[
-        bool, typer.Option("--keep-all", help="Fail if anything of INPUT or of the result would not be in OUTPUT.")
-    ] = False,
+    allow_outside: AllowOutside = False,
+    unchecked: Unchecked = False,
+    keep_all: KeepAll = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace OUTPUT, even if it is the input.")] = False,
-    max_displacement: Annotated[
-        str, typer.Option(metavar="LENGTH", help="Fail if a vertex moves further: 0.05 (or 0.05mm), 0.1% or 0.5edge.")
-    ] = "",
-    max_volume_change: Annotated[str, typer.Option(metavar="PERCENT", help="Fail if the volume changes by more: 1%.")] = "",
-    require: Annotated[
-        str,
-        typer.Option(
-            metavar="WHAT,...",
-            help="Fail if the result is not so: watertight, manifold, oriented, components=N, genus=N.",
-        ),
-    ] = "",
-    keep_sharp: Annotated[
-        str, typer.Option(metavar="PERCENT", help="Fail if less of the length of the sharp edges is kept: 95%.")
-    ] = "",
-    keep_broken: Annotated[
-        bool, typer.Option("--keep-broken", help="Write OUTPUT even if it goes beyond a limit; the exit code is 1 all the same.")
-    ] = False,
+    max_displacement: MaxDisplacement = "",
+    max_volume_change: MaxVolumeChange = "",
+    require: Require = "",
+    keep_sharp: KeepSharp = "",
+    keep_broken: KeepBroken = False,
     map: Annotated[
         Path | None,
         typer.Option(metavar="MAP.ply", help="Write the intervention map there: what was kept, moved and added, and how far."),
@@ -84,24 +71,15 @@ def run(
     """
     from ..recipe import load_recipe
     from ..running.job import Job
-    from ..running.memory import parse_memory
-    from ..scripts.guards import Guards
     from ..scripts.traps import traps
 
     if report is not None:
         check_report(report, up)
     overrides = tuple(set or ())
     found = load_recipe(recipe, upgrade=upgrade).override(overrides)
-    try:
-        limit = None if memory is None else parse_memory(memory)
-    except ValueError as error:
-        raise typer.BadParameter(str(error), param_hint="--memory") from None
-    limits = {
-        "max_displacement": max_displacement,
-        "max_volume_change": max_volume_change,
-        "require": require,
-        "keep_sharp": keep_sharp,
-    }
+    limits = guards(
+        max_displacement=max_displacement, max_volume_change=max_volume_change, require=require, keep_sharp=keep_sharp
+    )
     job = Job(
         recipe=found,
         input=input,
@@ -110,13 +88,13 @@ def run(
         warnings=(*(str(change) for change in found.changes if not change.same_meaning), *traps(found.script)),
         overwrite=overwrite,
         timeout=timeout,
-        memory_limit=limit,
+        memory_limit=memory_limit(memory),
         allow_outside=allow_outside,
         unchecked=unchecked,
         keep_all=keep_all,
         overrides=overrides,
         command=tuple(sys.argv),
-        guards=Guards.parse({name: text for name, text in limits.items() if text}),
+        guards=limits,
         keep_broken=keep_broken,
         map=map,
     )

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 #: the filter whose automatic parameters are made explicit
 FILTER = "apply_coord_normal_filtering"
-#: the filter that comes before it where noise has moved the vertices along the surface too
+#: the filter whose steps alone are enough for some
 RELAXES = "apply_coord_taubin_fairing"
 
 
@@ -80,16 +80,16 @@ def _explicit(scan: Path, values: dict[str, Any]) -> Recipe | None:
     from ..registry import find_filter
     from ..scripts.script import Script, Step
 
-    known = find_filter(FILTER)
-    given = {parameter.name: values[parameter.name] for parameter in known.parameters if parameter.name in values}
     if values["shape"] == "clean":
         return None
+    if "method" in values:
+        known = find_filter(FILTER)
+        step = Step(known).with_values({p.name: values[p.name] for p in known.parameters if p.name in values})
+    else:
+        step = Step(find_filter(RELAXES)).with_values({"iterations": int(values["relaxation"])})
     name = scan.name.replace("--", "- ").strip("-")
     comment = f"Denoises scans such as {name}\n\nFor: {_kind(values)}, with noise of {values['noise']:.2g} edges."
-    steps = [Step(known).with_values(given)] if given else []
-    if values["relaxation"]:
-        steps.insert(0, Step(find_filter(RELAXES)).with_values({"iterations": int(values["relaxation"])}))
-    return Recipe("suggestion", Script(tuple(steps), comment))
+    return Recipe("suggestion", Script((step,), comment))
 
 
 def _words(scan: Path, values: dict[str, Any]) -> str:

@@ -37,3 +37,7 @@ class OutputError(RunError):
         super().__init__(f"cannot write {path}: {reason}")
         self.path = path
         self.reason = reason
+
+
+class OutputBusyError(OutputError):
+    """Another run is writing the output at this moment."""

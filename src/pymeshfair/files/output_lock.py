@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from ..operating_system import this_system
-from .errors import OutputError
+from .errors import OutputBusyError, OutputError
 
 #: what the name of the file begins with that is locked; it lies beside the output while a run goes on
 LOCK_PREFIX = ".pymeshfair-lock-"
@@ -23,7 +23,7 @@ def output_lock(output: Path) -> Iterator[None]:
     Where there are no locks of files, nothing is held.
 
     Raises:
-        OutputError: another run holds it.
+        OutputBusyError: another run holds it.
     """
     path = output.with_name(LOCK_PREFIX + hashlib.sha256(os.fsencode(output.name)).hexdigest()[:16])
     with _taken(path, output):
@@ -45,7 +45,7 @@ def _taken(path: Path, output: Path) -> BinaryIO:
         file = os.fdopen(descriptor, "r+b")
         if this_system().claim(file) is False:
             file.close()
-            raise OutputError(output, "another run is writing it at this moment; wait for that, or name another output")
+            raise OutputBusyError(output, "another run is writing it at this moment; wait for that, or name another output")
         with contextlib.suppress(OSError):
             if os.path.samestat(os.fstat(descriptor), path.lstat()):
                 return file

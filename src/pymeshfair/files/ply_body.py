@@ -48,6 +48,10 @@ def read_body(path: Path, header: PlyHeader, wanted: frozenset[tuple[str, str]])
         raise PlyError("it has no element 'vertex'")
     if len(set(names)) != len(names):
         raise PlyError("it declares an element twice")
+    for element in header.elements:
+        properties = [p.name for p in element.properties]
+        if len(set(properties)) != len(properties):
+            raise PlyError(f"its element {element.name!r} has a property twice")
     data = np.memmap(path, dtype=np.uint8, mode="r")
     rows = (text_rows if header.format == "ascii" else binary_rows)(data, header)
     points: NDArray[np.float64] | None = None

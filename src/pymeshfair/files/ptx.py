@@ -71,7 +71,10 @@ def _placed(rows: NDArray[np.float64], matrix: NDArray[np.float64]) -> NDArray[n
     places = rows[:, :3]
     missing = ~places.any(axis=1)
     if not np.array_equal(matrix, np.eye(4)):
-        places = places @ matrix[:3, :3] + matrix[3, :3]
+        with np.errstate(over="ignore", invalid="ignore"):
+            places = places @ matrix[:3, :3] + matrix[3, :3]
+        if not np.isfinite(places[~missing & np.isfinite(rows[:, :3]).all(axis=1)]).all():
+            raise ContentsError("the matrix of a grid of it puts points beyond all numbers")
     placed = np.concatenate([places, rows[:, 3:]], axis=1)
     placed[missing, :3] = np.nan
     return placed

@@ -53,6 +53,7 @@ def save_mesh(
     began: Set[str],
     textures_changed: bool,
     record: Mapping[str, Any] | None,
+    own_texture_names: bool = False,
 ) -> Saved:
     """Write the current mesh to the staging folder, check that it is whole there, and flush it to the disk.
 
@@ -66,6 +67,7 @@ def save_mesh(
         began: which of `ATTRIBUTES` the mesh had as it was read.
         textures_changed: whether a step may have painted on a texture.
         record: the provenance of the former output, if that is to be replaced.
+        own_texture_names: whether the names of textures begin with that of the output.
 
     Raises:
         OutputError: MeshLab could not write the file, it is not whole, or its format would destroy the mesh.
@@ -111,7 +113,9 @@ def save_mesh(
     reused: tuple[Path, ...] = ()
     material = material_path(staged)
     if "textures" in present & kind.holds:
-        plan = stage_textures(mesh.textures(), announced, output, stage, changed=textures_changed, record=record)
+        plan = stage_textures(
+            mesh.textures(), announced, output, stage, changed=textures_changed, record=record, own=own_texture_names
+        )
         if kind.extension == "ply":
             rename_in_ply(staged, read_header(staged).size, plan.new_names)
         elif material.exists():

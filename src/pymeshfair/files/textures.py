@@ -50,6 +50,7 @@ def stage_textures(
     *,
     changed: bool,
     record: Mapping[str, Any] | None,
+    own: bool = False,
 ) -> TexturePlan:
     """Write the textures of a mesh to the staging folder.
 
@@ -60,6 +61,7 @@ def stage_textures(
         stage: the staging folder.
         changed: whether a step may have painted on textures that came with the input.
         record: the provenance of the former output, if that is to be replaced.
+        own: whether every name begins with that of the output.
     """
     known = {t.given: t for t in announced.textures}
     missing = tuple(t.name for t in announced.textures if t.file is None)
@@ -81,7 +83,8 @@ def stage_textures(
                 staged = staged.with_suffix(".png")
                 meant += ".png"
             image.save(str(staged))
-        target, in_place = _free_target(output, _file_name(meant), staged, record, {f.target for f in files})
+        name_there = f"{output.name}-{_file_name(meant)}" if own else _file_name(meant)
+        target, in_place = _free_target(output, name_there, staged, record, {f.target for f in files})
         new_names[name] = target.name
         if in_place:
             reused.append(target)

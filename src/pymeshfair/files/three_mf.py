@@ -7,6 +7,8 @@ archives in one file. What MeshLab gets is written anew, part by part.
 from __future__ import annotations
 
 import io
+import lzma
+import struct
 import zipfile
 import zlib
 from dataclasses import dataclass, field
@@ -22,6 +24,8 @@ from .xml_document import parse_xml
 #: how many times as large as the file, and bytes besides, all that it holds may be: numbers written as text shrink to a tenth
 _MOST_TIMES, _BESIDES = 100, 1 << 24
 _MOST_PARTS = 10_000
+#: what the library raises on an archive that is none, or encrypted, or of a kind that it does not know
+_BROKEN = (zipfile.BadZipFile, RuntimeError, EOFError, zlib.error, lzma.LZMAError, struct.error, ValueError, LookupError, OSError)
 #: what stands in an archive besides models: its list of types, relationships, and images
 _LISTS, _IMAGES = (".xml", ".rels"), (".png", ".jpg", ".jpeg", ".texture")
 
@@ -81,7 +85,9 @@ def inspect_3mf(path: Path, references: References, given: Given) -> Announced:
     try:
         with zipfile.ZipFile(path) as archive:
             parts = _parts(archive, path.stat().st_size)
-    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, zlib.error) as error:
+    except ContentsError:
+        raise
+    except _BROKEN as error:
         raise ContentsError(f"it is no whole archive ({str(error)[:80]})") from error
     model = _Model()
     lost = []

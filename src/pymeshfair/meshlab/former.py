@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import importlib.resources
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -24,6 +24,7 @@ class Former:
         turns: by old parameter and value (``*`` for any), the values that say the same today; ``*`` stands for the old value and
             ``-*`` for minus the old value.
         drops: parameters that are gone, with the value that does what MeshLab does today; None if no value matters.
+        relabelled: parameters whose choices have other words today, while their numbers do what they did.
         layers: ``"left"`` if the filter once left the current layer alone and its result is current today; ``"current"`` if
             its result was current in every version.
         note: what changes in the result, or what to do when the filter is gone; empty if the meaning is the same.
@@ -37,6 +38,7 @@ class Former:
     renames: Mapping[str, str] = field(default_factory=dict)
     turns: Mapping[str, Mapping[str, Mapping[str, str]]] = field(default_factory=dict)
     drops: Mapping[str, str | None] = field(default_factory=dict)
+    relabelled: Sequence[str] = ()
     layers: Literal["left", "current", ""] = ""
     note: str = ""
 

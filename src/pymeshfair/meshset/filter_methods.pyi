@@ -1029,6 +1029,8 @@ class FilterMethods:
         vertex_iterations: int = 0,
         outer_iterations: int = 0,
         vertex_update: Literal["auto", "sun", "ohtake", "conjugate_gradient"] = "auto",
+        relaxation: int = -1,
+        relaxation_direction: Literal["auto", "all", "normal"] = "auto",
         choice: Literal["held_out", "fixed"] = "held_out",
         border: Literal["fixed", "along", "free"] = "along",
         selected: bool = False,
@@ -1037,10 +1039,9 @@ class FilterMethods:
         follow.
 
         Without any parameter many settings are tried, and the one is taken that best predicts vertices which it has not seen;
-        what is given replaces a part of that. Returns the parameters that were used, the pairs of Taubin's steps before them
-        ("relaxation"), what the mesh was found to be, what was tried, the mean displacement of the vertices in mean edges
-        ("drift"), and the number of faces that look away from those around them, before and after ("folded_before",
-        "folded_after").
+        what is given replaces a part of that. Returns the parameters that were used, what the mesh was found to be, what was
+        tried, the mean displacement of the vertices in mean edges ("drift"), and the number of faces that look away from those
+        around them, before and after ("folded_before", "folded_after").
 
         Args:
             method: What the weight of a neighbouring face is made of, besides its area. 'mean': nothing else, which rounds
@@ -1070,6 +1071,10 @@ class FilterMethods:
                 normal iteration keep edges better than once 20. 0: automatic. Takes a whole number from 0 to 10000.
             vertex_update: How vertices follow: 'sun' by the mean of the projections onto their faces' planes, 'ohtake' by their
                 mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
+            relaxation: How many pairs of Taubin's steps come before, of 0.5 and -0.53. They calm noise that turns faces over,
+                and round edges, which the filter sharpens again. -1: automatic. Takes a whole number from -1 to 10000.
+            relaxation_direction: Where these steps go: 'all' directions, which evens out noise along the surface too, or along
+                the 'normal' alone, so that no vertex slides.
             choice: How what is not given is found. 'held_out': some 140 settings are tried on the mesh, or on patches of a
                 large one, and the one is taken that best predicts vertices which it has not seen. 'fixed': all-round values, at
                 once.

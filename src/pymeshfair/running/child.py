@@ -1,10 +1,8 @@
-"""Starts a worker process, reads what it writes, and ends it."""
+"""Gives a worker process its assignment, reads what it writes, and ends it."""
 
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 import threading
 from collections import deque
 from collections.abc import Mapping
@@ -13,9 +11,8 @@ from queue import SimpleQueue
 from types import TracebackType
 from typing import IO, Any
 
-from ..operating_system import this_system
-from .environment import worker_environment
 from .messages import parse_talk, to_line
+from .started import FreshProcess, Start, Started
 
 #: the last lines of a worker's stderr that are kept for the report of its death, and the most bytes of one
 _TAIL_LINES, _LINE_LIMIT = 60, 4096
@@ -30,55 +27,48 @@ class WorkerProcess:
     stderr, and ``("end", None)`` twice, when each of the two is closed.
     """
 
-    def __init__(self, assignment: Mapping[str, Any], queue: SimpleQueue[tuple[str, Any]], *, threads: int | None) -> None:
-        """See the class; nothing is started before the context is entered."""
+    def __init__(
+        self,
+        assignment: Mapping[str, Any],
+        queue: SimpleQueue[tuple[str, Any]],
+        *,
+        threads: int | None = None,
+        start: Start | None = None,
+    ) -> None:
+        """See the class; nothing is started before the context is entered.
+
+        Args:
+            assignment: the document of a `pymeshfair.running.messages.Assignment`.
+            queue: takes what the worker writes.
+            threads: that a filter may use in a fresh process, see `worker_environment`.
+            start: what starts the process in place of that.
+        """
         self._assignment = assignment
         self._queue = queue
-        self._environment = worker_environment(threads)
-        self._system = this_system()
-        self._process: subprocess.Popen[bytes] | None = None
+        self._start: Start = start or (lambda: FreshProcess(threads))
+        self._process: Started | None = None
         self._threads: list[threading.Thread] = []
         self.tail: deque[str] = deque(maxlen=_TAIL_LINES)
 
     def __enter__(self) -> WorkerProcess:
-        # In a session of its own Ctrl-C on the terminal does not reach it, and one signal ends it with all its children.
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "pymeshfair.running.worker"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            env=self._environment,
-            **self._system.own_session(),
-        )
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
-        assert self._process.stderr is not None
-        for reader, stream in ((self._read_reports, self._process.stdout), (self._read_talk, self._process.stderr)):
+        self._process = process = self._start()
+        for reader, stream in ((self._read_reports, process.stdout), (self._read_talk, process.stderr)):
             self._threads.append(threading.Thread(target=reader, args=(stream,), daemon=True))
             self._threads[-1].start()
         # A long recipe fills the pipe until the worker reads; a thread writes it, so that Ctrl-C need not wait.
-        self._threads.append(threading.Thread(target=self._send, args=(self._process.stdin,), daemon=True))
+        self._threads.append(threading.Thread(target=self._send, args=(process.stdin,), daemon=True))
         self._threads[-1].start()
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         assert self._process is not None
-        self._kill()
-        with suppress(subprocess.TimeoutExpired):
-            self._process.wait(_PATIENCE)
+        self._process.kill()
+        self._process.wait(_PATIENCE)
         for thread in self._threads:
             thread.join(1.0)
         for stream in (self._process.stdin, self._process.stdout, self._process.stderr):
-            if stream is not None:
-                with suppress(OSError):
-                    stream.close()
-
-    def _kill(self) -> None:
-        """End the process and whatever it has started."""
-        assert self._process is not None
-        if self._process.returncode is not None:
-            return  # it has been waited for, so another process may have its number by now
-        self._system.kill(self._process)
+            with suppress(OSError):
+                stream.close()
 
     @property
     def pid(self) -> int:
@@ -89,12 +79,14 @@ class WorkerProcess:
     def has_ended(self) -> bool:
         """Whether the process is gone; processes that it started may still hold its pipes open."""
         assert self._process is not None
-        return self._system.has_ended(self._process)
+        return self._process.has_ended()
 
     def wait(self) -> int:
         """The exit status, once both streams have ended; minus a signal's number if that was the end."""
         assert self._process is not None
-        return self._process.wait()
+        status = self._process.wait()
+        assert status is not None
+        return status
 
     def _send(self, stream: IO[bytes]) -> None:
         with suppress(ValueError, OSError):  # the worker has died already; the end of its streams tells that

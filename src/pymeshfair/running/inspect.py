@@ -17,11 +17,17 @@ from .interrupts import Interrupts
 from .job import Job
 from .memory import default_memory
 from .messages import Assignment
+from .started import Start
 from .watch import Watch
 
 
 def inspect_mesh(
-    path: Path, *, timeout: float | None = None, allow_outside: bool = False, unchecked: bool = False
+    path: Path,
+    *,
+    timeout: float | None = None,
+    allow_outside: bool = False,
+    unchecked: bool = False,
+    start: Start | None = None,
 ) -> dict[str, Any]:
     """The measures of a mesh file by name, under ``"attributes"`` what it has, and under ``"warnings"`` what MeshLab loses of it.
 
@@ -30,6 +36,7 @@ def inspect_mesh(
         timeout: seconds, or None.
         allow_outside: let it name files outside its own folder.
         unchecked: let MeshLab read formats that are not checked before.
+        start: what starts the process; None starts a fresh one.
 
     Raises:
         InputError: it cannot be read.
@@ -44,6 +51,6 @@ def inspect_mesh(
     job = Job(Recipe("measures", Script(())), path, path, timeout=timeout)
     with Interrupts(queue), staging_folder(Path(tempfile.gettempdir()) / "measures") as stage:
         assignment = Assignment((), path, stage, memory_limit=default_memory(), allow_outside=allow_outside, unchecked=unchecked)
-        with WorkerProcess(assignment.to_document(), queue, threads=None) as worker:
+        with WorkerProcess(assignment.to_document(), queue, start=start) as worker:
             report = Watch(job, worker, queue, lambda event: None).until_done(started)
     return {**report["before"], "attributes": report["attributes"], "warnings": report["warnings"]}

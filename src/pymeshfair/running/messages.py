@@ -44,7 +44,6 @@ class Assignment:
     Attributes:
         steps: Python names of filters and their values, as `Step` has them.
         input: the file to read, an absolute path.
-        others: the files of further layers, absolute paths.
         output: the file to write in the end, an absolute path; None if the mesh is only to be measured.
         stage: the staging folder, whose subfolder ``new`` takes what the worker writes.
         memory_limit: bytes, or None.
@@ -56,6 +55,9 @@ class Assignment:
         guards: what the result must not do.
         keep_broken: whether to write the output even if a guard was broken.
         map: the file for the intervention map, an absolute path; None if none is wanted.
+        others: the files of further layers, absolute paths.
+        displacement: whether to tell how far vertices have moved.
+        own_texture_names: whether the names of textures begin with that of the output.
     """
 
     steps: tuple[Step, ...]
@@ -70,8 +72,15 @@ class Assignment:
     keep_broken: bool = False
     map: Path | None = None
     others: tuple[Path, ...] = ()
+    displacement: bool = False
+    own_texture_names: bool = False
     unchecked: bool = False
     keep_all: bool = False
+
+    @property
+    def is_watched(self) -> bool:
+        """Whether there are guards, or an intervention map is wanted."""
+        return bool(self.guards) or self.map is not None
 
     @classmethod
     def of(cls, job: Job, stage: Path) -> Assignment:
@@ -89,6 +98,8 @@ class Assignment:
             keep_broken=job.keep_broken,
             others=tuple(path.absolute() for path in job.others),
             map=None if job.map is None else job.map.absolute(),
+            displacement=job.displacement,
+            own_texture_names=job.own_texture_names,
         )
 
     def to_document(self) -> dict[str, Any]:
@@ -106,6 +117,8 @@ class Assignment:
             "keep_broken": self.keep_broken,
             "map": None if self.map is None else str(self.map),
             "others": [str(path) for path in self.others],
+            "displacement": self.displacement,
+            "own_texture_names": self.own_texture_names,
             "unchecked": self.unchecked,
             "keep_all": self.keep_all,
         }
@@ -128,6 +141,8 @@ class Assignment:
             document["keep_broken"],
             map,
             tuple(Path(path) for path in document["others"]),
+            document["displacement"],
+            document["own_texture_names"],
             document["unchecked"],
             document["keep_all"],
         )

@@ -52,6 +52,33 @@ class Origins:
         return (self.vertices >= 0) & (self.distances > 0.0)
 
 
+@dataclass(frozen=True)
+class Displacement:
+    """How far vertices have moved, in mesh units: those of the input that are still there, or all where none could be followed.
+
+    Attributes:
+        mean: of the distances.
+        rms: the root of the mean of their squares.
+        largest: of them.
+        known: whether elements could be followed; else the distances are those from the input's surface.
+    """
+
+    mean: float
+    rms: float
+    largest: float
+    known: bool
+
+
+def displacement_of(origins: Origins) -> Displacement:
+    """The displacement; 0 if no vertex of the input is left."""
+    distances = origins.distances[origins.vertices >= 0] if origins.known else origins.distances
+    if not len(distances):
+        return Displacement(0.0, 0.0, 0.0, origins.known)
+    largest = float(distances.max())
+    rms = largest and largest * float(np.sqrt(np.mean((distances / largest) ** 2)))  # no square of a distance overflows
+    return Displacement(float(distances.mean()), rms, largest, origins.known)
+
+
 def mark_origins(mesh: Any) -> InputMesh:
     """Number the elements of a pymeshlab mesh; its vertices and faces as they are now."""
     n, m = mesh.vertex_number(), mesh.face_number()

@@ -23,6 +23,7 @@ from .interrupts import Interrupts
 from .job import Job
 from .memory import default_memory
 from .messages import Assignment
+from .started import Start
 from .watch import Watch
 
 #: what is read of a mesh if it has it, besides vertices, faces and edges; a layer has attributes of the same names
@@ -64,7 +65,9 @@ class ReadMesh:
     warnings: tuple[str, ...]
 
 
-def read_mesh(path: Path, *, self_intersections: bool = False, timeout: float | None = None) -> ReadMesh:
+def read_mesh(
+    path: Path, *, self_intersections: bool = False, timeout: float | None = None, start: Start | None = None
+) -> ReadMesh:
     """Read a mesh file.
 
     Args:
@@ -72,6 +75,7 @@ def read_mesh(path: Path, *, self_intersections: bool = False, timeout: float | 
         self_intersections: whether to find the faces that cut others, too. If MeshLab crashes over that, the mesh is read
             without, and a warning says so.
         timeout: seconds, or None.
+        start: what starts the process; None starts a fresh one.
 
     Raises:
         InputError: it cannot be read.
@@ -82,14 +86,16 @@ def read_mesh(path: Path, *, self_intersections: bool = False, timeout: float | 
     path = Path(path).absolute()
     check_input(path)
     try:
-        return _read(path, self_intersections, timeout, ())
+        return _read(path, self_intersections, timeout, start, ())
     except WorkerDied:
         if not self_intersections:
             raise
-    return _read(path, False, timeout, (f"MeshLab crashed while it looked for self-intersections of {path.name}",))
+    return _read(path, False, timeout, start, (f"MeshLab crashed while it looked for self-intersections of {path.name}",))
 
 
-def _read(path: Path, self_intersections: bool, timeout: float | None, warnings: tuple[str, ...]) -> ReadMesh:
+def _read(
+    path: Path, self_intersections: bool, timeout: float | None, start: Start | None, warnings: tuple[str, ...]
+) -> ReadMesh:
     started = time.monotonic()
     queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
     job = Job(Recipe("reading", Script(())), path, path, timeout=timeout)
@@ -98,7 +104,7 @@ def _read(path: Path, self_intersections: bool, timeout: float | None, warnings:
         assignment = Assignment(
             (), path, stage, memory_limit=default_memory(), arrays=arrays, self_intersections=self_intersections
         )
-        with WorkerProcess(assignment.to_document(), queue, threads=None) as worker:
+        with WorkerProcess(assignment.to_document(), queue, start=start) as worker:
             report = Watch(job, worker, queue, lambda event: None).until_done(started)
         return read_arrays(path, arrays, report, warnings)
 

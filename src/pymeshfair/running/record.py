@@ -49,6 +49,7 @@ def record_of(
             "sha256": hashlib.sha256(text.encode("utf-8")).hexdigest(),
             "text": text,
         },
+        **_options(job),
         "input": report["input"],
         "output": report["output"],
         "steps": [
@@ -76,6 +77,12 @@ def record_of(
             "command": list(job.command),
         },
     }
+
+
+def _options(job: Job) -> dict[str, Any]:
+    """The entry about what the input was allowed, if anything was."""
+    given = {name: True for name in ("allow_outside", "unchecked", "keep_all") if getattr(job, name)}
+    return {"options": given} if given else {}
 
 
 def _guarded(job: Job, report: Mapping[str, Any]) -> dict[str, Any]:

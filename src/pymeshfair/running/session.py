@@ -34,7 +34,7 @@ from .intervention import stage_map
 from .job import Event, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
 from .mesh_arrays import write_arrays
 from .messages import Assignment, encode_event, mark
-from .origins import InputMesh, find_origins, mark_origins
+from .origins import InputMesh, displacement_of, find_origins, mark_origins
 from .plain_values import plain
 
 COMPILING = "compiling pymeshfair's filters for this machine, which takes some seconds once"
@@ -78,8 +78,8 @@ class Session:
                 write_arrays(self._meshes, present, self._assignment.arrays, intersections=self._assignment.self_intersections)
             attributes = [a for a in ATTRIBUTES if a in present]
             return {"input": source, "before": plain(asdict(before)), "attributes": attributes, "warnings": self._warnings}
-        watched = bool(self._assignment.guards) or self._assignment.map is not None
-        original = mark_origins(self._meshes.current_mesh()) if watched else None
+        followed = self._assignment.is_watched or self._assignment.displacement
+        original = mark_origins(self._meshes.current_mesh()) if followed else None
         with self._meshes.deferred():
             steps = [self._step(number) for number in range(1, len(self._assignment.steps) + 1)]
         written = self._write(announced, before, present, original)
@@ -164,7 +164,7 @@ class Session:
         said: dict[str, Any] = {"before": plain(asdict(before)), "after": plain(asdict(after)), "warnings": self._warnings}
         if original is not None:
             said |= self._watched(original, said["before"], said["after"])
-            if said["breaches"] and not self._assignment.keep_broken:
+            if said.get("breaches") and not self._assignment.keep_broken:
                 return said
         try:
             return {**said, **self._saved(announced, present, output, stage, after)}
@@ -185,6 +185,7 @@ class Session:
             began=present,
             textures_changed=any(FilterClass.TEXTURE in step.filter.classes for step in self._assignment.steps),
             record=read_provenance(output),
+            own_texture_names=self._assignment.own_texture_names,
         )
         self._lose(saved.warnings, OutputError, output)
         files = [(f, described_file(f.staged, named=f.target)) for f in (saved.output, *saved.side_files)]
@@ -195,18 +196,19 @@ class Session:
         }
 
     def _watched(self, original: InputMesh, before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:
-        """The guards that the result breaks, and the files of the intervention map in the staging folder."""
-        mesh, stage = self._meshes.current_mesh(), self._assignment.stage
-        guards, target = self._assignment.guards, self._assignment.map
-        assert stage is not None
+        """How far vertices have moved, the guards that were broken, and the staged files of the intervention map."""
+        mesh, guards, target = self._meshes.current_mesh(), self._assignment.guards, self._assignment.map
         origins = find_origins(mesh, original)
+        said: dict[str, Any] = {"displacement": asdict(displacement_of(origins))} if self._assignment.displacement else {}
+        if not self._assignment.is_watched:
+            return said
         if not origins.known:
             self._warn("a step made a new mesh, so that its elements cannot be followed: distances are those from the input")
         vertices = np.ascontiguousarray(mesh.vertex_matrix())
         faces = np.ascontiguousarray(mesh.face_matrix(), dtype=np.int32)
         found = breaches(guards, origins, original, vertices, faces, before, after)
-        maps = [] if target is None else stage_map(stage / "new", target, vertices, faces, original, origins)
-        return {"breaches": [plain(asdict(breach)) for breach in found], "maps": maps}
+        maps = [] if target is None else stage_map(self._assignment.stage / "new", target, vertices, faces, original, origins)
+        return said | {"breaches": [plain(asdict(breach)) for breach in found], "maps": maps}
 
     def _measured(self, refusal: Exception) -> SurfaceMeasures:
         mesh = self._meshes.current_mesh()

@@ -24,15 +24,17 @@ from .intervention import removed_path
 from .job import Event, Job, RunResult
 from .messages import Assignment
 from .record import record_of, result_of
+from .started import Start
 from .watch import Watch
 
 
-def run_job(job: Job, on_event: Callable[[Event], None] = lambda event: None) -> RunResult:
+def run_job(job: Job, on_event: Callable[[Event], None] = lambda event: None, *, start: Start | None = None) -> RunResult:
     """Carry out a job: everything is checked, the worker runs, and the files appear whole or not at all.
 
     Args:
         job: what to do.
         on_event: called with each event, in this thread. An exception that it raises stops the run and is passed on.
+        start: what starts the worker's process; None starts a fresh one.
 
     Raises:
         ScriptError: a step needs layers or rasters that the run does not have.
@@ -58,7 +60,7 @@ def run_job(job: Job, on_event: Callable[[Event], None] = lambda event: None) ->
     queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
     with Interrupts(queue) as interrupts, output_lock(job.output), staging_folder(job.output) as stage:
         check_output(job.output, job.input, overwrite=job.overwrite)  # again, now that nobody else writes it
-        with WorkerProcess(Assignment.of(job, stage).to_document(), queue, threads=job.threads) as worker:
+        with WorkerProcess(Assignment.of(job, stage).to_document(), queue, threads=job.threads, start=start) as worker:
             watch = Watch(job, worker, queue, on_event)
             report = watch.until_done(clock)
         interrupts.check()
@@ -75,4 +77,5 @@ def run_job(job: Job, on_event: Callable[[Event], None] = lambda event: None) ->
             raise OutputError(provenance.target, (error.strerror or str(error)).lower()) from error
         output, *side_files = (StagedFile(Path(f["staged"]), Path(f["target"])) for f in report["staged"])
         commit(output, provenance, [*side_files, *maps], stage / "old")
-    return result_of(job, record, [file.target for file in side_files], [file.target for file in maps])
+    result = result_of(job, record, [file.target for file in side_files], [file.target for file in maps])
+    return replace(result, displacement=report.get("displacement"))

@@ -11,21 +11,22 @@ import faulthandler
 import json
 import os
 import threading
+import time
 import traceback
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
 
 from ..errors import StepFailedError
-from ..files.errors import InputError, OutputError
+from ..files.errors import InputError, OutputBusyError, OutputError
 from ..files.output_lock import output_lock
 from ..files.staging import hold, remove_folder
 from ..operating_system import this_system
 from .messages import Assignment, failure, to_line
 
 
-def main() -> None:
-    """Carry out the assignment that stdin gives."""
+def main(before_end: Callable[[], None] = lambda: None) -> None:
+    """Carry out the assignment that stdin gives; `before_end` is called when all is done and reported."""
     orders, reports = take_over_streams()
     faulthandler.enable()
     line = orders.readline()
@@ -43,6 +44,7 @@ def main() -> None:
             reports.write(to_line(report))
 
     tell(_outcome(document, tell))
+    before_end()
     ending.acquire()  # if the supervisor is gone, the other thread has it, cleans up and ends the process
     del lock  # the folder is in use until here
     # Libraries that crash while they tidy up must not spoil a finished run.
@@ -66,9 +68,20 @@ def _end_with_supervisor(orders: BinaryIO, stage: Path, output: str | None, endi
     ending.acquire()
     remove_folder(stage)
     if output is not None:
-        with contextlib.suppress(OutputError), output_lock(Path(output)):
-            pass  # which removes the file that the supervisor had locked
+        _remove_lock(Path(output))
     os._exit(1)
+
+
+def _remove_lock(output: Path) -> None:
+    """Remove the file that the supervisor had locked, who may lose its pipes a moment before its locks."""
+    for _ in range(20):
+        try:
+            with output_lock(output):
+                return
+        except OutputBusyError:  # noqa: PERF203
+            time.sleep(0.05)
+        except OutputError:
+            return
 
 
 def _outcome(document: Mapping[str, Any], tell: Any) -> dict[str, Any]:

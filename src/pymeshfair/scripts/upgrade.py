@@ -16,6 +16,7 @@ from ..errors import UnknownNameError
 from ..meshlab.former import Former, former_filter, former_parameters
 from ..registry import find_filter
 from .changes import Change
+from .current_layer import CurrentLayer
 from .elements import FilterElement, ParamElement
 from .read import SECOND_DOCUMENT_TYPE, parse_document, read_bytes
 from .script import Script
@@ -66,12 +67,23 @@ def upgrade_script(data: bytes, name: str, *, path: Path | None = None) -> Upgra
     result_stays_current: set[int] = set()
     aged = False
     filters: list[FilterElement] = []
+    current = CurrentLayer()
     for element in document.filters:
-        upgraded, found = _upgraded(element)
-        changes += found
-        filters += upgraded
         former = former_filter(element.name or "")
         aged = aged or _is_old(element, former)
+        values = {p.attributes.get("name", ""): p.attributes.get("value", "") for p in element.params}
+        if current.is_asked_for(element, values):
+            what = "left out: of one mesh file it makes the layer current that is so today"
+            meaning = "in a run of several mesh files it made another layer current"
+            changes.append(Change(line=element.line, filter=element.name or "", what=what, meaning=meaning))
+            if current.maker is not None:
+                result_stays_current.add(current.maker)
+            continue
+        upgraded, found = _upgraded(element, values)
+        for step in upgraded:
+            current.go_on(step, values)
+        changes += found
+        filters += upgraded
         if former is not None and former.layers == "current":
             result_stays_current.add(element.line)
     script = build_script(replace(document, filters=tuple(filters)), path)
@@ -86,12 +98,11 @@ def _blank_second(match: re.Match[bytes]) -> bytes:
     return match[1] + b" " * (len(match[0]) - len(match[1]))
 
 
-def _upgraded(element: FilterElement) -> tuple[list[FilterElement], list[Change]]:
-    """The element of today, none if it is to be left out, and what was changed."""
+def _upgraded(element: FilterElement, values: Mapping[str, str]) -> tuple[list[FilterElement], list[Change]]:
+    """The element of today, none if it is to be left out, and what was changed; `values` are those of its parameters."""
     name = element.name
     if name is None:
         return [element], []
-    values = {p.attributes.get("name", ""): p.attributes.get("value", "") for p in element.params}
     former, known = _today(name, values)
     if former is not None and former.idle:
         return [], [Change(line=element.line, filter=name, what="left out, as it never changed a mesh")]

@@ -39,6 +39,9 @@ def upgraded_params(element: FilterElement, known: Filter, facts: Sequence[Forme
             changes.append(Change(line=param.line, filter=old, parameter=name, what="is given once", meaning=meaning))
         typed = param
         if meant in declared:
+            if any(meant in former.relabelled for former in facts) and (change := _relabelled(declared[meant], param, old)):
+                changes.append(change)
+                param = ParamElement({k: v for k, v in param.attributes.items() if not k.startswith("enum_val")}, param.line)
             typed = _typed(declared[meant], {**param.attributes, "name": meant}, param.line)
             if element.kind != "xmlfilter":
                 changes += _type_changes(declared[meant], param, typed, old)
@@ -98,6 +101,19 @@ def _typed(parameter: Parameter, attributes: Mapping[str, str], line: int) -> Pa
     if list(type_complaints(parameter, found)):
         found["type"] = parameter.xml_type
     return ParamElement(found, line)
+
+
+def _relabelled(parameter: Parameter, param: ParamElement, filter_name: str) -> Change | None:
+    """The change of a choice that keeps its number and has another word today; None if it has the same."""
+    value = param.attributes.get("value", "").strip()
+    word = param.attributes.get(f"enum_val{value}")
+    if not isinstance(parameter, Enum) or word is None or not value.isdigit() or int(value) >= len(parameter.choices):
+        return None
+    today = parameter.choices[int(value)]
+    if word == today:
+        return None
+    what = f"keeps the number {value}; what MeshLab called {word!r} did what it calls {today!r} today"
+    return Change(line=param.line, filter=filter_name, parameter=parameter.xml_name, what=what)
 
 
 def _type_changes(parameter: Parameter, old: ParamElement, new: ParamElement, filter_name: str) -> Iterator[Change]:

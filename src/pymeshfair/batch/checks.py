@@ -1,0 +1,80 @@
+"""What would go wrong: the inputs, the outputs and the room on the disk, looked at before anything is done."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..errors import RunError
+from ..files.inputs import check_input
+from ..files.outputs import check_output
+from ..scripts.needs import check_needs
+from .outcome import Outcome
+from .plan import Scan
+from .settings import Settings
+
+#: an output in doubles over its input in single precision, at most
+_GROWTH = 2.0
+
+
+@dataclass(frozen=True)
+class Prospect:
+    """What a batch would do.
+
+    Attributes:
+        states: of each scan ``"to do"``, ``"done"`` or ``"cannot be done"``, by its number.
+        problems: of those that cannot be done why, by their numbers.
+        bytes_in: of the inputs that are to do.
+        bytes_free: where the outputs go, or None where the system does not say.
+    """
+
+    states: Mapping[int, str]
+    problems: Mapping[int, str]
+    bytes_in: int
+    bytes_free: int | None
+
+    @property
+    def lacks_room(self) -> bool:
+        """Whether the outputs probably do not fit on the disk."""
+        return self.bytes_free is not None and self.bytes_free < _GROWTH * self.bytes_in
+
+
+def look_ahead(scans: Sequence[Scan], settings: Settings, folder: Path, done: Mapping[int, Outcome]) -> Prospect:
+    """Look at everything that can be seen without opening a mesh, and change nothing.
+
+    Args:
+        scans: of the batch.
+        settings: of the batch.
+        folder: of outputs, which need not exist.
+        done: the scans that are done already, by their numbers.
+
+    Raises:
+        ScriptError: the recipe needs layers or rasters that the batch does not have.
+        InputError: a file of a further layer cannot be read.
+    """
+    check_needs(settings.recipe.script, layers=1 + len(settings.others))
+    for path in settings.others:
+        check_input(path)
+    states, problems, size = {}, {}, 0
+    for scan in scans:
+        states[scan.number] = "done" if scan.number in done else "to do"
+        if scan.number in done:
+            continue
+        try:
+            check_input(scan.input)
+            size += scan.input.stat().st_size
+            if scan.output.parent.is_dir():
+                check_output(scan.output, scan.input, overwrite=settings.overwrite)
+        except (RunError, OSError) as error:
+            states[scan.number], problems[scan.number] = "cannot be done", str(error)
+    return Prospect(states, problems, size, _free(folder))
+
+
+def _free(folder: Path) -> int | None:
+    there = next((parent for parent in (folder, *folder.parents) if parent.exists()), folder)
+    try:
+        return shutil.disk_usage(there).free
+    except OSError:
+        return None

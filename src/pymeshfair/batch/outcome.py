@@ -1,0 +1,136 @@
+"""What came of one scan: a line of the journal, a row of the tables."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields
+from datetime import datetime, timezone
+from typing import Any, Literal
+
+from ..errors import PymeshfairError
+from ..files.provenance import read_provenance
+from ..running.job import Job, RunResult
+
+#: done; written although a guard was broken, as `keep_broken` asks; or not written
+Status = Literal["done", "broken", "failed"]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of one scan.
+
+    Attributes:
+        input: the mesh file.
+        output: the file that was or should have been written.
+        status: see `Status`.
+        seconds: that it took, the wait for its turn not among them.
+        finished: when, in UTC.
+        host: on which machine.
+        digests: SHA-256 of ``"input"``, ``"recipe"`` and ``"output"``, of a scan that was written.
+        before: measures of the mesh as read, as `pymeshfair.filters.inspection.surface_measures.SurfaceMeasures` by name.
+        after: of the mesh as written.
+        displacement: `pymeshfair.running.origins.Displacement` by name; None where it is not known.
+        steps: the name and the seconds of each.
+        warnings: of the run.
+        breaches: the guards that were broken.
+        error: of a scan that failed: ``"kind"``, ``"message"``, ``"doing"`` (where in the run), ``"details"``.
+        peak_memory: bytes.
+        resumed: whether it was done before this batch began.
+    """
+
+    input: str
+    output: str
+    status: Status
+    seconds: float
+    finished: str = ""
+    host: str = ""
+    digests: Mapping[str, str] = field(default_factory=dict)
+    before: Mapping[str, Any] | None = None
+    after: Mapping[str, Any] | None = None
+    displacement: Mapping[str, Any] | None = None
+    steps: tuple[Mapping[str, Any], ...] = ()
+    warnings: tuple[str, ...] = ()
+    breaches: tuple[Mapping[str, Any], ...] = ()
+    error: Mapping[str, Any] | None = None
+    peak_memory: int | None = None
+    resumed: bool = False
+
+    @classmethod
+    def of_result(cls, job: Job, result: RunResult, host: str) -> Outcome:
+        """Of a run that wrote its output."""
+        record = read_provenance(result.output) or {}
+        return cls(
+            str(job.input),
+            str(job.output),
+            "broken" if result.breaches else "done",
+            result.seconds,
+            now(),
+            host,
+            digests_of(record),
+            result.before,
+            result.after,
+            result.displacement,
+            tuple({"filter": step.filter, "seconds": step.seconds} for step in result.steps),
+            result.warnings,
+            result.breaches,
+            peak_memory=result.peak_memory,
+        )
+
+    @classmethod
+    def of_error(cls, input: Any, output: Any, error: BaseException, seconds: float, host: str) -> Outcome:
+        """Of a run that failed."""
+        unexpected = "" if isinstance(error, PymeshfairError | OSError) else f"unexpected {type(error).__name__}: "
+        place = getattr(error, "place", None)
+        told = {
+            "kind": type(error).__name__,
+            "message": f"{unexpected}{error}",
+            "doing": None if place is None else str(place),
+            "details": getattr(error, "details", ""),
+        }
+        breaches = tuple(getattr(error, "breaches", ()))
+        return cls(str(input), str(output), "failed", seconds, now(), host, breaches=breaches, error=told)
+
+    @classmethod
+    def of_record(cls, record: Mapping[str, Any], input: Any, output: Any) -> Outcome:
+        """Of a scan that was written, from its provenance."""
+        run, breaches = record["run"], tuple(record.get("guards", {}).get("breaches", ()))
+        names = [step["filter"] for step in record["steps"]]
+        return cls(
+            str(input),
+            str(output),
+            "broken" if breaches else "done",
+            run["seconds"],
+            run["started"],
+            digests=digests_of(record),
+            before=record["measures"]["before"],
+            after=record["measures"]["after"],
+            steps=tuple({"filter": n, "seconds": s} for n, s in zip(names, run["step_seconds"], strict=True)),
+            warnings=tuple(record["warnings"]),
+            breaches=breaches,
+            peak_memory=run["peak_memory_bytes"],
+        )
+
+    @classmethod
+    def from_document(cls, document: Mapping[str, Any]) -> Outcome:
+        """Of a line of a journal."""
+        return cls(**{f.name: document[f.name] for f in fields(cls) if f.name in document})
+
+    def to_document(self) -> dict[str, Any]:
+        """The outcome in the types of JSON."""
+        return {name: value for name, value in asdict(self).items() if name != "resumed"}
+
+    def line(self) -> bytes:
+        """The outcome as one line."""
+        return json.dumps(self.to_document(), ensure_ascii=False).encode("utf-8", "surrogateescape") + b"\n"
+
+
+def digests_of(record: Mapping[str, Any]) -> dict[str, str]:
+    """The digests that a provenance document has."""
+    return {part: str(record[part]["sha256"]) for part in ("input", "recipe", "output") if part in record}
+
+
+def now() -> str:
+    """The time in UTC, to the second."""
+    return datetime.fromtimestamp(time.time(), timezone.utc).isoformat(timespec="seconds").replace("+00:00", "Z")

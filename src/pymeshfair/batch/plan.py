@@ -1,0 +1,110 @@
+"""What a batch will do: every scan with its recipe and its output, no two of which meet."""
+
+from __future__ import annotations
+
+import os
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..errors import ParameterError
+from ..files.formats import WRITABLE, extension
+from ..files.provenance import provenance_path
+from ..recipe import Recipe
+from .inputs import Asked
+
+#: what a name of outputs may say of an input
+PLACEHOLDERS = ("{stem}", "{name}", "{extension}", "{parent}", "{number}")
+#: so many collisions are named
+_NAMED = 10
+
+
+@dataclass(frozen=True)
+class Scan:
+    """One scan of a batch.
+
+    Attributes:
+        number: from 1, in the order of the batch.
+        input: the mesh file.
+        output: the file to write.
+        overrides: what its own row of a table changes of the recipe.
+        recipe: with these changes.
+    """
+
+    number: int
+    input: Path
+    output: Path
+    overrides: tuple[str, ...]
+    recipe: Recipe
+
+
+def plan_scans(asked: Sequence[Asked], recipe: Recipe, folder: Path, name: str = "") -> list[Scan]:
+    """The scans of a batch.
+
+    Args:
+        asked: what to clean.
+        recipe: for all of them.
+        folder: where outputs go, an absolute path; names may have folders within it.
+        name: of outputs, with `PLACEHOLDERS`; empty for that of the input, as .ply where its format cannot be written.
+
+    Raises:
+        ParameterError: there is nothing to do, a name that cannot be, an output that is another's, an input's or outside.
+        UnknownNameError, ParameterError: a row changes what the recipe does not have.
+    """
+    if not asked:
+        raise ParameterError("there is no scan to clean")
+    variants: dict[tuple[str, ...], Recipe] = {}
+    scans = []
+    for number, one in enumerate(asked, 1):
+        if one.overrides not in variants:
+            variants[one.overrides] = recipe.override(one.overrides) if one.overrides else recipe
+        output = folder / (one.output or _named(name, one.input, number))
+        output = Path(os.path.normpath(output))
+        if folder not in output.parents:
+            raise ParameterError(f"the output {output} of {one.input} would lie outside the folder {folder}")
+        scans.append(Scan(number, one.input, output, one.overrides, variants[one.overrides]))
+    _check_collisions(scans)
+    return scans
+
+
+def _named(name: str, input: Path, number: int) -> str:
+    if not name:
+        return input.name if extension(input) in WRITABLE else f"{input.stem}.ply"
+    values = {
+        "stem": input.stem,
+        "name": input.name,
+        "extension": extension(input),
+        "parent": input.parent.name,
+        "number": number,
+    }
+    try:
+        return name.format(**values)
+    except (KeyError, IndexError, ValueError, AttributeError):
+        raise ParameterError(f"the name {name!r} of outputs cannot be made; it may have {', '.join(PLACEHOLDERS)}") from None
+
+
+def _check_collisions(scans: Sequence[Scan]) -> None:
+    """Refuse a batch in which one scan would write over another, or over an input."""
+    by_output = defaultdict(list)
+    inputs = {os.path.normcase(os.path.realpath(scan.input)): scan.input for scan in scans}
+    for scan in scans:
+        by_output[os.path.normcase(scan.output)].append(scan)
+    problems = [
+        f"{path}, the output of {scan.input}, is the input {taken}"
+        for scan in scans
+        for path in (scan.output, provenance_path(scan.output))
+        if (taken := inputs.get(os.path.normcase(os.path.realpath(path))))
+    ]
+    problems += [
+        f"{group[0].output} would be the output of {' and of '.join(str(scan.input) for scan in group)}"
+        for group in by_output.values()
+        if len(group) > 1
+    ]
+    if problems:
+        more = f"\n  and {len(problems) - _NAMED:,} more" if len(problems) > _NAMED else ""
+        told = "\n".join(f"  {problem}" for problem in problems[:_NAMED])
+        raise ParameterError(
+            f"outputs would be lost:\n{told}{more}\n"
+            f"give another folder, or names that differ by --name with {', '.join(PLACEHOLDERS)}"
+        )

@@ -1,0 +1,126 @@
+"""``batch.json`` and ``batch.csv``: every scan of a batch, those included that were done before it was resumed."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..running.plain_values import plain
+from ..running.versions import versions
+from .errors import BatchError
+from .numbers import as_row, outliers
+from .outcome import Outcome
+from .settings import Settings, recipe_digest
+
+SCHEMA = "pymeshfair-batch-1"
+TABLE, DOCUMENT = "batch.csv", "batch.json"
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What a batch did.
+
+    Attributes:
+        outcomes: of the scans that have one, in the order of the batch.
+        far: of each, in what it lies far from the others.
+        planned: how many scans the batch has.
+        settings: of the batch.
+        started: when, in UTC.
+        finished: when, in UTC.
+        seconds: from start to end.
+    """
+
+    outcomes: Sequence[Outcome]
+    far: Sequence[tuple[str, ...]]
+    planned: int
+    settings: Settings
+    started: str
+    finished: str
+    seconds: float
+
+    @classmethod
+    def of(
+        cls, outcomes: Sequence[Outcome], planned: int, settings: Settings, *, started: str, finished: str, seconds: float
+    ) -> Summary:
+        """The summary of these outcomes."""
+        return cls(outcomes, outliers(outcomes), planned, settings, started, finished, seconds)
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many scans there are, and of which status; how many were done before; how many have not been begun or ended."""
+        by_status = Counter(outcome.status for outcome in self.outcomes)
+        return {
+            "scans": self.planned,
+            **{status: by_status[status] for status in ("done", "broken", "failed")},
+            "resumed": sum(outcome.resumed for outcome in self.outcomes),
+            "left": self.planned - len(self.outcomes),
+        }
+
+    @property
+    def all_is_well(self) -> bool:
+        """Whether every scan was done."""
+        return self.counts["done"] == self.planned
+
+    def document(self) -> dict[str, Any]:
+        """The summary in the types of JSON."""
+        recipe = self.settings.recipe
+        described: dict[str, Any] = plain(
+            {
+                "schema": SCHEMA,
+                "recipe": {"name": recipe.name, "sha256": recipe_digest(recipe), "overrides": self.settings.overrides},
+                "limits": recipe.script.guards.overridden(self.settings.guards).texts(),
+                "versions": versions(),
+                "started": self.started,
+                "finished": self.finished,
+                "seconds": round(self.seconds, 3),
+                "counts": self.counts,
+                "scans": [
+                    {**outcome.to_document(), "resumed": outcome.resumed, "far_in": far}
+                    for outcome, far in zip(self.outcomes, self.far, strict=True)
+                ],
+            }
+        )
+        return described
+
+    def table(self) -> str:
+        """The summary as comma-separated values, one row a scan."""
+        text = io.StringIO()
+        rows = [as_row(outcome, far) for outcome, far in zip(self.outcomes, self.far, strict=True)]
+        writer = csv.DictWriter(text, rows[0] if rows else ["input"], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+        return text.getvalue()
+
+    def write(self, folder: Path) -> tuple[Path, Path]:
+        """Write both files; each appears whole.
+
+        Raises:
+            BatchError: they cannot be written.
+        """
+        document = json.dumps(self.document(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+        return write_text(folder / DOCUMENT, document), write_text(folder / TABLE, self.table())
+
+
+def write_text(path: Path, text: str) -> Path:
+    """Write a file that appears whole, in place of a former one.
+
+    Raises:
+        BatchError: it cannot be written.
+    """
+    fresh = path.with_name(f".{path.name}.new")
+    try:
+        with fresh.open("w", encoding="utf-8", errors="surrogateescape", newline="") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        fresh.replace(path)
+    except OSError as error:
+        raise BatchError(f"cannot write {path}: {error.strerror or error}") from error
+    return path

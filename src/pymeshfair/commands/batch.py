@@ -1,0 +1,132 @@
+"""``pymeshfair batch RECIPE INPUT... -o FOLDER``."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from . import options
+from .json_document import print_document
+from .options import Debug, Json, guards, memory_limit
+
+if TYPE_CHECKING:
+    from ..batch.work import Task
+
+
+def batch(
+    recipe: Annotated[str, typer.Argument(metavar="RECIPE", help="A shipped name or the path of an .mlx file.")],
+    inputs: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="INPUT...",
+            help="Mesh files, folders, patterns such as 'scans/**/*.ply', lists (@LIST.txt) and tables (TABLE.csv).",
+        ),
+    ],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="FOLDER", help="Where everything is written; made if need be.")
+    ],
+    name: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="The names of outputs, such as '{stem}_clean.ply', with {stem}, {name}, {extension}, {parent} and {number}.",
+        ),
+    ] = "",
+    set: options.SetValues = None,
+    others: options.Others = None,
+    upgrade: options.Upgrade = False,
+    jobs: Annotated[int | None, typer.Option(metavar="N", help="Scans at a time; by default one a processor.", min=1)] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Let the workers of this scheduler of dask do the work.")
+    ] = None,
+    memory: Annotated[
+        str | None,
+        typer.Option(metavar="SIZE", help="Memory that each scan may take, such as 4GB; by default its share of 80 %."),
+    ] = None,
+    timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop a scan after that time.", min=0.001)] = None,
+    stop: Annotated[bool, typer.Option("--stop/--keep-going", help="Whether to stop at the first scan that fails.")] = False,
+    resume: Annotated[bool, typer.Option("--resume", help="Skip what is done already, by its content.")] = False,
+    sample: Annotated[
+        int | None, typer.Option(metavar="N", help="Clean only so many scans, spread by size and noise.", min=1)
+    ] = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Check everything, and say what would be done.")] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace outputs that no run has written.")] = False,
+    allow_outside: options.AllowOutside = False,
+    unchecked: options.Unchecked = False,
+    keep_all: options.KeepAll = False,
+    keep_broken: options.KeepBroken = False,
+    keep_sharp: options.KeepSharp = "",
+    max_displacement: options.MaxDisplacement = "",
+    max_volume_change: options.MaxVolumeChange = "",
+    require: options.Require = "",
+    json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Clean many mesh files with a recipe.
+
+    Each is cleaned in a process of its own, and a failure costs that one alone. FOLDER also gets batch.csv and batch.json with a
+    row for each, and batch.jsonl, the journal from which --resume goes on.
+    """
+    from ..batch.inputs import expand
+    from ..batch.plan import plan_scans
+    from ..batch.settings import Settings
+    from ..batch.work import Task
+    from ..operating_system import this_system
+    from ..recipe import load_recipe
+
+    if scheduler is not None and jobs is not None:
+        raise typer.BadParameter("the workers of a scheduler say themselves how many scans they take", param_hint="--jobs")
+    overrides = tuple(set or ())
+    found = load_recipe(recipe, upgrade=upgrade).override(overrides)
+    settings = Settings(
+        found,
+        overrides,
+        tuple(path.absolute() for path in others or ()),
+        overwrite=overwrite,
+        timeout=timeout,
+        memory=memory_limit(memory),
+        allow_outside=allow_outside,
+        unchecked=unchecked,
+        keep_all=keep_all,
+        guards=guards(
+            max_displacement=max_displacement, max_volume_change=max_volume_change, require=require, keep_sharp=keep_sharp
+        ),
+        keep_broken=keep_broken,
+        command=tuple(sys.argv),
+    )
+    folder = output.absolute()
+    scans = plan_scans(expand(inputs, [s.name for s in found.script.settings]), found, folder, name)
+    task = Task(scans, settings, folder, scheduler, jobs or this_system().processors(), resume=resume, stop=stop, sample=sample)
+    if dry_run:
+        _look_ahead(task, json=json)
+    else:
+        _carry_out(task, json=json)
+
+
+def _look_ahead(task: Task, *, json: bool) -> None:
+    from .batch_tables import prospect_document, show_prospect
+
+    prospect = task.look_ahead()
+    if json:
+        print_document(prospect_document(task, prospect))
+    else:
+        show_prospect(task, prospect)
+    if prospect.problems or prospect.lacks_room:
+        raise typer.Exit(1)
+
+
+def _carry_out(task: Task, *, json: bool) -> None:
+    from .batch_progress import batch_progress
+    from .batch_tables import show_summary
+
+    with batch_progress() as show:
+        summary = task.carry_out(show)
+    if json:
+        print_document(summary.document())
+    else:
+        show_summary(summary, task)
+    if summary.counts["failed"] or summary.counts["broken"]:
+        raise typer.Exit(1)

@@ -1,0 +1,54 @@
+"""``pymeshfair verify OUTPUT``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .json_document import print_document
+from .options import Debug, Json
+from .streams import printable
+
+#: what the command exits with, by the verdict
+EXIT_CODES = {
+    "identical": 0,
+    "within tolerance": 0,
+    "not repeated": 1,
+    "output changed": 3,
+    "input changed": 4,
+    "recipe changed": 5,
+    "other versions": 6,
+}
+
+
+def verify(
+    output: Annotated[Path, typer.Argument(metavar="OUTPUT", help="A mesh file that a run wrote, its provenance beside it.")],
+    recorded: Annotated[
+        bool, typer.Option("--recorded", help="Use the recipe in the provenance, even if the recipe's file has changed since.")
+    ] = False,
+    timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop the run after that time.", min=0.001)] = None,
+    memory: Annotated[str | None, typer.Option(metavar="SIZE", help="Memory that the run may take, such as 4GB.")] = None,
+    json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Make a file again from its provenance, and compare.
+
+    Exit codes: 0 the same bytes (or, of filters that no seed repeats, within 1 % of the diagonal), 1 other bytes, or the run
+    failed, 3 the output has changed since, 4 the input has, 5 the recipe has, 6 other bytes with other versions.
+    """
+    from ..running.memory import parse_memory
+    from ..running.verify import verify_output
+    from .progress import progress
+
+    limit = None if memory is None else parse_memory(memory)
+    with progress() as show:
+        found = verify_output(output, recorded=recorded, timeout=timeout, memory_limit=limit, on_event=show)
+    if json:
+        print_document({"output": output, "verdict": found.verdict, "findings": found.findings, "notes": found.notes})
+    else:
+        typer.echo(f"{printable(output)}: {found.verdict}")
+        for text in (*found.findings, *found.notes):
+            typer.echo(f"  {printable(text)}")
+    raise typer.Exit(EXIT_CODES[found.verdict])

@@ -1,0 +1,128 @@
+"""A batch on the workers of a scheduler, all of them processes of their own on the loopback."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import pytest
+
+from pymeshfair.batch import cluster
+from pymeshfair.batch.errors import BatchError
+
+from .batches import contents, dask, journal_of, results_of_run, run_batch, start_batch, with_module, write_recipe, write_scans
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="kills processes")
+
+#: a sitecustomize module: another version of pymeshfair
+OTHER_VERSION = """
+import importlib.metadata
+true = importlib.metadata.version
+importlib.metadata.version = lambda name: "0.0.9" if name == "pymeshfair" else true(name)
+"""
+
+
+class Scheduler:
+    """A scheduler and the workers that a test starts."""
+
+    def __init__(self, folder: Path) -> None:
+        self._file = folder / "scheduler.json"
+        self._processes = [dask("scheduler", "--scheduler-file", str(self._file), "--port", "0", "--no-dashboard")]
+        deadline = time.monotonic() + 60
+        while not self._file.exists() or not self._file.read_text():
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+        self.address = json.loads(self._file.read_text())["address"]
+
+    def start_worker(
+        self, name: str, environment: Mapping[str, str] | None = None, prefix: tuple[str, ...] = ()
+    ) -> subprocess.Popen[bytes]:
+        """One worker of one thread in one process."""
+        options = ("--name", name, "--nthreads", "1", "--no-nanny", "--no-dashboard", "--memory-limit", "0")
+        self._processes.append(dask("worker", self.address, *options, environment=environment, prefix=prefix))
+        return self._processes[-1]
+
+    def wait_for(self, count: int) -> None:
+        """Wait until so many workers have come."""
+        from distributed import Client
+
+        with Client(self.address, set_as_default=False) as client:
+            client.wait_for_workers(count, timeout=60)
+
+    def close(self) -> None:
+        """End all of them."""
+        for process in self._processes:
+            process.kill()
+            process.wait()
+
+
+@pytest.fixture
+def scheduler(tmp_path: Path) -> Iterator[Scheduler]:
+    """A scheduler without workers."""
+    scheduler = Scheduler(tmp_path)
+    yield scheduler
+    scheduler.close()
+
+
+def test_a_lost_worker_costs_a_retry(tmp_path: Path, scheduler: Scheduler) -> None:
+    """One of three workers is killed in the middle: every scan is done by the others, and the results are those of `run`."""
+    scans = write_scans(tmp_path / "scans", 8)
+    recipe = write_recipe(tmp_path / "recipe.mlx", steps=1000)
+    workers = [scheduler.start_worker(f"worker{k}") for k in range(3)]
+    expected = results_of_run(recipe, scans, tmp_path / "run")
+    scheduler.wait_for(3)
+    process = start_batch(recipe, scans, "-o", tmp_path / "out", "--scheduler", scheduler.address, "--json")
+    deadline = time.monotonic() + 60
+    while not journal_of(tmp_path / "out"):
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    os.kill(workers[0].pid, signal.SIGKILL)
+    out, err = process.communicate(timeout=120)
+    assert process.returncode == 0, err
+    assert json.loads(out)["counts"]["done"] == 8
+    assert contents(tmp_path / "out") == expected
+
+
+def test_workers_that_are_not_fit_are_refused_before_anything_begins(tmp_path: Path, scheduler: Scheduler) -> None:
+    """One of another version and one that sees another folder are named with the reason, and no scan is begun."""
+    scans = write_scans(tmp_path / "scans", 2)
+    (tmp_path / "out").mkdir()
+    scheduler.start_worker("good")
+    scheduler.start_worker("old", with_module(tmp_path / "lib", OTHER_VERSION))
+    blind = _hides(tmp_path / "out")
+    if blind:
+        scheduler.start_worker("blind", prefix=blind)
+    scheduler.wait_for(3 if blind else 2)
+    done = run_batch("smooth_taubin", scans, "-o", tmp_path / "out", "--scheduler", scheduler.address)
+    assert done.returncode == 1
+    assert f"{2 if blind else 1} of {3 if blind else 2} workers cannot take part, and nothing was begun" in done.stderr
+    assert "it has pymeshfair 0.0.9 in place of" in done.stderr
+    assert (f"it does not see the folder of outputs {tmp_path / 'out'}" in done.stderr) == bool(blind)
+    assert journal_of(tmp_path / "out") == []
+    assert not list((tmp_path / "out").glob("*.ply"))
+
+
+def _hides(folder: Path) -> tuple[str, ...]:
+    """What a command begins with that sees an empty folder there; empty if this system cannot do that."""
+    command = ("unshare", "--mount", "sh", "-c", 'mount -t tmpfs tmpfs "$0" && exec "$@"', str(folder))
+    if shutil.which("unshare") is None or subprocess.run([*command, "true"], capture_output=True).returncode:
+        return ()
+    return command
+
+
+def test_no_scheduler_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An address where none answers is named."""
+    monkeypatch.setattr(cluster, "_ANSWER", "1s")
+    with (
+        pytest.raises(BatchError, match=r"no scheduler answers at tcp://127\.0\.0\.1:1"),
+        cluster.open_client("tcp://127.0.0.1:1", 1),
+    ):
+        pass

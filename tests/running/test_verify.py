@@ -1,0 +1,154 @@
+"""An output made again from its provenance: the same, or told what has changed."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from pymeshfair.commands.verify import EXIT_CODES
+from pymeshfair.files.errors import OutputError
+from pymeshfair.files.provenance import provenance_path
+from pymeshfair.recipe import load_recipe
+from pymeshfair.running.job import Job
+from pymeshfair.running.supervise import run_job
+from pymeshfair.running.verify import verify_output
+from pymeshfair.running.versions import versions
+
+from ..commands.command_line import document, invoke
+from .runs import BONE, SAMPLES, SMOOTH, Given, recipe_of
+
+_SCRIPT = '<!DOCTYPE FilterScript>\n<FilterScript><filter name="{}"/></FilterScript>\n'
+
+
+@pytest.fixture(scope="module")
+def once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of an output of a recipe of the user's own, from a copy of a scan."""
+    folder = tmp_path_factory.mktemp("once")
+    shutil.copy(BONE, folder / "scan.ply")
+    (folder / "own.mlx").write_text(_SCRIPT.format("Taubin Smooth"))
+    recipe = load_recipe(folder / "own.mlx").override(["1.stepSmoothNum=3"])
+    run_job(Job(recipe, folder / "scan.ply", folder / "out.ply", overrides=("1.stepSmoothNum=3",)))
+    return folder
+
+
+@pytest.fixture
+def made(once: Path, tmp_path: Path) -> Path:
+    """The same as if made in a folder of its own."""
+    folder = tmp_path / "made"
+    shutil.copytree(once, folder)
+    record = provenance_path(folder / "out.ply")
+    record.write_text(record.read_text().replace(str(once), str(folder)))
+    return folder / "out.ply"
+
+
+def test_an_output_is_made_again_to_the_byte(made: Path) -> None:
+    """So it is where output and provenance have been moved together, and the command exits with 0."""
+    folder = made.parent / "elsewhere"
+    folder.mkdir()
+    for path in (made, provenance_path(made)):
+        path.rename(folder / path.name)
+    done = invoke("verify", folder / made.name, "--json")
+    assert done.exit_code == 0
+    assert document(done.stdout)["verdict"] == "identical"
+
+
+def _change(name: str, text: str) -> Callable[[Path], None]:
+    def change(folder: Path) -> None:
+        with (folder / name).open("a") as file:
+            file.write(text)
+
+    return change
+
+
+def _rewritten(record: dict[str, object], made: Path) -> None:
+    provenance_path(made).write_text(json.dumps(record))
+
+
+@pytest.mark.parametrize(
+    ("change", "verdict", "words"),
+    [
+        (_change("out.ply", "x"), "output changed", "out.ply is not what it was"),
+        (_change("scan.ply", "x"), "input changed", "scan.ply is not what it was"),
+        (lambda folder: (folder / "scan.ply").unlink(), "input changed", "scan.ply is not there any more"),
+        (_change("own.mlx", "<!-- x -->"), "recipe changed", "own.mlx says something else"),
+        (lambda folder: (folder / "own.mlx").unlink(), "recipe changed", "own.mlx is not there any more"),
+    ],
+)
+def test_what_has_changed_is_told_apart(made: Path, change: Callable[[Path], None], verdict: str, words: str) -> None:
+    """Nothing is run: the finding names the file, and each kind has an exit code of its own."""
+    if words.startswith("own.mlx says"):
+        (made.parent / "own.mlx").write_text(_SCRIPT.format("Laplacian Smooth"))
+    else:
+        change(made.parent)
+    found = verify_output(made)
+    assert found.verdict == verdict
+    assert words in found.findings[0]
+    assert not found.holds
+    assert invoke("verify", made).exit_code == EXIT_CODES[found.verdict] > 2
+
+
+def test_the_recorded_recipe_is_enough(made: Path) -> None:
+    """With --recorded a recipe's file that has changed is a note, and the recipe in the provenance is run."""
+    (made.parent / "own.mlx").unlink()
+    found = verify_output(made, recorded=True)
+    assert found.verdict == "identical"
+    assert "own.mlx is not there any more" in found.notes[0]
+
+
+def test_a_forged_recipe_is_seen(made: Path) -> None:
+    """A recipe in the provenance that is not the one whose digest it gives was not run."""
+    record = json.loads(provenance_path(made).read_text())
+    record["recipe"]["text"] = record["recipe"]["text"].replace('"3"', '"4"')
+    _rewritten(record, made)
+    assert verify_output(made).verdict == "recipe changed"
+
+
+def test_other_bytes_with_other_versions(made: Path) -> None:
+    """Which differ is said; with the same versions the run is not repeated."""
+    record = json.loads(provenance_path(made).read_text())
+    record["versions"]["numpy"] = "1.0"
+    made.write_bytes(BONE.read_bytes())
+    record["output"] |= {"bytes": BONE.stat().st_size, "sha256": record["input"]["sha256"]}
+    _rewritten(record, made)
+    found = verify_output(made)
+    assert found.verdict == "other versions"
+    assert found.findings[0] == "out.ply has other bytes"
+    assert found.findings[1].startswith("numpy was 1.0")
+    record["versions"] = versions()
+    _rewritten(record, made)
+    assert verify_output(made).verdict == "not repeated"
+
+
+RANDOM: Given = ("apply_coord_random_displacement", {"displacement": "0.1%"})
+
+
+def test_what_no_seed_repeats_is_compared_by_tolerance(tmp_path: Path) -> None:
+    """Another random displacement of a thousandth is within a hundredth of the diagonal, and the filter is named."""
+    output = run_job(Job(recipe_of(RANDOM), BONE, tmp_path / "out.ply")).output
+    found = verify_output(output, recorded=True)
+    assert found.holds
+    if found.verdict == "within tolerance":  # which it nearly always is
+        assert "apply_coord_random_displacement gives another result each time" in found.notes[-1]
+
+
+def test_textures_get_the_names_that_they_had(tmp_path: Path) -> None:
+    """A texture that was written under another name, as its own was taken, is so again."""
+    (tmp_path / "TextureDouble_A.png").write_bytes(b"another one")
+    source = SAMPLES / "bunny10k_textured.obj"
+    output = run_job(Job(recipe_of(SMOOTH), source, tmp_path / "out.obj")).output
+    assert (tmp_path / "out-TextureDouble_A.png").exists()
+    assert verify_output(output, recorded=True).verdict == "identical"
+
+
+def test_an_output_of_unknown_origin(tmp_path: Path) -> None:
+    """Without a provenance, or with one that lacks something, nothing can be said."""
+    shutil.copy(BONE, tmp_path / "out.ply")
+    with pytest.raises(OutputError, match="nothing is known"):
+        verify_output(tmp_path / "out.ply")
+    _rewritten({"schema": "pymeshfair-provenance-1", "input": {}, "output": {}}, tmp_path / "out.ply")
+    with pytest.raises(OutputError, match="cannot be understood"):
+        verify_output(tmp_path / "out.ply")
