@@ -59,4 +59,5 @@ def stray_points(
     reached = csr_matrix((np.ones(np.count_nonzero(close), dtype=np.int8), (start[close], end[close])), shape=(n, n))
     part = connected_components(reached.multiply(reached.T), directed=False)[1]
     progress(1.0)
-    return stray | (np.bincount(part)[part] < least)
+    stray |= np.bincount(part)[part] < least
+    return stray
