@@ -33,6 +33,7 @@ def test_pages_are_current(name: str) -> None:
         "docs/batch.md",
         "docs/looking.md",
         "docs/solvers.md",
+        "docs/trust.md",
     ],
 )
 def test_links_lead_somewhere(page: str) -> None:
