@@ -3710,6 +3710,35 @@ class FilterMethods:
             What the filter reports, by name; None if it reports nothing.
         """
 
+    def compute_selection_by_stray_points_per_vertex(
+        self,
+        *,
+        neighbors: int = 12,
+        sparseness: float = 8.0,
+        smallest_part: int = 100,
+        clouds_only: bool = False,
+    ) -> dict[str, Any] | None:
+        """Selects the points of a cloud that are part of no surface: single far ones, hazes, and clumps apart from the rest.
+
+        A selection by local probability misses them where they are each other's neighbours. The selection of vertices is
+        replaced. Faces play no part. Returns the number of selected points.
+
+        Args:
+            neighbors: How many nearest points say how dense the cloud is around a point. More bridge wider gaps and take
+                longer. Takes a whole number of at least 1.
+            sparseness: Points farther from their neighbours than this many times the median are selected: those alone and those
+                in a haze around the surface. Larger keeps sparser parts of a scan, and denser hazes. Takes a number of at least
+                1.
+            smallest_part: Clumps of fewer points than this, apart from all others, are selected. Larger selects larger clumps,
+                and larger islands of the surface too. Takes a whole number of at least 1.
+            clouds_only: Refuse a mesh: deleting the selected vertices would cut holes in it.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        In scripts: 'Select Stray Points'.
+        """
+
     def compute_selection_by_texture_seams_per_vertex(self) -> Any:
         """MeshLab's filter 'Select Vertex Texture Seams'.
 
