@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from . import ply
-from .announced import Announced
+from .announced import NO_END, Announced
 from .collada import inspect_collada
 from .errors import ContentsError, InputError
 from .formats import READABLE, extension, listed
@@ -167,13 +167,15 @@ def _inspect_stl(path: Path, references: References, given: Given) -> Announced:
 
 
 def _inspect_points(path: Path, references: References, given: Given) -> Announced:
-    contents = read_points(path.read_bytes())
+    data = path.read_bytes()
+    contents = read_points(data)
     as_it_is = contents.plain and extension(path) in ("xyz", "pts", "apts")
     return Announced(
         vertices=contents.count,
         faces=0,
         normals=contents.normals is not None,
         not_kept=(f"its titles {contents.note[:60]!r}",) if contents.note else (),
+        doubts=() if contents.points is None or data.endswith((b"\n", b"\r")) else (NO_END,),
         points=contents.points,
         reading=None if as_it_is else given.write_beside(f"{path.stem}.ply", *as_ply(contents)),
     )

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .announced import Announced
+from .announced import NO_END, Announced
 from .as_binary import are_plain_triangles, mesh_as_ply
 from .given import Given, find_textures
 from .obj import ObjContents, read_obj
@@ -61,6 +61,7 @@ def inspect_obj(path: Path, references: References, given: Given) -> Announced:
         count_triangles=lambda: contents.triangles,
         normals=contents.counts["normals"] > 0,
         not_kept=tuple(lost),
+        doubts=() if contents.text.endswith((b"\n", b"\r")) else (NO_END,),
         side_files=(*files, *(t.file for t in textures if t.file)),
         textures=textures,
         points=contents.points,
