@@ -18,14 +18,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pymeshlab
 from denoising_findings import chest
 from denoising_methods import METHODS, Method
 from denoising_metrics import Errors, Floats, Ints, errors
 from denoising_table import Result, as_json, as_markdown
 from denoising_trials import Settings
-from painting import FROM_A_CORNER, gallery, read_mesh
 
 from pymeshfair.filters.topology import referenced_vertices
+from pymeshfair.looking.panels import Panel, draw_panels, save_picture
+from pymeshfair.looking.picture import Appearance
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,14 @@ class Pair:
     noisy: Floats
     truth: Floats
     faces: Ints
+
+
+def read_mesh(path: Path) -> tuple[Floats, Ints]:
+    """Vertices and faces of any file that MeshLab reads."""
+    meshes = pymeshlab.MeshSet()
+    meshes.load_new_mesh(str(path))
+    mesh = meshes.current_mesh()
+    return np.ascontiguousarray(mesh.vertex_matrix()), np.ascontiguousarray(mesh.face_matrix(), dtype=np.int32)
 
 
 def read_pairs(folder: Path, names: Sequence[str]) -> Iterator[Pair]:
@@ -86,11 +96,9 @@ def warm_up(method: Method) -> str:
 
 def paint_pair(path: Path, pair: Pair, meshes: Sequence[tuple[Result, Floats]]) -> None:
     """The noisy mesh, what each method made of it, and the truth."""
-    shown = [("noisy", pair.noisy), *((f"{r.method}\nMAD {r.errors.mad:.2f}", v) for r, v in meshes), ("truth", pair.truth)]
-    columns = 4
-    turned = [(title, vertices @ FROM_A_CORNER.T) for title, vertices in shown]
-    rows = [turned[k : k + columns] for k in range(0, len(turned), columns)]
-    gallery(path, rows, [pair.faces] * len(rows))
+    shown = [("noisy", pair.noisy), *((f"{r.method}, MAD {r.errors.mad:.2f}", v) for r, v in meshes), ("truth", pair.truth)]
+    panels = [Panel(title, vertices, pair.faces) for title, vertices in shown]
+    save_picture(path, draw_panels(panels, Appearance(azimuth=-33.0, elevation=25.0, up="z", width=260, height=260)))
 
 
 def main() -> int:

@@ -131,15 +131,20 @@ def kernel_rows(sharp: Shape, smooth: Shape) -> Iterator[tuple[str, KernelName, 
 
 def draw(path: Path, sharp: Shape, smooth: Shape, shown: dict[KernelName, tuple[Floats, Floats]], by_vertices: Floats) -> None:
     """The chest above, the ball below: noisy, by some kernels, and true."""
-    from painting import FROM_A_CORNER, gallery  # matplotlib, which the tables do not need
+    from pymeshfair.looking.panels import Panel, draw_panels, save_picture
+    from pymeshfair.looking.picture import Appearance
 
     names: tuple[KernelName, ...] = ("l2", "l1", "tukey", "huber", "lorentzian")
     chests = [("noisy", sharp.noisy), *((name, shown[name][0]) for name in names)]
-    chests += [("truncated_l1,\nnormals of vertices", by_vertices), ("truth", sharp.truth)]
+    chests += [("truncated_l1, normals of vertices", by_vertices), ("truth", sharp.truth)]
     balls = [("noisy", smooth.noisy), *((name, shown[name][1]) for name in names)]
     balls += [("truncated_l1", shown["truncated_l1"][1]), ("truth", smooth.truth)]
-    rows = [[(title, vertices @ FROM_A_CORNER.T) for title, vertices in row] for row in (chests, balls)]
-    gallery(path, rows, [sharp.faces, smooth.faces], side=1.7)
+    appearance = Appearance(azimuth=-33.0, elevation=25.0, up="z", width=230, height=230)
+    pictures = [
+        draw_panels([Panel(title, vertices, shape.faces) for title, vertices in row], appearance)
+        for shape, row in ((sharp, chests), (smooth, balls))
+    ]
+    save_picture(path, *pictures)
 
 
 def main() -> int:

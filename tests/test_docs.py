@@ -30,6 +30,7 @@ def test_pages_are_current(name: str) -> None:
         "docs/curves.md",
         "docs/fairing.md",
         "docs/robust.md",
+        "docs/batch.md",
         "docs/looking.md",
         "docs/solvers.md",
         "docs/trust.md",

@@ -1,6 +1,7 @@
 """Draws the pictures of the README and of the pages: ``python tools/pictures.py [pymeshfair_demo]``.
 
-Needs the `report` extra. That of the README is drawn only if the folder is given that ``pymeshfair demo`` writes.
+Those of the README and of docs/looking.md are drawn only if the folder is given that ``pymeshfair demo`` writes. The spectrum
+needs the `report` extra. The pictures of docs/examples.md are drawn by the scripts in examples/.
 """
 
 from __future__ import annotations
@@ -11,179 +12,153 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 import pymeshlab
+from numpy.typing import NDArray
 
 from pymeshfair import MeshSet
-from pymeshfair.commands.spectrum_picture import draw_spectra
 from pymeshfair.filters.fairing import ENERGIES, blend_parts, fair_region
 from pymeshfair.filters.holes import close_holes
 from pymeshfair.filters.spectral import low_pass, manifold_harmonics
+from pymeshfair.looking.panels import Panel, draw_panels, save_picture
+from pymeshfair.looking.picture import Appearance
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 from denoising_findings import chest
-from painting import FROM_A_CORNER, Bools, Floats, Ints, paint, picture, read_mesh, whole
+
+Floats: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int32]
 
 SAMPLES = Path(pymeshlab.__file__).parent / "tests/sample_meshes"
+FACE = SAMPLES / "rangemaps/face000.ply"
 PICTURES = Path(__file__).parents[1] / "docs/pictures"
+#: seen a little from above, z upright
+TILTED = Appearance(elevation=20.0, up="z", width=300, height=340)
+#: seen from a corner and from above, so that a box shows three sides
+CORNER = Appearance(azimuth=-33.0, elevation=25.0, up="z", width=300, height=300)
 
 
-def before_and_after(before: Path, after: Path, path: Path) -> None:
-    """Two halves of one face: as scanned and as cleaned, whole and as a close-up."""
-    whole, detail = (-76.0, 56.0, -100.0, 90.0), (-12.0, 44.0, -28.0, 52.6)
-    scan, cleaned = read_mesh(before), read_mesh(after)
-
-    def draw(axes: Any) -> None:
-        for place, mesh, window, title in zip(
-            axes[0], (scan, cleaned, scan, cleaned), (whole, whole, detail, detail), ("scan", "cleaned") * 2, strict=True
-        ):
-            paint(place, *mesh, window)
-            place.set_title(title, fontsize=12)
-
-    picture(path, draw, rows=1, columns=4, size=(12, 4.5))
+def read(path: Path) -> tuple[Floats, Ints]:
+    """Vertices and faces of a sample."""
+    meshes = pymeshlab.MeshSet()
+    meshes.load_new_mesh(str(path))
+    mesh = meshes.current_mesh()
+    return np.ascontiguousarray(mesh.vertex_matrix()), np.ascontiguousarray(mesh.face_matrix(), dtype=np.int32)
 
 
-def rebuilt_from_modes(mesh: Path, counts: tuple[int, ...], path: Path) -> None:
+def square(side: int, **more: Any) -> Appearance:
+    """Panels of so many pixels each way."""
+    return Appearance(**{"width": side, "height": side, **more})
+
+
+def before_and_after(after: Path) -> None:
+    """A face as scanned and as cleaned, whole and as a close-up; and how far what moved."""
+    shown = [Panel("scan", *read(FACE)), Panel("cleaned", *read(after))]
+    whole = Appearance(centre=(-10.0, -5.0, -800.0), extent=150.0, width=300, height=380)
+    detail = Appearance(centre=(16.0, 12.0, -800.0), extent=58.0, width=300, height=380)
+    left, right = draw_panels(shown, whole), draw_panels(shown, detail)
+    save_picture(PICTURES / "demo.png", left, right, across=True)
+    save_picture(PICTURES / "displacement.png", draw_panels(shown, square(360, color="displacement")), full_color=True)
+
+
+def rebuilt_from_modes(mesh: Path, counts: tuple[int, ...]) -> None:
     """One shape as the sum of its 5, 20, 100 ... lowest modes, and as it is."""
-    vertices, faces = read_mesh(mesh)
+    vertices, faces = read(mesh)
     harmonics = manifold_harmonics(vertices, faces, count=max(counts))
     coefficients = harmonics.transform(vertices)
-    shapes = [(f"{count} modes", harmonics.inverse(coefficients[:count])) for count in counts]
-    row(path, [*shapes, (f"all {len(vertices):,}", vertices)], faces)
+    shown = [Panel(f"{count} modes", harmonics.inverse(coefficients[:count]), faces) for count in counts]
+    save_picture(
+        PICTURES / "modes.png", draw_panels([*shown, Panel(f"all {len(vertices):,}", vertices, faces)], square(240, columns=5))
+    )
 
 
-def equaliser(mesh: Path, path: Path) -> None:
+def equaliser(mesh: Path) -> None:
     """One shape with its small waves removed, as it is, and with the middle ones made stronger."""
-    shapes = []
+    vertices, faces = read(mesh)
+    shown = []
     for title, parameters in (
         ("low_pass, 40edge", {"detail_size": "40edge"}),
         ("low_pass, 12edge", {"detail_size": "12edge"}),
         ("as scanned", None),
         ("enhance, 12edge to 48edge", {"response": "enhance", "detail_size": "12edge"}),
     ):
-        meshes = MeshSet()
-        meshes.load_new_mesh(str(mesh))
-        if parameters is not None:
-            meshes.apply_filter("apply_coord_spectral_filter", **parameters)
-        shapes.append((title, meshes.current_mesh().vertex_matrix()))
-    row(path, shapes, read_mesh(mesh)[1])
+        shape = vertices if parameters is None else filtered(vertices, faces, "apply_coord_spectral_filter", **parameters)
+        shown.append(Panel(title, shape, faces))
+    save_picture(PICTURES / "equaliser.png", draw_panels(shown, square(300)))
 
 
-def row(path: Path, shapes: list[tuple[str, Floats]], faces: Ints) -> None:
-    """Shapes of the same triangles side by side, in the window of the last one."""
-
-    def draw(axes: Any) -> None:
-        for place, (title, vertices) in zip(axes[0], shapes, strict=True):
-            paint(place, vertices, faces, whole(np.concatenate([shape for _, shape in shapes])))
-            place.set_title(title, fontsize=11, y=0.97)
-
-    picture(path, draw, rows=1, columns=len(shapes), size=(12, 12 / len(shapes) + 0.5))
+def filtered(vertices: Floats, faces: Ints, name: str, **parameters: Any) -> Floats:
+    """The vertices after a filter."""
+    meshes = MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
+    meshes.apply_filter(name, **parameters)
+    found: Floats = meshes.current_mesh().vertex_matrix()
+    return found
 
 
-def spectrum_before_and_after(mesh: Path, path: Path) -> None:
+def spectrum_before_and_after(mesh: Path) -> None:
     """The spectrum of a scan before and after the low pass whose response is drawn over both."""
+    from pymeshfair.commands.spectrum_picture import draw_spectra
+
     meshes = MeshSet()
     meshes.load_new_mesh(str(mesh))
     before = meshes.apply_filter("get_surface_spectrum")
     cutoff = meshes.apply_filter("apply_coord_spectral_filter", detail_size="12edge")["detail_size"]
-    draw_spectra(path, {"before": before, "after": meshes.apply_filter("get_surface_spectrum")}, low_pass(cutoff))
+    spectra = {"before": before, "after": meshes.apply_filter("get_surface_spectrum")}
+    draw_spectra(PICTURES / "spectrum.png", spectra, low_pass(cutoff))
 
 
-#: a title, vertices, faces, and which faces are tinted
-Panel: TypeAlias = tuple[str, Floats, Ints, Bools | None]
-
-
-def panels(path: Path, shown: list[Panel], *, turn: Floats | None = None, height: float = 3.5) -> None:
-    """Meshes side by side in one window, turned first."""
-    turn = np.eye(3) if turn is None else turn
-    window = whole(np.concatenate([vertices @ turn.T for _, vertices, _, _ in shown]))
-
-    def draw(axes: Any) -> None:
-        for place, (title, vertices, faces, marked) in zip(axes[0], shown, strict=True):
-            paint(place, vertices @ turn.T, faces, window, marked)
-            place.set_title(title, fontsize=11)
-
-    picture(path, draw, rows=1, columns=len(shown), size=(12, height))
-
-
-def tilted(angle: float) -> Floats:
-    """The rotation that shows the z axis upwards, seen from `angle` above the horizon, in radians."""
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[1, 0, 0], [0, s, c], [0, -c, s]])
-
-
-def cap(path: Path) -> None:
-    """A sphere whose top was cut off and filled flat, and what the three energies make of the filling."""
-    vertices, faces = sphere(5)
-    rim = 0.85
-    top = (vertices[:, 2] > 0) & (np.hypot(vertices[:, 0], vertices[:, 1]) < rim)
-    vertices[top, 2] = np.sqrt(1 - rim**2)
-    marked: Bools = np.any(top[faces], axis=1, out=np.empty(len(faces), dtype=np.bool_))
-    faired: list[Panel] = [
-        (energy, fair_region(vertices, faces, top, energy=energy).vertices, faces, marked) for energy in ENERGIES
-    ]
-    panels(path, [("filled flat", vertices, faces, marked), *faired], turn=tilted(0.35))
-
-
-def sphere(subdivisions: int) -> tuple[Floats, Ints]:
-    """The unit sphere."""
-    meshes = pymeshlab.MeshSet()
-    meshes.create_sphere(radius=1.0, subdiv=subdivisions)
-    mesh = meshes.current_mesh()
-    return np.ascontiguousarray(mesh.vertex_matrix()), np.ascontiguousarray(mesh.face_matrix(), dtype=np.int32)
-
-
-def regions(mesh: Path, path: Path) -> None:
+def regions(mesh: Path) -> None:
     """The haunch and the ears of a bunny, marked, and as the three energies continue what is around them."""
-    vertices, faces = read_mesh(mesh)
+    vertices, faces = read(mesh)
     x, y, z = vertices.T
     ears = ((y > 0.445) & (x < 0.4)) | ((y > 0.39) & (0.9 * (x - 0.2) + y - 0.4 > 0))
     marked = ears | ((np.hypot(x - 0.375, y - 0.125) < 0.105) & (z > 0.36))
     inside = marked[faces].all(axis=1)
-    faired = [(energy, fair_region(vertices, faces, marked, energy=energy).vertices, faces, inside) for energy in ENERGIES]
-    panels(path, [("marked", vertices, faces, inside), *faired])
+    shown = [Panel("marked", vertices, faces, marked=inside)]
+    shown += [
+        Panel(energy, fair_region(vertices, faces, marked, energy=energy).vertices, faces, marked=inside) for energy in ENERGIES
+    ]
+    save_picture(PICTURES / "regions.png", draw_panels(shown, square(300)))
 
 
-def necks(path: Path) -> None:
+def necks() -> None:
     """Two open tubes and the three necks between them."""
     c, s = np.cos(0.9), np.sin(0.9)
     low, faces = tube(64, 20, radius=1.0, length=2.0)
     high, more = tube(44, 14, radius=0.6, length=1.5)
     vertices = np.concatenate([low, high @ np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]]) + [0.7, 0.0, 3.2]])
     faces = np.concatenate([faces, more + np.int32(len(low))])
-    shown: list[Panel] = [("two parts", vertices, faces, None)]
+    shown = [Panel("two parts", vertices, faces)]
     for energy in ENERGIES:
         blend = blend_parts(vertices, faces, energy=energy)
         joined = np.concatenate([faces, blend.faces])
-        shown.append((energy, np.concatenate([vertices, blend.vertices]), joined, np.arange(len(joined)) >= len(faces)))
-    panels(path, shown, turn=tilted(0.35), height=5.0)
+        added = np.arange(len(joined)) >= len(faces)
+        shown.append(Panel(energy, np.concatenate([vertices, blend.vertices]), joined, marked=added))
+    save_picture(PICTURES / "necks.png", draw_panels(shown, TILTED))
 
 
-def holes(scan: Path, path: Path) -> None:
+def holes() -> None:
     """A range map, and the same with the holes inside it closed."""
-    vertices, faces = read_mesh(scan)
+    vertices, faces = read(FACE)
     filling = close_holes(vertices, faces, max_edges=300)
     closed = np.concatenate([faces, filling.new_faces])
-    window = (-76.0, 56.0, -100.0, 90.0)
-
-    def draw(axes: Any) -> None:
-        paint(axes[0][0], vertices, faces, window)
-        paint(axes[0][1], np.concatenate([vertices, filling.new_vertices]), closed, window, np.arange(len(closed)) >= len(faces))
-        for place, title in zip(axes[0], ("scan", "holes of up to 300 edges closed"), strict=True):
-            place.set_title(title, fontsize=11)
-
-    picture(path, draw, rows=1, columns=2, size=(8, 6.2))
+    added = np.arange(len(closed)) >= len(faces)
+    shown = [
+        Panel("scan", vertices, faces),
+        Panel("holes of up to 300 edges closed", np.concatenate([vertices, filling.new_vertices]), closed, marked=added),
+    ]
+    window = Appearance(centre=(-10.0, -5.0, -800.0), extent=150.0, width=360, height=440)
+    save_picture(PICTURES / "holes.png", draw_panels(shown, window))
 
 
-def features(path: Path) -> None:
+def features() -> None:
     """A noisy chest with rounded and sharp edges, smoothed alike everywhere and with its ridges spared."""
     shape = chest(24)
-    shown: list[Panel] = [("noise of 0.3 edges", shape.noisy, shape.faces, None)]
+    shown = [Panel("noise of 0.3 edges", shape.noisy, shape.faces)]
     choices: tuple[Literal["none", "curvature"], ...] = ("none", "curvature")
     for spared in choices:
-        meshes = MeshSet()
-        meshes.add_mesh(pymeshlab.Mesh(shape.noisy, shape.faces))
-        meshes.apply_coord_bilaplacian_smoothing(detail_size="8edge", features=spared)
-        shown.append((f"features {spared}", meshes.current_mesh().vertex_matrix(), shape.faces, None))
-    panels(path, [*shown, ("true", shape.truth, shape.faces, None)], turn=FROM_A_CORNER, height=4.0)
+        name, how = "apply_coord_bilaplacian_smoothing", {"detail_size": "8edge", "features": spared}
+        shown.append(Panel(f"features {spared}", filtered(shape.noisy, shape.faces, name, **how), shape.faces))
+    save_picture(PICTURES / "features.png", draw_panels([*shown, Panel("true", shape.truth, shape.faces)], CORNER))
 
 
 def tube(around: int, along: int, *, radius: float, length: float) -> tuple[Floats, Ints]:
@@ -196,15 +171,49 @@ def tube(around: int, along: int, *, radius: float, length: float) -> tuple[Floa
     return vertices, faces.astype(np.int32)
 
 
+#: how a section of the bunny with noise is smoothed, by its title
+CURVES: dict[str, dict[str, Any]] = {
+    "section with noise": {},
+    "explicit, 200 iterations": {"method": "explicit", "weights": "uniform", "iterations": 200},
+    "taubin, 200 iterations": {"method": "taubin", "weights": "uniform", "iterations": 200},
+    "implicit, detail_size 30edge": {"detail_size": "30edge"},
+}
+
+
+def curves(mesh: Path) -> None:
+    """A section with noise of half an edge, and what each method makes of it, in red; the clean section behind."""
+    meshes = MeshSet()
+    meshes.load_new_mesh(str(mesh))
+    meshes.generate_polyline_from_planar_section(planeaxis="Z Axis", relativeto="Bounding box center")
+    section = meshes.current_mesh()
+    clean, edges = section.vertex_matrix(), section.edge_matrix()
+    spread = 0.5 * np.linalg.norm(clean[edges[:, 1]] - clean[edges[:, 0]], axis=1).mean()
+    noisy = clean + np.random.default_rng(0).normal(scale=spread, size=clean.shape) * [1, 1, 0]
+    behind = clean - [0.0, 0.0, 0.1]
+    colors = np.repeat([[0.55, 0.6, 0.65], [0.75, 0.1, 0.1]], len(clean), axis=0)
+    shown = []
+    for title, parameters in CURVES.items():
+        shape = noisy
+        if parameters:
+            meshes = MeshSet()
+            meshes.add_mesh(pymeshlab.Mesh(noisy, edge_matrix=edges))
+            meshes.apply_filter("apply_coord_curve_smoothing", **parameters)
+            shape = meshes.current_mesh().vertex_matrix()
+        both = np.concatenate([behind, shape])
+        shown.append(Panel(title, both, edges=np.concatenate([edges, edges + len(clean)]), colors=colors))
+    ear = square(300, color="own", centre=(0.25, 0.43, 0.0), extent=0.18, titles=False)
+    save_picture(PICTURES / "curves.png", draw_panels(shown, square(300, color="own")), draw_panels(shown, ear))
+
+
 if __name__ == "__main__":
     bunny = SAMPLES / "bunny.obj"
-    rebuilt_from_modes(bunny, (5, 20, 100, 500), PICTURES / "modes.png")
-    equaliser(bunny, PICTURES / "equaliser.png")
-    spectrum_before_and_after(bunny, PICTURES / "spectrum.png")
-    cap(PICTURES / "energies.png")
-    regions(bunny, PICTURES / "regions.png")
-    holes(SAMPLES / "rangemaps/face000.ply", PICTURES / "holes.png")
-    features(PICTURES / "features.png")
-    necks(PICTURES / "necks.png")
+    rebuilt_from_modes(bunny, (5, 20, 100, 500))
+    equaliser(bunny)
+    spectrum_before_and_after(bunny)
+    regions(bunny)
+    holes()
+    features()
+    necks()
+    curves(bunny)
     if len(sys.argv) > 1:
-        before_and_after(SAMPLES / "rangemaps/face000.ply", Path(sys.argv[1]) / "face_clean.ply", PICTURES / "demo.png")
+        before_and_after(Path(sys.argv[1]) / "face_clean.ply")

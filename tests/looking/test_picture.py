@@ -15,6 +15,8 @@ from PIL import Image
 from pymeshfair.errors import MeshError, ParameterError
 from pymeshfair.looking.annotation import round_length
 from pymeshfair.looking.camera import VIEWS, close_up, fitting_camera, view_angles, view_rows
+from pymeshfair.looking.coloring import COLORINGS
+from pymeshfair.looking.coloring_names import NUMBERS
 from pymeshfair.looking.picture import Appearance, draw_meshes
 from pymeshfair.looking.rasterizer import DepthBuffer, draw_triangles
 from pymeshfair.looking.shading import Scene, render
@@ -162,6 +164,11 @@ def test_rendering_is_the_same_every_time() -> None:
     np.testing.assert_array_equal(first, second)
 
 
+def test_every_coloring_has_its_name() -> None:
+    """The names that are checked before anything is loaded are those of the colorings that there are."""
+    assert tuple(COLORINGS) == NUMBERS
+
+
 def test_scale_bars_have_round_lengths() -> None:
     """1, 2 or 5 times a power of ten, the largest that fits."""
     assert [round_length(x) for x in (0.99, 1.0, 1.99, 2.0, 4.0, 5.0, 77.0)] == pytest.approx([0.5, 1, 1, 2, 2, 5, 50])
@@ -201,7 +208,7 @@ def test_the_command_needs_no_display(tmp_path: Path) -> None:
 def test_nothing_of_opengl_is_loaded(tmp_path: Path) -> None:
     """What draws loads neither pymeshlab, nor OpenGL, nor matplotlib."""
     program = (
-        "import sys, numpy as np, pymeshfair.looking.picture\n"
+        "import sys, pymeshfair.looking.picture, pymeshfair.report.comparison_page, pymeshfair.tuning.server\n"
         "wrong = {'pymeshlab', 'matplotlib', 'OpenGL', 'vtk'} & {name.split('.')[0] for name in sys.modules}\n"
         "maps = open('/proc/self/maps').read() if sys.platform == 'linux' else ''\n"
         "sys.exit(bool(wrong) or 'libGL' in maps)"

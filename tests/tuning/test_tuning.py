@@ -121,7 +121,7 @@ def test_who_may_reach_the_page(path: str, headers: list[tuple[str, str]], allow
 
 
 def test_a_large_scan_is_tuned_on_a_part(tmp_path: Path) -> None:
-    """The part has about as many vertices as asked for, round the middle; a small scan is taken whole."""
+    """The part has about as many vertices as asked for and is the foremost; a small scan is taken whole."""
     vertices, faces = icosphere(4)
     trimesh.Trimesh(vertices + np.array([1e5, 0.0, -1e5]), faces, process=False).export(tmp_path / "scan.stl")
     whole = prepared_scan(tmp_path / "scan.stl", tmp_path)
@@ -130,5 +130,6 @@ def test_a_large_scan_is_tuned_on_a_part(tmp_path: Path) -> None:
     assert cut.part is not None
     part = read_mesh(cut.part)
     assert 380 <= len(part.vertices) <= 420
+    assert part.vertices[:, 2].mean() > -1e5 + 0.7
     assert len(part.faces) > 600
     assert (cut.vertices, cut.diagonal) == (whole.vertices, whole.diagonal)

@@ -54,10 +54,11 @@ def picture(
 
     Needs neither a display nor a graphics card.
     """
+    import threading
+
     from ..errors import ParameterError
     from ..looking.camera import view_angles
-    from ..looking.coloring import check_coloring
-    from ..looking.picture import Appearance, draw_meshes
+    from ..looking.coloring_names import check_coloring
     from ..running.read import read_mesh
     from .streams import warn
     from .whole_file import write_file
@@ -69,7 +70,11 @@ def picture(
     width, height = _pixels(size)
     if title is not None and len(title) != len(meshes):
         raise ParameterError(f"{len(title)} titles for {len(meshes)} meshes: give one --title for each, or none")
+    # While another process reads the first mesh, this one would only wait.
+    threading.Thread(target=_prepare, daemon=True).start()
     found = [read_mesh(path, timeout=timeout) for path in meshes]
+    from ..looking.picture import Appearance, draw_meshes
+
     for warning in dict.fromkeys(w for mesh in found for w in mesh.warnings):
         warn(warning)
     centre, extent = _region(zoom, found[-1]) if zoom else (None, 0.0)
@@ -90,6 +95,12 @@ def picture(
         print_document({"picture": output, "width": drawn.width, "height": drawn.height, "meshes": meshes})
     else:
         typer.echo(f"Written: {output} ({drawn.width} x {drawn.height} pixels)")
+
+
+def _prepare() -> None:
+    from ..looking.picture import prepare
+
+    prepare()
 
 
 _FORMATS = {".jpg": "JPEG", ".jpeg": "JPEG", ".webp": "WEBP"}

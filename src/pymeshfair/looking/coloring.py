@@ -8,8 +8,8 @@ from typing import Protocol
 
 import numpy as np
 
-from ..declaration import Floats, Ints, nearest
-from ..errors import MeshError, ParameterError
+from ..declaration import Floats, Ints
+from ..errors import MeshError
 from ..filters.inspection import (
     Limits,
     displacement,
@@ -107,17 +107,6 @@ COLORINGS: Mapping[str, Coloring] = {
     ),
     "scalar": Coloring("scalar", _scalar, diverging=False),
 }
-#: those that are no numbers: the colours of the mesh itself, and lines that follow from the direction of view
-OTHERS = ("plain", "own", "reflection")
-
-
-def check_coloring(name: str) -> None:
-    """Raise `ParameterError` with the nearest name if there is no such coloring."""
-    names = [*OTHERS, *COLORINGS]
-    if name not in names:
-        near = nearest(name, names)
-        hint = f"did you mean {near!r}?" if near else f"it takes {', '.join(names)}"
-        raise ParameterError(f"{name!r} is no coloring; {hint}")
 
 
 def numbers_of(coloring: str, meshes: Sequence[Colorable], *, left_out: Container[int] = ()) -> list[Numbers | None]:

@@ -15,11 +15,10 @@ from ..filters.inspection import Limits, reflection_stripes
 from ..running.read import ReadMesh
 from .annotation import BAR_STRIP, TITLE_STRIP, draw_color_bar, draw_scale_bar, write_title
 from .camera import Camera, close_up, fitting_camera, view_rows
-from .coloring import COLORINGS, OTHERS, check_coloring, numbers_of
+from .coloring import COLORINGS, numbers_of
+from .coloring_names import OTHERS, check_coloring
 from .shading import Scene, render
 
-#: panels beside each other; more go below
-_COLUMNS = 4
 #: the share of a panel's width that a scale bar takes at most
 _SCALE_BAR = 0.25
 
@@ -39,6 +38,8 @@ class Appearance:
         height: of a panel, in pixels.
         stripes: of reflection lines, all round.
         titles: whether every panel has a title.
+        label: what stands at the colour bar; the words of the coloring if it is empty.
+        columns: panels beside each other; more go below.
     """
 
     color: str = "plain"
@@ -51,6 +52,8 @@ class Appearance:
     height: int = 640
     stripes: float = 8.0
     titles: bool = True
+    label: str = ""
+    columns: int = 4
 
     def camera(self, clouds: Sequence[Floats]) -> Camera:
         """The one camera for all meshes."""
@@ -81,7 +84,7 @@ def draw_meshes(
         raise ParameterError("a panel has from 64 to 8192 pixels each way")
     camera = appearance.camera([mesh.vertices for mesh in meshes])
     scenes, bar = _scenes(meshes, appearance, camera, plain)
-    columns = min(len(meshes), _COLUMNS)
+    columns = min(len(meshes), appearance.columns)
     rows = math.ceil(len(meshes) / columns)
     strip = TITLE_STRIP if appearance.titles else 0
     cell = strip + appearance.height
@@ -96,7 +99,7 @@ def draw_meshes(
     draw_scale_bar(picture, 14, cell - 10, appearance.width / camera.width, _SCALE_BAR * appearance.width)
     if bar is not None:
         coloring = COLORINGS[appearance.color]
-        draw_color_bar(picture, rows * cell + 4, bar, coloring.colors, coloring.label)
+        draw_color_bar(picture, rows * cell + 4, bar, coloring.colors, appearance.label or coloring.label)
     return picture
 
 
@@ -136,3 +139,10 @@ def _painted(scene: Scene, mesh: ReadMesh, appearance: Appearance, camera: Camer
             return replace(scene, colors=mesh.face_colors[:, :3], by_face=True)
         raise MeshError(f"{mesh.path.name} has no colours of its own")
     return scene
+
+
+def prepare() -> None:
+    """Load what draws, compiled code included, so that it is there once a mesh has been read."""
+    corner = np.eye(3)
+    scene = Scene(corner, np.array([[0, 1, 2]], dtype=np.int32), np.empty((0, 2), dtype=np.int32))
+    render(scene, fitting_camera([corner], view_rows(0.0, 0.0), 1.0), 8, 8)

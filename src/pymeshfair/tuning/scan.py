@@ -40,7 +40,7 @@ class Scan:
 
 
 def prepared_scan(path: Path, folder: Path, *, most: int = MOST_VERTICES, part: int = PART) -> Scan:
-    """Read a scan; of a large one the part round the middle of its surface is written to the folder.
+    """Read a scan; of a large one the part in the middle of the first view is written to the folder.
 
     Args:
         path: the file.
@@ -56,8 +56,10 @@ def prepared_scan(path: Path, folder: Path, *, most: int = MOST_VERTICES, part: 
     cut = None
     if len(mesh.vertices) > most:
         cut = folder / "part.ply"
-        middle = np.median(mesh.vertices, axis=0)
-        centre = mesh.vertices[np.linalg.norm(mesh.vertices - middle, axis=1).argmin()]
+        # Of what is in the middle of the first view the foremost, so that the part is seen from outside.
+        aside = np.linalg.norm(mesh.vertices[:, :2] - np.median(mesh.vertices[:, :2], axis=0), axis=1)
+        central = np.flatnonzero(aside <= max(float(aside.min()), 0.01 * measures["diagonal"]))
+        centre = mesh.vertices[central[mesh.vertices[central, 2].argmax()]]
         distances = np.linalg.norm(mesh.vertices - centre, axis=1)
         _cut_out(path, cut, centre.tolist(), float(np.partition(distances, part)[part]))
     edge = float(measures["mean_edge"] or measures["mean_spacing"] or 0.0)

@@ -1,0 +1,106 @@
+"""Pictures of arrays: meshes that were never in a file, side by side from one camera."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from PIL import Image
+
+from ..running.read import ReadMesh
+from .picture import Appearance, draw_meshes
+from .shading import CLAY
+
+#: the colour of faces that are marked
+_MARK = np.array([0.95, 0.60, 0.22])
+_NO_FACES, _NO_EDGES = np.empty((0, 3), dtype=np.int32), np.empty((0, 2), dtype=np.int32)
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """One mesh of a picture.
+
+    Attributes:
+        title: what stands over it.
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles; none for a cloud or polylines.
+        edges: (e, 2) edges of polylines.
+        scalars: (n,) numbers that become colours with ``Appearance("scalar")``.
+        colors: (n, 3) from 0 to 1, shown with ``Appearance("own")``.
+        marked: (m,) bool, faces that are tinted; then the picture is coloured by ``"own"``.
+    """
+
+    title: str
+    vertices: ArrayLike
+    faces: ArrayLike = field(default_factory=lambda: _NO_FACES)
+    edges: ArrayLike = field(default_factory=lambda: _NO_EDGES)
+    scalars: ArrayLike | None = None
+    colors: ArrayLike | None = None
+    marked: ArrayLike | None = None
+
+
+def draw_panels(panels: Sequence[Panel], appearance: Appearance | None = None) -> Image.Image:
+    """Draw meshes side by side as `draw_meshes` does; the first is the reference of displacements.
+
+    Args:
+        panels: at least one.
+        appearance: how; 300 pixels each way and plain if it is None.
+
+    Raises:
+        ParameterError, MeshError: as `draw_meshes`.
+    """
+    how = appearance or Appearance(width=300, height=300)
+    some_marked = any(panel.marked is not None for panel in panels)
+    if some_marked:
+        how = replace(how, color="own")
+    return draw_meshes([_mesh(panel, tinted=some_marked) for panel in panels], [panel.title for panel in panels], how)
+
+
+def save_picture(path: Path, *pictures: Image.Image, across: bool = False, full_color: bool = False) -> None:
+    """Write pictures below each other into one PNG file.
+
+    Args:
+        path: the file.
+        pictures: at least one.
+        across: beside each other instead.
+        full_color: for pictures with a colour bar, which 256 colours would cut into bands; else these do, at less than half
+            the size.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    widths, heights = [p.width for p in pictures], [p.height for p in pictures]
+    size = (sum(widths), max(heights)) if across else (max(widths), sum(heights))
+    whole = Image.new("RGB", size, "white")
+    for k, picture in enumerate(pictures):
+        whole.paste(picture, (sum(widths[:k]), 0) if across else (0, sum(heights[:k])))
+    (whole if full_color else whole.quantize(256)).save(path, format="PNG", optimize=True)
+
+
+def _mesh(panel: Panel, *, tinted: bool) -> ReadMesh:
+    faces = np.ascontiguousarray(panel.faces, dtype=np.int32)
+    face_colors = None
+    if tinted:
+        marked = np.zeros(len(faces), dtype=np.bool_) if panel.marked is None else np.asarray(panel.marked)
+        face_colors = np.where(marked[:, None], _MARK, CLAY)
+    return ReadMesh(
+        path=Path(panel.title),
+        vertices=np.ascontiguousarray(panel.vertices, dtype=np.float64),
+        faces=faces,
+        edges=np.ascontiguousarray(panel.edges, dtype=np.int32),
+        vertex_normals=None,
+        vertex_scalars=_floats(panel.scalars),
+        vertex_colors=_floats(panel.colors),
+        face_scalars=None,
+        face_colors=face_colors,
+        self_intersecting=None,
+        attributes=(),
+        measures={},
+        warnings=(),
+    )
+
+
+def _floats(values: ArrayLike | None) -> Any:
+    return None if values is None else np.ascontiguousarray(values, dtype=np.float64)
