@@ -63,6 +63,18 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
     assert not list(temporary.iterdir())
 
 
+def test_it_ends_in_order_when_it_is_asked_to(served: Served, tmp_path: Path) -> None:
+    """SIGTERM ends the server and its workers, and leaves nothing in the temporary folder."""
+    environment = {**os.environ, "TMPDIR": str(tmp_path)}
+    command = [*COMMAND, "tune", str(served.folder / "scan.ply"), "--no-browser"]
+    with subprocess.Popen(command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline().startswith("http://127.0.0.1:")
+        process.terminate()
+        assert process.wait(20) == 143
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.fixture
 def tuning(browser: Any, served: Served, errors: list[str]) -> Iterator[Any]:
     """The page, once the first result is there."""

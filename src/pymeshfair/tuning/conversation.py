@@ -121,6 +121,7 @@ class Conversation:
 
     async def _open(self, whole: bool) -> None:
         """Show the scan, or the whole of it."""
+        await self._tell("opening", whole=whole)
         opening, scene = await self._workshops[whole].open()
         self._opened.add(whole)
         await self._tell("scan", scene, whole=whole, **opening)
