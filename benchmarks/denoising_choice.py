@@ -1,13 +1,15 @@
 """How near the setting that held-out vertices choose comes to the best of all that are tried, found with the truth at hand.
 
-    python benchmarks/denoising_choice.py [--half looked_at|unseen] [--scans FOLDER] [--only text,text] [--seeds N]
-                                          [--without clip,quadric,masks]
+    python benchmarks/denoising_choice.py [--half looked_at|unseen|clean] [--scans FOLDER] [--only text,text] [--seeds N]
+                                          [--without clip,quadric,masks,flatness,equal,normal,outliers]
 
 Prints, for every noisy mesh of `denoising_pairs`, the mean angle to the true normals of the best setting, and over it those of
-nothing, of the best number of Taubin's steps, of the choice, and of two simpler rules with the same evidence: the least error
-of held-out vertices alone, and the flattest of those that are as good. --seeds repeats the choice with other vertices held out.
---without leaves a step of the method out: outliers are not clipped, held-out vertices are put at the mean of their neighbours,
-or only one set is held out.
+nothing, of the best number of Taubin's steps, and of the choice; and the mean displacement of the vertices in mean edges.
+--seeds repeats the choice with other vertices held out.
+--without leaves a step of the method out: outliers are not clipped (clip), held-out vertices are put at the mean of their
+neighbours (quadric), only one set is held out (masks), the least error of held-out vertices decides alone (equal), or among those
+as good the least movement (flatness), Taubin's steps go in all directions (normal), spikes are kept (outliers).
+"clean" denoises meshes without noise and prints how far they are moved.
 """
 
 from __future__ import annotations
@@ -15,43 +17,50 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
-from denoising_metrics import Floats, Ints, angles_to_truth
-from denoising_pairs import NoisyPair, looked_at, made, unseen
+from denoising_holdouts import SAMPLES, measured, taken
+from denoising_metrics import Floats, Ints
+from denoising_pairs import Maker, NoisyPair, looked_at, made, unseen
 
-from pymeshfair.filters.denoising import Setting, SettingsTried, direction_for, estimate_noise, held_out_evidence, settings
+from pymeshfair.filters.denoising import (
+    OUTLIERS,
+    Setting,
+    SettingsTried,
+    automatic_choice,
+    denoise_automatically,
+    direction_for,
+    estimate_noise,
+    replace_outlying,
+    settings,
+)
 from pymeshfair.filters.denoising.noise_level import smooth_normals
-from pymeshfair.filters.evidence import Trial, choose, judge
+from pymeshfair.filters.evidence import Looks, choose, judge
+from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.topology import OneRings
 
-COLUMNS = ("nothing", "Taubin", "choice", "least error", "flattest")
+COLUMNS = ("nothing", "Taubin", "choice", "moved", "best's")
+#: fewer outliers than this share of the vertices change no mean angle
+FEW = 0.01
 
 
-def angles_of_settings(pair: NoisyPair) -> dict[Setting, float]:
-    """The mean angle that each setting leaves, in degrees."""
-    direction = direction_for(estimate_noise(pair.noisy, pair.faces))
-    tried = SettingsTried(pair.faces, smooth_normals(pair.noisy, pair.faces), direction, border="along", movable=None)
-    return {
-        setting: float(angles_to_truth(result, pair.truth, pair.faces)[0].mean())
-        for family, results in zip(settings(direction), tried(pair.noisy), strict=True)
-        for setting, result in zip(family, results, strict=True)
-    }
-
-
-def by_rules(pair: NoisyPair, seed: int) -> list[Setting]:
-    """What the method chooses, and two simpler rules."""
-    direction = direction_for(estimate_noise(pair.noisy, pair.faces))
-    evidence = held_out_evidence(pair.noisy, pair.faces, direction=direction, seed=seed)
-    if evidence is None:
-        return [Setting()] * 3
-
-    def flatness(trial: Trial[Setting]) -> float:
-        return np.inf if trial.flatness is None else trial.flatness
-
-    least = min(evidence.trials, key=lambda trial: trial.error)
-    return [evidence.chosen.label, least.label, min(evidence.trials, key=flatness).label]
+def of_settings(pair: NoisyPair) -> dict[Setting, tuple[float, float]]:
+    """The mean angle in degrees and the mean displacement in mean edges that each setting leaves, with outliers and without."""
+    found: dict[Setting, tuple[float, float]] = {}
+    for outliers in OUTLIERS:
+        points, outlying = replace_outlying(pair.noisy, pair.faces)
+        if outliers == "keep":
+            points = pair.noisy
+        elif outlying.mean() < FEW:
+            continue
+        direction = direction_for(estimate_noise(points, pair.faces))
+        tried = SettingsTried(pair.faces, smooth_normals(points, pair.faces), direction, border="along", movable=None)
+        for family, results in zip(settings(direction, outliers), tried(points), strict=True):
+            found |= {s: measured(result, pair.truth, pair.faces) for s, result in zip(family, results, strict=True)}
+    return found
 
 
 def ring_means(points: Floats, rings: OneRings, normals: Floats, held: Ints) -> Floats:
@@ -65,21 +74,68 @@ def ring_means(points: Floats, rings: OneRings, normals: Floats, held: Ints) -> 
 
 def leave_out(step: str) -> None:
     """Change the method by one step."""
-    rule = sys.modules[choose.__module__]
+    rule, automatic = vars(sys.modules[choose.__module__]), vars(sys.modules[automatic_choice.__module__])
     if step == "clip":
         vars(sys.modules[judge.__module__])["_CLIP"] = np.inf
     elif step == "quadric":
-        vars(rule)["without"] = ring_means
+        rule["without"] = ring_means
     elif step == "masks":
-        vars(rule).update(_MASKS=1, _ENOUGH=0)
+        rule.update(_MASKS=1, _ENOUGH=0)
+    elif step == "equal":
+        rule["_EQUAL"] = 0.0
+    elif step == "flatness":
+        Looks.product = property(lambda looks: looks.movement)  # type: ignore[assignment,method-assign]
+    elif step == "normal":
+        automatic["direction_for"] = lambda _: "all"
+    elif step == "outliers":
+        automatic["_IMPULSIVE"] = 1.0
     else:
-        raise SystemExit(f"--without {step}: it is clip, quadric or masks")
+        raise SystemExit(f"--without {step}: no such step")
+
+
+def contest(pairs: Iterable[NoisyPair], seeds: int) -> None:
+    """Print a row for every pair and seed, and the means."""
+    rows = []
+    print("mesh                faces   best " + " ".join(f"{name:>8}" for name in COLUMNS) + "     s")
+    for pair in pairs:
+        found = of_settings(pair)
+        best, its = min(found.values())
+        taubin = min(angle for s, (angle, _) in found.items() if s.parameters is None and s.outliers == "keep")
+        nothing = found[Setting()][0]
+        for seed in range(seeds):
+            start = time.perf_counter()
+            setting = automatic_choice(pair.noisy, pair.faces, seed=seed).setting
+            seconds = time.perf_counter() - start
+            if setting not in found:
+                result = setting.apply(pair.noisy, pair.faces, border="along", movable=None)
+                found[setting] = measured(result, pair.truth, pair.faces)
+            angle, moved = found[setting]
+            rows.append((nothing / best, taubin / best, angle / best, moved, its))
+            shown = " ".join(f"{value:8.3f}" for value in rows[-1])
+            print(f"{pair.name:18} {len(pair.faces):6} {best:6.2f} {shown} {seconds:5.1f}", flush=True)
+    if not rows:
+        raise SystemExit("no mesh has such a name")
+    for name, values in (("mean", np.mean(rows, axis=0)), ("worst", np.max(rows, axis=0))):
+        print(f"{name:32} " + " ".join(f"{value:8.3f}" for value in values))
+
+
+def clean_meshes(scans: Path | None) -> None:
+    """Print how far meshes without noise are moved: samples, the shapes of both halves, and scans smoothed."""
+    print("mesh                    faces  moved, mean edges")
+    samples = [(path.stem, path) for path in sorted(SAMPLES.rglob("*")) if path.suffix in (".obj", ".ply")]
+    meshes: list[tuple[str, Maker]] = [(f"sample {name}", partial(taken, path)) for name, path in samples]
+    meshes += [(shape.name, shape.make) for shape in (*looked_at(scans), *unseen(scans))]
+    for name, make in meshes:
+        vertices, faces = make()
+        result, choice = denoise_automatically(vertices, faces)
+        moved = np.linalg.norm(result - vertices, axis=1).mean() / mean_edge_length(vertices, faces)
+        print(f"{name:22} {len(faces):6} {moved:7.4f} {choice.kind}", flush=True)
 
 
 def main() -> int:
     """Run and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--half", choices=("looked_at", "unseen"), default="looked_at")
+    parser.add_argument("--half", choices=("looked_at", "unseen", "clean"), default="looked_at")
     parser.add_argument("--scans", type=Path, help="a folder with angel.obj, rabbit.obj and iron.ply")
     parser.add_argument("--only", default="", help="parts of names, with commas; all by default")
     parser.add_argument("--seeds", type=int, default=1)
@@ -87,25 +143,11 @@ def main() -> int:
     options = parser.parse_args()
     for step in filter(None, options.without.split(",")):
         leave_out(step)
+    if options.half == "clean":
+        clean_meshes(options.scans)
+        return 0
     shapes = {"looked_at": looked_at, "unseen": unseen}[options.half](options.scans)
-    rows = []
-    print("mesh                faces   best " + " ".join(f"{name:>11}" for name in COLUMNS) + "     s")
-    for pair in made(shapes, [text for text in options.only.split(",") if text]):
-        angles = angles_of_settings(pair)
-        best = min(angles.values())
-        taubin = min(angle for setting, angle in angles.items() if setting.parameters is None)
-        for seed in range(options.seeds):
-            start = time.perf_counter()
-            chosen = by_rules(pair, seed)
-            row = np.array([angles[Setting()], taubin, *(angles[setting] for setting in chosen)]) / best
-            rows.append(row)
-            shown = " ".join(f"{value:11.3f}" for value in row)
-            seconds = time.perf_counter() - start
-            print(f"{pair.name:18} {len(pair.faces):6} {best:6.2f} {shown} {seconds:5.1f}", flush=True)
-    if not rows:
-        raise SystemExit(f"no mesh has a name with {options.only}")
-    for name, values in (("mean", np.mean(rows, axis=0)), ("worst", np.max(rows, axis=0))):
-        print(f"{name:32} " + " ".join(f"{value:11.3f}" for value in values))
+    contest(made(shapes, [text for text in options.only.split(",") if text]), options.seeds)
     return 0
 
 

@@ -13,11 +13,13 @@ from pymeshfair.declaration import Bool, Bools, Edit, Enum, FilterClass, Floats,
 from pymeshfair.errors import MeshError
 from pymeshfair.filters.denoising import (
     FIXED,
+    OUTLIERS,
     RELAXATION_DIRECTIONS,
     VERTEX_UPDATES,
     AutomaticChoice,
     AutomaticParameters,
     NormalFilter,
+    Outliers,
     RelaxationDirection,
     Setting,
     VertexUpdate,
@@ -26,7 +28,7 @@ from pymeshfair.filters.denoising import (
     filter_face_normals,
     folded_faces,
     normal_filtering,
-    relaxed,
+    prepared,
 )
 from pymeshfair.filters.execution import Progress, ignore_progress, part_of
 from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy, referenced_vertices
@@ -46,8 +48,8 @@ CHOICE = Enum(
 #: the parameters of `filter_face_normals`; the others are those of the vertices
 STEP_ONE = tuple(field.name for field in fields(NormalFilterParameters))
 
-#: those that it leaves to the vertices, of the automatic ones
-NOT_OF_STEP_ONE = frozenset({"vertex_iterations", "outer_iterations", "relaxation", "relaxation_direction"})
+#: those of what comes before both steps, see `prepared`
+BEFORE = ("outliers", "relaxation", "relaxation_direction")
 
 #: what `normal_filtering` does where neither the caller nor the mesh decides
 DEFAULTS: dict[str, Any] = {
@@ -56,6 +58,7 @@ DEFAULTS: dict[str, Any] = {
         name: inspect.signature(normal_filtering).parameters[name].default
         for name in ("vertex_iterations", "outer_iterations", "vertex_update")
     },
+    "outliers": "keep",
     "relaxation": 0,
     "relaxation_direction": "all",
 }
@@ -86,12 +89,12 @@ def apply_coord_normal_filtering(
         int,
         Int(
             label="Outer iterations",
-            minimum=0,
+            minimum=-1,
             maximum=10_000,
             help="How often both are repeated, the normals measured anew; more are smoother. 20 to 30 times one normal iteration "
-            "keep edges better than once 20. 0: automatic.",
+            "keep edges better than once 20. 0: outliers and relaxation alone. -1: automatic.",
         ),
-    ] = 0,
+    ] = -1,
     vertex_update: Annotated[
         Auto | VertexUpdate,
         Enum(
@@ -102,14 +105,24 @@ def apply_coord_normal_filtering(
             "weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.",
         ),
     ] = "auto",
+    outliers: Annotated[
+        Auto | Outliers,
+        Enum(
+            label="Outliers",
+            choices=("auto", *OUTLIERS),
+            help="Vertices that stand out from all around them, as those of stray measurements: 'keep' filters them like the "
+            "others, 'replace' puts them first where the others expect them. Filters that keep edges keep such spikes too. "
+            "'auto' keeps them where the filter is said in full.",
+        ),
+    ] = "auto",
     relaxation: Annotated[
         int,
         Int(
             label="Relaxation",
             minimum=-1,
             maximum=10_000,
-            help="How many pairs of Taubin's steps come before, of 0.5 and -0.53. They calm noise that turns faces over, and "
-            "round edges, which the filter sharpens again. -1: automatic.",
+            help="How many pairs of Taubin's steps come before, of 0.5 and -0.53. More calm noise that turns faces over, and "
+            "round edges, which the filter sharpens again. -1: automatic, 0 where the filter is said in full.",
         ),
     ] = -1,
     relaxation_direction: Annotated[
@@ -147,6 +160,7 @@ def apply_coord_normal_filtering(
         vertex_iterations=vertex_iterations,
         outer_iterations=outer_iterations,
         vertex_update=vertex_update,
+        outliers=outliers,
         relaxation=relaxation,
         relaxation_direction=relaxation_direction,
     )
@@ -203,7 +217,7 @@ def apply_normal_robust_filtering_per_face(
     if selected and not layer.face_selection.any():
         raise MeshError(f"nothing is selected in {layer.label!r}: select faces, or use selected=False")
     given = _given(**asdict(normals))
-    effective, found = _completed(layer, given, choice, unused=NOT_OF_STEP_ONE)
+    effective, found = _completed(layer, given, choice, unused=frozenset({"vertex_iterations", "outer_iterations"}))
     if "normal_iterations" not in given:
         effective["normal_iterations"] *= effective["outer_iterations"]
     effective = {name: effective[name] for name in STEP_ONE}
@@ -215,25 +229,19 @@ def apply_normal_robust_filtering_per_face(
 
 def _given(**values: Any) -> dict[str, Any]:
     """The parameters that are not automatic."""
-    automatic = {"range_floor": -1.0, "relaxation": -1}
+    automatic = {"range_floor": -1.0, "outer_iterations": -1, "relaxation": -1}
     return {name: value for name, value in values.items() if value not in (automatic.get(name, 0), "auto")}
 
 
 def _filtered(layer: Layer, effective: dict[str, Any], border: BorderPolicy, movable: Bools | None, progress: Progress) -> Floats:
     """The vertices after the steps of Taubin's and the normal filtering that the parameters say."""
     chosen = dict(effective)
-    steps, direction = chosen.pop("relaxation"), chosen.pop("relaxation_direction")
-    share = 0.2 if steps else 0.0
-    fair = relaxed(
-        layer.vertices,
-        layer.faces,
-        iterations=steps,
-        direction=direction,
-        border=border,
-        movable=movable,
-        progress=part_of(progress, 0.0, share),
+    before = {name: chosen.pop(name) for name in BEFORE}
+    share = 0.2 if before["relaxation"] else 0.0
+    start = prepared(
+        layer.vertices, layer.faces, **before, border=border, movable=movable, progress=part_of(progress, 0.0, share)
     )
-    return normal_filtering(fair, layer.faces, **chosen, border=border, movable=movable, progress=part_of(progress, share, 1.0))
+    return normal_filtering(start, layer.faces, **chosen, border=border, movable=movable, progress=part_of(progress, share, 1.0))
 
 
 def _completed(
@@ -243,22 +251,23 @@ def _completed(
 
     The mesh is only looked at if the choice has a say.
     """
-    decided = {f.name for f in fields(AutomaticParameters)} | {"relaxation"}
-    if given.get("relaxation") != 0:
-        decided.add("relaxation_direction")
-    if decided - unused <= given.keys():
+    if {f.name for f in fields(AutomaticParameters)} - unused <= given.keys():
         return {**DEFAULTS, **given}, {}
     if choice == "fixed":
         return {**DEFAULTS, **asdict(FIXED), **given}, {}
     made = automatic_choice(layer.vertices, layer.faces)
-    # A mesh that asks for no normal filtering: what is given is then completed as the authors of the filter would.
-    return {**DEFAULTS, **_parameters(made.setting), **given}, _findings(made)
+    chosen = _parameters(made.setting)
+    if made.setting.parameters is None:
+        # A mesh that asks for no normal filtering: what is given is then completed as the authors of the filter would.
+        del chosen["outer_iterations"]
+    return {**DEFAULTS, **chosen, **given}, _findings(made)
 
 
 def _parameters(setting: Setting) -> dict[str, Any]:
-    """The parameters of the filter that do what the setting says; without normal filtering those of Taubin's steps alone."""
-    steps = {"relaxation": setting.relaxation, "relaxation_direction": setting.relaxation_direction}
-    return steps if setting.parameters is None else {**DEFAULTS, **asdict(setting.parameters), **steps}
+    """The parameters of the filter that do what the setting says."""
+    filtering = {"outer_iterations": 0} if setting.parameters is None else asdict(setting.parameters)
+    before = {name: getattr(setting, name) for name in BEFORE}
+    return {**DEFAULTS, **filtering, **before}
 
 
 def _findings(made: AutomaticChoice) -> dict[str, Any]:

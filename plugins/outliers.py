@@ -6,9 +6,10 @@ from typing import Annotated
 
 import numpy as np
 
-from pymeshfair.declaration import Edit, FilterClass, Float, Int, Layer, MeshElement, mesh_filter
+from pymeshfair.declaration import Bool, Edit, FilterClass, Float, Int, Layer, MeshElement, mesh_filter
+from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.execution import Progress, ignore_progress
-from pymeshfair.filters.outliers import local_outlier_probability
+from pymeshfair.filters.outliers import local_outlier_probability, stray_points
 
 
 @mesh_filter(
@@ -69,3 +70,62 @@ def compute_selection_by_outlier_probability_per_vertex(
             "mean_probability": float(probabilities.mean()),
         },
     )
+
+
+@mesh_filter(
+    name="Select Stray Points",
+    classes=FilterClass.SELECTION | FilterClass.CLEANING | FilterClass.POINT_SET,
+    changes=MeshElement.VERTFLAGSELECT,
+)
+def compute_selection_by_stray_points_per_vertex(
+    layer: Layer,
+    *,
+    neighbors: Annotated[
+        int,
+        Int(
+            label="Neighbours",
+            minimum=1,
+            help="How many nearest points say how dense the cloud is around a point. More bridge wider gaps and take longer.",
+        ),
+    ] = 12,
+    sparseness: Annotated[
+        float,
+        Float(
+            label="Sparseness",
+            minimum=1,
+            help="Points farther from their neighbours than this many times the median are selected: those alone and those in a "
+            "haze around the surface. Larger keeps sparser parts of a scan, and denser hazes.",
+        ),
+    ] = 8.0,
+    smallest_part: Annotated[
+        int,
+        Int(
+            label="Smallest part",
+            minimum=1,
+            help="Clumps of fewer points than this, apart from all others, are selected. Larger selects larger clumps, and "
+            "larger islands of the surface too.",
+        ),
+    ] = 100,
+    clouds_only: Annotated[
+        bool,
+        Bool(
+            label="Point clouds only",
+            help="Refuse a mesh: deleting the selected vertices would cut holes in it.",
+        ),
+    ] = False,
+    progress: Progress = ignore_progress,
+) -> Edit:
+    """Selects the points of a cloud that are part of no surface: single far ones, hazes, and clumps apart from the rest.
+
+    A selection by local probability misses them where they are each other's neighbours. The selection of vertices is replaced.
+    Faces play no part. Returns the number of selected points.
+    """
+    if clouds_only and len(layer.faces):
+        raise FilterInputError(
+            f"this is a mesh of {len(layer.faces)} faces, not a point cloud, and would get holes: the recipe 'clean_range_map' "
+            "removes floating pieces of a mesh, 'denoise' its noise"
+        )
+    selected = stray_points(
+        layer.vertices, neighbors=neighbors, sparseness=sparseness, smallest_part=smallest_part, progress=progress
+    )
+    return Edit(vertex_selection=selected, values={"selected_vertices": int(np.count_nonzero(selected))})

@@ -30,8 +30,10 @@ def test_pages_are_current(name: str) -> None:
         "docs/curves.md",
         "docs/fairing.md",
         "docs/robust.md",
+        "docs/batch.md",
         "docs/looking.md",
         "docs/solvers.md",
+        "docs/trust.md",
     ],
 )
 def test_links_lead_somewhere(page: str) -> None:

@@ -129,7 +129,8 @@ the names:
 `--relative-to MESH` makes the lengths of a script that was made for one mesh relative to its size.
 
 Of 44 scripts of 2010 to 2025 from public repositories 42 are brought up to date, 33 of them without a change of meaning,
-and 40 run on a mesh that comes with pymeshlab; two ask for filters that are gone, two for photographs.
+and 40 run on a mesh that comes with pymeshlab; two ask for filters that are gone, two for photographs
+(`python benchmarks/old_scripts.py FOLDER`).
 
 [The other way](writing_recipes.md#export), to MeshLab's desktop and plain pymeshlab, goes `pymeshfair export`.
 """

@@ -1,16 +1,18 @@
 """Denoising that keeps features: robust statistics of normals and of neighbours, one technique a module."""
 
-from .automatic import AutomaticChoice, automatic_choice, denoise_automatically, held_out_evidence
+from .automatic import AutomaticChoice, automatic_choice, denoise_automatically
 from .bilateral import JONES_BORDERS, JonesBorder, bilateral_fleishman, bilateral_jones
 from .candidates import FIXED, AutomaticParameters, Setting, SettingsTried, settings
 from .clouds import bilateral_projection
 from .face_neighbourhoods import NEIGHBORHOODS, Neighborhood
 from .folded_faces import folded_faces
+from .impulses import OUTLIERS, Outliers, replace_outlying
 from .noise_level import NoiseEstimate, estimate_noise
 from .normal_filter import NORMAL_FILTER_METHODS, NormalFilter, NormalFilterMethod
 from .normal_filtering import filter_face_normals, normal_filtering
 from .normal_filters import RANGE_MEASURES, SPACE_KERNELS, RangeMeasure, SpaceKernel
-from .relaxation import RELAXATION_DIRECTIONS, RelaxationDirection, direction_for, relaxed
+from .preparation import prepared
+from .relaxation import RELAXATION_DIRECTIONS, RelaxationDirection, direction_for
 from .vertex_update import VERTEX_UPDATES, VertexUpdate
 
 __all__ = [
@@ -18,6 +20,7 @@ __all__ = [
     "JONES_BORDERS",
     "NEIGHBORHOODS",
     "NORMAL_FILTER_METHODS",
+    "OUTLIERS",
     "RANGE_MEASURES",
     "RELAXATION_DIRECTIONS",
     "SPACE_KERNELS",
@@ -29,6 +32,7 @@ __all__ = [
     "NoiseEstimate",
     "NormalFilter",
     "NormalFilterMethod",
+    "Outliers",
     "RangeMeasure",
     "RelaxationDirection",
     "Setting",
@@ -44,8 +48,8 @@ __all__ = [
     "estimate_noise",
     "filter_face_normals",
     "folded_faces",
-    "held_out_evidence",
     "normal_filtering",
-    "relaxed",
+    "prepared",
+    "replace_outlying",
     "settings",
 ]

@@ -6,16 +6,18 @@ setting that best predicts vertices which it has not seen.
 
 from typing import NamedTuple
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from ..evidence import Choice, calm_noise, choose, far_from_border, sample_of
-from ..execution import Progress, ignore_progress, part_of
-from ..mesh import Bools, Floats, Ints, check_mesh, check_movable, normalised_mesh
+from ..evidence import Choice, Looks, Sample, calm_noise, choose, far_from_border, looks, sample_of
+from ..execution import Progress, ignore_progress, part_of, rising
+from ..mesh import Bools, Floats, check_mesh, check_movable, normalised_mesh
 from ..topology import BorderPolicy
 from .candidates import AutomaticParameters, Setting, SettingsTried, settings
 from .designed import is_designed
+from .impulses import replace_outlying
 from .noise_level import NoiseEstimate, estimate_noise, smooth_normals
-from .relaxation import RelaxationDirection, direction_for
+from .relaxation import direction_for
 from .shared_noise import neighbours_share_noise
 
 #: Range maps of depth cameras, whose noise neighbours share, so that held-out vertices say nothing: strong, and fixed. One map of
@@ -30,6 +32,8 @@ _EVEN = 1.3
 # scans smoothed or decimated have 0.007 to 0.03, the same with noise of 0.05 edges 0.04 to 0.05. With less, something must
 # predict so much better than nothing, as where a few vertices are off by far.
 _MESHING, _FAR_BETTER = 0.03, 0.7
+# More vertices than this stand out of impulsive noise: of Gaussian noise up to 0.003, of clean meshes up to 0.007.
+_IMPULSIVE = 0.015
 
 
 class AutomaticChoice(NamedTuple):
@@ -54,6 +58,7 @@ def automatic_choice(
     *,
     border: BorderPolicy = "along",
     movable: ArrayLike | None = None,
+    seed: int = 0,
     progress: Progress = ignore_progress,
 ) -> AutomaticChoice:
     """Find how a mesh is denoised.
@@ -64,12 +69,16 @@ def automatic_choice(
     3. With the error e of what predicts best and the standard deviation s of the noise, e^2 = s^2 + d^2, where d is how far the
        result is from the truth, and the scan is s from it. So nothing is done where e^2 >= 2 s^2: s is that of `calm_noise`.
        Where this is no more than that of clean meshes, what is chosen must be far better than nothing, too.
+    4. If more vertices stand out by far than Gaussian noise has, filters that keep edges keep them: the same once more where they
+       are replaced by what the others expect, the outlying vertices no evidence. Of both results the one is taken with the least
+       product of flatness and movement, see `looks`.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
         border: see `normal_filtering`.
         movable: (n,) bool, which vertices may move, None for all. The others are not evidence.
+        seed: other vertices are held out for another number.
         progress: called with the share that is done; may raise to stop.
 
     Returns:
@@ -85,12 +94,17 @@ def automatic_choice(
         return AutomaticChoice("clean", Setting(), noise)
     if neighbours_share_noise(mesh.points, mesh.cells, noise):
         return AutomaticChoice("range map", RANGE_MAP, noise)
-    evidence = held_out_evidence(
-        mesh.points, mesh.cells, direction=direction_for(noise), border=border, movable=mesh.movable, progress=progress
-    )
-    if evidence is None or evidence.chosen.label == Setting():
-        return AutomaticChoice("clean", Setting(), noise, evidence)
-    return AutomaticChoice("noisy", evidence.chosen.label, noise, evidence)
+    sample = sample_of(mesh.points, mesh.cells)
+    tell = rising(progress)
+    context = _Context(border, None if mesh.movable is None else mesh.movable[sample.origin], seed, tell)
+    setting, evidence = _best(sample, noise, None, context)
+    calmed, outlying = replace_outlying(sample.points, sample.faces, context.movable)
+    if np.count_nonzero(outlying) > _IMPULSIVE * len(outlying):
+        others = sample._replace(points=calmed)
+        other, its = _best(others, estimate_noise(calmed, sample.faces), outlying, context)
+        if setting == Setting() or context.looks(sample, other).product < context.looks(sample, setting).product:
+            setting, evidence = other, its
+    return AutomaticChoice("clean" if setting == Setting() else "noisy", setting, noise, evidence)
 
 
 def denoise_automatically(
@@ -114,41 +128,47 @@ def denoise_automatically(
     return result, choice
 
 
-def held_out_evidence(
-    points: Floats,
-    faces: Ints,
-    *,
-    direction: RelaxationDirection,
-    border: BorderPolicy = "along",
-    movable: Bools | None = None,
-    seed: int = 0,
-    progress: Progress = ignore_progress,
-) -> Choice[Setting] | None:
-    """What held-out vertices say of `settings`, on a sample of the mesh; None if there is nothing that they can say.
+class _Context(NamedTuple):
+    """What all that is tried on a sample has in common."""
 
-    Args:
-        points: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-        direction: that of Taubin's steps before normal filtering.
-        border: see `normal_filtering`.
-        movable: (n,) which vertices may move; the others are not held out.
-        seed: other vertices are held out for another number.
-        progress: called with the share that is done; may raise to stop.
-    """
-    sample = sample_of(points, faces)
-    moves = None if movable is None else movable[sample.origin]
+    border: BorderPolicy
+    movable: Bools | None
+    seed: int
+    progress: Progress
+
+    def looks(self, sample: Sample, setting: Setting) -> Looks:
+        """What the sample becomes."""
+        result = setting.apply(sample.points, sample.faces, border=self.border, movable=self.movable)
+        return looks(sample.points, sample.faces, result)
+
+
+def _best(
+    sample: Sample, noise: NoiseEstimate, outlying: Bools | None, context: _Context
+) -> tuple[Setting, Choice[Setting] | None]:
+    """The setting that held-out vertices speak for, those that are outlying apart, and the evidence."""
     scored = far_from_border(sample.faces, len(sample.points))
-    scored = scored if moves is None else scored & moves
+    for allowed in (context.movable, None if outlying is None else ~outlying):
+        scored = scored if allowed is None else scored & allowed
     normals = smooth_normals(sample.points, sample.faces)
     calm = calm_noise(sample.points, sample.faces, normals=normals, scored=scored)
+    nothing = Setting(outliers="keep" if outlying is None else "replace")
     if calm < _NOTHING:
-        return None
-    tried = SettingsTried(sample.faces, normals, direction, border=border, movable=moves)
-    labels = settings(direction)
-    evidence = choose(sample.points, sample.faces, tried, labels, normals=normals, scored=scored, seed=seed, progress=progress)
+        return nothing, None
+    direction = direction_for(noise)
+    tried = SettingsTried(sample.faces, normals, direction, border=context.border, movable=context.movable)
+    evidence = choose(
+        sample.points,
+        sample.faces,
+        tried,
+        settings(direction, nothing.outliers),
+        normals=normals,
+        scored=scored,
+        seed=context.seed,
+        progress=context.progress,
+    )
     if evidence is None:
-        return None
-    nothing, error = evidence.trials[0], evidence.chosen.error
-    if error**2 >= 2.0 * (_EVEN * calm) ** 2 or (calm < _MESHING and error >= _FAR_BETTER * nothing.error):
-        return evidence._replace(chosen=nothing)
-    return evidence
+        return nothing, None
+    error = evidence.chosen.error
+    if error**2 >= 2.0 * (_EVEN * calm) ** 2 or (calm < _MESHING and error >= _FAR_BETTER * evidence.trials[0].error):
+        evidence = evidence._replace(chosen=evidence.trials[0])
+    return evidence.chosen.label, evidence

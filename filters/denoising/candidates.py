@@ -12,9 +12,11 @@ from ..mesh import Bools, Floats, Ints, normalised_mesh
 from ..robust import KernelName
 from ..topology import BorderPolicy
 from .face_neighbourhoods import Neighborhood
+from .impulses import Outliers
 from .normal_filter import NormalFilter, NormalFilterMethod
 from .normal_filtering import normal_filtering
-from .relaxation import RelaxationDirection, along_normals, relaxed
+from .preparation import prepared
+from .relaxation import RelaxationDirection, along_normals
 from .rounds import rounds
 from .surroundings import Surroundings
 
@@ -40,11 +42,12 @@ class AutomaticParameters:
 
 @dataclass(frozen=True)
 class Setting:
-    """Pairs of Taubin's steps, of 0.5 and -0.53, see `relaxed`, then normal filtering; neither is nothing at all."""
+    """Outliers replaced, pairs of Taubin's steps, see `relaxed`, then normal filtering; none of them is nothing at all."""
 
     relaxation: int = 0
     relaxation_direction: RelaxationDirection = "all"
     parameters: AutomaticParameters | None = None
+    outliers: Outliers = "keep"
 
     def apply(
         self,
@@ -57,11 +60,12 @@ class Setting:
     ) -> Floats:
         """(n, 3) the vertices of the mesh after it."""
         share = 0.2 if self.relaxation else 0.0
-        fair = relaxed(
+        fair = prepared(
             vertices,
             faces,
-            iterations=self.relaxation,
-            direction=self.relaxation_direction,
+            outliers=self.outliers,
+            relaxation=self.relaxation,
+            relaxation_direction=self.relaxation_direction,
             border=border,
             movable=movable,
             progress=part_of(progress, 0.0, share),
@@ -91,12 +95,12 @@ CHAINS: tuple[tuple[AutomaticParameters, tuple[int, ...]], ...] = (
 FIXED = AutomaticParameters("bilateral", "lorentzian", 0.12, 0.0, 1.5, "two_ring", 5, 30)
 
 
-def settings(direction: RelaxationDirection) -> tuple[tuple[Setting, ...], ...]:
+def settings(direction: RelaxationDirection, outliers: Outliers = "keep") -> tuple[tuple[Setting, ...], ...]:
     """The settings, a row a family: Taubin's steps, and each chain after each number of them, in that direction."""
     return (
-        tuple(map(Setting, TAUBIN)),
+        tuple(Setting(relaxation, outliers=outliers) for relaxation in TAUBIN),
         *(
-            tuple(Setting(relaxation, direction, replace(chain, outer_iterations=stop)) for stop in stops)
+            tuple(Setting(relaxation, direction, replace(chain, outer_iterations=stop), outliers) for stop in stops)
             for relaxation in RELAXATIONS
             for chain, stops in CHAINS
         ),

@@ -15,8 +15,9 @@ _FACING = 0.4
 # A range map is sampled on a grid: its vertices are spread along the surface, while their residuals lie along the view. A depth
 # camera's map has 3.9 and 0.37. Scans and parts with noise from 0.06 edges have up to 2.5, in any direction.
 # With less noise than that an uneven scan from one side looks alike and would lose its details: it has tails up to 1.08, and
-# `shared_noise` up to 0.06 from 0.03 edges; the maps have 1.14 to 1.7, and 0.078 to 0.1.
-_SPREAD, _ONE_SIDED, _TAILS, _AGREE_SPREAD = 3.0, 0.3, 1.11, 0.068
+# `shared_noise` up to 0.06 from 0.03 edges; the maps have 1.14 to 1.7, and 0.078 to 0.1. Residuals that agree still more are the
+# details of a surface without noise: a decimated scan has 0.24.
+_SPREAD, _ONE_SIDED, _TAILS, _AGREE_SPREAD, _DETAILS = 3.0, 0.3, 1.11, 0.068, 0.15
 # So is a mesh whose `shared_noise` is above both of these, the second over the squared level, since details count the less the
 # stronger the noise is. Four computed maps of a depth camera with its steps, at 0.19 to 0.28 edges, have 0.017 to 0.045 and
 # 0.0013 to 0.0022; figures and scans with independent noise at most 0.01, and at most 0.0007. Their mean angle falls from 1.16 to
@@ -38,7 +39,7 @@ def neighbours_share_noise(points: Floats, faces: Ints, noise: NoiseEstimate) ->
     if noise.level == 0.0 or np.linalg.norm(areas.sum(axis=0)) < _FACING * np.linalg.norm(areas, axis=1).sum():
         return False
     if noise.tangential > _SPREAD * noise.level and noise.anisotropy > _ONE_SIDED and noise.tails > _TAILS:
-        return shared_noise(points, faces) > _AGREE_SPREAD
+        return _AGREE_SPREAD < shared_noise(points, faces) < _DETAILS
     if shared_noise(points, faces) < max(_AGREE, _AGREE_WEAK / noise.level**2):
         return False
     sample = sample_of(points, faces)

@@ -1,8 +1,9 @@
 """Choosing among filters by evidence: vertices that a filter has not seen, and how well it predicts them."""
 
 from .calm_noise import calm_noise
-from .choose import Candidates, Choice, Trial, choose
+from .choose import Candidates, Choice, Looks, Trial, choose, looks
 from .held_out import far_from_border, held_out_vertices, without
+from .outlying import outlying_vertices
 from .patches import Sample, sample_of
 from .quadric_prediction import predicted_heights
 from .verdict import Verdict, judge
@@ -10,6 +11,7 @@ from .verdict import Verdict, judge
 __all__ = [
     "Candidates",
     "Choice",
+    "Looks",
     "Sample",
     "Trial",
     "Verdict",
@@ -18,6 +20,8 @@ __all__ = [
     "far_from_border",
     "held_out_vertices",
     "judge",
+    "looks",
+    "outlying_vertices",
     "predicted_heights",
     "sample_of",
     "without",

@@ -26,6 +26,31 @@ _STAYS = 2.0
 _EQUAL = 1.5
 
 
+class Looks(NamedTuple):
+    """What a result looks like, whatever it predicts.
+
+    Attributes:
+        flatness: the mean difference |n_f - n_g| of the normals of adjacent faces.
+        movement: the mean distance that it moves the vertices, in the unit of the points.
+    """
+
+    flatness: float
+    movement: float
+
+    @property
+    def product(self) -> float:
+        """The smaller, the better: it is smooth without having gone far."""
+        return self.flatness * self.movement
+
+
+def looks(points: Floats, faces: Ints, result: Floats) -> Looks:
+    """What (n, 3) points have become."""
+    pairs, _ = face_adjacency(faces)
+    sides = face_normals(result, faces)[pairs]
+    flatness = float(np.linalg.norm(sides[:, 0] - sides[:, 1], axis=1).mean()) if len(pairs) else 0.0
+    return Looks(flatness, float(np.linalg.norm(result - points, axis=1).mean()))
+
+
 class Trial(NamedTuple, Generic[Label]):
     """One candidate and what was found of it.
 
@@ -34,8 +59,8 @@ class Trial(NamedTuple, Generic[Label]):
         error: the root mean square of its deviations at the held-out vertices, outliers clipped, in mean edges.
         excess: how much its mean square exceeds that of the best, in squared mean edges.
         uncertainty: the standard error of the excess.
-        flatness: the mean difference of the normals of adjacent faces, where it was as good as the best; else None.
-        movement: the mean distance that it moves the vertices, in mean edges; None likewise.
+        flatness: of `Looks`, where it was as good as the best; else None.
+        movement: likewise.
     """
 
     label: Label
@@ -120,20 +145,17 @@ def choose(
     tried = np.flatnonzero(kept)
     equal = np.zeros_like(kept)
     equal[tried[verdict.within(_EQUAL)]] = True
-    looks: dict[int, tuple[float, float]] = {}
-    pairs, _ = face_adjacency(faces)
+    seen: dict[int, Looks] = {}
 
-    def flat(at: int, result: Floats) -> None:
-        sides = face_normals(result, faces)[pairs]
-        flatness = float(np.linalg.norm(sides[:, 0] - sides[:, 1], axis=1).mean()) if len(pairs) else 0.0
-        looks[at] = flatness, float(np.linalg.norm(result - points, axis=1).mean())
+    def look(at: int, result: Floats) -> None:
+        seen[at] = looks(points, faces, result)
 
-    _run(candidates(points), starts, equal, flat, part_of(progress, 0.9, 1.0))
+    _run(candidates(points), starts, equal, look, part_of(progress, 0.9, 1.0))
     trials = tuple(
-        Trial(every[at], float(error), float(excess), float(uncertainty), *looks.get(int(at), (None, None)))
+        Trial(every[at], float(error), float(excess), float(uncertainty), *seen.get(int(at), (None, None)))
         for at, error, excess, uncertainty in zip(tried, verdict.errors, verdict.excess, verdict.uncertainty, strict=True)
     )
-    chosen = min(looks, key=lambda at: (looks[at][0] * looks[at][1], at))
+    chosen = min(seen, key=lambda at: (seen[at].product, at))
     return Choice(trials[int(np.searchsorted(tried, chosen))], trials)
 
 

@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numba import njit
 
+from ..execution import over_range
 from ..mesh import Bools, Floats, Ints, Longs
 from ..topology import OneRings
 
@@ -39,18 +40,27 @@ def predicted_heights(
     """
     heights, gains = np.zeros(len(which)), np.zeros(len(which))
     unseen = np.zeros(len(points), dtype=np.bool_) if hidden is None else hidden
-    _predict(points, rings.offsets, rings.neighbours, normals, which, unseen, heights, gains)
+    over_range(_predict, len(which), points, rings.offsets, rings.neighbours, normals, which, unseen, heights, gains)
     return heights, gains
 
 
 @njit(cache=True, nogil=True)
 def _predict(
-    points: Floats, offsets: Longs, neighbours: Ints, normals: Floats, which: Ints, hidden: Bools, heights: Floats, gains: Floats
+    points: Floats,
+    offsets: Longs,
+    neighbours: Ints,
+    normals: Floats,
+    which: Ints,
+    hidden: Bools,
+    heights: Floats,
+    gains: Floats,
+    begin: int,
+    end: int,
 ) -> None:
     seen = np.full(points.shape[0], -1, dtype=np.int32)
     u, v, h, w = np.empty(_MOST), np.empty(_MOST), np.empty(_MOST), np.empty(_MOST)
     matrix, side, terms, solution = np.empty((6, 6)), np.empty(6), np.empty(6), np.empty(6)
-    for k in range(which.shape[0]):
+    for k in range(begin, end):
         i = which[k]
         scale = _ring_distance(points, offsets, neighbours, normals, i)
         if scale == 0.0:

@@ -14,8 +14,8 @@ from numba import get_num_threads
 from . import threads
 from .progress import Progress
 
-#: Into so many parts a loop over a large mesh is cut: enough that no thread waits long for another.
-_PARTS = 64
+#: Into so many parts for each thread a loop over a large mesh is cut: enough that no thread waits long for another.
+_PARTS = 8
 #: Waking a thread that is kept costs so many times less than what `SERIAL_BELOW` is made for.
 _KEPT_THREADS_COST_LESS = 16
 #: Seconds after which the progress is reported again while a long task runs, so that the caller can stop the work.
@@ -58,7 +58,7 @@ def over_range(kernel: Callable[..., None], count: int, *arguments: Any) -> None
         count: of vertices or faces.
         *arguments: of the kernel.
     """
-    parts = min(_PARTS, count // max(1, threads.SERIAL_BELOW // _KEPT_THREADS_COST_LESS))
+    parts = min(_PARTS * get_num_threads(), count // max(1, threads.SERIAL_BELOW // _KEPT_THREADS_COST_LESS))
     others = min(get_num_threads(), parts) - 1
     if others < 1:
         kernel(*arguments, 0, count)

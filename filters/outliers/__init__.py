@@ -1,8 +1,10 @@
 """Points that do not belong to the surface, found by the distances to their neighbours."""
 
 from .local_outlier_probability import local_outlier_probability, outlier_factors
+from .stray_points import stray_points
 
 __all__ = [
     "local_outlier_probability",
     "outlier_factors",
+    "stray_points",
 ]

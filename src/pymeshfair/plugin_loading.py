@@ -100,6 +100,15 @@ def _source(module: str) -> str:
         return ""
 
 
+def _name(distribution: importlib.metadata.Distribution) -> str | None:
+    """The name of a package; None if it has no metadata or they name none."""
+    try:
+        metadata = distribution.metadata
+    except FileNotFoundError:  # so says the library importlib_metadata, once something has imported it
+        return None
+    return metadata["Name"] if "Name" in metadata else None  # noqa: SIM401 - it promises no get() before 3.12
+
+
 def _entry_points(broken: list[BrokenPlugin]) -> list[tuple[str, importlib.metadata.EntryPoint]]:
     found: dict[str, list[importlib.metadata.EntryPoint]] = {}
     for distribution in importlib.metadata.distributions():
@@ -109,8 +118,7 @@ def _entry_points(broken: list[BrokenPlugin]) -> list[tuple[str, importlib.metad
             text = distribution.read_text("entry_points.txt")
             if not text or ENTRY_POINT_GROUP not in text:
                 continue
-            metadata = distribution.metadata
-            name = metadata["Name"] if "Name" in metadata else place  # noqa: SIM401 - it promises no get() before 3.12
+            name = _name(distribution) or place
             if name in found:
                 continue  # the same package further down sys.path
             entries = distribution.entry_points.select(group=ENTRY_POINT_GROUP)

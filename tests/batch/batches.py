@@ -6,7 +6,7 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -46,10 +46,10 @@ RECIPE = """<!DOCTYPE FilterScript>
 """
 
 
-def write_scan(path: Path, seed: int, *, subdivisions: int = 2) -> Path:
+def write_scan(path: Path, seed: int, *, subdivisions: int = 2, noise: float = 0.01) -> Path:
     """A noisy sphere of 10 * 4^subdivisions + 2 vertices."""
     vertices, faces = icosphere(subdivisions)
-    vertices = vertices + np.random.default_rng(seed).normal(scale=0.01, size=vertices.shape)
+    vertices = vertices + np.random.default_rng(seed).normal(scale=noise, size=vertices.shape)
     path.write_bytes(ply_bytes(xyz(vertices), faces.tolist()))
     return path
 
@@ -84,12 +84,15 @@ def with_module(folder: Path, program: str) -> dict[str, str]:
     return {"PYTHONPATH": str(folder)}
 
 
-def start_batch(*arguments: str | Path, environment: Mapping[str, str] | None = None) -> subprocess.Popen[str]:
-    """``pymeshfair batch`` in a session of its own, as one in the background of a terminal."""
+def start_batch(
+    *arguments: str | Path, environment: Mapping[str, str] | None = None, quiet: bool = False
+) -> subprocess.Popen[str]:
+    """``pymeshfair batch`` in a session of its own, as in the background of a terminal; `quiet` if nobody reads what it says."""
+    heard = subprocess.DEVNULL if quiet else subprocess.PIPE
     return subprocess.Popen(
         [*COMMAND, "batch", *map(str, arguments)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
+        stdout=heard,
+        stderr=heard,
         text=True,
         start_new_session=True,
         env={**os.environ, **(environment or {})},
@@ -107,7 +110,7 @@ def contents(folder: Path) -> dict[str, bytes]:
     """What the outputs of a batch hold, but for what is different each time: when, how long, and by which command."""
     found = {}
     for path in sorted(folder.iterdir()):
-        if path.name.startswith("batch."):
+        if path.name.startswith("batch.") or path.name == "reports":
             continue
         found[path.name] = path.read_bytes()
         if path.name.endswith(".provenance.json"):
@@ -124,14 +127,14 @@ def told_by(path: Path) -> bytes:
     return json.dumps(record).encode()
 
 
-def results_of_run(recipe: Path, scans: Path, folder: Path) -> dict[str, bytes]:
-    """What ``run`` makes of every scan in a folder, in the form of `contents`."""
+def results_of_run(recipe: Path, scans: Path, folder: Path, only: Sequence[str] = ()) -> dict[str, bytes]:
+    """What ``run`` makes of the scans in a folder, all or some, in the form of `contents`."""
     from pymeshfair.recipe import load_recipe
     from pymeshfair.running.job import Job
     from pymeshfair.running.supervise import run_job
 
     folder.mkdir()
-    for scan in sorted(scans.iterdir()):
+    for scan in (scans / name for name in only or sorted(p.name for p in scans.iterdir())):
         run_job(Job(load_recipe(recipe), scan, folder / scan.name))
         assert provenance_path(folder / scan.name).exists()
     return contents(folder)

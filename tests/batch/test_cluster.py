@@ -73,10 +73,10 @@ def scheduler(tmp_path: Path) -> Iterator[Scheduler]:
 
 def test_a_lost_worker_costs_a_retry(tmp_path: Path, scheduler: Scheduler) -> None:
     """One of three workers is killed in the middle: every scan is done by the others, and the results are those of `run`."""
-    scans = write_scans(tmp_path / "scans", 8)
+    scans = write_scans(tmp_path / "scans", 7)
     recipe = write_recipe(tmp_path / "recipe.mlx", steps=1000)
     workers = [scheduler.start_worker(f"worker{k}") for k in range(3)]
-    expected = results_of_run(recipe, scans, tmp_path / "run")
+    expected = results_of_run(recipe, scans, tmp_path / "run", only=["scan000.ply", "scan001.ply", "scan002.ply"])
     scheduler.wait_for(3)
     process = start_batch(recipe, scans, "-o", tmp_path / "out", "--scheduler", scheduler.address, "--json")
     deadline = time.monotonic() + 60
@@ -87,8 +87,10 @@ def test_a_lost_worker_costs_a_retry(tmp_path: Path, scheduler: Scheduler) -> No
     os.kill(workers[0].pid, signal.SIGKILL)
     out, err = process.communicate(timeout=120)
     assert process.returncode == 0, err
-    assert json.loads(out)["counts"]["done"] == 8
-    assert contents(tmp_path / "out") == expected
+    assert json.loads(out)["counts"]["done"] == 7
+    found = contents(tmp_path / "out")
+    assert {name: found[name] for name in expected} == expected
+    assert len(found) == 14
 
 
 def test_workers_that_are_not_fit_are_refused_before_anything_begins(tmp_path: Path, scheduler: Scheduler) -> None:
@@ -108,6 +110,25 @@ def test_workers_that_are_not_fit_are_refused_before_anything_begins(tmp_path: P
     assert (f"it does not see the folder of outputs {tmp_path / 'out'}" in done.stderr) == bool(blind)
     assert journal_of(tmp_path / "out") == []
     assert not list((tmp_path / "out").glob("*.ply"))
+
+
+def test_a_worker_that_comes_late_and_differs_leaves_again(tmp_path: Path, scheduler: Scheduler) -> None:
+    """It gets no scan, and the batch goes on with those that it began with."""
+    scans = write_scans(tmp_path / "scans", 3)
+    scheduler.start_worker("good")
+    scheduler.wait_for(1)
+    recipe = write_recipe(tmp_path / "recipe.mlx", steps=5000)
+    process = start_batch(recipe, scans, "-o", tmp_path / "out", "--scheduler", scheduler.address, "--json")
+    deadline = time.monotonic() + 60
+    while not list((tmp_path / "out").glob(".pymeshfair-run-*")):
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    late = scheduler.start_worker("late", with_module(tmp_path / "lib", OTHER_VERSION))
+    assert late.wait(60) is not None
+    out, err = process.communicate(timeout=120)
+    assert process.returncode == 0, err
+    assert json.loads(out)["counts"]["done"] == 3
 
 
 def _hides(folder: Path) -> tuple[str, ...]:

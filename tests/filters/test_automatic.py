@@ -93,6 +93,20 @@ def test_a_cube_with_noise_in_all_directions_is_relaxed_first() -> None:
     assert angle < faired / 3.0
 
 
+def test_spikes_are_replaced_and_the_rest_stays() -> None:
+    """One vertex in twelve of a ball is off by an edge: the mean angle falls to a fifth, and most vertices keep every bit."""
+    true_vertices, faces = icosphere(3)
+    moved = np.arange(7, len(true_vertices), 12)
+    heights = np.random.default_rng(8).normal(size=len(moved)) * mean_edge_length(true_vertices, faces)
+    vertices = true_vertices.copy()
+    vertices[moved] *= 1.0 + heights[:, None]
+    result, choice = denoise_automatically(vertices, faces)
+    truth = face_normals(true_vertices, faces)
+    assert choice.setting.outliers == "replace"
+    assert mean_angle(face_normals(result, faces), truth) < 0.2 * mean_angle(face_normals(vertices, faces), truth)
+    assert (result == vertices).all(axis=1).mean() > 0.8
+
+
 @pytest.mark.parametrize("name", MESHES)
 def test_the_setting_reproduces_the_result(name: str) -> None:
     """What the choice says, given to the filters, does what `denoise_automatically` does."""

@@ -13,6 +13,7 @@ from pymeshfair.filters.evidence import (
     far_from_border,
     held_out_vertices,
     judge,
+    outlying_vertices,
     predicted_heights,
     sample_of,
     without,
@@ -149,6 +150,30 @@ def test_nothing_can_be_said_where_no_vertex_can_be_held_out() -> None:
     points = _rough(0.1)
     nobody = np.zeros(len(points), dtype=np.bool_)
     assert choose(points, FLAT[1], lambda p: [iter([p])], [["nothing"]], normals=UP, scored=nobody) is None
+
+
+def test_spikes_stand_out_and_the_tip_of_a_cone_does_not() -> None:
+    """Every spike of an edge and a half on a sheet with noise is found, hardly anything else is, and a cone keeps its tip."""
+    spikes = np.flatnonzero(far_from_border(FLAT[1], len(FLAT[0])))[::23]
+    points = _rough(0.1)
+    points[spikes, 2] += 1.5
+    found = outlying_vertices(points, FLAT[1], UP)
+    assert found[spikes].all()
+    assert np.count_nonzero(found) < len(spikes) + 0.01 * len(points)
+    assert not outlying_vertices(_rough(0.1), FLAT[1], UP)[spikes].any()
+    cone = _rough(0.01)
+    away = np.linalg.norm(cone[:, :2] - np.median(cone[:, :2], axis=0), axis=1)
+    cone[:, 2] -= away
+    assert not outlying_vertices(cone, FLAT[1], UP)[away.argmin()]
+
+
+def test_what_stands_out_is_the_same_for_a_renumbered_mesh() -> None:
+    """The same places, whatever their numbers."""
+    points = _rough(0.1)
+    points[200::50, 2] -= 1.0
+    shuffled, faces, old = renumbered((points, FLAT[1]))
+    found = np.flatnonzero(outlying_vertices(shuffled, faces, UP))
+    assert np.array_equal(np.sort(old[found]), np.flatnonzero(outlying_vertices(points, FLAT[1], UP)))
 
 
 def test_calm_noise_is_that_of_the_flat_part() -> None:

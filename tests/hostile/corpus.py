@@ -182,6 +182,8 @@ def documents() -> Iterator[Case]:
     yield Case("comma.dae", collada(points="0,5 0 0 1 0 0 0 1 0").encode(), "'0,5' among .*is no number")
     yield Case("elsewhere.dae", collada(url="other.dae#g").encode(), "no part of the document")
     yield Case("entities.dae", collada().replace("?>", f"?>{_SUBSET}", 1).encode(), "declares entities")
+    many = "".join(f"<image><init_from>{k}.png</init_from></image>" for k in range(20_000))
+    yield Case("textures.dae", collada().replace("<library_geo", f"{many}<library_geo").encode(), "names 20,001 textures")
     yield Case("half.dae", collada().encode()[:300], "is no XML")
     yield Case("deep.dae", b"<COLLADA>" + b"<a>" * 10_000, "levels deep")
     yield Case("corner.wrl", vrml(corners="0 1 9 -1").encode(), "number 3 of the coordIndex.*is 9, which is none of 3")

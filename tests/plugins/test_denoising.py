@@ -9,7 +9,14 @@ import numpy as np
 import pytest
 
 from pymeshfair.declaration import Bools, Edit, Filter, Layer
-from pymeshfair.filters.denoising import FIXED, denoise_automatically, filter_face_normals, folded_faces, normal_filtering
+from pymeshfair.filters.denoising import (
+    FIXED,
+    denoise_automatically,
+    filter_face_normals,
+    folded_faces,
+    normal_filtering,
+    replace_outlying,
+)
 from pymeshfair.filters.denoising.noise_level import smooth_normals
 from pymeshfair.filters.denoising.relaxation import along_normals
 from pymeshfair.filters.diffusion import taubin_fairing
@@ -135,6 +142,7 @@ def test_one_given_parameter_replaces_one_choice(rough: Mesh) -> None:
     assert choice.setting.parameters is not None
     chosen = {
         **vars(choice.setting.parameters),
+        "outliers": choice.setting.outliers,
         "relaxation": choice.setting.relaxation,
         "relaxation_direction": choice.setting.relaxation_direction,
     }
@@ -205,3 +213,16 @@ def test_steps_of_taubin_come_first_and_may_keep_to_the_normals(rough: Mesh) -> 
         np.testing.assert_allclose(edit.vertices, normal_filtering(start, faces), rtol=0, atol=1e-12)
     slid = np.cross(along - vertices, smooth_normals(vertices, faces))
     assert np.abs(slid).max() < 1e-12
+
+
+def test_outliers_are_replaced_first_and_nothing_else_where_that_is_said(rough: Mesh) -> None:
+    """With 0 outer iterations and no relaxation the vertices that stand out move, and the others keep every bit."""
+    vertices, faces = rough[0].copy(), rough[1]
+    vertices[40::60] *= 1.3
+    given = {**ZHENG, "outliers": "replace", "outer_iterations": 0}
+    edit = apply(apply_coord_normal_filtering, Surface(vertices, faces), **given)
+    expected, outlying = replace_outlying(vertices, faces)
+    assert outlying[40::60].any()
+    assert edit.vertices is not None
+    np.testing.assert_array_equal(edit.vertices, expected)
+    np.testing.assert_array_equal((edit.vertices != vertices).any(axis=1), outlying)

@@ -158,6 +158,17 @@ def test_meshlab_runs_the_defaults(tmp_path: Path) -> None:
     np.testing.assert_array_equal(found, by_meshlab(plain, tmp_path / "plain.mlx"))
 
 
+def test_an_expression_is_checked_when_it_is_set() -> None:
+    """One that MeshLab cannot evaluate, and would take for 0, is refused; blanks around a text do not count."""
+    condition = '<Param type="RichString" name="condSelect" value="x > 0" setting="where"/>'
+    step = ('<filter name="Conditional Vertex Selection">', condition, "</filter>")
+    found = parse_script(script('<setting name="where" default="x > 0"/>', *step), "x")
+    assert override(found, ["where= y > 1 "]).steps[0].values == {"condselect": "y > 1"}
+    for text in ("where=y >", "1.condSelect=y >"):
+        with pytest.raises(ParameterError, match="is no expression that MeshLab can evaluate"):
+            override(found, [text])
+
+
 def test_a_mesh_set_keeps_the_settings_of_its_script(tmp_path: Path) -> None:
     """What was loaded is saved with its settings and tags, and applied with the values of the defaults."""
     first, again = tmp_path / "first.mlx", tmp_path / "again.mlx"

@@ -9,6 +9,7 @@ from typing import Any
 from ..declaration import Filter, nearest
 from ..errors import ParameterError
 from ..scripts import Script, Step
+from ..scripts.expressions import check_expressions
 from ..scripts.guards import ATTRIBUTES as LIMITS
 from ..scripts.guards import Guards
 from ..scripts.settings import Setting, is_name
@@ -24,7 +25,9 @@ def with_step(script: Script, known: Filter, given: Mapping[str, Any]) -> Script
     """
     settings = {name: value for name, value in given.items() if isinstance(value, Setting)}
     chosen = {name: parse_value(known.parameter(name), setting.default) for name, setting in settings.items()}
-    step = Step(known, known.check({**given, **chosen}), settings={name: setting.name for name, setting in settings.items()})
+    values = known.check({**given, **chosen})
+    check_expressions(known, values)
+    step = Step(known, values, settings={name: setting.name for name, setting in settings.items()})
     every = script.settings
     for setting in settings.values():
         every = _with_setting(every, setting)

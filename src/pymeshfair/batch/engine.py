@@ -11,27 +11,38 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import CancelledError
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from typing import Any
+from typing import Any, Protocol
 
 from distributed import Client, Future, KilledWorker
 
 from ..running.interrupts import Interrupted, Interrupts
 from .cluster import open_client
+from .drawing import page_path
 from .errors import BatchError, LostSchedulerError, UnfitWorkersError
 from .fitness import probe, unfit_for
 from .journal import Journal
 from .outcome import Outcome
 from .plan import Scan
 from .settings import Settings
-from .station import Station, clean
+from .station import Station, clean, draw_page
 
 #: seconds between two looks at the workers
 _PULSE = 1.0
 #: seconds that cancelled scans have to clear up
 _CLEARING = 0.6
 
-#: called with each outcome in the order in which scans end
-Listener = Callable[[Scan, Outcome], None]
+
+class Listener(Protocol):
+    """Who is told how a batch goes, in the thread that carries it out. An exception that is raised ends the batch."""
+
+    def outcome(self, scan: Scan, outcome: Outcome) -> None:
+        """A scan has ended, and is in the journal."""
+
+    def page(self, scan: Scan, made: Mapping[str, Any]) -> None:
+        """A page was made: what `pymeshfair.batch.drawing.draw` gave back, or ``"problem"``, why there is none."""
+
+    def note(self, text: str) -> None:
+        """Something that users should know of the workers."""
 
 
 def carry_out(
@@ -42,11 +53,12 @@ def carry_out(
     *,
     address: str | None,
     jobs: int,
-    stop: bool = False,
-    on_outcome: Listener = lambda scan, outcome: None,
-    on_note: Callable[[str], None] = lambda text: None,
-) -> dict[int, Outcome]:
-    """Clean scans; what came of each by its number. Each is in the journal before it is told.
+    stop: bool,
+    pages: bool,
+    listener: Listener,
+    done: Sequence[Scan] = (),
+) -> None:
+    """Clean scans, and tell what came of each once that is in the journal; then make their pages.
 
     Args:
         scans: what to do.
@@ -56,8 +68,9 @@ def carry_out(
         address: of a scheduler, or None for this machine.
         jobs: scans at a time on this machine.
         stop: give up after the first scan that fails.
-        on_outcome: called in this thread. An exception that it raises ends the batch.
-        on_note: called with what users should know of the workers.
+        pages: make a page of each scan that is done.
+        listener: who is told.
+        done: scans that were done before and get pages, too.
 
     Raises:
         UnfitWorkersError: a worker has other versions or does not see the files; nothing was begun.
@@ -72,7 +85,7 @@ def carry_out(
         queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
         try:
             with Interrupts(queue):
-                return _Course(client, name, journal, queue, stop, on_outcome, on_note).run(scans)
+                _Course(client, name, journal, queue, folder, listener, stop=stop, pages=pages).run(scans, done)
         finally:
             if client.status == "running" and address is not None:
                 client.unregister_worker_plugin(name)
@@ -100,36 +113,47 @@ class _Course:
         name: str,
         journal: Journal,
         queue: SimpleQueue[tuple[str, Any]],
+        folder: Path,
+        listener: Listener,
+        *,
         stop: bool,
-        on_outcome: Listener,
-        on_note: Callable[[str], None],
+        pages: bool,
     ) -> None:
         self._client = client
         self._name = name
         self._journal = journal
         self._queue = queue
+        self._folder = folder
+        self._listener = listener
         self._stop = stop
-        self._on_outcome = on_outcome
-        self._on_note = on_note
-        self._running: dict[str, tuple[Scan, Future[Outcome]]] = {}
-        self._outcomes: dict[int, Outcome] = {}
-        self._looked = time.monotonic()
+        self._pages = pages
+        self._running: dict[str, tuple[Scan, Future[Any]]] = {}
         self._workers_missed = False
 
-    def run(self, scans: Sequence[Scan]) -> dict[int, Outcome]:
+    def run(self, scans: Sequence[Scan], done: Sequence[Scan]) -> None:
         for scan in scans:
-            key = f"{self._name}-{scan.number}"
-            order = {"input": str(scan.input), "output": str(scan.output), "overrides": scan.overrides}
-            future = self._client.submit(clean, self._name, order, key=key, pure=False)
-            self._running[key] = scan, future
-            future.add_done_callback(lambda done: self._queue.put(("done", done.key)))
+            self._submit(clean, scan)
+        for scan in done if self._pages else ():
+            self._submit(draw_page, scan)
         try:
             while self._running:
                 self._next()
         except BaseException:
             self._give_up()
             raise
-        return self._outcomes
+
+    def _submit(self, task: Callable[[str, Mapping[str, Any]], Any], scan: Scan) -> None:
+        """Hand a scan or its page to dask, which takes first what it was given first."""
+        key = f"{self._name}-{task.__name__}-{scan.number}"
+        order = {
+            "input": str(scan.input),
+            "output": str(scan.output),
+            "overrides": scan.overrides,
+            "page": str(page_path(self._folder, scan.output)),
+        }
+        future = self._client.submit(task, self._name, order, key=key, pure=False)
+        self._running[key] = scan, future
+        future.add_done_callback(lambda done: self._queue.put((task.__name__, done.key)))
 
     def _next(self) -> None:
         try:
@@ -141,17 +165,26 @@ class _Course:
             if threading.current_thread() is threading.main_thread():
                 signal.signal(signal.SIGINT, lambda number, frame: os._exit(130))
             raise Interrupted
-        outcome = self._take(item)
-        if outcome is not None and outcome.status != "done" and self._stop:
-            self._give_up()
+        if item not in self._running:
+            return
+        scan, future = self._running.pop(item)
+        if kind == draw_page.__name__:
+            self._take_page(scan, future)
+        else:
+            self._take(scan, future)
 
-    def _take(self, key: str) -> Outcome | None:
-        """Note what came of a scan that has ended."""
-        if key not in self._running:
-            return None
-        scan, future = self._running.pop(key)
+    def _take_page(self, scan: Scan, future: Future[Any]) -> None:
+        """Tell of a page that has been made, or could not be."""
         try:
-            outcome = future.result()
+            made = future.result()
+        except (CancelledError, KilledWorker) as error:
+            made = {"problem": f"its worker was lost: {error}"}
+        self._listener.page(scan, made)
+
+    def _take(self, scan: Scan, future: Future[Any]) -> None:
+        """Note what came of a scan that has ended."""
+        try:
+            outcome: Outcome = future.result()
         except CancelledError:
             raise LostSchedulerError from None
         except KilledWorker as error:
@@ -163,9 +196,11 @@ class _Course:
             outcome = Outcome.of_error(scan.input, scan.output, error, 0.0, "")
         future.release()
         self._journal.append(outcome)
-        self._outcomes[scan.number] = outcome
-        self._on_outcome(scan, outcome)
-        return outcome
+        self._listener.outcome(scan, outcome)
+        if outcome.status != "done" and self._stop:
+            self._give_up()
+        elif outcome.status != "failed" and self._pages:
+            self._submit(draw_page, scan)
 
     def _give_up(self) -> None:
         """End the scans that are under way, and note those that come to their end all the same."""
@@ -187,5 +222,5 @@ class _Course:
             raise LostSchedulerError
         missed = not self._client.scheduler_info(n_workers=-1)["workers"]
         if missed and not self._workers_missed:
-            self._on_note("no worker is left; the batch goes on when one comes, and Ctrl-C ends it")
+            self._listener.note("no worker is left; the batch goes on when one comes, and Ctrl-C ends it")
         self._workers_missed = missed

@@ -28,7 +28,7 @@ class Journal:
 
         Args:
             folder: where the outputs go.
-            resume: keep what it holds; else it begins anew.
+            resume: keep what it holds; else it begins anew with the first scan that ends.
 
         Raises:
             BatchError: another batch has it, or it cannot be written.
@@ -42,8 +42,7 @@ class Journal:
             self._file.close()
             raise BatchError(f"another batch is writing to {folder} at this moment; wait for it, or name another folder")
         self.before = read_journal(self.path)
-        if not resume:
-            self._file.truncate(0)
+        self._is_old = not resume
         self._end_torn_line()
 
     def __enter__(self) -> Journal:
@@ -59,6 +58,9 @@ class Journal:
             BatchError: the disk is full.
         """
         try:
+            if self._is_old:
+                self._file.truncate(0)
+                self._is_old = False
             self._file.write(outcome.line())
             os.fsync(self._file.fileno())
         except OSError as error:

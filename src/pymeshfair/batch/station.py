@@ -17,8 +17,10 @@ from ..operating_system import this_system
 from ..running.forks import ForkServer
 from ..running.job import Job, RunResult
 from ..running.memory import default_memory
-from ..running.started import Started
+from ..running.started import RUN, Started
 from ..running.supervise import run_job
+from .drawing import MODULE as DRAWING
+from .drawing import draw
 from .fitness import unfit_for
 from .outcome import Outcome
 from .settings import Settings
@@ -89,6 +91,19 @@ class Station(WorkerPlugin):
         finally:
             self._end()
 
+    def draw(self, key: str, scan: Mapping[str, Any]) -> dict[str, Any]:
+        """Make the page of one scan in this thread; see `pymeshfair.batch.drawing.draw`. ``"problem"`` says why there is none."""
+        memory = self._memory if self._settings.memory is None else self._settings.memory
+        input, output, page = (Path(scan[name]) for name in ("input", "output", "page"))
+        self._begin()
+        try:
+            return draw(input, output, page, memory=memory, start=lambda: self._start(key, DRAWING))
+        except Exception as error:
+            return {"problem": str(error)}
+        finally:
+            self._processes.pop(key, None)
+            self._end()
+
     def _run(self, key: str, job: Job) -> RunResult:
         self._ready_server()  # the scan's own time begins after that
         deadline = time.monotonic() + _PATIENCE
@@ -103,8 +118,8 @@ class Station(WorkerPlugin):
             finally:
                 self._processes.pop(key, None)
 
-    def _start(self, key: str) -> Started:
-        process = self._ready_server().start()
+    def _start(self, key: str, module: str = RUN) -> Started:
+        process = self._ready_server().start(module)
         self._processes[key] = process
         if key in self._cancelled:
             process.kill()
@@ -165,8 +180,20 @@ class Station(WorkerPlugin):
 
 def clean(batch: str, scan: Mapping[str, Any]) -> Outcome:
     """The task of one scan, on whichever worker dask gives it to."""
+    station, key = _here(batch)
+    return station.clean(key, scan)
+
+
+def draw_page(batch: str, scan: Mapping[str, Any]) -> dict[str, Any]:
+    """The task of the page of one scan."""
+    station, key = _here(batch)
+    return station.draw(key, scan)
+
+
+def _here(batch: str) -> tuple[Station, str]:
+    """The station of this worker, and the name of the task."""
     worker = get_worker()
     station = cast("Station", worker.plugins[batch])
     if station.unfit:
         raise Reschedule
-    return station.clean(str(worker.get_current_task()), scan)
+    return station, str(worker.get_current_task())

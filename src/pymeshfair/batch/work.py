@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 from .checks import Prospect, look_ahead
-from .engine import carry_out
+from .engine import Listener, carry_out
 from .errors import BatchError
 from .journal import NAME, Journal, read_journal
 from .outcome import Outcome, now
+from .page import write_page
 from .plan import Scan
 from .resume import done_before
 from .sample import sample
@@ -19,17 +20,31 @@ from .settings import Settings
 from .summary import Summary
 
 
-class Audience(Protocol):
-    """Who is told how a batch goes."""
+class Audience(Listener, Protocol):
+    """Who is told how a batch goes, from its beginning."""
 
     def begin(self, total: int) -> None:
         """So many scans are to do."""
 
-    def note(self, text: str) -> None:
-        """Something about the batch as a whole."""
+
+class _Record:
+    """Keeps what came of scans, and passes on what is told."""
+
+    def __init__(self, audience: Audience, outcomes: Mapping[int, Outcome]) -> None:
+        self._audience = audience
+        self.outcomes = dict(outcomes)
+        self.pages: dict[int, Mapping[str, Any]] = {}
 
     def outcome(self, scan: Scan, outcome: Outcome) -> None:
-        """A scan has ended."""
+        self.outcomes[scan.number] = outcome
+        self._audience.outcome(scan, outcome)
+
+    def page(self, scan: Scan, made: Mapping[str, Any]) -> None:
+        self.pages[scan.number] = made
+        self._audience.page(scan, made)
+
+    def note(self, text: str) -> None:
+        self._audience.note(text)
 
 
 class Task:
@@ -53,6 +68,7 @@ class Task:
         resume: bool = False,
         stop: bool = False,
         sample: int | None = None,
+        report: bool = False,
     ) -> None:
         """Plan it.
 
@@ -65,6 +81,7 @@ class Task:
             resume: skip what is done.
             stop: give up after the first scan that fails.
             sample: do only so many, spread by size and noise.
+            report: make a page of every scan that is done, and one of the batch.
         """
         self.scans = scans
         self.settings = settings
@@ -75,6 +92,7 @@ class Task:
         self._resume = resume
         self._stop = stop
         self._sample = sample
+        self._report = report
 
     def look_ahead(self) -> Prospect:
         """What would be done; nothing is written.
@@ -86,7 +104,7 @@ class Task:
         return look_ahead(self.scans, self.settings, self.folder, done)
 
     def carry_out(self, audience: Audience) -> Summary:
-        """Do it, and write ``batch.json`` and ``batch.csv``, also if it is interrupted.
+        """Do it, and write ``batch.json`` and ``batch.csv``, also if it is interrupted, and ``batch.html`` if a report is wanted.
 
         Raises:
             ScriptError, InputError: see `pymeshfair.batch.checks.look_ahead`.
@@ -109,28 +127,31 @@ class Task:
             if self._sample is not None:
                 todo = sample(todo, self._sample)
             audience.begin(len(todo))
-            outcomes = dict(done)
-
-            def note(scan: Scan, outcome: Outcome) -> None:
-                outcomes[scan.number] = outcome
-                audience.outcome(scan, outcome)
-
+            record = _Record(audience, done)
+            drawn = [scan for scan in self.scans if scan.number in done and self._report]
             try:
-                if todo:
+                if todo or drawn:
                     carry_out(
                         todo,
                         self.settings,
                         journal,
                         self.folder,
                         address=self._address,
-                        jobs=min(self._jobs, len(todo)),
+                        jobs=min(self._jobs, len(todo) or len(drawn)),
                         stop=self._stop,
-                        on_outcome=note,
-                        on_note=audience.note,
+                        pages=self._report,
+                        listener=record,
+                        done=drawn,
                     )
             finally:
-                ordered = [outcomes[scan.number] for scan in self.scans if scan.number in outcomes]
-                seconds = time.monotonic() - clock
-                summary = Summary.of(ordered, len(self.scans), self.settings, started=started, finished=now(), seconds=seconds)
-                self.written = (*summary.write(self.folder), journal.path)
+                if record.outcomes:  # else nothing was begun, and what is known of a former batch stays
+                    outcomes = [record.outcomes[scan.number] for scan in self.scans if scan.number in record.outcomes]
+                    finished, seconds = now(), time.monotonic() - clock
+                    summary = Summary.of(
+                        outcomes, len(self.scans), self.settings, started=started, finished=finished, seconds=seconds
+                    )
+                    self.written = (*summary.write(self.folder), journal.path)
+            if self._report:
+                made = {str(scan.output): record.pages.get(scan.number, {}) for scan in self.scans}
+                self.written += (write_page(self.folder, summary, made),)
         return summary

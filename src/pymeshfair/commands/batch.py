@@ -52,6 +52,9 @@ def batch(
     sample: Annotated[
         int | None, typer.Option(metavar="N", help="Clean only so many scans, spread by size and noise.", min=1)
     ] = None,
+    report: Annotated[
+        bool, typer.Option("--report", help="Write batch.html, a page with a row a scan, and a page of each scan that is done.")
+    ] = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Check everything, and say what would be done.")] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace outputs that no run has written.")] = False,
     allow_outside: options.AllowOutside = False,
@@ -99,7 +102,8 @@ def batch(
     )
     folder = output.absolute()
     scans = plan_scans(expand(inputs, [s.name for s in found.script.settings]), found, folder, name)
-    task = Task(scans, settings, folder, scheduler, jobs or this_system().processors(), resume=resume, stop=stop, sample=sample)
+    slots = jobs or this_system().processors()
+    task = Task(scans, settings, folder, scheduler, slots, resume=resume, stop=stop, sample=sample, report=report)
     if dry_run:
         _look_ahead(task, json=json)
     else:

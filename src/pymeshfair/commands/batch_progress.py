@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Mapping
 from types import TracebackType
+from typing import Any
 
 import typer
 from rich.console import Console
@@ -41,6 +43,11 @@ class BatchLines:
         """A scan has ended."""
         self._ended += 1
         typer.echo(f"[{self._ended:>{len(str(self._total))}}/{self._total}] {told(scan, outcome)}", err=True)
+
+    def page(self, scan: Scan, made: Mapping[str, Any]) -> None:
+        """A page was made."""
+        if "problem" in made:
+            self.note(f"{scan.input.name}: no page: {made['problem']}")
 
 
 class BatchBar:
@@ -93,6 +100,12 @@ class BatchBar:
         if self._worst is not None:
             words.append(f"moved most: {self._worst[1]}, {self._worst[0]:.2g} edges")
         self._bar.update(self._task, completed=self._ended, description=escape(", ".join(words)))
+
+    def page(self, scan: Scan, made: Mapping[str, Any]) -> None:
+        """A page was made."""
+        if "problem" in made:
+            self.note(f"{scan.input.name}: no page: {made['problem']}")
+        self._bar.update(self._task, description=f"page of {escape(scan.input.name)}")
 
 
 def told(scan: Scan, outcome: Outcome) -> str:

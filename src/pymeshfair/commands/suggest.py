@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
 #: the filter whose automatic parameters are made explicit
 FILTER = "apply_coord_normal_filtering"
-#: the filter whose steps alone are enough for some
-RELAXES = "apply_coord_taubin_fairing"
 
 
 def suggest(
@@ -82,11 +80,8 @@ def _explicit(scan: Path, values: dict[str, Any]) -> Recipe | None:
 
     if values["shape"] == "clean":
         return None
-    if "method" in values:
-        known = find_filter(FILTER)
-        step = Step(known).with_values({p.name: values[p.name] for p in known.parameters if p.name in values})
-    else:
-        step = Step(find_filter(RELAXES)).with_values({"iterations": int(values["relaxation"])})
+    known = find_filter(FILTER)
+    step = Step(known).with_values({p.name: values[p.name] for p in known.parameters if p.name in values})
     name = scan.name.replace("--", "- ").strip("-")
     comment = f"Denoises scans such as {name}\n\nFor: {_kind(values)}, with noise of {values['noise']:.2g} edges."
     return Recipe("suggestion", Script((step,), comment))
@@ -119,7 +114,9 @@ def _contest(values: dict[str, Any], most: int = 6) -> list[str]:
     lines = [f"tried on held-out vertices: {len(tried)} settings were not ruled out at once; error in mean edges of"]
     for trial in shown if tried[0] in shown else [*shown, tried[0]]:
         parameters = trial["parameters"]
-        steps = [f"{trial['relaxation']} Taubin steps"] if trial["relaxation"] else []
+        steps = ["outliers replaced"] if trial["outliers"] == "replace" else []
+        if trial["relaxation"]:
+            steps.append(f"{trial['relaxation']} Taubin steps")
         if parameters is not None:
             steps.append(
                 f"{parameters['outer_iterations']} rounds of {parameters['method']} {parameters['range_kernel']} "

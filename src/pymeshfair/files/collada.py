@@ -44,7 +44,8 @@ def inspect_collada(path: Path, references: References, given: Given) -> Announc
             _check_mesh(part, parts)
     images = [image for image in root.iter() if _kind(image) == "image"]
     places = [place for image in images for place in image.iter() if _kind(place) in ("init_from", "ref") and not len(place)]
-    for place in (p for p in root.iter() if _kind(p) in ("init_from", "ref") and p not in places):
+    found = set(map(id, places))
+    for place in (p for p in root.iter() if _kind(p) in ("init_from", "ref") and id(p) not in found):
         _check_inside((place.text or "").strip(), "init_from", place)
     names = [_path_of((place.text or "").strip()) for place in places]
     textures = find_textures([name for name in names if name], references)

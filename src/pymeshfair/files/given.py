@@ -10,8 +10,11 @@ import shutil
 from collections.abc import Iterable
 from pathlib import Path
 
-from .errors import OutputError
+from .errors import ContentsError, OutputError
 from .references import References, Texture
+
+#: textures of one mesh
+MOST_TEXTURES = 1000
 
 
 class Given:
@@ -64,10 +67,14 @@ def find_textures(names: Iterable[str], references: References) -> tuple[Texture
     """The textures of these names, each with a plain one.
 
     Raises:
+        ContentsError: they are too many.
         InputError: one of them must not be opened, or is no image.
     """
     found = []
-    for number, name in enumerate(dict.fromkeys(names)):
+    unique = list(dict.fromkeys(names))
+    if len(unique) > MOST_TEXTURES:
+        raise ContentsError(f"it names {len(unique):,} textures; {MOST_TEXTURES:,} are the most")
+    for number, name in enumerate(unique):
         file = references.find_image(name)
         suffix = "" if file is None else file.suffix
         found.append(Texture(name, file, f"texture-{number}{suffix if suffix[1:].isalnum() and suffix.isascii() else '.png'}"))

@@ -115,7 +115,9 @@ def _inspect_ply(path: Path, references: References, given: Given) -> Announced:
     textures = find_textures(header.textures, references)
     names = {p.name for p in header.element("vertex").properties}
     reading = None
-    if must_be_altered(header):
+    if body.binary is not None and not textures:
+        reading = given.write(*body.binary)
+    elif must_be_altered(header):
         with path.open("rb") as file:
             file.seek(header.size)
             reading = given.write(given_header(header, textures), *iter(lambda: file.read(1 << 20), b""))
@@ -147,8 +149,15 @@ def _inspect_off(path: Path, references: References, given: Given) -> Announced:
         normals=contents.normals,
         not_kept=("comments",) if contents.comments else (),
         points=contents.points,
-        reading=given.write(contents.text) if contents.altered else None,
+        reading=_binary_or_text(given, contents.binary, contents.text if contents.altered else None, ".ply"),
     )
+
+
+def _binary_or_text(given: Given, binary: list[bytes] | None, text: bytes | None, suffix: str | None = None) -> Path | None:
+    """Write what MeshLab reads soonest; None if that is the file itself."""
+    if binary is not None:
+        return given.write_beside(given.path.with_suffix(suffix or given.path.suffix).name, *binary)
+    return None if text is None else given.write(text)
 
 
 def _inspect_stl(path: Path, references: References, given: Given) -> Announced:
@@ -157,7 +166,7 @@ def _inspect_stl(path: Path, references: References, given: Given) -> Announced:
         faces=contents.faces,
         count_triangles=lambda: contents.faces,
         not_kept=(f"its head {contents.note[:60]!r}",) if contents.note else (),
-        reading=None if contents.text is None else given.write(contents.text),
+        reading=_binary_or_text(given, contents.binary, contents.text),
     )
 
 

@@ -146,6 +146,8 @@ def lex(
                     kind = 0
                 else:
                     value = float(mantissa) if power == 0 else _scaled(mantissa, power)
+                    if mantissa > 9007199254740992 or power < -22 or power > 22:
+                        oddities |= 8  # else both are whole numbers of double precision, and one division rounds once
                     if negative:
                         value = -value
                     if not np.isfinite(value):

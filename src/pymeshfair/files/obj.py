@@ -55,6 +55,9 @@ class ObjContents:
         notes: what MeshLab does not read of it, in words.
         text: what it says, in a form that MeshLab's reader understands alike.
         altered: whether that is not the file itself.
+        corners: the (m, 3) indices of its faces in pieces, from 0; None if some are no triangles of vertices alone.
+        colours: (n, k) what its vertices have besides places, in pieces.
+        exact: whether all numbers are right to the last bit.
         changes: lines of `text`, by their number from 1, that must be others for MeshLab.
     """
 
@@ -67,6 +70,9 @@ class ObjContents:
     notes: list[str] = field(default_factory=list)
     text: bytes = b""
     altered: bool = False
+    corners: list[NDArray[np.int64]] | None = field(default_factory=list)
+    colours: list[NDArray[np.float64]] = field(default_factory=list)
+    exact: bool = True
     changes: dict[int, bytes] = field(default_factory=dict)
 
 
@@ -85,7 +91,7 @@ def read_obj(path: Path) -> ObjContents:
     if any(piece.oddities for piece in pieces) or _is_misspaced(pieces):
         text = plain(text)
         pieces = list(tokenise(text, slashes=True))
-    contents = ObjContents(text=text, altered=text is not data)
+    contents = ObjContents(text=text, altered=text is not data, exact=all(piece.exact for piece in pieces))
     points: list[NDArray[np.float64]] = []
     width: list[int] = []
     before = Counter[str]()
@@ -164,6 +170,7 @@ def _vertices(piece: Tokens, width: list[int], contents: ObjContents) -> NDArray
     if width[0] == 4 and (piece.values[first + 4] != 1).any():
         note = "weights of vertices"
         contents.notes += [note] if note not in contents.notes else []
+    contents.colours.append(piece.values[first[:, None] + np.arange(4, width[0] + 1)])
     places: NDArray[np.float64] = piece.values[first[:, None] + np.arange(1, 4)]
     return places
 
@@ -183,6 +190,10 @@ def _faces(piece: Tokens, before: Counter[str], contents: ObjContents) -> None:
     _check_corners(piece, corners, "face", 3)
     relative = _check_indices(piece, corners, before, contents)
     contents.triangles += int((corners.counts - 2).sum())
+    if contents.corners is not None and (corners.counts == 3).all() and len(corners.slots) == len(corners.lines) * 3:
+        contents.corners.append(corners.values.astype(np.int64).reshape(-1, 3) - 1)
+    else:
+        contents.corners = None
     contents.bare_faces += int((corners.texture_counts == 0).sum())
     if relative:
         contents.changes |= corners.absolute(piece)

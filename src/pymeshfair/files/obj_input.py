@@ -5,7 +5,10 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import numpy as np
+
 from .announced import Announced
+from .as_binary import are_plain_triangles, mesh_as_ply
 from .given import Given, find_textures
 from .obj import ObjContents, read_obj
 from .obj_materials import Materials, find_material_files, format_materials, read_materials
@@ -28,7 +31,7 @@ def inspect_obj(path: Path, references: References, given: Given) -> Announced:
     """
     contents = read_obj(path)
     lost = [f"{what} ({n:,})" for what in _LOST if (n := contents.counts[what])] + contents.notes
-    names = contents.material_files
+    names = list(dict.fromkeys(contents.material_files))
     uses = contents.counts["uses of materials"]
     if not names and uses:  # what some programs write, and MeshLab looks for
         names = [path.with_suffix(".mtl").name]
@@ -45,8 +48,11 @@ def inspect_obj(path: Path, references: References, given: Given) -> Announced:
     textures = find_textures(materials.textures, references)
     if contents.bare_faces and contents.counts["texture coordinates"] and contents.bare_faces < contents.counts["faces"]:
         lost.append(f"that {contents.bare_faces:,} of its faces have no texture coordinates: they get the first ones")
+    binary = None if names or uses else _binary(contents)
     reading = None
-    if names or contents.altered or contents.changes or uses:
+    if binary is not None:
+        reading = given.write_beside(given.path.with_suffix(".ply").name, *binary)
+    elif names or contents.altered or contents.changes or uses:
         named = {t.name: t for t in textures}
         if materials.materials:
             given.write_beside(_MATERIALS, format_materials(materials.materials, named.__getitem__))
@@ -63,6 +69,17 @@ def inspect_obj(path: Path, references: References, given: Given) -> Announced:
         points=contents.points,
         reading=reading,
     )
+
+
+def _binary(contents: ObjContents) -> list[bytes] | None:
+    """The mesh as the parts of a PLY file, if it is made of triangles, with colours of vertices or without, and nothing else."""
+    counts = contents.counts
+    if counts["texture coordinates"] or counts["normals"] or counts["polylines"] or not contents.exact or not contents.corners:
+        return None
+    faces, extra = np.concatenate(contents.corners), np.concatenate(contents.colours)
+    if not are_plain_triangles(contents.points, faces) or extra.shape[1] not in (0, 3) or not ((extra >= 0) & (extra <= 1)).all():
+        return None
+    return mesh_as_ply(contents.points, faces, np.rint(255 * extra).astype(np.uint8) if extra.shape[1] else None)
 
 
 def _normalised(contents: ObjContents, *, with_materials: bool) -> bytes:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .as_binary import are_plain_triangles, mesh_as_ply
 from .errors import ContentsError
 from .references import shown
 from .tokens import INDENTED, INTEGER, NOT_FINITE, REAL, Tokens, joined_pieces, plain, tokenise
@@ -28,6 +29,7 @@ class OffContents:
         comments: how many bytes of comments it has.
         text: what it says, in a form that MeshLab's reader understands alike.
         altered: whether that is not the file itself.
+        binary: the parts of a PLY file that MeshLab reads alike and sooner; None if there is none.
     """
 
     points: NDArray[np.float64]
@@ -37,6 +39,7 @@ class OffContents:
     comments: bool
     text: bytes
     altered: bool
+    binary: list[bytes] | None = None
 
 
 def read_off(data: bytes) -> OffContents:
@@ -76,10 +79,12 @@ def _body(piece: Tokens, prefix: str, text: bytes, *, altered: bool, comments: b
         k = line + n + m
         raise _fail(piece, k, f"is one more than the {n:,} vertices and {m:,} faces that it declares")
     points = _vertices(piece, line, n, prefix)
-    faces, triangles = _faces(piece, line + n, m, n)
+    faces, triangles, corners = _faces(piece, line + n, m, n)
     if here == 2:  # MeshLab wants the number of edges as well
         raise OffError("it does not say how many edges it has (0 will do)")
-    return OffContents(points, faces, triangles, "N" in prefix, comments, text, altered)
+    plainly = not prefix and piece.exact and corners is not None and are_plain_triangles(points, corners)
+    binary = mesh_as_ply(points, corners) if plainly and corners is not None else None
+    return OffContents(points, faces, triangles, "N" in prefix, comments, text, altered, binary)
 
 
 def _fail(piece: Tokens, k: int, why: str) -> OffError:
@@ -118,10 +123,10 @@ def _check_colours(piece: Tokens, lines: NDArray[np.int64], rows: NDArray[np.int
             raise _fail(piece, int(lines[np.argmax(wrong.any(axis=1))]), why)
 
 
-def _faces(piece: Tokens, line: int, m: int, n: int) -> tuple[int, int]:
-    """How many polygons there are, and how many triangles they make."""
+def _faces(piece: Tokens, line: int, m: int, n: int) -> tuple[int, int, NDArray[np.int64] | None]:
+    """How many polygons there are, how many triangles they make, and the (m, 3) corners if all are triangles without a colour."""
     if m == 0:
-        return 0, 0
+        return 0, 0, None
     lengths, first = piece.lengths[line : line + m], piece.first[line : line + m]
     said = piece.values[first]
     whole = (piece.kinds[first] == INTEGER) & (said >= 2) & (said <= lengths - 1)
@@ -145,4 +150,5 @@ def _faces(piece: Tokens, line: int, m: int, n: int) -> tuple[int, int]:
     for width in (3, 4):
         chosen = coloured[extra[coloured] == width]
         _check_colours(piece, line + chosen, (first[chosen] + 1 + counts[chosen])[:, None] + np.arange(width))
-    return int((counts >= 3).sum()), int((counts - 2).sum())
+    triangles = values.astype(np.int64).reshape(-1, 3) if (counts == 3).all() and not len(coloured) else None
+    return int((counts >= 3).sum()), int((counts - 2).sum()), triangles

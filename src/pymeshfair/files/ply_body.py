@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from .as_binary import text_as_binary
 from .ply import PlyElement, PlyError, PlyHeader
 from .ply_rows import Rows, binary_rows, text_rows
 
@@ -28,12 +29,14 @@ class PlyBody:
     Attributes:
         points: (n, 3) its vertices, or None if they have no places.
         triangles: how many triangles its faces make, a polygon of k corners k - 2.
+        binary: the parts of a binary file that MeshLab reads alike and sooner, of a text; None if there is none.
         columns: (element, property) -> the values, one for each vertex or face, of those asked for that have one.
     """
 
     points: NDArray[np.float64] | None
     triangles: int
     columns: Mapping[tuple[str, str], NDArray[np.float64]] = field(default_factory=dict)
+    binary: list[bytes] | None = None
 
 
 def read_body(path: Path, header: PlyHeader, wanted: frozenset[tuple[str, str]]) -> PlyBody:
@@ -74,7 +77,7 @@ def read_body(path: Path, header: PlyHeader, wanted: frozenset[tuple[str, str]])
         columns |= {
             (element.name, name): own.exact_column(name) for e, name in wanted if e == element.name and own.has_column(name)
         }
-    return PlyBody(points, triangles, columns)
+    return PlyBody(points, triangles, columns, text_as_binary(header, rows) if header.format == "ascii" else None)
 
 
 def _check_faces(element: PlyElement, rows: Rows, n: int) -> int:

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from .ply import SIZES, PlyElement, PlyError, PlyHeader
 from .tokens import INTEGER, NOT_FINITE, REAL, REMARKED, Tokens, joined_pieces, tokenise
 
-_KINDS = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4", "double": "f8"}
-_KINDS |= {"int8": "i1", "int16": "i2", "uint16": "u2"}
+KINDS = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4", "double": "f8"}
+KINDS |= {"int8": "i1", "int16": "i2", "uint16": "u2"}
 
 
 @dataclass
@@ -67,12 +67,13 @@ class Rows:
 
 
 class AllRows(dict[str, Rows]):
-    """The rows of all elements by name; `done` are the names of those that were looked at."""
+    """The rows of all elements by name; `done` are those looked at, `exact` says whether a text gave every bit of them."""
 
     def __init__(self) -> None:
         """See the class."""
         super().__init__()
         self.done: list[str] = []
+        self.exact = False
 
 
 # ------------------------------------------------------------------------------------------------------------------- binary
@@ -97,7 +98,7 @@ def _binary_element(data: NDArray[np.uint8], position: int, element: PlyElement,
     lists = [p for p in element.properties if p.count_type]
     if element.count == 0 or not element.properties:
         rows.list_lengths = {p.name: np.empty(0, np.int64) for p in lists}
-        rows.fixed = np.empty(0, [(p.name, _KINDS[p.type]) for p in element.properties])
+        rows.fixed = np.empty(0, [(p.name, KINDS[p.type]) for p in element.properties])
         return rows, position
     # All rows may be like the first.
     kind = _row_type(data, position, element, order)
@@ -114,7 +115,7 @@ def _row_type(data: NDArray[np.uint8], position: int, element: PlyElement, order
     """The type of rows that are like the one at a position."""
     fields: list[Any] = []
     for p in element.properties:
-        kind = order + _KINDS[p.type]
+        kind = order + KINDS[p.type]
         if p.count_type is None:
             fields.append((p.name, kind))
             position += SIZES[p.type]
@@ -122,10 +123,10 @@ def _row_type(data: NDArray[np.uint8], position: int, element: PlyElement, order
         size = SIZES[p.count_type]
         if position + size > len(data):
             return None
-        count = int(np.frombuffer(data, order + _KINDS[p.count_type], 1, position)[0])
+        count = int(np.frombuffer(data, order + KINDS[p.count_type], 1, position)[0])
         if not 0 <= count <= (len(data) - position) // SIZES[p.type]:
             return None
-        fields += [(f"{p.name} count", order + _KINDS[p.count_type]), (p.name, kind, (count,))]
+        fields += [(f"{p.name} count", order + KINDS[p.count_type]), (p.name, kind, (count,))]
         position += size + count * SIZES[p.type]
     return np.dtype(fields)
 
@@ -134,7 +135,7 @@ def _uneven(data: NDArray[np.uint8], position: int, element: PlyElement, order: 
     """Rows with lists of different lengths."""
     n, properties = element.count, element.properties
     counts = np.array([SIZES[p.count_type] if p.count_type else 0 for p in properties])
-    signed = np.array([_KINDS[p.count_type][0] == "i" if p.count_type else False for p in properties])
+    signed = np.array([KINDS[p.count_type][0] == "i" if p.count_type else False for p in properties])
     sizes = np.array([SIZES[p.type] for p in properties])
     places = np.empty((n, len(properties)), np.int64)
     lengths = np.empty((n, len(properties)), np.int64)
@@ -143,7 +144,7 @@ def _uneven(data: NDArray[np.uint8], position: int, element: PlyElement, order: 
         raise PlyError(f"its element {element.name!r} is cut short, or a list in it has a length that cannot be")
     rows = Rows(element)
     for k, p in enumerate(properties):
-        kind = np.dtype(order + _KINDS[p.type])
+        kind = np.dtype(order + KINDS[p.type])
         at = places[:, k]
         if p.count_type:
             rows.list_lengths[p.name] = lengths[:, k]
@@ -193,6 +194,7 @@ def text_rows(data: NDArray[np.uint8], header: PlyHeader) -> AllRows:
     if piece.oddities & REMARKED or b"#" in body:
         raise PlyError("it has comments behind its header")
     rows = AllRows()
+    rows.exact = piece.exact
     line = 0
     for element in header.elements:
         if len(piece.lengths) - line < element.count:
@@ -220,10 +222,10 @@ def _text_element(piece: Tokens, line: int, element: PlyElement, body: bytes) ->
         _refuse(piece, line, at + lengths > end, f"ends before its {p.name!r}")
         tokens = np.repeat(at, lengths)
         tokens += np.arange(len(tokens)) - np.repeat(np.cumsum(lengths) - lengths, lengths)
-        whole = _KINDS[p.type][0] != "f"
+        whole = KINDS[p.type][0] != "f"
         strange = ~np.isin(piece.kinds[tokens], (INTEGER,) if whole else (INTEGER, REAL, NOT_FINITE))
         if whole:
-            limits = np.iinfo(_KINDS[p.type])
+            limits = np.iinfo(KINDS[p.type])
             strange |= ~((piece.values[tokens] >= limits.min) & (piece.values[tokens] <= limits.max))
         if strange.any():
             row = int(np.repeat(np.arange(element.count), lengths)[np.argmax(strange)])

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .as_binary import facets_as_stl
 from .errors import ContentsError
 from .references import shown
 from .tokens import INDENTED, INTEGER, REAL, WORD, Tokens, joined_pieces, plain, tokenise, word
@@ -33,12 +34,14 @@ class StlContents:
     Attributes:
         faces: how many triangles.
         note: what its head says, or nothing.
+        binary: the parts of a binary file that MeshLab reads alike and sooner, of a text; None if there is none.
         text: what a text says, in a form that MeshLab's reader understands; None if that is the file itself.
     """
 
     faces: int
     note: str
     text: bytes | None = None
+    binary: list[bytes] | None = None
 
 
 def read_stl(data: bytes) -> StlContents:
@@ -65,13 +68,13 @@ def read_stl(data: bytes) -> StlContents:
         text = plain(text)
         piece = joined_pieces(tokenise(text))
     solids, lines = _parted(piece)
-    strange_normals = _check_facets(piece, lines)
+    corners, strange_normals = _check_facets(piece, lines)
     if len(solids) > 2 or strange_normals:
         text = re.sub(rb"(?mi)^[ \t]*(end)?solid\b.*$", b"", text)
         text = re.sub(rb"(?mi)^[ \t]*facet[ \t].*$", b"facet normal 0 0 0", text)
         text = b"solid\n" + text + b"\nendsolid\n"
     note = _note(piece.line(0).decode("latin-1").lstrip()[5:])
-    return StlContents(len(lines) // len(_FACET), note, None if text is data else text)
+    return StlContents(len(lines) // len(_FACET), note, None if text is data else text, facets_as_stl(corners))
 
 
 def _note(head: str) -> str:
@@ -93,26 +96,28 @@ def _parted(piece: Tokens) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     words = piece.keywords | _SMALL
     begins, ends = words == _keyed(b"solid"), words == _keyed(b"endsolid")
     solids = np.flatnonzero(begins | ends)
-    if len(solids) % 2 or not begins[solids[0::2]].all() or not ends[solids[1::2]].all():
+    if not len(solids) or len(solids) % 2 or not begins[solids[0::2]].all() or not ends[solids[1::2]].all():
         raise StlError("it is cut short: 'solid' and 'endsolid' do not come in pairs")
     if solids[0] != 0 or solids[-1] != len(words) - 1:
         raise StlError("it has something before 'solid' or behind 'endsolid'")
     return solids, np.flatnonzero(~(begins | ends))
 
 
-def _check_facets(piece: Tokens, lines: NDArray[np.int64]) -> bool:
-    """Refuse lines that are not those of facets in their order; whether a normal is no number, which nobody needs."""
-    expected = np.resize(np.array([_keyed(w) for w in _FACET], dtype=np.uint64), len(lines))
-    lengths = np.resize(np.array([_LENGTHS[w] for w in _FACET]), len(lines))
-    wrong = (piece.keywords[lines] | _SMALL != expected) | (piece.lengths[lines] != lengths)
-    if len(lines) % len(_FACET) or wrong.any():
+def _check_facets(piece: Tokens, lines: NDArray[np.int64]) -> tuple[NDArray[np.float64], bool]:
+    """Refuse lines that are not those of facets in their order; the (m, 3, 3) corners, and whether a normal is no number."""
+    whole = len(lines) - len(lines) % len(_FACET)
+    words = (piece.keywords[lines[:whole]] | _SMALL).reshape(-1, len(_FACET))
+    lengths = piece.lengths[lines[:whole]].reshape(-1, len(_FACET))
+    wrong = (words != np.array([_keyed(w) for w in _FACET], dtype=np.uint64)) | (lengths != [_LENGTHS[w] for w in _FACET])
+    if whole < len(lines) or wrong.any():
         k = int(lines[np.argmax(wrong)]) if wrong.any() else int(lines[-1])
         raise _fail(piece, k, "is not what comes next in a facet")
-    first = piece.first[lines]
-    corners = first[expected == _keyed(b"vertex")][:, None] + np.arange(1, 4)
-    strange = ~np.isin(piece.kinds[corners], (INTEGER, REAL)).all(axis=1)
+    first = piece.first[lines].reshape(-1, len(_FACET))
+    corners = first[:, 2:5, None] + np.arange(1, 4)
+    kinds = piece.kinds[corners]
+    strange = (kinds != INTEGER) & (kinds != REAL)
     if strange.any():
-        k = int(lines[expected == _keyed(b"vertex")][np.argmax(strange)])
+        k = int(lines.reshape(-1, len(_FACET))[:, 2:5].ravel()[np.argmax(strange.any(axis=2))])
         raise _fail(piece, k, "has something else than finite numbers; decimals are written with a point")
-    normals = first[expected == _keyed(b"facet")][:, None] + np.arange(2, 5)
-    return bool((piece.kinds[normals] == WORD).any())
+    normals = first[:, :1] + np.arange(2, 5)
+    return piece.values[corners], bool((piece.kinds[normals] == WORD).any())

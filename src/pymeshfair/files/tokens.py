@@ -23,7 +23,8 @@ AFTER_SLASH = 8
 #: what a text has that MeshLab's readers do not all understand alike: lines that begin with blanks, comments behind other words,
 #: and carriage returns that are no part of a line's end
 INDENTED, REMARKED, LONE_RETURN = 1, 2, 4
-_CHUNK = 16 << 20
+_ROUNDED = 8
+_CHUNK = 64 << 20
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,7 @@ class Tokens:
         starts: (l,) where each line begins in the text.
         numbers: (l,) the number of each line in the file, from 1.
         oddities: the sum of what makes the text ambiguous.
+        exact: whether the numbers are right to the last bit.
     """
 
     text: Bytes
@@ -51,6 +53,7 @@ class Tokens:
     starts: NDArray[np.int64]
     numbers: NDArray[np.int64]
     oddities: int
+    exact: bool = True
 
     @property
     def lengths(self) -> NDArray[np.int64]:
@@ -86,13 +89,16 @@ def tokenise(data: bytes, *, slashes: bool = False) -> Iterator[Tokens]:
         first, starts, numbers = (np.empty(n_lines + 1, np.int64) for _ in range(3))
         keywords, seconds = np.zeros(n_lines, np.uint64), np.zeros(n_lines, np.uint64)
         t, k, line, oddities = lex(piece, slashes, kinds, values, first, starts, numbers, keywords, seconds, line)
-        yield Tokens(piece, kinds[:t], values[:t], first[: k + 1], keywords[:k], seconds[:k], starts[:k], numbers[:k], oddities)
+        found = (kinds[:t], values[:t], first[: k + 1], keywords[:k], seconds[:k], starts[:k], numbers[:k])
+        yield Tokens(piece, *found, oddities=oddities & ~_ROUNDED, exact=not oddities & _ROUNDED)
         start = end
 
 
 def joined_pieces(pieces: Iterable[Tokens]) -> Tokens:
     """All pieces of a text as one; nothing of no text."""
     parts = list(pieces)
+    if len(parts) == 1:
+        return parts[0]
     tokens = np.cumsum([0, *(len(p.kinds) for p in parts)])
     sizes = np.cumsum([0, *(len(p.text) for p in parts)])
 
@@ -114,6 +120,7 @@ def joined_pieces(pieces: Iterable[Tokens]) -> Tokens:
         starts=joined("starts", sizes),
         numbers=joined("numbers"),
         oddities=oddities,
+        exact=all(p.exact for p in parts),
     )
 
 

@@ -1027,8 +1027,9 @@ class FilterMethods:
         neighborhood: Literal["auto", "edge", "vertex", "two_ring", "three_ring", "radius", "geodesic"] = "auto",
         normal_iterations: int = 0,
         vertex_iterations: int = 0,
-        outer_iterations: int = 0,
+        outer_iterations: int = -1,
         vertex_update: Literal["auto", "sun", "ohtake", "conjugate_gradient"] = "auto",
+        outliers: Literal["auto", "keep", "replace"] = "auto",
         relaxation: int = -1,
         relaxation_direction: Literal["auto", "all", "normal"] = "auto",
         choice: Literal["held_out", "fixed"] = "held_out",
@@ -1068,11 +1069,16 @@ class FilterMethods:
             vertex_iterations: How many steps the vertices take towards faces with the filtered normals. More follow them more
                 closely. 0: automatic. Takes a whole number from 0 to 10000.
             outer_iterations: How often both are repeated, the normals measured anew; more are smoother. 20 to 30 times one
-                normal iteration keep edges better than once 20. 0: automatic. Takes a whole number from 0 to 10000.
+                normal iteration keep edges better than once 20. 0: outliers and relaxation alone. -1: automatic. Takes a whole
+                number from -1 to 10000.
             vertex_update: How vertices follow: 'sun' by the mean of the projections onto their faces' planes, 'ohtake' by their
                 mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
-            relaxation: How many pairs of Taubin's steps come before, of 0.5 and -0.53. They calm noise that turns faces over,
-                and round edges, which the filter sharpens again. -1: automatic. Takes a whole number from -1 to 10000.
+            outliers: Vertices that stand out from all around them, as those of stray measurements: 'keep' filters them like the
+                others, 'replace' puts them first where the others expect them. Filters that keep edges keep such spikes too.
+                'auto' keeps them where the filter is said in full.
+            relaxation: How many pairs of Taubin's steps come before, of 0.5 and -0.53. More calm noise that turns faces over,
+                and round edges, which the filter sharpens again. -1: automatic, 0 where the filter is said in full. Takes a
+                whole number from -1 to 10000.
             relaxation_direction: Where these steps go: 'all' directions, which evens out noise along the surface too, or along
                 the 'normal' alone, so that no vertex slides.
             choice: How what is not given is found. 'held_out': some 140 settings are tried on the mesh, or on patches of a
@@ -3702,6 +3708,35 @@ class FilterMethods:
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
+        """
+
+    def compute_selection_by_stray_points_per_vertex(
+        self,
+        *,
+        neighbors: int = 12,
+        sparseness: float = 8.0,
+        smallest_part: int = 100,
+        clouds_only: bool = False,
+    ) -> dict[str, Any] | None:
+        """Selects the points of a cloud that are part of no surface: single far ones, hazes, and clumps apart from the rest.
+
+        A selection by local probability misses them where they are each other's neighbours. The selection of vertices is
+        replaced. Faces play no part. Returns the number of selected points.
+
+        Args:
+            neighbors: How many nearest points say how dense the cloud is around a point. More bridge wider gaps and take
+                longer. Takes a whole number of at least 1.
+            sparseness: Points farther from their neighbours than this many times the median are selected: those alone and those
+                in a haze around the surface. Larger keeps sparser parts of a scan, and denser hazes. Takes a number of at least
+                1.
+            smallest_part: Clumps of fewer points than this, apart from all others, are selected. Larger selects larger clumps,
+                and larger islands of the surface too. Takes a whole number of at least 1.
+            clouds_only: Refuse a mesh: deleting the selected vertices would cut holes in it.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        In scripts: 'Select Stray Points'.
         """
 
     def compute_selection_by_texture_seams_per_vertex(self) -> Any:

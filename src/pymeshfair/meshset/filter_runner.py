@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -9,10 +10,11 @@ import pymeshlab
 
 from ..declaration import Arity, Filter, Percentage
 from ..declaration import Mesh as MeshParameter
+from ..registry import is_known
 from ..scripts.script import Step
 from ..write_back import without_helpers
 from .builtin_filters import BuiltinFilters
-from .errors import FilterFailedError, UnknownFilterError
+from .errors import FilterFailedError
 from .layers import Layers
 from .listing import known_filter
 from .plugin_filters import PluginFilters
@@ -68,13 +70,10 @@ class FilterRunner:
     def values(self, filter_name: str, given: Mapping[str, Any]) -> dict[str, Any]:
         """What `pymeshlab.MeshSet.filter_parameter_values` tells, for filters of both kinds and for file formats."""
         self._layers.settle()
-        try:
-            known = known_filter(filter_name)
-        except UnknownFilterError as unknown:
-            try:  # perhaps a file format
+        if not is_known(filter_name):  # perhaps a file format, for which every file that is written asks many times
+            with contextlib.suppress(pymeshlab.PyMeshLabException):
                 return without_helpers(dict(self.builtins.ask(filter_name, **given)))
-            except pymeshlab.PyMeshLabException:
-                raise unknown from None
+        known = known_filter(filter_name)
         if known is None:
             return dict(self.builtins.ask(filter_name, **given))
         if known.is_builtin:

@@ -3,16 +3,17 @@
 It loads MeshLab and the filters once. A fork of a process with several threads is not sound, as a lock that another thread holds
 stays locked in it for ever; so it starts none, and refuses to fork if a library has started one.
 
-It speaks with `ForkServer` over a socket, a message at a time, as JSON. It is told ``{"fork": true}`` with three descriptors, the
-worker's stdin, stdout and stderr, and answers ``{"forked": pid}`` or ``{"refused": reason}``; when a worker ends it says
-``{"ended": pid, "status": status}`` and keeps its number from being given to another until it is told ``{"release": pid}``. It
-ends when the socket is closed. Nothing here is meant to be called from elsewhere.
+It speaks with `ForkServer` over a socket, a message at a time, as JSON. It is told ``{"fork": module}`` with three descriptors,
+the stdin, stdout and stderr of the worker that the module's ``main`` is, and answers ``{"forked": pid}`` or
+``{"refused": reason}``. When a worker ends it says ``{"ended": pid, "status": status}``, and keeps its number from being given to
+another until it is told ``{"release": pid}``. It ends when the socket is closed. Nothing here is meant to be called otherwise.
 """
 
 from __future__ import annotations
 
 import contextlib
 import gc
+import importlib
 import json
 import os
 import selectors
@@ -24,7 +25,6 @@ from pathlib import Path
 from typing import Any
 
 from .loaded import load, loaded, loaded_since
-from .worker import main as work
 
 #: bytes; the longest message, for which sockets have room
 LONGEST = 1 << 17
@@ -66,24 +66,24 @@ class _Server:
             self._release(message["release"])
             return
         try:
-            self._fork(descriptors)
+            self._fork(message["fork"], descriptors)
         finally:
             for descriptor in descriptors:
                 os.close(descriptor)
 
-    def _fork(self, descriptors: list[int]) -> None:
+    def _fork(self, module: str, descriptors: list[int]) -> None:
         if (count := len(list(_THREADS.iterdir()))) != 1:
             self._say({"refused": f"a library has started {count - 1} threads"})
             return
         pid = os.fork()
         if pid == 0:
-            self._become_worker(descriptors)
+            self._become_worker(module, descriptors)
         watched = os.pidfd_open(pid)
         self._workers[pid] = watched
         self._selector.register(watched, selectors.EVENT_READ, lambda: self._ended(pid))
         self._say({"forked": pid})
 
-    def _become_worker(self, descriptors: list[int]) -> None:
+    def _become_worker(self, module: str, descriptors: list[int]) -> None:
         try:
             os.setsid()
             self._control.close()
@@ -93,7 +93,7 @@ class _Server:
             for target, descriptor in enumerate(descriptors):
                 os.dup2(descriptor, target)
                 os.close(descriptor)
-            work(self._tell_what_was_loaded)
+            importlib.import_module(module).main(self._tell_what_was_loaded)
         except BaseException:
             traceback.print_exc()
         finally:

@@ -18,7 +18,7 @@ from typing import IO, Any
 from ..operating_system import this_system
 from .environment import worker_environment
 from .fork_server import LONGEST
-from .started import FreshProcess, Started
+from .started import RUN, FreshProcess, Started
 
 #: seconds that loading everything may take, compilation not among it, and that a fork may
 _LOADING, _FORKING = 120.0, 20.0
@@ -66,17 +66,17 @@ class ForkServer:
             if self._link is not None:
                 self._link.is_ready()
 
-    def start(self) -> Started:
-        """A worker that waits for its assignment."""
+    def start(self, module: str = RUN) -> Started:
+        """A worker that waits for its assignment; `module` has the function ``main`` that it is."""
         with self._lock:
             while self._link is not None:
-                if (forked := self._link.fork()) is not None:
+                if (forked := self._link.fork(module)) is not None:
                     return forked
                 was_killed = self._link.is_broken and self._link.has_worked
                 self._drop()  # whatever else went wrong would again, and cost its time for every worker
                 if was_killed:
                     self._link = _Link(self._threads)
-        return FreshProcess(self._threads)
+        return FreshProcess(self._threads, module)
 
 
 class _Link:
@@ -108,7 +108,7 @@ class _Link:
         """Wait until the server has loaded everything; whether it has."""
         return self._ready.wait(_LOADING) and not self.is_broken
 
-    def fork(self) -> ForkedProcess | None:
+    def fork(self, module: str) -> ForkedProcess | None:
         """A new worker, or None if there is none to be had from here."""
         if not self.is_ready():
             return None
@@ -117,7 +117,7 @@ class _Link:
         ours = [pipes[0][1], pipes[1][0], pipes[2][0]]
         self._answered.clear()
         try:
-            socket.send_fds(self._socket, [b'{"fork": true}'], theirs)
+            socket.send_fds(self._socket, [json.dumps({"fork": module}).encode("ascii")], theirs)
             answered = self._answered.wait(_FORKING) and not self.is_broken
         except OSError:
             answered, self.is_broken = False, True

@@ -49,7 +49,7 @@ def record_of(
             "sha256": hashlib.sha256(text.encode("utf-8")).hexdigest(),
             "text": text,
         },
-        **_options(job),
+        **_options(job, report["output"]["side_files"]),
         "input": report["input"],
         "output": report["output"],
         "steps": [
@@ -79,9 +79,10 @@ def record_of(
     }
 
 
-def _options(job: Job) -> dict[str, Any]:
-    """The entry about what the input was allowed, if anything was."""
+def _options(job: Job, side_files: Sequence[Any]) -> dict[str, Any]:
+    """The entry about what the input was allowed and how textures were named, where that was not as usual."""
     given = {name: True for name in ("allow_outside", "unchecked", "keep_all") if getattr(job, name)}
+    given |= {"own_texture_names": True} if job.own_texture_names and side_files else {}
     return {"options": given} if given else {}
 
 
@@ -96,7 +97,24 @@ def _guarded(job: Job, report: Mapping[str, Any]) -> dict[str, Any]:
 def result_of(job: Job, record: Mapping[str, Any], side_files: Sequence[Path], maps: Sequence[Path] = ()) -> RunResult:
     """What `run_job` gives back, from the document that it has written."""
     run = record["run"]
-    steps = (
+    return RunResult(
+        output=job.output,
+        provenance=provenance_path(job.output),
+        side_files=tuple(side_files),
+        before=record["measures"]["before"],
+        after=record["measures"]["after"],
+        steps=steps_of(record),
+        warnings=tuple(record["warnings"]),
+        seconds=run["seconds"],
+        peak_memory=run["peak_memory_bytes"],
+        breaches=tuple(record.get("guards", {}).get("breaches", ())),
+        maps=tuple(maps),
+    )
+
+
+def steps_of(record: Mapping[str, Any]) -> tuple[StepReport, ...]:
+    """What every step did, from a provenance document."""
+    return tuple(
         StepReport(
             step["number"],
             step["filter"],
@@ -106,18 +124,5 @@ def result_of(job: Job, record: Mapping[str, Any], side_files: Sequence[Path], m
             values=step["values"],
             messages=tuple(step["messages"]),
         )
-        for step, seconds in zip(record["steps"], run["step_seconds"], strict=True)
-    )
-    return RunResult(
-        output=job.output,
-        provenance=provenance_path(job.output),
-        side_files=tuple(side_files),
-        before=record["measures"]["before"],
-        after=record["measures"]["after"],
-        steps=tuple(steps),
-        warnings=tuple(record["warnings"]),
-        seconds=run["seconds"],
-        peak_memory=run["peak_memory_bytes"],
-        breaches=tuple(record.get("guards", {}).get("breaches", ())),
-        maps=tuple(maps),
+        for step, seconds in zip(record["steps"], record["run"]["step_seconds"], strict=True)
     )

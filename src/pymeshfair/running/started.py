@@ -36,6 +36,8 @@ class Started(Protocol):
         """End it and whatever it has started."""
 
 
+#: the module whose ``main`` is the worker of a run
+RUN = "pymeshfair.running.worker"
 #: starts a worker's process
 Start: TypeAlias = Callable[[], Started]
 
@@ -43,12 +45,12 @@ Start: TypeAlias = Callable[[], Started]
 class FreshProcess:
     """An interpreter of its own, which loads everything anew."""
 
-    def __init__(self, threads: int | None) -> None:
-        """Start it; see `worker_environment` for `threads`."""
+    def __init__(self, threads: int | None, module: str = RUN) -> None:
+        """Start it; see `worker_environment` for `threads`, and `module` is run."""
         self._system = this_system()
         # In a session of its own Ctrl-C on the terminal does not reach it, and one signal ends it with all its children.
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "pymeshfair.running.worker"],
+            [sys.executable, "-m", module],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

@@ -124,6 +124,7 @@ def _planned(output: Path, record: Mapping[str, Any], again: Path, recorded: boo
         others=tuple(Path(other["path"]) for other in source.get("others", ())),
         allow_outside=bool(options.get("allow_outside")),
         unchecked=bool(options.get("unchecked")),
+        own_texture_names=bool(options.get("own_texture_names")),
         guards=Guards.parse(record.get("guards", {}).get("limits", {})),
         keep_broken=True,
     )

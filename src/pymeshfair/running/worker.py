@@ -15,7 +15,7 @@ import time
 import traceback
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, TypeAlias
 
 from ..errors import StepFailedError
 from ..files.errors import InputError, OutputBusyError, OutputError
@@ -24,9 +24,19 @@ from ..files.staging import hold, remove_folder
 from ..operating_system import this_system
 from .messages import Assignment, failure, to_line
 
+#: sends a document to the supervisor
+Tell: TypeAlias = Callable[[Mapping[str, Any]], None]
+#: does what a document asks and gives its report back
+Work: TypeAlias = Callable[[Mapping[str, Any], Tell], dict[str, Any]]
+
 
 def main(before_end: Callable[[], None] = lambda: None) -> None:
-    """Carry out the assignment that stdin gives; `before_end` is called when all is done and reported."""
+    """Carry out the assignment that stdin gives, as a run; `before_end` is called when all is done and reported."""
+    serve(_run, before_end)
+
+
+def serve(work: Work, before_end: Callable[[], None]) -> None:
+    """Do with the document that stdin gives whatever `work` does, within its limits, and end the process."""
     orders, reports = take_over_streams()
     faulthandler.enable()
     line = orders.readline()
@@ -43,7 +53,7 @@ def main(before_end: Callable[[], None] = lambda: None) -> None:
         with contextlib.suppress(OSError):  # the supervisor is gone
             reports.write(to_line(report))
 
-    tell(_outcome(document, tell))
+    tell(_outcome(work, document, tell))
     before_end()
     ending.acquire()  # if the supervisor is gone, the other thread has it, cleans up and ends the process
     del lock  # the folder is in use until here
@@ -84,15 +94,18 @@ def _remove_lock(output: Path) -> None:
             return
 
 
-def _outcome(document: Mapping[str, Any], tell: Any) -> dict[str, Any]:
-    """Carry out the assignment; what came of it, for the supervisor."""
+def _run(document: Mapping[str, Any], tell: Tell) -> dict[str, Any]:
+    from .session import Session  # imports MeshLab, within the limits
+
+    return Session(Assignment.from_document(document), tell).run()
+
+
+def _outcome(work: Work, document: Mapping[str, Any], tell: Tell) -> dict[str, Any]:
+    """Do the work; what came of it, for the supervisor."""
     try:
-        from .session import Session  # imports MeshLab, within the limits
+        report = work(document, tell)
     except ImportError as error:
         return failure("import", str(error), details=traceback.format_exc())
-    try:
-        session = Session(Assignment.from_document(document), tell)
-        report = session.run()
     except InputError as error:
         return failure("input", error.reason, path=error.path)
     except OutputError as error:

@@ -7,7 +7,11 @@ word, so the syntax is checked before anything runs. Names of variables are not:
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from ..declaration import Filter, String
+from ..errors import ParameterError
 
 #: muParser's functions as MeshLab registers them, with the fewest and the most arguments
 FUNCTIONS: dict[str, tuple[int, int | None]] = {
@@ -32,6 +36,21 @@ _FILTERS = re.compile(r"_by_function|_by_condition|_new_custom_|_implicit_surfac
 def is_expression(filter_name: str, parameter_name: str) -> bool:
     """Whether that text of the filter of that Python name is an expression; the filters of new attributes take a name, too."""
     return _FILTERS.search(filter_name) is not None and parameter_name != "name"
+
+
+def check_expressions(known: Filter, values: Mapping[str, Any]) -> None:
+    """Check the values of a filter, by Python parameter name, that are expressions.
+
+    Raises:
+        ParameterError: one does not parse.
+    """
+    for parameter in known.parameters:
+        if parameter.name in values and isinstance(parameter, String) and is_expression(known.python_name, parameter.xml_name):
+            text = values[parameter.name]
+            if (error := expression_error(text)) is not None:
+                raise ParameterError(
+                    f"parameter {parameter.name!r}: {text!r} is no expression that MeshLab can evaluate: {error}"
+                )
 
 
 def expression_error(text: str) -> str | None:

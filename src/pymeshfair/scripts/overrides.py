@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from ..declaration import Filter, Parameter, nearest
 from ..errors import ParameterError, UnknownNameError
+from .expressions import check_expressions
 from .script import Script, Step
 from .settings import Setting
 from .value_text import parse_value
@@ -56,11 +57,12 @@ def _with_setting(script: Script, name: str, value: str) -> Script:
         hint = f"did you mean {near!r}?" if near else f"it has {_listed(script.settings)}"
         raise UnknownNameError(f"the recipe has no setting {name!r}; {hint}", suggestion=near)
     settings = tuple(replace(s, default=value.strip()) if s.name == name else s for s in script.settings)
-    return replace(script, steps=tuple(_set(step, name, value) for step in script.steps), settings=settings)
+    return replace(script, steps=tuple(_set(step, name, value.strip()) for step in script.steps), settings=settings)
 
 
 def _set(step: Step, name: str, value: str) -> Step:
     chosen = {p: parse_value(step.filter.parameter(p), value) for p, setting in step.settings.items() if setting == name}
+    check_expressions(step.filter, chosen)
     return replace(step, values=step.filter.in_order({**step.values, **chosen}))
 
 
@@ -71,7 +73,9 @@ def _with_parameter(script: Script, step_name: str, name: str, value: str) -> Sc
     steps = list(script.steps)
     for index in having or tagged[:1] or [_step_index(steps, step_name)]:
         parameter = _parameter(steps[index].filter, name)
-        steps[index] = steps[index].with_checked({parameter.name: parse_value(parameter, value)})
+        chosen = {parameter.name: parse_value(parameter, value)}
+        check_expressions(steps[index].filter, chosen)
+        steps[index] = steps[index].with_checked(chosen)
     return script.with_steps(steps)
 
 

@@ -1,0 +1,86 @@
+"""Vertices that stand out from all that is around them: impulses, which filters that keep edges keep too."""
+
+import numpy as np
+from numba import njit
+
+from ..execution import over_range
+from ..mesh import Bools, Floats, Ints, Longs
+from ..topology import OneRings, edges, one_rings
+from .held_out import far_from_border
+from .quadric_prediction import predicted_heights
+
+# A vertex stands out if it is off by more than three times what those in its two rings are, and those of the whole mesh, and by
+# more than a hundredth of an edge. At an edge of the surface others are off as well.
+_STANDS_OUT, _LEAST = 3.0, 0.01
+_MEDIAN_OF_NORMAL = 0.6745
+# Those that stand out most hide others: so many passes, or until hardly any are found.
+_PASSES, _HARDLY_ANY = 20, 1e-4
+# Two rings have a dozen vertices to some dozens.
+_MOST = 1024
+
+
+def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
+    """(n,) the vertices that stand out, and without which their neighbours are better known.
+
+    The size of vertex i is s = |h| / sqrt(1 + g^2) of `predicted_heights`, which it has no part in. It stands out if s is the
+    largest of its one-ring, more than three times the median of the two rings around, and more than three times the deviation of
+    the mesh, median s / 0.6745. It is taken for an outlier if the sum of the s^2 of its neighbours falls when it is left out: the
+    tip of a spike tells nothing of the surface, that of a cone does. Then the next ones are looked for, without it.
+
+    Args:
+        points: (n, 3) coordinates with a mean edge of 1.
+        faces: (m, 3) triangles.
+        normals: (n, 3) unit normals of a smoothed copy.
+
+    Returns:
+        Of Gaussian noise about one vertex in a thousand; of vertices that are off by far most. None on borders.
+    """
+    rings, pairs = one_rings(faces, len(points)), edges(faces)
+    inner = far_from_border(faces, len(points), rings=0)
+    hidden = np.zeros(len(points), dtype=np.bool_)
+    if not inner.any():
+        return hidden
+    sizes = _sizes(points, rings, normals, hidden)
+    for _ in range(_PASSES):
+        level = max(_LEAST, _STANDS_OUT / _MEDIAN_OF_NORMAL * float(np.median(sizes[inner & ~hidden])))
+        found = np.zeros_like(hidden)
+        over_range(_stand_out, len(points), sizes, rings.offsets, rings.neighbours, hidden | ~inner, level, found)
+        without = _sizes(points, rings, normals, hidden | found)
+        change = np.where(hidden | found, 0.0, without**2 - sizes**2)
+        of_rings = np.bincount(pairs[:, 0], change[pairs[:, 1]], len(points))
+        of_rings += np.bincount(pairs[:, 1], change[pairs[:, 0]], len(points))
+        accepted = found & (of_rings < 0.0)
+        hidden |= accepted
+        if np.count_nonzero(accepted) <= _HARDLY_ANY * len(points):
+            break
+        sizes = without if np.array_equal(accepted, found) else _sizes(points, rings, normals, hidden)
+    return hidden
+
+
+def _sizes(points: Floats, rings: OneRings, normals: Floats, hidden: Bools) -> Floats:
+    heights, gains = predicted_heights(points, rings, normals, np.arange(len(points), dtype=np.int32), hidden)
+    return np.asarray(np.abs(heights) / np.sqrt(1.0 + gains**2))
+
+
+@njit(cache=True, nogil=True)
+def _stand_out(
+    sizes: Floats, offsets: Longs, neighbours: Ints, ignored: Bools, level: float, found: Bools, first: int, last: int
+) -> None:
+    """Which vertices stand out of those that are not ignored."""
+    around, seen = np.empty(_MOST), np.empty(_MOST, dtype=np.int32)
+    for i in range(first, last):
+        if ignored[i] or sizes[i] <= level:
+            continue
+        count, largest = 0, True
+        for near in range(offsets[i], offsets[i + 1]):
+            g = neighbours[near]
+            if not ignored[g] and sizes[g] > sizes[i]:
+                largest = False
+                break
+            for far in range(offsets[g] - 1, offsets[g + 1]):
+                j = g if far < offsets[g] else neighbours[far]
+                if j == i or ignored[j] or count == _MOST or (seen[:count] == j).any():
+                    continue
+                seen[count], around[count] = j, sizes[j]
+                count += 1
+        found[i] = largest and count > 0 and sizes[i] > _STANDS_OUT * np.median(around[:count])

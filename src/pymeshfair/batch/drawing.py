@@ -1,0 +1,126 @@
+"""The page of one scan, and the small picture of it on the page of the batch: made in a process of its own, as a run is.
+
+``python -m pymeshfair.batch.drawing`` is that process; nothing but `draw` starts it.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from pathlib import Path
+from queue import SimpleQueue
+from typing import Any
+
+from ..files.errors import InputError
+from ..files.provenance import read_provenance
+from ..files.staging import staging_folder
+from ..recipe import Recipe
+from ..running.child import WorkerProcess
+from ..running.job import Job
+from ..running.messages import Assignment
+from ..running.plain_values import plain
+from ..running.started import Start
+from ..running.watch import Watch
+from ..running.worker import Tell, serve
+from ..scripts.script import Script
+from .outcome import digests_of
+
+#: the module whose ``main`` is the process
+MODULE = "pymeshfair.batch.drawing"
+#: the folder of pages, in that of the batch
+PAGES = "reports"
+#: seconds that a page may take
+_LONGEST = 600.0
+#: pixels of a small picture
+_SMALL = 128
+
+
+def page_path(folder: Path, output: Path) -> Path:
+    """Where the page of a scan goes: ``reports/scan.ply.html`` in the folder of the batch, for its output ``scan.ply``."""
+    place = output.relative_to(folder)
+    return folder / PAGES / place.with_name(f"{place.name}.html")
+
+
+def draw(input: Path, output: Path, page: Path, *, memory: int | None, start: Start) -> dict[str, Any]:
+    """Write the page of a scan that was done; its small picture. Both are taken from what was written before if nothing changed.
+
+    Args:
+        input: the mesh file.
+        output: what it became.
+        page: the .html file to write; what is needed to take it again goes beside it.
+        memory: bytes that the process may take.
+        start: what starts it, with `MODULE`.
+
+    Returns:
+        ``"source"``, the picture as a ``data:`` address, ``"width"`` and ``"height"`` in pixels.
+
+    Raises:
+        RunError: a file cannot be read, or the process died.
+    """
+    record = read_provenance(output)
+    if record is None:
+        raise InputError(output, "no provenance says what it was made from")
+    digests, kept = digests_of(record), page.with_suffix(".json")
+    if page.exists() and kept.exists():
+        found: dict[str, Any] = json.loads(kept.read_text("utf-8"))
+        if found.pop("digests") == digests:
+            return found
+    page.parent.mkdir(parents=True, exist_ok=True)
+    queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
+    job = Job(Recipe("drawing", Script(())), input, output, timeout=_LONGEST)
+    with staging_folder(page) as stage:
+        order = Assignment((), input, stage, memory_limit=memory).to_document() | {"drawn": str(output)}
+        with WorkerProcess(order, queue, start=start) as worker:
+            report = Watch(job, worker, queue, lambda event: None).until_done(time.monotonic())
+        small: dict[str, Any] = report["small"]
+        (stage / "new" / "small.json").write_text(json.dumps({"digests": digests, **small}), "utf-8")
+        (stage / "new" / "small.json").replace(kept)
+        (stage / "new" / "page.html").replace(page)
+    return small
+
+
+def main(before_end: Callable[[], None] = lambda: None) -> None:
+    """The process."""
+    serve(_drawn, before_end)
+
+
+def _drawn(document: Mapping[str, Any], tell: Tell) -> dict[str, Any]:
+    from ..looking.comparison import compare
+    from ..looking.mesh_state import state_of
+    from ..looking.picture import Appearance, draw_meshes
+    from ..report.comparison_page import Compared, RunPart, comparison_page, verdict_of
+    from ..report.page import figure_of
+    from ..running.read import read_arrays
+    from ..running.record import steps_of
+    from ..running.session import Session
+
+    stage, output = Path(document["stage"]), Path(document["drawn"])
+    meshes = []
+    for path in (Path(document["input"]), output):
+        arrays = stage / "arrays.npz"
+        report = Session(Assignment((), path, stage, arrays=arrays, allow_outside=True, unchecked=True), tell).run()
+        meshes.append(read_arrays(path, arrays, report))
+    before, after = map(state_of, meshes)
+    found, moved = compare(before, after)
+    record = read_provenance(output)
+    assert record is not None
+    page = comparison_page(
+        Compared(before, after, found, moved, {}),
+        title=f"{meshes[0].path.name}: {record['recipe']['name']}",
+        subtitle=f"The recipe {record['recipe']['name']} on {meshes[0].path.name}, written to {output.name}.",
+        numbers={"comparison": plain(asdict(found))},
+        verdict=verdict_of(found),
+        warnings=record["warnings"],
+        left_out=["No spectrum: `pymeshfair spectrum` tells it."],
+        run=RunPart(steps_of(record), record["recipe"]["text"], json.dumps(record, indent=2, ensure_ascii=False)),
+    )
+    (stage / "new" / "page.html").write_bytes(page.encode("utf-8", "replace"))
+    picture = draw_meshes(meshes, ["", ""], Appearance(width=_SMALL, height=_SMALL, titles=False))
+    small = figure_of(picture, "", "")
+    return {"small": {"source": small.source, "width": small.width, "height": small.height}}
+
+
+if __name__ == "__main__":
+    main()

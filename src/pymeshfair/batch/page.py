@@ -1,0 +1,106 @@
+"""``batch.html``: one page with a row a scan, failures first."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from ..report.comparison_page import Verdict
+from ..report.page import render
+from .drawing import page_path
+from .numbers import area_change, displacement_in_edges, largest_in_edges, worst_first
+from .outcome import Outcome
+from .summary import Summary, write_text
+
+NAME = "batch.html"
+#: the head of each column of numbers, and in which of `pymeshfair.batch.numbers.QUESTIONS` it tells outliers
+_COLUMNS = (
+    ("moved (edges)", "displacement"),
+    ("at most", ""),
+    ("area %", "area"),
+    ("roughness before", "noise"),
+    ("after", ""),
+    ("vertices", ""),
+    ("seconds", ""),
+)
+
+
+def write_page(folder: Path, summary: Summary, made: Mapping[str, Mapping[str, Any]]) -> Path:
+    """Write the page.
+
+    Args:
+        folder: of the batch.
+        summary: what it did.
+        made: of each output what `pymeshfair.batch.drawing.draw` gave back, ``"problem"``, or nothing.
+
+    Raises:
+        BatchError: it cannot be written.
+    """
+    far = {outcome.output: words for outcome, words in zip(summary.outcomes, summary.far, strict=True)}
+    recipe = summary.settings.recipe
+    text = render(
+        "batch.html",
+        scripts=("table.js",),
+        title=f"{summary.planned:,} scans: {recipe.title}",
+        subtitle=f"The recipe {recipe.name}, to {folder}, from {summary.started} to {summary.finished}.",
+        verdict=_verdict(summary),
+        headers=("scan", "state", *(head for head, _ in _COLUMNS)),
+        rows=[_row(folder, o, far[o.output], made.get(o.output, {})) for o in worst_first(summary.outcomes)],
+        made=f"Made by pymeshfair on {summary.finished}. This page needs no network.",
+    )
+    return write_text(folder / NAME, text)
+
+
+def _verdict(summary: Summary) -> Verdict:
+    counts = summary.counts
+    told = f"{counts['done']:,} of {counts['scans']:,} scans were done in {summary.seconds:,.0f} s."
+    lines = [
+        f"{counts[name]:,} {words}."
+        for name, words in (
+            ("failed", "failed"),
+            ("broken", "were written although they go beyond a limit"),
+            ("left", "were not begun"),
+            ("resumed", "had been done before"),
+        )
+        if counts[name]
+    ]
+    apart = sum(bool(words) for words in summary.far)
+    lines += [f"{apart:,} lie far from the others."] if apart else []
+    bad = counts["failed"] or counts["broken"]
+    return Verdict("bad" if bad else "warn" if apart or counts["left"] else "good", told, tuple(lines))
+
+
+def _row(folder: Path, outcome: Outcome, far: Sequence[str], made: Mapping[str, Any]) -> dict[str, Any]:
+    before, after = outcome.before or {}, outcome.after or {}
+    numbers = (
+        displacement_in_edges(outcome),
+        largest_in_edges(outcome),
+        area_change(outcome),
+        before.get("roughness"),
+        after.get("roughness"),
+        after.get("vertices"),
+        outcome.seconds,
+    )
+    drawn = "source" in made
+    page = page_path(folder, Path(outcome.output)).relative_to(folder).as_posix()
+    return {
+        "name": Path(outcome.input).name,
+        "status": outcome.status,
+        "picture": made if drawn else None,
+        "page": quote(page) if drawn else None,
+        "cells": [_cell(number, bool(asked) and asked in far) for number, (_, asked) in zip(numbers, _COLUMNS, strict=True)],
+        "errors": [
+            *([outcome.error["message"]] if outcome.error else [breach["message"] for breach in outcome.breaches]),
+            *([f"no page: {made['problem']}"] if "problem" in made else []),
+        ],
+        "warnings": outcome.warnings,
+    }
+
+
+def _cell(number: float | None, far: bool) -> dict[str, Any]:
+    if number is None or not math.isfinite(number):
+        return {"text": "-", "value": "", "far": far}
+    return {"text": f"{number:,}" if isinstance(number, int) else f"{number:.3g}", "value": repr(number), "far": far}

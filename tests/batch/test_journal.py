@@ -1,0 +1,122 @@
+"""The journal, and which scans are done already."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from pymeshfair.batch.errors import BatchError
+from pymeshfair.batch.inputs import Asked
+from pymeshfair.batch.journal import Journal, read_journal
+from pymeshfair.batch.outcome import Outcome
+from pymeshfair.batch.plan import Scan, plan_scans
+from pymeshfair.batch.resume import done_before
+from pymeshfair.batch.settings import Settings
+from pymeshfair.files.provenance import provenance_path
+from pymeshfair.recipe import load_recipe
+from pymeshfair.running import versions
+from pymeshfair.running.supervise import run_job
+from pymeshfair.scripts.guards import Guards
+
+from .batches import write_scan
+
+
+def test_torn_lines_are_passed_over(tmp_path: Path) -> None:
+    """Half a line, as a killed batch leaves it, is not joined to the next; the last line counts; anew begins with a new scan."""
+    with Journal(tmp_path, resume=True) as journal:
+        journal.append(Outcome("in", "a", "failed", 1.0))
+        journal.append(Outcome("in", "b", "done", 1.0))
+    with journal.path.open("ab") as file:
+        file.write(Outcome("in", "c", "done", 1.0).line()[:40])
+    with Journal(tmp_path, resume=True) as journal:
+        assert set(journal.before) == {"a", "b"}
+        journal.append(Outcome("in", "a", "done", 2.0))
+    found = read_journal(journal.path)
+    assert {output: (o.status, o.seconds) for output, o in found.items()} == {"a": ("done", 2.0), "b": ("done", 1.0)}
+    with Journal(tmp_path, resume=False) as journal:
+        assert set(journal.before) == {"a", "b"}
+        assert set(read_journal(journal.path)) == {"a", "b"}
+        journal.append(Outcome("in", "d", "done", 1.0))
+    assert set(read_journal(journal.path)) == {"d"}
+
+
+def test_one_batch_at_a_time(tmp_path: Path) -> None:
+    """A journal is held as long as its batch lasts."""
+    with Journal(tmp_path, resume=True), pytest.raises(BatchError, match="another batch is writing"):
+        Journal(tmp_path, resume=False)
+    with Journal(tmp_path, resume=True):
+        pass
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Scan, Settings]:
+    """A folder with one scan, and what a run made of it."""
+    folder = tmp_path_factory.mktemp("made")
+    settings = Settings(load_recipe("smooth_taubin"))
+    (scan,) = plan_scans([Asked(write_scan(folder / "in.ply", 1))], settings.recipe, folder, "out.ply")
+    run_job(settings.job(scan.input, scan.output, (), threads=1, memory=None))
+    return folder, scan, settings
+
+
+@pytest.fixture
+def done(made: tuple[Path, Scan, Settings]) -> Iterator[tuple[Scan, Settings]]:
+    """The same, to be spoilt."""
+    folder, scan, settings = made
+    kept = {p: p.read_bytes() for p in folder.iterdir()}
+    yield scan, settings
+    for path in folder.iterdir():
+        path.unlink()
+    for path, data in kept.items():
+        path.write_bytes(data)
+
+
+def test_what_is_there_whole_is_done(done: tuple[Scan, Settings]) -> None:
+    """The provenance beside an output is enough, and a journal that fits it adds what it tells besides."""
+    scan, settings = done
+    found = done_before([scan], settings, {})
+    assert found[1].status == "done"
+    assert found[1].resumed
+    assert found[1].displacement is None
+    told = replace(found[1], displacement={"rms": 0.5, "largest": 1.0}, resumed=False)
+    assert done_before([scan], settings, {told.output: told})[1].displacement == {"rms": 0.5, "largest": 1.0}
+    other = replace(told, digests={**told.digests, "output": "0" * 64})
+    assert done_before([scan], settings, {other.output: other})[1].displacement is None
+
+
+def other_version(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another version of numba is installed now."""
+    true = versions._version
+    monkeypatch.setattr(versions, "_version", lambda name: "0.1" if name == "numba" else true(name))
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda scan: write_scan(scan.input, 2),
+        lambda scan: scan.output.write_bytes(scan.output.read_bytes()[:-1] + b"x"),
+        lambda scan: scan.output.unlink(),
+        lambda scan: provenance_path(scan.output).unlink(),
+        lambda scan: provenance_path(scan.output).write_text("{}"),
+        lambda scan: shutil.move(scan.input, scan.input.with_name("moved.ply")),
+    ],
+    ids=["another input", "a changed output", "no output", "no provenance", "another document", "no input"],
+)
+def test_what_has_changed_is_not_done(done: tuple[Scan, Settings], spoil: Callable[[Scan], object]) -> None:
+    """Whatever is not what the provenance says is done again."""
+    scan, settings = done
+    spoil(scan)
+    assert done_before([scan], settings, {}) == {}
+
+
+def test_another_recipe_limit_or_version_is_not_done(done: tuple[Scan, Settings], monkeypatch: pytest.MonkeyPatch) -> None:
+    """What would be made otherwise now is done again."""
+    scan, settings = done
+    recipe = settings.recipe.override(["1.stepsmoothnum=3"])
+    assert done_before([replace(scan, recipe=recipe)], replace(settings, recipe=recipe), {}) == {}
+    assert done_before([scan], replace(settings, guards=Guards.parse({"keep_sharp": "1%"})), {}) == {}
+    other_version(monkeypatch)
+    assert done_before([scan], settings, {}) == {}

@@ -1,0 +1,126 @@
+"""Which scans a command line means, and where their outputs go."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pymeshfair.batch.inputs import expand
+from pymeshfair.batch.plan import plan_scans
+from pymeshfair.errors import ParameterError
+from pymeshfair.recipe import load_recipe
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The working folder: two scans, another in a folder within, and what is no scan."""
+    (tmp_path / "deep").mkdir()
+    for name in ("b.ply", "a.stl", "deep/c.ply", "notes.txt", ".hidden.ply", "readme.md"):
+        (tmp_path / name).write_text("x")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def names(*arguments: str) -> list[str]:
+    """The inputs that arguments mean, from the working folder."""
+    return [asked.input.relative_to(Path.cwd()).as_posix() for asked in expand(arguments)]
+
+
+def test_arguments_are_files_folders_and_patterns(folder: Path) -> None:
+    """In the order of the arguments, within a folder or pattern by name, each scan once; folders within a folder are left out."""
+    assert names("b.ply", "b.ply") == ["b.ply"]
+    assert names(".") == ["a.stl", "b.ply"]
+    assert names("*.ply") == ["b.ply"]
+    assert names("**/*.ply") == ["b.ply", "deep/c.ply"]
+    assert names("gone.ply") == ["gone.ply"]  # its turn tells that it is not there
+    (folder / "odd[1].ply").write_text("x")
+    assert names("odd[1].ply") == ["odd[1].ply"]
+
+
+def test_lists_name_what_lies_beside_them(folder: Path) -> None:
+    """A list has an argument a line, relative to its own folder, with blank lines and comments."""
+    (folder / "deep" / "list.txt").write_text("# scans\n\nc.ply\n../*.ply\n")
+    assert [asked.input.resolve() for asked in expand(["@deep/list.txt"])] == [folder / "deep/c.ply", folder / "b.ply"]
+
+
+def test_tables_set_outputs_and_parameters(folder: Path) -> None:
+    """Columns set the output and the recipe's values; an empty cell sets nothing, nor does a column with # before its name."""
+    (folder / "t.csv").write_text("\ufeffinput,output,taubin.lambda,depth,#note\nb.ply,x.ply,0.4,,blue\ndeep/c.ply,,,2,red\n")
+    first, second = expand(["t.csv"], ["depth"])
+    assert (first.input, first.output, first.overrides) == (folder / "b.ply", "x.ply", ("taubin.lambda=0.4",))
+    assert (second.input, second.output, second.overrides) == (folder / "deep/c.ply", None, ("depth=2",))
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ("", "needs a column 'input'"),
+        ("name\nx\n", "needs a column 'input'; it has 'name'"),
+        ("input,ouput\nb.ply,x\n", "'ouput' is no column that is known; did you mean 'output'"),
+        ("input,input\nb.ply,b.ply\n", "'input' is there twice"),
+        ("input,output\nb.ply\n", "t.csv:2: it has 1 cells, but the table has 2 columns"),
+        ("input,output\n,x.ply\n", "t.csv:2: the cell of the column input is empty"),
+        ('input\n"b.ply\n', "t.csv"),
+    ],
+)
+def test_wrong_tables_are_refused(folder: Path, table: str, message: str) -> None:
+    """The message says where and what."""
+    (folder / "t.csv").write_text(table)
+    with pytest.raises(ParameterError, match=message):
+        expand(["t.csv"])
+
+
+@pytest.mark.parametrize("argument", ["*.obj", "@gone.txt", "empty", "gone.csv"])
+def test_what_means_nothing_is_refused(folder: Path, argument: str) -> None:
+    """A pattern without files, a list or a table that is not there, a folder without scans."""
+    (folder / "empty").mkdir()
+    with pytest.raises(ParameterError):
+        expand([argument])
+
+
+def planned(*arguments: str, name: str = "", out: str = "out") -> list[str]:
+    """The outputs of a batch from the folder of outputs."""
+    base = Path.cwd() / out
+    return [
+        s.output.relative_to(base).as_posix() for s in plan_scans(expand(arguments), load_recipe("smooth_taubin"), base, name)
+    ]
+
+
+def test_outputs_are_named_after_inputs(folder: Path) -> None:
+    """By default with the same name, in a format that can be written; else as asked, with folders if need be."""
+    (folder / "d.pts").write_text("x")
+    assert planned(".") == ["a.stl", "b.ply", "d.ply"]
+    assert planned("b.ply", "deep/c.ply", name="{parent}/{stem}_{number:02}.obj") == [f"{folder.name}/b_01.obj", "deep/c_02.obj"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "name", "out", "message"),
+    [
+        ((".", "deep"), "x.ply", "out", "would be the output of .*a.stl and of .*b.ply and of .*c.ply"),
+        (("b.ply",), "", ".", "b.ply, the output of .*b.ply, is the input"),
+        (("b.ply", "deep/c.ply"), "{stem}_{parent}.ply", ".", None),
+        (("b.ply",), "../b2.ply", "out", "would lie outside"),
+        (("b.ply",), "{stam}.ply", "out", r"cannot be made; it may have \{stem\}"),
+        (("b.ply",), "{", "out", "cannot be made"),
+    ],
+)
+def test_no_output_is_lost(folder: Path, arguments: tuple[str, ...], name: str, out: str, message: str | None) -> None:
+    """Two scans with one output, an output that is an input or outside the folder, and names that cannot be made are refused."""
+    if message is None:
+        assert len(planned(*arguments, name=name, out=out)) == len(arguments)
+        return
+    with pytest.raises(ParameterError, match=message):
+        planned(*arguments, name=name, out=out)
+
+
+def test_a_row_changes_its_own_recipe_alone(folder: Path) -> None:
+    """Values of a table hold for their scan; a value that the recipe does not have is refused."""
+    (folder / "t.csv").write_text("input,1.stepsmoothnum\nb.ply,3\na.stl,\n")
+    recipe = load_recipe("smooth_taubin")
+    first, second = plan_scans(expand(["t.csv"]), recipe, folder / "out")
+    assert first.recipe.script.steps[0].values["stepsmoothnum"] == 3
+    assert second.recipe is recipe
+    (folder / "t.csv").write_text("input,1.nothing\nb.ply,3\n")
+    with pytest.raises(LookupError, match="nothing"):
+        plan_scans(expand(["t.csv"]), recipe, folder / "out")

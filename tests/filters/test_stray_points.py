@@ -1,0 +1,77 @@
+"""Stray points of clouds: single ones, hazes and clumps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pymeshfair.filters.checks import FilterInputError
+from pymeshfair.filters.outliers import stray_points
+
+Points = NDArray[np.float64]
+
+
+def sphere(count: int) -> Points:
+    """A spiral of points evenly around the unit sphere."""
+    z = 1.0 - (2.0 * np.arange(count) + 1.0) / count
+    angles = np.arange(count) * np.pi * (1.0 + 5.0**0.5)
+    around = np.sqrt(1.0 - z**2)
+    return np.column_stack([around * np.cos(angles), around * np.sin(angles), z])
+
+
+def littered(seed: int, count: int = 4000) -> tuple[Points, NDArray[np.bool_]]:
+    """The sphere, a haze of 200 points in a box of ten times its size and a clump of 40; which of them are stray."""
+    rng = np.random.default_rng(seed)
+    haze = rng.uniform(-10.0, 10.0, (200, 3))
+    haze = haze[np.abs(np.linalg.norm(haze, axis=1) - 1.0) > 0.5]
+    clump = rng.normal(loc=3.0, scale=0.05, size=(40, 3))
+    return np.concatenate([sphere(count), haze, clump]), np.arange(count + len(haze) + 40) >= count
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_haze_and_clump_are_stray_and_the_surface_is_not(seed: int) -> None:
+    """All of the litter is found, and not one point of the sphere."""
+    points, stray = littered(seed)
+    assert np.array_equal(stray_points(points), stray)
+
+
+def test_a_clean_surface_has_no_stray_points() -> None:
+    """No two points of an even sphere differ in spacing by a factor of two."""
+    assert not stray_points(sphere(1000)).any()
+
+
+def test_parts_of_different_density_stay() -> None:
+    """A sphere with a sixteenth of the density, four times the spacing, is no haze."""
+    points = np.concatenate([sphere(8000), sphere(500) + np.array([4.0, 0.0, 0.0])])
+    assert not stray_points(points).any()
+
+
+def test_the_smallest_part_decides_about_islands() -> None:
+    """An island of 150 points is stray from 151 on."""
+    points = np.concatenate([sphere(4000), 0.2 * sphere(150) + np.array([4.0, 0.0, 0.0])])
+    assert not stray_points(points, smallest_part=150).any()
+    assert np.array_equal(stray_points(points, smallest_part=151), np.arange(4150) >= 4000)
+
+
+def test_place_size_and_order_make_no_difference() -> None:
+    """The same points are stray when the cloud is moved, turned, scaled by 2^40 and shuffled."""
+    points, stray = littered(5)
+    turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+    order = np.random.default_rng(2).permutation(len(points))
+    there = (points @ turn + [3.0, -2.0, 5.0]) * 2.0**40
+    assert np.array_equal(stray_points(there[order]), stray[order])
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"sparseness": 0.5}, "sparseness 0.5 is not finite and at least 1"),
+        ({"smallest_part": 0}, "smallest_part is 0: it is a whole number of at least 1"),
+        ({"neighbors": 4000}, "need a cloud of at least 4001 points"),
+    ],
+)
+def test_parameters_that_are_refused(options: dict[str, float], words: str) -> None:
+    """What is out of its bounds is named with them."""
+    with pytest.raises(FilterInputError, match=words):
+        stray_points(sphere(500), **options)  # type: ignore[arg-type]
