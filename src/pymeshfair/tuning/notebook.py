@@ -20,8 +20,8 @@ _PATIENCE = 20.0
 class Tuning:
     """A page to tune on, shown by a notebook where the last line of a cell is one: ``Tuning("scan.ply")``.
 
-    Recipes and results are written to the working folder. The server ends with `close`, at the end of a ``with`` block, when nobody
-    refers to this any more, or when the notebook's kernel exits.
+    Recipes and results are written to the working folder. The server ends with `close`, at the end of a ``with`` block, when
+    nobody refers to this any more, or when the notebook's kernel exits.
 
     Attributes:
         address: of the page; whoever knows it can use it.
