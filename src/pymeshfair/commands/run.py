@@ -141,6 +141,7 @@ def _document(job: Job, result: RunResult) -> dict[str, object]:
         "steps": result.steps,
         "before": result.before,
         "after": result.after,
+        "change": result.change,
         "warnings": result.warnings,
         "breaches": result.breaches,
         "maps": result.maps,
@@ -148,10 +149,13 @@ def _document(job: Job, result: RunResult) -> dict[str, object]:
 
 
 def _show(result: RunResult) -> None:
+    from ..looking.words import change_lines
     from .measures_table import measures_table
     from .tables import console
 
     console().print(measures_table({"before": result.before, "after": result.after}))
+    for line in change_lines(result.change):
+        typer.echo(line)
     typer.echo(f"\n{len(result.steps)} {'step' if len(result.steps) == 1 else 'steps'} in {result.seconds:.1f} s. Written:")
     for path in (result.output, *result.side_files, result.provenance, *result.maps):
         typer.echo(f"  {printable(_near(path))}")

@@ -48,6 +48,22 @@ def measure_rows(columns: Mapping[str, Mapping[str, Any]]) -> list[list[str]]:
     ]
 
 
+def change_lines(change: Mapping[str, Any]) -> list[str]:
+    """What a run did to the shape, `pymeshfair.running.shape_change.ShapeChange` by name, as lines below the table."""
+    shares = [*zip(("x", "y", "z"), change["sides"], strict=True), ("area", change["area"]), ("volume", change["volume"])]
+    lines = ["changed: " + ", ".join(f"{name} {share:+.2%}" for name, share in shares if share is not None)]
+    if moved := change["moved"]:
+        x, y, z = moved["place"]
+        edges = f" ({moved['edges']:.2g} mean edges)" if moved["edges"] is not None else ""
+        lines.append(
+            f"moved: mean {moved['mean']:.3g}, 99 % below {moved['most']:.3g}, at most {moved['largest']:.3g}{edges}, vertex "
+            f"{moved['vertex']} at {x:.6g}, {y:.6g}, {z:.6g}"
+        )
+    if change["turned"]:
+        lines.append(f"turned over: {change['turned']:,} faces")
+    return lines
+
+
 def displacement_rows(found: Comparison) -> list[list[str]]:
     """How far what lies from what, in three units; see `DISPLACEMENT_HEADERS`."""
     moved = found.displacement

@@ -154,6 +154,7 @@ class RunResult:
         side_files: textures and material files that belong to the output, as far as they were written.
         before: the measures of the mesh as read (`pymeshfair.filters.inspection.surface_measures.SurfaceMeasures`).
         after: the measures of the mesh as written.
+        change: what the run did to the shape, `pymeshfair.running.shape_change.ShapeChange` by name.
         steps: one report a step.
         warnings: everything that was in the input and is not in the output, or needs to be known about it.
         seconds: from start to end.
@@ -168,6 +169,7 @@ class RunResult:
     side_files: tuple[Path, ...]
     before: Mapping[str, Any]
     after: Mapping[str, Any]
+    change: Mapping[str, Any]
     steps: tuple[StepReport, ...]
     warnings: tuple[str, ...]
     seconds: float

@@ -82,6 +82,11 @@ class Assignment:
         """Whether there are guards, or an intervention map is wanted."""
         return bool(self.guards) or self.map is not None
 
+    @property
+    def is_followed(self) -> bool:
+        """Whether elements are numbered, to be known again in the result."""
+        return self.is_watched or self.displacement
+
     @classmethod
     def of(cls, job: Job, stage: Path) -> Assignment:
         """The assignment for the worker of `job`."""

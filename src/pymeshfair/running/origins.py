@@ -7,7 +7,7 @@ added. A filter that makes a new mesh, such as a reconstruction, drops them.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +17,8 @@ from ..files.saving import UNSAVED as ORIGIN
 from ..filters.inspection import displacement
 
 
-@dataclass(frozen=True, eq=False)
-class InputMesh:
-    """The vertices and faces of the mesh as read, which are marked with their numbers.
+class InputMesh(NamedTuple):
+    """The vertices and faces of a mesh, such as that which was read.
 
     Attributes:
         vertices: (n, 3) coordinates.
@@ -79,19 +78,22 @@ def displacement_of(origins: Origins) -> Displacement:
     return Displacement(float(distances.mean()), rms, largest, origins.known)
 
 
-def mark_origins(mesh: Any) -> InputMesh:
-    """Number the elements of a pymeshlab mesh; its vertices and faces as they are now."""
+def mesh_of(mesh: Any) -> InputMesh:
+    """The vertices and faces of a pymeshlab mesh as they are now."""
+    return InputMesh(np.ascontiguousarray(mesh.vertex_matrix()), np.ascontiguousarray(mesh.face_matrix(), dtype=np.int32))
+
+
+def mark_origins(mesh: Any) -> None:
+    """Number the elements of a pymeshlab mesh."""
     n, m = mesh.vertex_number(), mesh.face_number()
     mesh.add_vertex_custom_scalar_attribute(np.arange(1.0, n + 1.0), ORIGIN)
     if m:
         mesh.add_face_custom_scalar_attribute(np.arange(1.0, m + 1.0), ORIGIN)
-    return InputMesh(np.ascontiguousarray(mesh.vertex_matrix()), np.ascontiguousarray(mesh.face_matrix(), dtype=np.int32))
 
 
 def find_origins(mesh: Any, before: InputMesh) -> Origins:
     """What became of a marked mesh."""
-    vertices = np.ascontiguousarray(mesh.vertex_matrix())
-    faces = np.ascontiguousarray(mesh.face_matrix(), dtype=np.int32)
+    vertices, faces = mesh_of(mesh)
     of_vertices = _numbers(mesh.vertex_custom_scalar_attribute_array, len(vertices), len(before.vertices))
     known = of_vertices is not None
     if of_vertices is None:

@@ -64,7 +64,7 @@ def record_of(
             }
             for number, (step, done) in enumerate(zip(script.steps, report["steps"], strict=True), 1)
         ],
-        "measures": {"before": report["before"], "after": report["after"]},
+        "measures": {"before": report["before"], "after": report["after"], "change": report["change"]},
         "warnings": warnings,
         **_guarded(job, report),
         "versions": versions(),
@@ -103,6 +103,7 @@ def result_of(job: Job, record: Mapping[str, Any], side_files: Sequence[Path], m
         side_files=tuple(side_files),
         before=record["measures"]["before"],
         after=record["measures"]["after"],
+        change=record["measures"]["change"],
         steps=steps_of(record),
         warnings=tuple(record["warnings"]),
         seconds=run["seconds"],

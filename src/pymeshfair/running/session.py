@@ -13,8 +13,6 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ..declaration import FilterClass
 from ..errors import FilterInputError, Place, StepFailedError
 from ..files.announced import Announced
@@ -27,15 +25,17 @@ from ..files.saving import attributes_of, save_mesh
 from ..filters.compilation import on_first_compilation
 from ..filters.inspection.surface_measures import SurfaceMeasures, surface_measures
 from ..meshset import MeshSet
-from ..scripts.script import Script, Step
+from ..scripts.script import Script
 from ..scripts.traps import lengths_out_of_proportion
 from .guarding import breaches
 from .intervention import stage_map
 from .job import Event, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
 from .mesh_arrays import write_arrays
 from .messages import Assignment, encode_event, mark
-from .origins import InputMesh, displacement_of, find_origins, mark_origins
+from .origins import InputMesh, displacement_of, find_origins, mark_origins, mesh_of
 from .plain_values import plain
+from .reasons import caused_by_memory, reason_of
+from .shape_change import shape_change, warnings_of
 
 COMPILING = "compiling pymeshfair's filters for this machine, which takes some seconds once"
 #: the least change of progress that is reported
@@ -78,8 +78,9 @@ class Session:
                 write_arrays(self._meshes, present, self._assignment.arrays, intersections=self._assignment.self_intersections)
             attributes = [a for a in ATTRIBUTES if a in present]
             return {"input": source, "before": plain(asdict(before)), "attributes": attributes, "warnings": self._warnings}
-        followed = self._assignment.is_watched or self._assignment.displacement
-        original = mark_origins(self._meshes.current_mesh()) if followed else None
+        original = mesh_of(self._meshes.current_mesh())
+        if self._assignment.is_followed:
+            mark_origins(self._meshes.current_mesh())
         with self._meshes.deferred():
             steps = [self._step(number) for number in range(1, len(self._assignment.steps) + 1)]
         written = self._write(announced, before, present, original)
@@ -117,9 +118,9 @@ class Session:
         except (StepFailedError, MemoryError):
             raise
         except Exception as error:
-            if _caused_by_memory(error):
+            if caused_by_memory(error):
                 raise MemoryError from error
-            raise self._failed(_reason(error, step)) from error
+            raise self._failed(reason_of(error, step)) from error
         seconds = time.perf_counter() - started
         os.write(2, mark(0))
         self._event(StepFinished(number, seconds))
@@ -144,9 +145,7 @@ class Session:
 
     # ------------------------------------------------------------------------------------------------------------- writing
 
-    def _write(
-        self, announced: Announced, before: SurfaceMeasures, present: set[str], original: InputMesh | None
-    ) -> dict[str, Any]:
+    def _write(self, announced: Announced, before: SurfaceMeasures, present: set[str], original: InputMesh) -> dict[str, Any]:
         output, stage = self._assignment.output, self._assignment.stage
         assert output is not None
         self._event(PhaseStarted("writing"))
@@ -161,9 +160,14 @@ class Session:
         if gone := [a for a in ATTRIBUTES if a in present - attributes_of(self._meshes, announced, present)]:
             self._lose([f"after the steps the mesh has no {' and no '.join(gone)} any more"], OutputError, output)
         after = self._measured(self._failed("the result has coordinates that are not finite"))
-        said: dict[str, Any] = {"before": plain(asdict(before)), "after": plain(asdict(after)), "warnings": self._warnings}
-        if original is not None:
-            said |= self._watched(original, said["before"], said["after"])
+        result = mesh_of(self._meshes.current_mesh())
+        change = shape_change(original, result, (before, after))
+        for text in warnings_of(change):
+            self._warn(text)
+        said: dict[str, Any] = {"before": plain(asdict(before)), "after": plain(asdict(after)), "change": plain(asdict(change))}
+        said["warnings"] = self._warnings
+        if self._assignment.is_followed:
+            said |= self._watched(original, result, said["before"], said["after"])
             if said.get("breaches") and not self._assignment.keep_broken:
                 return said
         try:
@@ -195,7 +199,9 @@ class Session:
             "staged": [{"staged": str(f.staged), "target": str(f.target)} for f, _ in files],
         }
 
-    def _watched(self, original: InputMesh, before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:
+    def _watched(
+        self, original: InputMesh, result: InputMesh, before: Mapping[str, Any], after: Mapping[str, Any]
+    ) -> dict[str, Any]:
         """How far vertices have moved, the guards that were broken, and the staged files of the intervention map."""
         mesh, guards, target = self._meshes.current_mesh(), self._assignment.guards, self._assignment.map
         origins = find_origins(mesh, original)
@@ -204,10 +210,8 @@ class Session:
             return said
         if not origins.known:
             self._warn("a step made a new mesh, so that its elements cannot be followed: distances are those from the input")
-        vertices = np.ascontiguousarray(mesh.vertex_matrix())
-        faces = np.ascontiguousarray(mesh.face_matrix(), dtype=np.int32)
-        found = breaches(guards, origins, original, vertices, faces, before, after)
-        maps = [] if target is None else stage_map(self._assignment.stage / "new", target, vertices, faces, original, origins)
+        found = breaches(guards, origins, original, *result, before, after)
+        maps = [] if target is None else stage_map(self._assignment.stage / "new", target, *result, original, origins)
         return said | {"breaches": [plain(asdict(breach)) for breach in found], "maps": maps}
 
     def _measured(self, refusal: Exception) -> SurfaceMeasures:
@@ -232,19 +236,3 @@ class Session:
     def _warn(self, text: str) -> None:
         self._warnings.append(text)
         self._event(Message(text, "warning"))
-
-
-def _reason(error: Exception, step: Step) -> str:
-    """The message of an error without the filter's name, which the supervisor adds."""
-    words = " ".join(str(error).split())
-    for prefix in (f"Failed to apply filter: {step.filter.python_name} Details: ", f"{step.filter.python_name}: "):
-        words = words.removeprefix(prefix)
-    return words
-
-
-def _caused_by_memory(error: BaseException | None) -> bool:
-    while error is not None:
-        if isinstance(error, MemoryError) or "bad_alloc" in str(error):
-            return True
-        error = error.__cause__
-    return False

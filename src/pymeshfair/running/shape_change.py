@@ -1,0 +1,131 @@
+"""What a run did to the shape: how far vertices moved, and how its dimensions changed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..declaration import Floats, Ints
+from ..filters.geometry import cross_products
+from ..filters.inspection.surface_measures import SurfaceMeasures
+
+#: A run warns where a side of the box has changed by more than this share,
+LARGEST_SIDE_CHANGE = 0.01
+#: or a vertex has moved by more than this many mean edges.
+LARGEST_MOVE = 5.0
+
+
+@dataclass(frozen=True)
+class Moved:
+    """How far the vertices have moved, in mesh units.
+
+    Attributes:
+        mean: of the distances.
+        most: what 99 % of them stay below.
+        largest: of them.
+        vertex: the number of the vertex that moved furthest.
+        place: where it was, (x, y, z).
+        edges: the largest distance in mean edges of the input; None if it has no edges.
+    """
+
+    mean: float
+    most: float
+    largest: float
+    vertex: int
+    place: tuple[float, float, float]
+    edges: float | None
+
+
+@dataclass(frozen=True)
+class ShapeChange:
+    """What a run did to the shape.
+
+    Attributes:
+        sides: of the bounding box of what faces use, or of all vertices where there are none, along x, y and z: the change as a
+            share of the side, None where that was 0.
+        area: its change as a share; None where there was none.
+        volume: the same, of closed meshes.
+        moved: how far vertices moved; None if the result has other vertices or faces, so that they do not correspond.
+        turned: how many faces look more than a right angle away from where they did; None with `moved`.
+    """
+
+    sides: tuple[float | None, float | None, float | None]
+    area: float | None
+    volume: float | None
+    moved: Moved | None
+    turned: int | None
+
+
+def shape_change(
+    before: tuple[Floats, Ints], after: tuple[Floats, Ints], measured: tuple[SurfaceMeasures, SurfaceMeasures]
+) -> ShapeChange:
+    """What lies between two meshes.
+
+    Args:
+        before: (n, 3) vertices and (m, 3) faces of the input.
+        after: those of the result.
+        measured: the measures of both.
+    """
+    first, second = measured
+    old, new = _sides(*before), _sides(*after)
+    x, y, z = (_share(float(a), float(b)) for a, b in zip(old, new, strict=True))
+    moved, turned = None, None
+    if len(before[0]) == len(after[0]) and len(before[0]) and np.array_equal(before[1], after[1]):
+        moved = _moved(before[0], after[0], first.mean_edge)
+        turned = _turned(before[0], after[0], before[1])
+    volumes = (first.volume, second.volume) if first.closed and second.closed else (None, None)
+    return ShapeChange((x, y, z), _share(first.area, second.area), _share(*volumes), moved, turned)
+
+
+def warnings_of(change: ShapeChange) -> Iterator[str]:
+    """What the user should know of a change of shape, and what to do about it.
+
+    Nothing where elements were added or removed: there the box changes on purpose.
+    """
+    if change.moved is None:
+        return
+    sides = [(axis, share) for axis, share in zip("xyz", change.sides, strict=True) if share is not None]
+    if any(abs(share) > LARGEST_SIDE_CHANGE for _, share in sides):
+        shown = ", ".join(f"{axis} {share:+.1%}" for axis, share in sides)
+        yield (
+            f"the result has other dimensions: {shown}. Smooth less (a smaller detail_size, fewer iterations) or take a recipe "
+            "that keeps them, such as smooth_implicit"
+        )
+    if change.moved.edges is not None and change.moved.edges > LARGEST_MOVE:
+        where = ", ".join(f"{c:.6g}" for c in change.moved.place)
+        yield (
+            f"vertex {change.moved.vertex} at {where} moved by {change.moved.largest:.6g}, {change.moved.edges:.1f} mean edges: "
+            "look at the place, and hold borders (border fixed) or smooth less if it should have stayed; --max-displacement "
+            "makes that an error"
+        )
+
+
+def _sides(vertices: Floats, faces: Ints) -> Floats:
+    if len(faces):
+        used = np.zeros(len(vertices), dtype=np.bool_)
+        used[faces] = True
+        vertices = vertices[used]
+    return np.asarray(np.ptp(vertices, axis=0)) if len(vertices) else np.zeros(3)
+
+
+def _share(before: float | None, after: float | None) -> float | None:
+    return after / before - 1.0 if before and after is not None else None
+
+
+def _moved(before: Floats, after: Floats, edge: float | None) -> Moved:
+    scale = 0.5 * max(float(np.abs(before).max()), float(np.abs(after).max())) or 1.0  # no square of a distance overflows
+    distances = np.linalg.norm((after - before) / scale, axis=1)
+    vertex = int(distances.argmax())
+    largest = float(distances[vertex]) * scale
+    x, y, z = before[vertex].tolist()
+    most = float(np.quantile(distances, 0.99)) * scale
+    return Moved(float(distances.mean()) * scale, most, largest, vertex, (x, y, z), largest / edge if edge else None)
+
+
+def _turned(before: Floats, after: Floats, faces: Ints) -> int:
+    """How many faces have turned over: their normals, of coordinates of ordinary size, have a negative product."""
+    scale = float(np.abs(before).max()) or 1.0
+    products = np.einsum("ij,ij->i", cross_products(before / scale, faces), cross_products(after / scale, faces))
+    return int(np.count_nonzero(products < 0.0))
