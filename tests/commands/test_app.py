@@ -19,7 +19,6 @@ from .command_line import document, invoke, run_process
 
 #: each takes longer to import than the help may take to appear
 HEAVY = [
-]
     "numpy",
     "scipy",
     "dask",
