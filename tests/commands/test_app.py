@@ -18,7 +18,19 @@ from pymeshfair.commands.failure import LIBGL_ADVICE
 from .command_line import document, invoke, run_process
 
 #: each takes longer to import than the help may take to appear
-HEAVY = ["numpy", "scipy", "numba", "pymeshlab", "trimesh", "rich", "pymeshfair.declaration", "pymeshfair.filters"]
+HEAVY = [
+]
+    "numpy",
+    "scipy",
+    "dask",
+    "distributed",
+    "numba",
+    "pymeshlab",
+    "trimesh",
+    "rich",
+    "pymeshfair.declaration",
+    "pymeshfair.filters",
+]
 COMMANDS = {"demo", "run", "check", "list", "info", "suggest", "spectrum", "doctor"}
 
 

@@ -68,7 +68,7 @@ def _verdict(summary: Summary) -> Verdict:
         if counts[name]
     ]
     apart = sum(bool(words) for words in summary.far)
-    lines += [f"{apart:,} lie far from the others."] if apart else []
+    lines += [f"{apart:,} {'lies' if apart == 1 else 'lie'} far from the others."] if apart else []
     bad = counts["failed"] or counts["broken"]
     return Verdict("bad" if bad else "warn" if apart or counts["left"] else "good", told, tuple(lines))
 

@@ -26,8 +26,9 @@ def done_before(scans: Sequence[Scan], settings: Settings, journal: Mapping[str,
         settings: of the batch.
         journal: the last line about each output; what it tells beyond the provenance is kept.
     """
-    recipes = {id(scan.recipe): recipe_digest(scan.recipe) for scan in scans}
-    guards = {id(scan.recipe): scan.recipe.script.guards.overridden(settings.guards).texts() for scan in scans}
+    variants = {id(scan.recipe): scan.recipe for scan in scans}
+    recipes = {key: recipe_digest(recipe) for key, recipe in variants.items()}
+    guards = {key: recipe.script.guards.overridden(settings.guards).texts() for key, recipe in variants.items()}
     others = [sha256_of(path) for path in settings.others if path.is_file()]
     packages = packages_here()
 
@@ -41,6 +42,8 @@ def done_before(scans: Sequence[Scan], settings: Settings, journal: Mapping[str,
                 return None
             outcome = Outcome.of_record(record, scan.input, scan.output)
         except (KeyError, TypeError, ValueError, OSError):  # another's document, or a file that is gone
+            return None
+        if outcome.status == "broken" and not settings.keep_broken:
             return None
         told = journal.get(str(scan.output))
         if told is not None and told.digests == digests_of(record):

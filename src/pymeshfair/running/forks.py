@@ -36,6 +36,7 @@ class ForkServer:
         self._threads = threads
         self._lock = threading.Lock()
         self._link: _Link | None = None
+        self._given_up: list[_Link] = []
         if this_system().can_fork:
             self._link = _Link(threads)
 
@@ -48,17 +49,14 @@ class ForkServer:
     def close(self) -> None:
         """End the server. Workers that it has forked go on, and are ended by whoever started them."""
         with self._lock:
-            self._drop()
+            for link in (*self._given_up, *([self._link] if self._link else ())):
+                link.close()
+            self._link, self._given_up = None, []
 
     @property
     def pid(self) -> int | None:
         """The number of the process that workers are forked from; None if they are not."""
         return None if self._link is None else self._link.pid
-
-    def _drop(self) -> None:
-        if self._link is not None:
-            self._link.close()
-            self._link = None
 
     def prepare(self) -> None:
         """Wait until workers can be forked, as far as they can, so that their own time does not run meanwhile."""
@@ -72,10 +70,11 @@ class ForkServer:
             while self._link is not None:
                 if (forked := self._link.fork(module)) is not None:
                     return forked
+                # It stays for the workers that it has forked. If it was killed another takes its place; whatever else went wrong
+                # would again, and cost its time for every worker.
                 was_killed = self._link.is_broken and self._link.has_worked
-                self._drop()  # whatever else went wrong would again, and cost its time for every worker
-                if was_killed:
-                    self._link = _Link(self._threads)
+                self._given_up.append(self._link)
+                self._link = _Link(self._threads) if was_killed else None
         return FreshProcess(self._threads, module)
 
 
