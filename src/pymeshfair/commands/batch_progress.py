@@ -16,6 +16,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from ..batch.numbers import displacement_in_edges
 from ..batch.outcome import Outcome
 from ..batch.plan import Scan
+from .streams import printable
 
 
 class BatchLines:
@@ -37,12 +38,12 @@ class BatchLines:
 
     def note(self, text: str) -> None:
         """Say something about the batch as a whole."""
-        typer.echo(text, err=True)
+        typer.echo(printable(text), err=True)
 
     def outcome(self, scan: Scan, outcome: Outcome) -> None:
         """A scan has ended."""
         self._ended += 1
-        typer.echo(f"[{self._ended:>{len(str(self._total))}}/{self._total}] {told(scan, outcome)}", err=True)
+        self.note(f"[{self._ended:>{len(str(self._total))}}/{self._total}] {told(scan, outcome)}")
 
     def page(self, scan: Scan, made: Mapping[str, Any]) -> None:
         """A page was made."""
@@ -84,7 +85,7 @@ class BatchBar:
 
     def note(self, text: str) -> None:
         """Say something about the batch as a whole."""
-        self._bar.console.print(text, markup=False)
+        self._bar.console.print(printable(text), markup=False)
 
     def outcome(self, scan: Scan, outcome: Outcome) -> None:
         """A scan has ended."""
@@ -99,13 +100,13 @@ class BatchBar:
         words = [f"{rate:.3g} a minute", f"{self._failed} failed"]
         if self._worst is not None:
             words.append(f"moved most: {self._worst[1]}, {self._worst[0]:.2g} edges")
-        self._bar.update(self._task, completed=self._ended, description=escape(", ".join(words)))
+        self._bar.update(self._task, completed=self._ended, description=escape(printable(", ".join(words))))
 
     def page(self, scan: Scan, made: Mapping[str, Any]) -> None:
         """A page was made."""
         if "problem" in made:
             self.note(f"{scan.input.name}: no page: {made['problem']}")
-        self._bar.update(self._task, description=f"page of {escape(scan.input.name)}")
+        self._bar.update(self._task, description=escape(printable(f"page of {scan.input.name}")))
 
 
 def told(scan: Scan, outcome: Outcome) -> str:

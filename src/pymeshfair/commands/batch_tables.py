@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import typer
@@ -12,6 +13,7 @@ from ..batch.numbers import area_change, displacement_in_edges, largest_in_edges
 from ..batch.outcome import Outcome
 from ..batch.summary import Summary
 from ..batch.work import Task
+from .streams import printable
 from .tables import console, table
 
 #: of more scans only these many are listed, the worst
@@ -41,9 +43,13 @@ def show_summary(summary: Summary, task: Task) -> None:
     for outcome in summary.outcomes:
         if outcome.error is not None:
             where = "" if outcome.input in outcome.error["message"] else f"{outcome.input}: "
-            typer.echo(f"{typer.style('error:', fg='red')} {where}{outcome.error['message']}", err=True)
+            _complain(f"{where}{outcome.error['message']}")
         for breach in outcome.breaches if outcome.error is None else ():
-            typer.echo(f"{typer.style('error:', fg='red')} {outcome.input}: {breach['guard']}: {breach['message']}", err=True)
+            _complain(f"{outcome.input}: {breach['guard']}: {breach['message']}")
+
+
+def _complain(text: str) -> None:
+    typer.echo(f"{typer.style('error:', fg='red')} {printable(text)}", err=True)
 
 
 def _row(outcome: Outcome, far: Sequence[str]) -> list[str]:
@@ -52,7 +58,7 @@ def _row(outcome: Outcome, far: Sequence[str]) -> list[str]:
     remarks += [f"{len(outcome.warnings)} warnings"] if outcome.warnings else []
     numbers = (displacement_in_edges(outcome), largest_in_edges(outcome), area_change(outcome))
     return [
-        outcome.input.rpartition("/")[2],
+        Path(outcome.input).name,
         outcome.status + (" before" if outcome.resumed else ""),
         "-" if vertices is None else f"{vertices:,}",
         *("-" if number is None else f"{number:.3g}" for number in numbers),
@@ -76,9 +82,9 @@ def show_prospect(task: Task, prospect: Prospect) -> None:
         f"\n{todo:,} of {len(task.scans):,} scans to do, {prospect.bytes_in / 1e9:.3g} GB to read{free}. Nothing was done."
     )
     for number, problem in prospect.problems.items():
-        typer.echo(f"{typer.style('error:', fg='red')} scan {number}: {problem}", err=True)
+        _complain(f"scan {number}: {problem}")
     if prospect.lacks_room:
-        typer.echo(f"{typer.style('error:', fg='red')} the outputs may need twice the size of the inputs", err=True)
+        _complain("the outputs may need twice the size of the inputs")
 
 
 def prospect_document(task: Task, prospect: Prospect) -> dict[str, Any]:
