@@ -21,6 +21,8 @@ ISLANDS: tuple[Islands, ...] = ("join", "leave")
 ORANGE = (1.0, 128 / 255, 0.0, 1.0)
 #: at most so many rims that were left open get a note of their own
 MOST_NAMED = 5
+#: and so many that were closed
+MOST_CLOSED_NAMED = 20
 
 _CHANGES = (
     MeshElement.VERTCOORD
@@ -142,7 +144,7 @@ def meshing_close_holes_by_fairing(
         face_selection=new_faces,
         **_marks(layer, filling, new_faces, mark),
         values=_values(filling, energy),
-        notes=_lowered(filling, energy) + (_notes(filling) or _no_hole(layer, filling)),
+        notes=_closed(layer, filling) + _lowered(filling, energy) + (_notes(filling) or _no_hole(layer, filling)),
     )
 
 
@@ -198,6 +200,18 @@ def _lowered(filling: HoleFilling, energy: HoleEnergy) -> tuple[str, ...]:
     ]
     if len(holes) > MOST_NAMED:
         notes.append(f"{len(holes) - MOST_NAMED} more fillings were placed with a lower energy")
+    return tuple(notes)
+
+
+def _closed(layer: Layer, filling: HoleFilling) -> tuple[str, ...]:
+    """One sentence a closed hole, the largest first."""
+    largest = sorted(filling.closed, key=lambda rim: -len(rim))
+    notes = []
+    for rim in largest[:MOST_CLOSED_NAMED]:
+        x, y, z = layer.vertices[rim].mean(axis=0).tolist()
+        notes.append(f"closed a hole of {len(rim)} edges around {x:.6g}, {y:.6g}, {z:.6g}")
+    if len(largest) > MOST_CLOSED_NAMED:
+        notes.append(f"closed {len(largest) - MOST_CLOSED_NAMED} more, of at most {len(largest[MOST_CLOSED_NAMED])} edges")
     return tuple(notes)
 
 

@@ -30,8 +30,9 @@ _NOTHING = 1e-4
 _EVEN = 1.3
 # Vertices of clean meshes are up to so many mean edges from where their surroundings expect them, even where the mesh is calm:
 # scans smoothed or decimated have 0.007 to 0.03, the same with noise of 0.05 edges 0.04 to 0.05. With less, something must
-# predict so much better than nothing, as where a few vertices are off by far.
-_MESHING, _FAR_BETTER = 0.03, 0.7
+# predict so much better than nothing, as where a few vertices are off by far, or err by no more than so many times that: even
+# noise on a surface that is known well has 1.3 to 1.42, clean scans 1.58 and more.
+_MESHING, _FAR_BETTER, _NOISE_ALONE = 0.03, 0.7, 1.45
 # More vertices than this stand out of impulsive noise: of Gaussian noise up to 0.003, of clean meshes up to 0.007.
 _IMPULSIVE = 0.015
 
@@ -68,7 +69,8 @@ def automatic_choice(
        Steps of Taubin's go along the normals alone if the vertices are scattered less along the surface than across it.
     3. With the error e of what predicts best and the standard deviation s of the noise, e^2 = s^2 + d^2, where d is how far the
        result is from the truth, and the scan is s from it. So nothing is done where e^2 >= 2 s^2: s is that of `calm_noise`.
-       Where this is no more than that of clean meshes, what is chosen must be far better than nothing, too.
+       Where this is no more than that of clean meshes, what is chosen must be far better than nothing, too, or leave nothing
+       but even noise.
     4. If more vertices stand out by far than Gaussian noise has, filters that keep edges keep them: the same once more where they
        are replaced by what the others expect, the outlying vertices no evidence. Of both results the one is taken with the least
        product of flatness and movement, see `looks`.
@@ -168,7 +170,8 @@ def _best(
     )
     if evidence is None:
         return nothing, None
-    error = evidence.chosen.error
-    if error**2 >= 2.0 * (_EVEN * calm) ** 2 or (calm < _MESHING and error >= _FAR_BETTER * evidence.trials[0].error):
+    nearer = evidence.chosen.error**2 < 2.0 * (_EVEN * calm) ** 2
+    sure = evidence.chosen.error < max(_FAR_BETTER * evidence.trials[0].error, _NOISE_ALONE * calm)
+    if not nearer or (calm < _MESHING and not sure):
         evidence = evidence._replace(chosen=evidence.trials[0])
     return evidence.chosen.label, evidence

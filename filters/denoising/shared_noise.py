@@ -22,7 +22,7 @@ _SPREAD, _ONE_SIDED, _TAILS, _AGREE_SPREAD, _DETAILS = 3.0, 0.3, 1.11, 0.068, 0.
 # stronger the noise is. Four computed maps of a depth camera with its steps, at 0.19 to 0.28 edges, have 0.017 to 0.045 and
 # 0.0013 to 0.0022; figures and scans with independent noise at most 0.01, and at most 0.0007. Their mean angle falls from 1.16 to
 # 0.5 times that of Taubin's best. Rough land with independent noise has as much; but there a vertex is no better known to its
-# neighbours than even noise is, `calm_noise` being 0.75 of the level, and 0.36 to 0.57 in the maps.
+# neighbours than even noise is, `calm_noise` being 0.73 to 0.8 of the level, and 0.36 to 0.58 in computed maps.
 _AGREE, _AGREE_WEAK, _CALM = 0.011, 0.0009, 0.6
 
 

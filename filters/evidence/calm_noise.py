@@ -10,6 +10,8 @@ from .quadric_prediction import predicted_heights
 _CALMEST, _AVERAGED = 0.05, 4
 # Squares count up to so many times their median: outliers are not noise of their surroundings.
 _CLIP = 9.0
+# Vertices this near to where the others expect them, in the unit of the points, lie on an exact plane; and most of the others.
+_EXACT, _MOST = 1e-4, 0.5
 
 
 def calm_noise(points: Floats, faces: Ints, *, normals: Floats, scored: Bools) -> float:
@@ -20,21 +22,26 @@ def calm_noise(points: Floats, faces: Ints, *, normals: Floats, scored: Bools) -
     everywhere: where the surface is calm noise alone is left.
 
     Args:
-        points: (n, 3) coordinates of ordinary size.
+        points: (n, 3) coordinates with a mean edge of 1.
         faces: (m, 3) triangles.
         normals: (n, 3) unit normals of a smoothed copy.
         scored: (n,) the vertices that count.
 
     Returns:
         The level in the unit of the points; a fifth to a third below the standard deviation of even noise, since it is that of
-        the calmest part. 0 if no vertex counts.
+        the calmest part. Exact planes do not count unless they are half of the mesh. 0 if no vertex counts.
     """
     which = np.flatnonzero(scored).astype(np.int32)
     if not len(which):
         return 0.0
     heights, gains = predicted_heights(points, one_rings(faces, len(points)), normals, which)
     squares = heights**2 / (1.0 + gains**2)
-    sums, weights = np.zeros(len(points)), scored.astype(np.float64)
+    rough = squares > _EXACT**2
+    if rough.mean() > _MOST:
+        # Planes that somebody has put in, such as the base of a scan, say nothing of the rest.
+        which, squares = which[rough], squares[rough]
+    sums, weights = np.zeros(len(points)), np.zeros(len(points))
+    weights[which] = 1.0
     sums[which] = np.minimum(squares, _CLIP * np.median(squares))
     a, b = edges(faces).T
     for _ in range(_AVERAGED):

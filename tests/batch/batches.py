@@ -93,7 +93,7 @@ def start_batch(
         [*COMMAND, "batch", *map(str, arguments)],
         stdout=heard,
         stderr=heard,
-        text=True,
+        encoding="utf-8",
         start_new_session=True,
         env={**os.environ, **(environment or {})},
     )

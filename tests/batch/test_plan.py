@@ -46,7 +46,8 @@ def test_lists_name_what_lies_beside_them(folder: Path) -> None:
 
 def test_tables_set_outputs_and_parameters(folder: Path) -> None:
     """Columns set the output and the recipe's values; an empty cell sets nothing, nor does a column with # before its name."""
-    (folder / "t.csv").write_text("\ufeffinput,output,taubin.lambda,depth,#note\nb.ply,x.ply,0.4,,blue\ndeep/c.ply,,,2,red\n")
+    table = "\ufeffinput,output,taubin.lambda,depth,#note\nb.ply,x.ply,0.4,,blue\ndeep/c.ply,,,2,red\n"
+    (folder / "t.csv").write_text(table, "utf-8")
     first, second = expand(["t.csv"], ["depth"])
     assert (first.input, first.output, first.overrides) == (folder / "b.ply", "x.ply", ("taubin.lambda=0.4",))
     assert (second.input, second.output, second.overrides) == (folder / "deep/c.ply", None, ("depth=2",))

@@ -127,9 +127,12 @@ def test_it_serves_who_does_not_see(opened: Any) -> None:
     assert opened.locator("table").evaluate_all("all => all.every(x => x.caption && x.querySelector('th[scope=col]'))")
 
 
-def test_it_fits_a_telephone_and_the_dark(opened: Any) -> None:
-    """At 360 pixels nothing has to be pushed sideways, and in the dark the ground is dark."""
+def test_it_fits_a_telephone_the_dark_and_paper(opened: Any) -> None:
+    """At 360 pixels nothing has to be pushed sideways; the ground is dark in the dark, and white in print, without switches."""
     opened.set_viewport_size({"width": 360, "height": 740})
     assert opened.evaluate("document.documentElement.scrollWidth") <= 360
     opened.emulate_media(color_scheme="dark")
     assert opened.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(20, 23, 28)"
+    opened.emulate_media(color_scheme="dark", media="print")
+    assert opened.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+    assert not opened.locator("form.switches").is_visible()

@@ -6,6 +6,7 @@ import http.client
 import os
 import signal
 import subprocess
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,9 +19,11 @@ import trimesh
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
+from pymeshfair.errors import RunError
 from pymeshfair.registry import find_filter
 from pymeshfair.scripts.script import Script, Step
 from pymeshfair.scripts.write import write_script
+from pymeshfair.tuning.notebook import Tuning
 from tests.browser.pixels import canvas_pixels, halves, share_changed
 from tests.commands.command_line import COMMAND, document, run_process
 from tests.meshes import icosphere
@@ -61,6 +64,18 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
         process.send_signal(signal.SIGINT)
         assert process.wait(20) == 0
     assert not list(temporary.iterdir())
+
+
+def test_it_ends_in_order_when_it_is_asked_to(served: Served, tmp_path: Path) -> None:
+    """SIGTERM ends the server and its workers, and leaves nothing in the temporary folder."""
+    environment = {**os.environ, "TMPDIR": str(tmp_path)}
+    command = [*COMMAND, "tune", str(served.folder / "scan.ply"), "--no-browser"]
+    with subprocess.Popen(command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline().startswith("http://127.0.0.1:")
+        process.terminate()
+        assert process.wait(20) == 143
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.fixture
@@ -147,6 +162,61 @@ def test_the_saved_recipe_gives_the_bytes_of_the_page(tuning: Any, served: Serve
     tuning.click("#save")
     tuning.wait_for_selector("#problem:not([hidden])")
     assert "is there already" in tuning.locator("#problem").inner_text()
+
+
+def test_a_notebook_frames_the_page(browser: Any, served: Served, errors: list[str]) -> None:
+    """The frame that a notebook shows, in a page of another origin, loads, runs and shows the result."""
+    with Tuning(served.folder / "scan.ply", "smooth_laplacian") as tuning:
+        page = browser.new_page()
+        page.set_default_timeout(PATIENCE)
+        page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
+        page.set_content(f"<h1>Notebook</h1>{tuning._repr_html_()}")
+        page.frame_locator("iframe").locator("body[data-shown='1']").wait_for()
+        page.close()
+        address = urlsplit(tuning.address)
+    assert errors == []
+    with pytest.raises(ConnectionError):
+        http.client.HTTPConnection(address.hostname or "", address.port, timeout=5).request("GET", "/")
+    with pytest.raises(RunError, match="no recipe 'smooth'"):
+        Tuning(served.folder / "scan.ply", "smooth")
+
+
+#: serves a scan as one that is large, so that a part of it comes first
+LARGE = """
+import sys
+from pathlib import Path
+from pymeshfair.tuning.conversation import Subject
+from pymeshfair.tuning.scan import prepared_scan
+from pymeshfair.tuning.server import application, listening_socket, serve
+folder = Path(sys.argv[2])
+scan = prepared_scan(Path(sys.argv[1]), folder, most=1000, part=400)
+listening = listening_socket("127.0.0.1", 0)
+address = f"http://127.0.0.1:{listening.getsockname()[1]}/token/"
+subject = Subject(scan, "smooth_laplacian", folder)
+serve(application(subject, "token", folder), listening, ready=lambda: print(address, flush=True))
+"""
+
+
+def test_a_part_first_and_the_whole_on_demand(browser: Any, served: Served, errors: list[str], tmp_path: Path) -> None:
+    """A large scan is shown and run in part; as a whole once that is chosen."""
+    command = [sys.executable, "-c", LARGE, str(served.folder / "scan.ply"), str(tmp_path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        page = browser.new_page()
+        page.set_default_timeout(PATIENCE)
+        page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
+        page.goto(process.stdout.readline().strip())
+        counts = page.locator("tr", has_text="vertices").locator("td")
+        for shown, choice in ((1, "part"), (2, "whole")):
+            page.check(f"input[name=whole][value={choice}]")
+            page.wait_for_selector(f"body[data-shown='{shown}']")
+            scan, result = (int(text.replace(",", "")) for text in counts.all_inner_texts()[:2])
+            assert scan == result
+            assert 380 <= scan <= 420 if choice == "part" else scan == 2562
+        page.close()
+        process.send_signal(signal.SIGINT)
+        assert process.wait(20) == 0
+    assert errors == []
 
 
 def status_of(served: Served, path: str, headers: dict[str, str]) -> int:

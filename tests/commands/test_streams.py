@@ -21,7 +21,7 @@ _RUN = [*_COMMAND, "run", "smooth_taubin"]
 
 def run(command: str) -> subprocess.CompletedProcess[str]:
     """What a command does whose streams the shell has redirected."""
-    return subprocess.run(["bash", "-c", f"set -o pipefail; {command}"], capture_output=True, text=True)
+    return subprocess.run(["bash", "-c", f"set -o pipefail; {command}"], capture_output=True, encoding="utf-8")
 
 
 @pytest.mark.parametrize(

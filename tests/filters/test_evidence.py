@@ -187,6 +187,14 @@ def test_calm_noise_is_that_of_the_flat_part() -> None:
     assert calm_noise(_rough(0.0), FLAT[1], normals=UP, scored=scored) == pytest.approx(0.0, abs=1e-12)
 
 
+def test_an_exact_plane_does_not_make_a_noisy_scan_calm() -> None:
+    """A third of the sheet without noise, as the base that closes a scan, leaves the level of the rest, a little less near it."""
+    scored = far_from_border(FLAT[1], len(FLAT[0]))
+    points = _rough(0.1)
+    points[points[:, 0] < np.quantile(points[:, 0], 0.33), 2] = 0.0
+    assert 0.04 < calm_noise(points, FLAT[1], normals=UP, scored=scored) < 0.1
+
+
 def test_a_small_mesh_is_its_own_sample_and_a_large_one_is_sampled() -> None:
     """A sample has a mean edge of 1; patches are whole discs of about 450 faces at the same places of a renumbered mesh."""
     vertices, faces = torus(40, 20)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter
 
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.denoising.noise_level import estimate_noise, smooth_normals
-from pymeshfair.filters.denoising.shared_noise import shared_noise
+from pymeshfair.filters.denoising.shared_noise import neighbours_share_noise, shared_noise
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.topology import edges
-from tests.meshes import cube, grid, icosphere, noisy, renumbered, rotation, single_triangle, subdivided, torus
+from tests.meshes import cube, grid, icosphere, irregular_grid, noisy, renumbered, rotation, single_triangle, subdivided, torus
 
 SHAPES = {
     "sphere": icosphere(4),
@@ -95,6 +96,28 @@ def test_noise_that_neighbours_share_is_told_from_independent_noise() -> None:
     np.add.at(shared, pairs[:, 1], heights[pairs[:, 0]] / 6.0)
     assert abs(shared_noise(vertices * (1.0 + heights)[:, None], faces)) < 0.01
     assert shared_noise(vertices * (1.0 + shared)[:, None], faces) > 0.03
+
+
+def test_a_depth_camera_is_told_from_rough_land_and_from_a_closed_shape() -> None:
+    """Steps and blurred noise along the view are a camera's; waves of all sizes with independent noise, and a ball, are not."""
+    rng = np.random.default_rng(1)
+    vertices, faces = grid(100, 100)
+    x, y = vertices[:, 0], vertices[:, 1]
+    blurred = gaussian_filter(rng.normal(size=(101, 101)), 1.5).ravel()
+    camera = vertices.copy()
+    camera[:, 2] = 2.0 * np.round(2.0 * np.sin(x / 9.0) * np.cos(y / 11.0) + 0.6 * blurred / blurred.std())
+    land, land_faces = irregular_grid(70, 70)
+    x, y = land[:, 0], land[:, 1]
+    waves = [
+        8.0 * 0.45**k * np.sin(0.06 * 2**k * (a * x + b * y) + c) for k in range(1, 5) for a, b, c in rng.normal(size=(4, 3))
+    ]
+    land = np.column_stack([x, y, np.sum(waves, axis=0) + 0.2 * rng.normal(size=len(land))])
+    for points, triangles, expected in (
+        (camera, faces, True),
+        (land, land_faces, False),
+        (*_along_normals("sphere", 0.2), False),
+    ):
+        assert neighbours_share_noise(points, triangles, estimate_noise(points, triangles)) is expected
 
 
 def test_a_mesh_without_inner_vertices_shares_nothing() -> None:

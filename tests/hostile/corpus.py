@@ -48,6 +48,8 @@ _TEXTS: tuple[tuple[str, str, str | None, tuple[int, int] | None, str | None], .
     ("short_row.xyz", "1 2 3\n4 5\n7 8 9\n", "line 2.*2 numbers", None, None),
     ("short_row.off", "OFF\n3 1 0\n0 0 0\n1 0\n0 1 0\n3 0 1 2\n", "line 4.*2 values", None, None),
     ("colour_one_short.off", "COFF\n3 1 0\n0 0 0 9 9 9\n1 0 0 9 9\n0 1 0 9 9 9\n3 0 1 2\n", "line 4.*5 values", None, None),
+    ("cut_in_an_index.obj", _V * 5 + "f 1 2 14\nf 3 4 1", None, (15, 2), "last line has no end"),
+    ("cut_in_a_number.xyz", "1 2 3\n4 5 6\n7 8 12", None, (3, 0), "last line has no end"),
     ("titles.xyz", "X Y Z\n1 2 3\n4 5 6\n7 8 8\n", None, (3, 0), "titles 'X Y Z'"),
     ("unknown_keyword.obj", _V + "fx 1 2 3\n", "line 4.*no keyword", None, None),
     ("cut_face.obj", _V + "f 1 2 3\nf 1 2\n", "line 5.*fewer than 3", None, None),

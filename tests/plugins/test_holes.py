@@ -57,7 +57,11 @@ def test_new_faces_come_last_selected_and_numbered() -> None:
     mesh = meshes.current_mesh()
     n, m = len(ball[0]), len(ball[1])
     assert values is not None
-    assert (values["closed_holes"], values["left_open"], notes) == (2, {}, [])
+    assert (values["closed_holes"], values["left_open"]) == (2, {})
+    # One sentence a hole, the wider one first, with the edges of the rim and the middle of its vertices.
+    assert [int(note.split()[4]) for note in notes] == sorted(values["closed_rim_edges"])[::-1]
+    assert [float(note.split(", ")[-1]) for note in notes] == pytest.approx([0.92, -0.98], abs=0.06)
+    assert all(note.startswith("closed a hole of ") for note in notes)
     assert values["new_vertices"] == mesh.vertex_number() - n > 0
     assert values["new_faces"] == mesh.face_number() - m > 0
     np.testing.assert_array_equal(mesh.vertex_matrix()[:n], ball[0])
@@ -100,7 +104,7 @@ def test_only_holes_at_the_selection_are_closed(element: str) -> None:
         meshes.compute_selection_by_condition_per_face(condselect="z0 > 0.8")
     values = meshes.meshing_close_holes_by_fairing(selected=True)
     assert values is not None
-    assert (values["closed_holes"], values["left_open"], notes) == (1, {"selection": 1}, [])
+    assert (values["closed_holes"], values["left_open"], len(notes)) == (1, {"selection": 1}, 1)
     mesh = meshes.current_mesh()
     assert mesh.vertex_matrix()[mesh.vertex_selection_array()][:, 2].min() > 0.5
 
@@ -185,8 +189,8 @@ def test_a_lower_energy_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     meshes, notes = mesh_set(cut_ball())
     values = meshes.meshing_close_holes_by_fairing(energy="minimum_variation")
     assert values is not None
-    assert (values["closed_holes"], values["lower_energy_holes"], len(notes)) == (2, 2, 2)
-    assert all("was placed with energy 'thin_plate'" in note for note in notes)
+    assert (values["closed_holes"], values["lower_energy_holes"], len(notes)) == (2, 2, 4)
+    assert all("was placed with energy 'thin_plate'" in note for note in notes[2:])
 
 
 def test_without_refinement_there_are_faces_alone() -> None:

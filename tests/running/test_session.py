@@ -254,7 +254,7 @@ def test_split_polygons_are_named(tmp_path: Path, extension: str) -> None:
         path.write_bytes(ply_bytes(xyz(points), faces))
     elif extension == "obj":
         lines = ["v " + " ".join(map(str, p)) for p in points] + ["f " + " ".join(str(i + 1) for i in f) for f in faces]
-        path.write_text("\n".join(lines))
+        path.write_text("\n".join([*lines, ""]))
     else:
         rows = [" ".join(map(str, p)) for p in points] + ["4 " + " ".join(map(str, f)) for f in faces]
         path.write_text("\n".join(["OFF", "9 4 0", *rows, ""]))

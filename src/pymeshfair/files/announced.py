@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 
 from .references import Texture
 
+#: of a text that declares no counts, and ends within a line
+NO_END = "its last line has no end: if the file was cut short, so was perhaps its last number"
+
 
 @dataclass(frozen=True)
 class Announced:
@@ -24,6 +27,7 @@ class Announced:
         radii: whether its vertices have radii.
         vertex_texture: whether its vertices, not only the corners of its faces, have texture coordinates.
         not_kept: what it has and MeshLab does not keep, in words.
+        doubts: what makes one doubt that it is whole, in sentences.
         side_files: the existing files that belong to it.
         textures: the textures that it names.
         points: (n, 3) the coordinates that it declares, in order, or None where they were not read.
@@ -40,6 +44,7 @@ class Announced:
     radii: bool = False
     vertex_texture: bool = False
     not_kept: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
     side_files: tuple[Path, ...] = ()
     textures: tuple[Texture, ...] = ()
     points: NDArray[np.float64] | None = None

@@ -7,7 +7,8 @@ anywhere else.
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from .errors import ContentsError, OutputError
@@ -49,6 +50,18 @@ class Given:
         except OSError as error:
             raise OutputError(path, f"MeshLab needs a copy of the input there: {error.strerror or error}") from error
         return path
+
+    def offer(self, suffix: str, parts: Sequence[bytes] | None) -> Path | None:
+        """Write what MeshLab would read sooner than the file itself; None if there is nothing, or no room for it."""
+        if parts is None:
+            return None
+        name = self.path.with_suffix(suffix).name
+        try:
+            return self.write_beside(name, *parts)
+        except OutputError:
+            with suppress(OSError):
+                (self.folder / name).unlink()
+            return None
 
     def link(self, textures: Iterable[Texture]) -> None:
         """Put the textures that exist beside it, under their given names."""

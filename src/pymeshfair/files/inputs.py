@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from . import ply
-from .announced import Announced
+from .announced import NO_END, Announced
 from .collada import inspect_collada
 from .errors import ContentsError, InputError
 from .formats import READABLE, extension, listed
@@ -114,10 +114,8 @@ def _inspect_ply(path: Path, references: References, given: Given) -> Announced:
     grid = header.element("tristrips").count or header.element("range_grid").count
     textures = find_textures(header.textures, references)
     names = {p.name for p in header.element("vertex").properties}
-    reading = None
-    if body.binary is not None and not textures:
-        reading = given.write(*body.binary)
-    elif must_be_altered(header):
+    reading = None if textures else given.offer(".ply", body.binary)
+    if reading is None and must_be_altered(header):
         with path.open("rb") as file:
             file.seek(header.size)
             reading = given.write(given_header(header, textures), *iter(lambda: file.read(1 << 20), b""))
@@ -149,15 +147,13 @@ def _inspect_off(path: Path, references: References, given: Given) -> Announced:
         normals=contents.normals,
         not_kept=("comments",) if contents.comments else (),
         points=contents.points,
-        reading=_binary_or_text(given, contents.binary, contents.text if contents.altered else None, ".ply"),
+        reading=_binary_or_text(given, ".ply", contents.binary, contents.text if contents.altered else None),
     )
 
 
-def _binary_or_text(given: Given, binary: list[bytes] | None, text: bytes | None, suffix: str | None = None) -> Path | None:
+def _binary_or_text(given: Given, suffix: str, binary: list[bytes] | None, text: bytes | None) -> Path | None:
     """Write what MeshLab reads soonest; None if that is the file itself."""
-    if binary is not None:
-        return given.write_beside(given.path.with_suffix(suffix or given.path.suffix).name, *binary)
-    return None if text is None else given.write(text)
+    return given.offer(suffix, binary) or (None if text is None else given.write(text))
 
 
 def _inspect_stl(path: Path, references: References, given: Given) -> Announced:
@@ -166,18 +162,20 @@ def _inspect_stl(path: Path, references: References, given: Given) -> Announced:
         faces=contents.faces,
         count_triangles=lambda: contents.faces,
         not_kept=(f"its head {contents.note[:60]!r}",) if contents.note else (),
-        reading=_binary_or_text(given, contents.binary, contents.text),
+        reading=_binary_or_text(given, ".stl", contents.binary, contents.text),
     )
 
 
 def _inspect_points(path: Path, references: References, given: Given) -> Announced:
-    contents = read_points(path.read_bytes())
+    data = path.read_bytes()
+    contents = read_points(data)
     as_it_is = contents.plain and extension(path) in ("xyz", "pts", "apts")
     return Announced(
         vertices=contents.count,
         faces=0,
         normals=contents.normals is not None,
         not_kept=(f"its titles {contents.note[:60]!r}",) if contents.note else (),
+        doubts=() if contents.points is None or data.endswith((b"\n", b"\r")) else (NO_END,),
         points=contents.points,
         reading=None if as_it_is else given.write_beside(f"{path.stem}.ply", *as_ply(contents)),
     )

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .announced import Announced
+from .announced import NO_END, Announced
 from .as_binary import are_plain_triangles, mesh_as_ply
 from .given import Given, find_textures
 from .obj import ObjContents, read_obj
@@ -48,11 +48,8 @@ def inspect_obj(path: Path, references: References, given: Given) -> Announced:
     textures = find_textures(materials.textures, references)
     if contents.bare_faces and contents.counts["texture coordinates"] and contents.bare_faces < contents.counts["faces"]:
         lost.append(f"that {contents.bare_faces:,} of its faces have no texture coordinates: they get the first ones")
-    binary = None if names or uses else _binary(contents)
-    reading = None
-    if binary is not None:
-        reading = given.write_beside(given.path.with_suffix(".ply").name, *binary)
-    elif names or contents.altered or contents.changes or uses:
+    reading = None if names or uses else given.offer(".ply", _binary(contents))
+    if reading is None and (names or contents.altered or contents.changes or uses):
         named = {t.name: t for t in textures}
         if materials.materials:
             given.write_beside(_MATERIALS, format_materials(materials.materials, named.__getitem__))
@@ -64,6 +61,7 @@ def inspect_obj(path: Path, references: References, given: Given) -> Announced:
         count_triangles=lambda: contents.triangles,
         normals=contents.counts["normals"] > 0,
         not_kept=tuple(lost),
+        doubts=() if contents.text.endswith((b"\n", b"\r")) else (NO_END,),
         side_files=(*files, *(t.file for t in textures if t.file)),
         textures=textures,
         points=contents.points,

@@ -122,7 +122,8 @@ def spectrum_chart(spectra: Mapping[str, Mapping[str, Sequence[float]]]) -> Char
     low, high = float(max(positive.min(), positive.max() - 7.0)) - 0.1, float(positive.max()) + 0.1
     lines, rows = [], []
     for name, (edges, heights) in bands.items():
-        shown = np.log10(np.maximum(heights, 10.0**low))
+        # Where the bands' energies were not told apart from 0 the line has a gap.
+        shown = np.log10(np.where(heights > 10.0**low, heights, np.nan))
         lines.append(Line(name, _steps(np.log10(edges), shown, (left, right), (low, high), floor=False), name))
         rows += [(name, f"{b:.4g} to {a:.4g}", f"{heights[k]:.4g}") for k, (a, b) in _pairs(edges)]
     return Chart(
@@ -179,11 +180,15 @@ def _upwards(y: float, low: float, high: float) -> float:
 def _steps(
     edges: Floats, values: Floats, across: tuple[float, float], upwards: tuple[float, float], *, floor: bool = True
 ) -> str:
-    """The path along the tops of bars; with `floor` it begins and ends at the bottom."""
-    places = [
-        (_across(float(x), *across), _upwards(float(y), *upwards))
-        for x, y in zip(np.repeat(edges, 2)[1:-1], np.repeat(values, 2), strict=True)
-    ]
+    """The path along the tops of bars, with gaps where there is no number; with `floor` it begins and ends at the bottom."""
+    bottom = HEIGHT - _BOTTOM
+    path, joined = "", False
+    for left, right, y in zip(edges[:-1].tolist(), edges[1:].tolist(), values.tolist(), strict=True):
+        if not math.isnan(y):
+            height = _upwards(y, *upwards)
+            path += f"{'L' if joined else 'M'}{_across(left, *across):g} {height:g}H{_across(right, *across):g}"
+        joined = not math.isnan(y)
     if floor:
-        places = [(places[0][0], HEIGHT - _BOTTOM), *places, (places[-1][0], HEIGHT - _BOTTOM)]
-    return "M" + "L".join(f"{x:g} {y:g}" for x, y in places)
+        ends = _across(float(edges[0]), *across), _across(float(edges[-1]), *across)
+        path = f"M{ends[0]:g} {bottom:g}L{path[1:]}L{ends[1]:g} {bottom:g}"
+    return path

@@ -97,6 +97,8 @@ class Session:
                 raise OutputError(told.output or error.path, error.reason) from error
             described = described_file(path) | {"side_files": [described_file(side) for side in announced.side_files]}
             self._lose(load_mesh(self._meshes, path, announced), InputError, path)
+        for doubt in announced.doubts:
+            self._warn(f"{path.name}: {doubt}")
         shutil.rmtree(given, ignore_errors=True)
         return announced, described
 
@@ -220,8 +222,6 @@ class Session:
             return surface_measures(mesh.vertex_matrix(), mesh.face_matrix(), edges=mesh.edge_matrix())
         except FilterInputError as error:
             raise refusal from error
-
-    # ------------------------------------------------------------------------------------------------------------- telling
 
     def _event(self, event: Event) -> None:
         self._tell(encode_event(event))

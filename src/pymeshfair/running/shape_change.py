@@ -90,8 +90,8 @@ def warnings_of(change: ShapeChange) -> Iterator[str]:
     if any(abs(share) > LARGEST_SIDE_CHANGE for _, share in sides):
         shown = ", ".join(f"{axis} {share:+.1%}" for axis, share in sides)
         yield (
-            f"the result has other dimensions: {shown}. Smooth less (a smaller detail_size, fewer iterations) or take a recipe "
-            "that keeps them, such as smooth_implicit"
+            f"the result has other dimensions: {shown}. Where that is more than noise at the ends, smooth less (a smaller "
+            "detail_size, fewer iterations) or take a recipe that keeps them, such as smooth_implicit"
         )
     if change.moved.edges is not None and change.moved.edges > LARGEST_MOVE:
         where = ", ".join(f"{c:.6g}" for c in change.moved.place)

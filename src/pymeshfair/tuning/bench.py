@@ -52,6 +52,7 @@ class Bench:
         assignment = Assignment.from_document(document)
         stage = assignment.stage
         report = Session(assignment, self._tell).run()
+        self._tell({"event": "PhaseStarted", "phase": "comparing"})
         result = Path(report["staged"][0]["staged"])
         after = state_of(self._read(result, stage))
         found, moved = compare(self._before, after)

@@ -58,6 +58,7 @@ class Conversation:
         self._tasks: set[asyncio.Task[None]] = set()
         self._finisher = Finisher()
         self._opened: set[bool] = set()
+        self._replaced = False
 
     async def held(self) -> None:
         """Answer the page until it is closed."""
@@ -87,7 +88,9 @@ class Conversation:
             await self._leave()
 
     async def end(self) -> None:
-        """Tell the page that another one took its place."""
+        """Stop what runs for the page, and tell it that another one took its place."""
+        self._replaced = True
+        await self._stop({})
         with contextlib.suppress(WebSocketDisconnect, RuntimeError):
             await self._tell("ended", message="Another page was opened for this scan; this one shows nothing new any more.")
             await self._connection.close()
@@ -96,8 +99,8 @@ class Conversation:
         self._finisher.stop()
         for task in list(self._tasks):
             task.cancel()
-        for workshop in self._workshops.values():
-            await workshop.stop()
+        if not self._replaced:  # else they work for another page by now
+            await self._stop({})
 
     # ------------------------------------------------------------------------------------------------------------- answers
 
@@ -121,6 +124,7 @@ class Conversation:
 
     async def _open(self, whole: bool) -> None:
         """Show the scan, or the whole of it."""
+        await self._tell("opening", whole=whole)
         opening, scene = await self._workshops[whole].open()
         self._opened.add(whole)
         await self._tell("scan", scene, whole=whole, **opening)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import signal
 import socket
+import sys
 from collections.abc import AsyncIterator, Callable
 from pathlib import Path
 
@@ -15,6 +17,7 @@ from starlette.responses import HTMLResponse
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
+from ..operating_system import this_system
 from ..report.page import render
 from .access import Guarded
 from .conversation import Conversation, Subject
@@ -60,7 +63,11 @@ def application(subject: Subject, token: str, folder: Path, names: tuple[str, ..
 
 
 def serve(guarded: Guarded, listening: socket.socket, *, ready: Callable[[], None] = lambda: None) -> None:
-    """Answer requests until Ctrl-C."""
+    """Answer requests until Ctrl-C, or until the process is asked to end, which is done in order."""
+    for name in this_system().stop_signals:
+        if name != "SIGINT":
+            # The server hands the signal on once it has ended; by default that would end the process on the spot.
+            signal.signal(getattr(signal, name), lambda number, _: sys.exit(128 + number))
     config = uvicorn.Config(
         guarded,
         access_log=False,  # which would write the token

@@ -110,7 +110,7 @@ class Workshop:
 
     Args:
         scan: the file.
-        folder: for what is made; it exists.
+        folder: for what is made; it comes to be when it is needed.
     """
 
     def __init__(self, scan: Path, folder: Path) -> None:

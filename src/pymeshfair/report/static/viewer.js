@@ -142,10 +142,9 @@ class Viewer {
   }
 
   show(scene) {
-    const changed = !this.scene || this.scene.half !== scene.half || this.scene.centre.some((x, k) => x !== scene.centre[k]);
     this.scene = scene;
     this.camera.up = scene.up;
-    if (changed && this.views.length === 0) this.views = scene.meshes.map((_, k) => k);
+    if (this.views.length === 0) this.views = scene.meshes.map((_, k) => k);
     this._upload();
     this.draw();
   }

@@ -163,6 +163,7 @@ const answers = {
     by("output-name").value = told.scan.replace(/(\.[^.]*)?$/, "_clean$1");
   },
   recipe(told) { showRecipe(told); if (state.scan) ask(0); },
+  opening(told) { by("state").textContent = `reading ${told.whole ? "the whole scan" : "the scan"}`; },
   begun(told) { state.current = told.run; running(true, told.run ? "running" : "running on the whole scan"); document.body.dataset.begun = String(told.asked ?? 0); },
   event(told) {
     if (told.run !== state.current || !state.running) return;

@@ -1,0 +1,80 @@
+"""The page to tune on within a notebook: a server in a process of its own, and a frame that shows its page."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import weakref
+from html import escape
+from types import TracebackType
+
+from ..errors import RunError
+from ..operating_system import this_system
+
+#: seconds that a server may take to end in order
+_PATIENCE = 20.0
+
+
+class Tuning:
+    """A page to tune on, shown by a notebook where the last line of a cell is one: ``Tuning("scan.ply")``.
+
+    Recipes and results are written to the working folder. The server ends with `close`, at the end of a ``with`` block, when
+    nobody refers to this any more, or when the notebook's kernel exits.
+
+    Attributes:
+        address: of the page; whoever knows it can use it.
+
+    Args:
+        scan: the mesh file.
+        recipe: a shipped name or the path of an .mlx file.
+        height: of the frame, in pixels.
+
+    Raises:
+        RunError: the server did not start; the message tells why.
+    """
+
+    def __init__(self, scan: str | os.PathLike[str], recipe: str = "smooth_implicit", *, height: int = 900) -> None:
+        """See the class."""
+        command = [sys.executable, "-m", "pymeshfair", "tune", os.fspath(scan), "--recipe", recipe, "--no-browser", "--json"]
+        self._height = height
+        self._process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, **this_system().own_session())
+        self._ending = weakref.finalize(self, _end, self._process)  # which Python also calls before it exits
+        assert self._process.stdout is not None
+        printed = ""
+        for line in self._process.stdout:
+            printed += line
+            if line == "}\n":
+                break
+        told = json.loads(printed or "{}")
+        if "address" not in told:
+            self._process.wait()
+            raise RunError(str(told.get("error", {}).get("message", "the server ended without a word")))
+        self.address = str(told["address"])
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows."""
+        return f'<iframe src="{escape(self.address)}" width="100%" height="{self._height}" title="pymeshfair tune"></iframe>'
+
+    def close(self) -> None:
+        """End the server, which stops what it runs."""
+        self._ending()
+
+    def __enter__(self) -> Tuning:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+
+def _end(process: subprocess.Popen[str]) -> None:
+    if process.poll() is None:
+        process.terminate()
+        try:
+            process.wait(_PATIENCE)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+    if process.stdout is not None:
+        process.stdout.close()
