@@ -119,8 +119,13 @@ def told(scan: Scan, outcome: Outcome) -> str:
     if moved is not None:
         words.append(f"moved by {moved:.2g} edges")
     if outcome.warnings:
-        words.append(f"{len(outcome.warnings)} warnings")
+        words.append(counted_warnings(outcome))
     return f"{scan.input.name}: {', '.join(words)}" + (f", written although {broken}" if broken else "")
+
+
+def counted_warnings(outcome: Outcome) -> str:
+    """How many warnings a scan had."""
+    return "1 warning" if len(outcome.warnings) == 1 else f"{len(outcome.warnings)} warnings"
 
 
 def batch_progress() -> BatchBar | BatchLines:

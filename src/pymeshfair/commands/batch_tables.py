@@ -13,6 +13,7 @@ from ..batch.numbers import area_change, displacement_in_edges, largest_in_edges
 from ..batch.outcome import Outcome
 from ..batch.summary import Summary
 from ..batch.work import Task
+from .batch_progress import counted_warnings
 from .streams import printable
 from .tables import console, table
 
@@ -55,7 +56,7 @@ def _complain(text: str) -> None:
 def _row(outcome: Outcome, far: Sequence[str]) -> list[str]:
     vertices = None if outcome.after is None else outcome.after["vertices"]
     remarks = [f"far from the others in {' and '.join(far)}"] if far else []
-    remarks += [f"{len(outcome.warnings)} warnings"] if outcome.warnings else []
+    remarks += [counted_warnings(outcome)] if outcome.warnings else []
     numbers = (displacement_in_edges(outcome), largest_in_edges(outcome), area_change(outcome))
     return [
         Path(outcome.input).name,
