@@ -145,6 +145,27 @@ def test_noise_on_a_plane_is_taken_away_and_a_wave_is_not() -> None:
     assert _choose(wave, FLAT[1], shrink) == 1.0
 
 
+def test_a_family_that_falls_behind_is_not_run_to_its_end() -> None:
+    """Of heights multiplied ever more, on a sheet with noise, no mask sees more than the first two."""
+    points, shrink = _rough(0.2), (1.0, 0.0)
+    grow = (2.0, 4.0, 8.0, 16.0, 32.0)
+    made: list[float] = []
+
+    def candidates(vertices: Floats) -> list[Iterator[Floats]]:
+        def times(factors: tuple[float, ...]) -> Iterator[Floats]:
+            for factor in factors:
+                made.append(factor)
+                yield np.column_stack([vertices[:, :2], factor * vertices[:, 2]])
+
+        return [times(shrink), times(grow)]
+
+    found = choose(points, FLAT[1], candidates, [shrink, grow], normals=UP, scored=far_from_border(FLAT[1], len(points)))
+    assert found is not None
+    assert found.chosen.label == 0.0
+    assert set(made) == {*shrink, *grow[:2]}
+    assert made.count(grow[0]) == 1
+
+
 def test_nothing_can_be_said_where_no_vertex_can_be_held_out() -> None:
     """Without a scored vertex there is no choice."""
     points = _rough(0.1)

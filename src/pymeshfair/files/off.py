@@ -78,6 +78,9 @@ def _body(piece: Tokens, prefix: str, text: bytes, *, altered: bool, comments: b
     if len(lengths) - line > n + m:
         k = line + n + m
         raise _fail(piece, k, f"is one more than the {n:,} vertices and {m:,} faces that it declares")
+    if leading := _leading_colours(piece, line, n, prefix):
+        text = _normals_first(piece, line, n, leading)
+        return _body(joined_pieces(tokenise(text)), prefix, text, altered=True, comments=comments)
     points = _vertices(piece, line, n, prefix)
     faces, triangles, corners = _faces(piece, line + n, m, n)
     if here == 2:  # MeshLab wants the number of edges as well
@@ -89,6 +92,28 @@ def _body(piece: Tokens, prefix: str, text: bytes, *, altered: bool, comments: b
 
 def _fail(piece: Tokens, k: int, why: str) -> OffError:
     return OffError(f"its line {piece.numbers[k]:,}, {shown(piece.line(k).decode('utf-8', 'replace'), 60)}, {why}")
+
+
+def _leading_colours(piece: Tokens, line: int, n: int, prefix: str) -> int:
+    """The width of the colours where they stand before the normals, as MeshLab writes and does not read them; 0 elsewhere."""
+    if not ("C" in prefix and "N" in prefix) or n == 0:
+        return 0
+    lengths, first = piece.lengths[line : line + n], piece.first[line : line + n]
+    width = int(lengths[0]) - 6 - 2 * ("ST" in prefix)
+    if width not in (3, 4) or (lengths != lengths[0]).any():
+        return 0
+    colours = piece.kinds[first[:, None] + 3 + np.arange(width)]
+    normals = piece.kinds[first[:, None] + 3 + width + np.arange(3)]
+    return width if (colours == INTEGER).all() and (normals == REAL).any() else 0
+
+
+def _normals_first(piece: Tokens, line: int, n: int, width: int) -> bytes:
+    """The text with the colours of the vertices, of that width, behind the normals."""
+    lines = [piece.line(k) for k in range(len(piece.lengths))]
+    for k in range(line, line + n):
+        words = lines[k].split()
+        lines[k] = b" ".join([*words[:3], *words[3 + width : 6 + width], *words[3 : 3 + width], *words[6 + width :]])
+    return b"\n".join(lines) + b"\n"
 
 
 def _vertices(piece: Tokens, line: int, n: int, prefix: str) -> NDArray[np.float64]:
