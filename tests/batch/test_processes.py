@@ -137,7 +137,7 @@ def test_ctrl_c_ends_a_batch_within_a_second(tmp_path: Path, busy: subprocess.Po
     started = time.monotonic()
     busy.send_signal(signal.SIGINT)
     assert busy.wait(20) == 130
-    assert time.monotonic() - started < 1.0 * slowness()
+    assert time.monotonic() - started < 1.0 + slowness()
     assert not [pid for pid in started_by_it if is_alive(pid)]
     assert {p.name for p in (tmp_path / "out").iterdir()} == {
         "first.ply",
