@@ -1,9 +1,9 @@
 """What comes before normal filtering: spikes taken away, noise calmed."""
 
-from ..checks import check_choice
+from ..checks import check_choice, check_whole_number
 from ..execution import Progress, ignore_progress
 from ..mesh import Bools, Floats, Ints
-from ..topology import BorderPolicy
+from ..topology import BORDER_POLICIES, BorderPolicy
 from .impulses import OUTLIERS, Outliers, replace_outlying
 from .relaxation import RelaxationDirection, relaxed
 
@@ -35,6 +35,8 @@ def prepared(
         FilterInputError: a parameter out of range.
     """
     check_choice("outliers", outliers, OUTLIERS)
+    check_whole_number("relaxation", relaxation)
+    check_choice("border", border, BORDER_POLICIES)
     start = replace_outlying(vertices, faces, movable)[0] if outliers == "replace" else vertices
     return relaxed(
         start, faces, iterations=relaxation, direction=relaxation_direction, border=border, movable=movable, progress=progress

@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from ..checks import check_finite, check_whole_number
 from ..execution import Progress, ignore_progress, part_of
 from ..mesh import Bools, Floats
-from ..neighbours import nearest_neighbours
+from ..neighbours import check_cloud, nearest_neighbours
 
 #: Two points hang together if their distance is at most this many times the spacing of either.
 _REACH = 2.0
@@ -47,12 +47,13 @@ def stray_points(
         FilterInputError: a parameter is out of its bounds, or coordinates are missing, NaN or infinite.
     """
     check_finite("sparseness", sparseness, least=1.0)
+    cloud, k = check_cloud(points, neighbors, "neighbors")
     least = check_whole_number("smallest_part", smallest_part, least=1)
-    distances, indices = nearest_neighbours(points, neighbors, progress=part_of(progress, 0.0, 0.9))
+    distances, indices = nearest_neighbours(cloud, k, progress=part_of(progress, 0.0, 0.9))
     largest = distances.max(initial=0.0) or 1.0  # so that no square underflows
     spacing: Floats = largest * np.sqrt(np.mean((distances / largest) ** 2, axis=1))
     stray: Bools = spacing > sparseness * np.median(spacing)
-    n, k = indices.shape
+    n = len(cloud)
     start, end = np.repeat(np.arange(n), k), indices.ravel()
     close = distances.ravel() <= _REACH * np.minimum(spacing[start], spacing[end])
     close &= ~(stray[start] | stray[end])

@@ -47,6 +47,9 @@ COMPANIONS: dict[tuple[str, str | None], dict[str, Any]] = {
     ("apply_coord_implicit_fairing", "operator=uniform"): {"time_step": 1.0},
 }
 
+#: Tried in ways of their own: what is selected by test_selection, and `clouds_only`, which refuses the scenes, by test_outliers.
+OTHERWISE = ("selected", "clouds_only")
+
 
 @dataclass(frozen=True, eq=False)
 class Variant:
@@ -62,7 +65,7 @@ class Variant:
 
 
 def variants_of(declared: Filter) -> list[Variant]:
-    """The defaults; then every other choice of every word, and the other answer to every yes or no but `selected`.
+    """The defaults; then every other choice of every word, and the other answer to every yes or no but those of `OTHERWISE`.
 
     Of kernels one other: they differ in the formula of a weight alone.
     """
@@ -72,7 +75,7 @@ def variants_of(declared: Filter) -> list[Variant]:
             others = [choice for choice in parameter.choices if choice != parameter.default]
             for choice in others[-1:] if set(KERNEL_NAMES) <= set(parameter.choices) else others:
                 choices[f"{parameter.name}={choice}"] = {parameter.name: choice}
-        elif isinstance(parameter, Bool) and parameter.name != "selected":
+        elif isinstance(parameter, Bool) and parameter.name not in OTHERWISE:
             choices[f"{parameter.name}={not parameter.default}"] = {parameter.name: not parameter.default}
     name = declared.python_name
     along = {choice: COMPANIONS.get((name, ANY), {}) if choice else {} for choice in choices}

@@ -6,15 +6,18 @@ from dataclasses import dataclass, fields
 from typing import Any, cast
 
 import numpy as np
+import pymeshlab
 import pytest
 from numpy.typing import NDArray
 
+from pymeshfair import MeshSet
 from pymeshfair.declaration import Edit, FilterClass, Float, Int, Layer, MeshElement
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.outliers.local_outlier_probability import local_outlier_probability
 from pymeshfair.meshlab.facts import meshlab_filters
 from pymeshfair.plugins.outliers import compute_selection_by_outlier_probability_per_vertex as declared
 from pymeshfair.registry import find_filter
+from tests.meshes import icosphere
 
 
 @dataclass
@@ -94,3 +97,16 @@ def test_the_declaration_mirrors_meshlabs() -> None:
     assert isinstance(threshold, Float)
     assert [p.rich_type for p in declared.parameters] == ["RichInt", "RichFloat", "RichDynamicFloat"]
     assert (neighbors.minimum, extent.minimum, threshold.minimum, threshold.maximum) == (1, 0.1, 0, 1)
+
+
+def test_stray_points_of_a_mesh_are_refused_where_clouds_are_meant() -> None:
+    """With `clouds_only` a mesh is refused and recipes for it are named; without, its faces play no part."""
+    vertices, faces = icosphere(3)
+    meshes = MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
+    with pytest.raises(pymeshlab.PyMeshLabException, match=r"a mesh of 1280 faces, not a point cloud.*'clean_range_map'"):
+        meshes.compute_selection_by_stray_points_per_vertex(clouds_only=True)
+    assert meshes.compute_selection_by_stray_points_per_vertex() == {"selected_vertices": 0}
+    meshes.add_mesh(pymeshlab.Mesh(np.concatenate([vertices, [[5.0, 0.0, 0.0]]])))
+    assert meshes.compute_selection_by_stray_points_per_vertex(clouds_only=True) == {"selected_vertices": 1}
+    assert meshes.current_mesh().vertex_selection_array().tolist() == [False] * len(vertices) + [True]
