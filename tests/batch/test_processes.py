@@ -133,8 +133,8 @@ def busy(tmp_path: Path, terminal_signals: None) -> Iterator[subprocess.Popen[st
 def test_ctrl_c_ends_a_batch_soon(tmp_path: Path, busy: subprocess.Popen[str]) -> None:
     """Its processes are gone and their files with them; what is done is told in the tables, and --resume goes on from there.
 
-    Within a second where kernels are compiled; a process that compiles some for the first time hears of the signal when it is done
-    with one, so that there is room for that here.
+    That takes a second where kernels are compiled. A process that compiles some for the first time hears of the signal when it is
+    done with one: there is room for that here.
     """
     started_by_it = descendants(busy.pid)
     assert len(started_by_it) >= 3
