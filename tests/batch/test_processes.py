@@ -121,7 +121,11 @@ def busy(tmp_path: Path, terminal_signals: None) -> Iterator[subprocess.Popen[st
     table.write_text(f"input,output,1.stepsmoothnum\nscans/scan000.ply,first.ply,\n{slow}")
     process = start_batch(write_recipe(tmp_path / "recipe.mlx"), table, "-o", tmp_path / "out", "--jobs", "2")
     deadline = time.monotonic() + 60
-    while not journal_of(tmp_path / "out") or len(list((tmp_path / "out").glob(".pymeshfair-run-*"))) < 2:
+    while (
+        not journal_of(tmp_path / "out")
+        or len(list((tmp_path / "out").glob(".pymeshfair-run-*"))) < 2
+        or len(descendants(process.pid)) < 3
+    ):
         assert time.monotonic() < deadline
         assert process.poll() is None, process.communicate()
         time.sleep(0.05)
@@ -137,7 +141,6 @@ def test_ctrl_c_ends_a_batch_soon(tmp_path: Path, busy: subprocess.Popen[str]) -
     done with one: there is room for that here.
     """
     started_by_it = descendants(busy.pid)
-    assert len(started_by_it) >= 3
     started = time.monotonic()
     busy.send_signal(signal.SIGINT)
     assert busy.wait(20) == 130
