@@ -3,18 +3,28 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+#: so often a canvas is looked at that does not come to rest
+MOST_LOOKS = 30
+
 
 def canvas_pixels(page: Any) -> NDArray[np.int64]:
-    """(h, w, 3) the pixels of the canvas, once everything is drawn that was asked for."""
+    """(h, w, 3) the pixels of the canvas, once everything is drawn that was asked for: three looks in a row see the same."""
     page.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
-    picture = Image.open(io.BytesIO(page.locator("canvas").screenshot()))
-    return np.asarray(picture.convert("RGB"), dtype=np.int64)
+    looks: list[NDArray[np.int64]] = []
+    for _ in range(MOST_LOOKS):
+        picture = Image.open(io.BytesIO(page.locator("canvas").screenshot()))
+        looks.append(np.asarray(picture.convert("RGB"), dtype=np.int64))
+        if len(looks) >= 3 and all(np.array_equal(looks[-1], look) for look in looks[-3:-1]):
+            break
+        page.wait_for_timeout(100)
+    return looks[-1]
 
 
 def halves(pixels: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -27,3 +37,12 @@ def halves(pixels: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int
 def share_changed(one: NDArray[np.int64], other: NDArray[np.int64]) -> float:
     """Which share of the pixels differ clearly."""
     return float((np.abs(one - other).max(axis=2) > 24).mean())
+
+
+def soon(page: Any, is_so: Callable[[], bool]) -> bool:
+    """Whether something comes true within ten seconds: a page shows what was done to it at its next frame."""
+    for _ in range(100):
+        if is_so():
+            return True
+        page.wait_for_timeout(100)
+    return False

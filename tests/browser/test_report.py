@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from tests.browser.pixels import canvas_pixels, halves, share_changed
+from tests.browser.pixels import canvas_pixels, halves, share_changed, soon
 from tests.commands.command_line import document, invoke
 from tests.meshes import icosphere
 
@@ -60,14 +60,14 @@ def test_the_switch_changes_what_is_seen(opened: Any) -> None:
     moved = canvas_pixels(opened)
     assert share_changed(halves(plain)[0], halves(moved)[0]) == 0.0
     assert share_changed(halves(plain)[1], halves(moved)[1]) > 0.05
-    assert opened.locator("[data-color-bar]").is_visible()
+    assert soon(opened, lambda: opened.locator("[data-color-bar]").is_visible())
     seen = [plain, moved]
     for style in ("curvature", "reflection"):
         opened.check(f"input[value={style}]")
         seen.append(canvas_pixels(opened))
         assert all(share_changed(seen[-1], other) > 0.02 for other in seen[:-1])
     opened.check("input[name=views][value='1']")
-    assert opened.locator("[data-view-name]").all_inner_texts()[0] == "after"
+    assert soon(opened, lambda: opened.locator("[data-view-name]").all_inner_texts()[0] == "after")
     assert share_changed(canvas_pixels(opened), seen[-1]) > 0.02
 
 
@@ -91,7 +91,7 @@ def test_both_views_turn_together(opened: Any) -> None:
     opened.locator("canvas").focus()
     opened.keyboard.press("0")
     assert share_changed(canvas_pixels(opened), at_first) < 0.002
-    assert opened.locator("[data-status]").inner_text().startswith("azimuth 0 degrees")
+    assert soon(opened, lambda: opened.locator("[data-status]").inner_text().startswith("azimuth 0 degrees"))
 
 
 def test_a_button_goes_to_the_largest_displacement(opened: Any) -> None:
@@ -130,9 +130,10 @@ def test_it_serves_who_does_not_see(opened: Any) -> None:
 def test_it_fits_a_telephone_the_dark_and_paper(opened: Any) -> None:
     """At 360 pixels nothing has to be pushed sideways; the ground is dark in the dark, and white in print, without switches."""
     opened.set_viewport_size({"width": 360, "height": 740})
-    assert opened.evaluate("document.documentElement.scrollWidth") <= 360
+    assert soon(opened, lambda: opened.evaluate("document.documentElement.scrollWidth") <= 360)
     opened.emulate_media(color_scheme="dark")
-    assert opened.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(20, 23, 28)"
+    ground = "getComputedStyle(document.body).backgroundColor"
+    assert soon(opened, lambda: opened.evaluate(ground) == "rgb(20, 23, 28)")
     opened.emulate_media(color_scheme="dark", media="print")
-    assert opened.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+    assert soon(opened, lambda: opened.evaluate(ground) == "rgb(255, 255, 255)")
     assert not opened.locator("form.switches").is_visible()
