@@ -2,8 +2,8 @@
 
 from .angles import angles_between, corner_angles
 from .closest_walk import WalkableSurface, nearest_by_walk
-from .edge_lengths import edge_lengths, mean_edge_length
-from .face_normals import AREA, CENTRE, NORMAL, cross_products, face_normals, measure_faces
+from .edge_lengths import edge_lengths, mean_edge_length, vector_lengths
+from .face_normals import AREA, CENTRE, NORMAL, cross_products, face_normals, measure_faces, turned_faces
 from .loops import area_vector, side_lengths
 from .triangles import angle_at, cross_product, quality_and_normal, squared_length
 from .vertex_normals import vertex_normals_by_area
@@ -27,5 +27,7 @@ __all__ = [
     "quality_and_normal",
     "side_lengths",
     "squared_length",
+    "turned_faces",
+    "vector_lengths",
     "vertex_normals_by_area",
 ]

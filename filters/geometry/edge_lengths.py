@@ -1,4 +1,4 @@
-"""Lengths of edges."""
+"""Lengths of edges and of other vectors."""
 
 import numpy as np
 
@@ -24,10 +24,14 @@ def mean_edge_length(vertices: Floats, faces_or_edges: Ints) -> float:
 
 def edge_lengths(vertices: Floats, pairs: Ints) -> Floats:
     """(e,) the length of each of the (e, 2) edges, of whatever size."""
-    ways = vertices[pairs[:, 1]] - vertices[pairs[:, 0]]
+    return vector_lengths(vertices[pairs[:, 1]] - vertices[pairs[:, 0]])
+
+
+def vector_lengths(vectors: Floats) -> Floats:
+    """(n,) the length of each of (n, 3) vectors, of whatever size: no square leaves the range of numbers."""
     with np.errstate(over="ignore", under="ignore"):
-        lengths = np.asarray(np.linalg.norm(ways, axis=1))
-    if len(ways) and not _SQUARED[0] < lengths.max() < _SQUARED[1]:
-        exponent = int(np.frexp(np.abs(ways).max())[1])
-        return np.asarray(np.ldexp(np.linalg.norm(np.ldexp(ways, -exponent), axis=1), exponent))
+        lengths = np.asarray(np.linalg.norm(vectors, axis=1))
+    if len(vectors) and not _SQUARED[0] < lengths.max() < _SQUARED[1]:
+        exponent = int(np.frexp(np.abs(vectors).max())[1])
+        return np.asarray(np.ldexp(np.linalg.norm(np.ldexp(vectors, -exponent), axis=1), exponent))
     return lengths

@@ -38,6 +38,25 @@ def cross_products(vertices: Floats, faces: Ints) -> Floats:
 
 
 @njit(cache=True, nogil=True)
+def turned_faces(before: Floats, after: Floats, faces: Ints) -> int:
+    """How many faces look more than a right angle away from where they did.
+
+    Args:
+        before: (n, 3) coordinates of ordinary size.
+        after: (n, 3) those of the same vertices later.
+        faces: (m, 3) triangles.
+    """
+    count = 0
+    for f in range(len(faces)):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        x, y, z = cross_product(before, a, b, c)
+        u, v, w = cross_product(after, a, b, c)
+        if x * u + y * v + z * w < 0.0:
+            count += 1
+    return count
+
+
+@njit(cache=True, nogil=True)
 def _measure(vertices: Floats, faces: Ints, table: Floats, first: int, last: int) -> None:
     for f in range(first, last):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]

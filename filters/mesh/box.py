@@ -2,7 +2,6 @@
 
 import math
 
-import numpy as np
 from numba import njit
 
 from ..checks import FilterInputError
@@ -53,19 +52,30 @@ def check_healthy(before: Floats, after: Floats, diagonal: float, numbers: Ints 
     Raises:
         FilterInputError: one lies too far, or nowhere; the message names it.
     """
-    most = FURTHEST * diagonal
-    moved = np.abs(after - before)
-    if not len(moved) or diagonal == 0.0 or moved.max() <= most / math.sqrt(3.0):
+    if diagonal == 0.0:
         return
-    lengths = np.linalg.norm(after - before, axis=1)
-    k = int(np.argmax(np.where(np.isnan(lengths), np.inf, lengths)))
-    if lengths[k] <= most:
+    k, length = _furthest(before, after)
+    if length <= FURTHEST * diagonal:
         return
     raise FilterInputError(
-        f"vertex {k if numbers is None else int(numbers[k])} would be moved by {lengths[k] / diagonal:.3g} diagonals of the mesh "
+        f"vertex {k if numbers is None else int(numbers[k])} would be moved by {length / diagonal:.3g} diagonals of the mesh "
         f"({FURTHEST:g} are the most), as the triangles around it are too irregular; "
         f"{advice or 'improve them first, or smooth less'}"
     )
+
+
+@njit(cache=True)
+def _furthest(before: Floats, after: Floats) -> tuple[int, float]:
+    """The point that moves furthest, or the first that moves to nowhere, and its distance; 0 and 0 without points."""
+    furthest, most = 0, 0.0
+    for i in range(before.shape[0]):
+        x, y, z = after[i, 0] - before[i, 0], after[i, 1] - before[i, 1], after[i, 2] - before[i, 2]
+        squared = x * x + y * y + z * z
+        if not squared <= most:
+            furthest, most = i, squared
+            if squared != squared:  # NaN
+                break
+    return furthest, math.sqrt(most)
 
 
 @njit(cache=True)

@@ -68,19 +68,18 @@ def spectral_problem(vertices: ArrayLike, faces: ArrayLike, *, operator: Spectra
             area.
     """
     points, triangles = check_mesh(vertices, faces)
-    check_size(points, triangles)
+    check_size(1.0 / normalised_mesh(points, triangles).scale)
     components, _ = connected_components(triangles, len(points))
     chosen = surface_laplacian(points, triangles, operator)
     return _restricted(chosen, components, _usable(chosen.laplacian, components, operator))
 
 
-def check_size(points: Floats, triangles: Ints) -> None:
-    """Refuses meshes of which areas, or eigenvalues, one over squares of lengths, are no ordinary numbers.
+def check_size(size: float) -> None:
+    """Refuses sizes of meshes of which areas, or eigenvalues, one over squares of lengths, are no ordinary numbers.
 
     Raises:
         FilterInputError: it is one.
     """
-    size = 1.0 / normalised_mesh(points, triangles).scale
     if not _SMALLEST < size < _LARGEST:
         raise FilterInputError(f"the mesh is about {size:.0e} large, which leaves no numbers for its spectrum; scale it first")
 

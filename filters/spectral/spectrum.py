@@ -90,8 +90,8 @@ def spectrum(
         check_whole_number("steps", steps, least=1)
     if len(triangles) == 0:
         raise FilterInputError("the mesh has no triangles: a spectrum is that of a surface")
-    check_size(points, triangles)
     mesh = normalised_mesh(points, triangles)
+    check_size(1.0 / mesh.scale)
     plain = spectral_problem(mesh.points, mesh.cells, operator=operator)
     if len(plain.mass) == 0:
         raise FilterInputError("no triangle of the mesh has an area: a spectrum is that of a surface")

@@ -19,16 +19,18 @@ _BY_MEDIAN, _BY_MEAN = 1.482602, 1.253314
 
 def displacement_in_edges(outcome: Outcome) -> float | None:
     """The root mean square of the displacement over the mean edge (for a cloud, the mean spacing) of the input."""
-    moved, before = outcome.displacement, outcome.before
-    edge = before and (before["mean_edge"] or before["mean_spacing"])
-    return None if moved is None or not edge else moved["rms"] / edge
+    return _in_edges(outcome, "rms")
 
 
 def largest_in_edges(outcome: Outcome) -> float | None:
     """The largest displacement over the mean edge (for a cloud, the mean spacing) of the input."""
+    return _in_edges(outcome, "largest")
+
+
+def _in_edges(outcome: Outcome, name: str) -> float | None:
     moved, before = outcome.displacement, outcome.before
     edge = before and (before["mean_edge"] or before["mean_spacing"])
-    return None if moved is None or not edge else moved["largest"] / edge
+    return None if moved is None or not edge else moved[name] / edge
 
 
 def area_change(outcome: Outcome) -> float | None:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import csv
 import io
 import json
-import os
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..files.whole_file import write_file
 from ..running.plain_values import plain
 from ..running.versions import versions
 from .errors import BatchError
@@ -114,13 +114,8 @@ def write_text(path: Path, text: str) -> Path:
     Raises:
         BatchError: it cannot be written.
     """
-    fresh = path.with_name(f".{path.name}.new")
     try:
-        with fresh.open("w", encoding="utf-8", errors="surrogateescape", newline="") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        fresh.replace(path)
+        write_file(path, lambda file: file.write(text.encode("utf-8", "surrogateescape")))
     except OSError as error:
         raise BatchError(f"cannot write {path}: {error.strerror or error}") from error
     return path

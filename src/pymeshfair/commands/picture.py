@@ -57,11 +57,11 @@ def picture(
     import threading
 
     from ..errors import ParameterError
+    from ..files.whole_file import write_file
     from ..looking.camera import view_angles
     from ..looking.coloring_names import check_coloring
     from ..running.read import read_mesh
     from .streams import warn
-    from .whole_file import write_file
 
     if output.suffix.casefold() not in PICTURES:
         raise ParameterError(f"{output}: a picture is a {', '.join(PICTURES[:-1])} or {PICTURES[-1]} file")

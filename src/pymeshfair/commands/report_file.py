@@ -75,9 +75,9 @@ def write_report(
     run: RunPart | None = None,
 ) -> None:
     """Write the page; whole or not at all. See `pymeshfair.report.comparison_page.comparison_page`."""
+    from ..files.whole_file import write_file
     from ..report.comparison_page import comparison_page
     from .json_document import plain
-    from .whole_file import write_file
 
     text = comparison_page(
         compared,

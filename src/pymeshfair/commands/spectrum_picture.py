@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from .whole_file import write_file
+from ..files.whole_file import write_file
 
 if TYPE_CHECKING:
     from ..filters.spectral.responses import Response

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from .errors import ContentsError
 from .obj_faces import Corners, corners_of
-from .references import shown
-from .tokens import INTEGER, NOT_FINITE, REAL, Tokens, joined, plain, tokenise, word
+from .tokens import INTEGER, NOT_FINITE, REAL, Tokens, about_line, joined, plain, tokenise, word
 
 #: what the lines of the format's own keywords are
 KEYWORDS = {
@@ -120,7 +119,7 @@ def _is_misspaced(pieces: list[Tokens]) -> bool:
 
 
 def _fail(piece: Tokens, k: int, why: str) -> ObjError:
-    return ObjError(f"its line {piece.numbers[k]:,}, {shown(piece.line(k).decode('utf-8', 'replace'), 60)}, {why}")
+    return ObjError(about_line(piece, k, why))
 
 
 def _count(piece: Tokens, contents: ObjContents) -> None:

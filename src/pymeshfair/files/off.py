@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from .as_binary import are_plain_triangles, mesh_as_ply
 from .errors import ContentsError
 from .references import shown
-from .tokens import INDENTED, INTEGER, NOT_FINITE, REAL, Tokens, joined_pieces, plain, tokenise
+from .tokens import INDENTED, INTEGER, NOT_FINITE, REAL, Tokens, about_line, joined_pieces, plain, tokenise
 
 
 class OffError(ContentsError):
@@ -91,7 +91,7 @@ def _body(piece: Tokens, prefix: str, text: bytes, *, altered: bool, comments: b
 
 
 def _fail(piece: Tokens, k: int, why: str) -> OffError:
-    return OffError(f"its line {piece.numbers[k]:,}, {shown(piece.line(k).decode('utf-8', 'replace'), 60)}, {why}")
+    return OffError(about_line(piece, k, why))
 
 
 def _leading_colours(piece: Tokens, line: int, n: int, prefix: str) -> int:

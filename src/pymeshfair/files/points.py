@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import ContentsError
-from .references import shown
-from .tokens import INTEGER, NOT_FINITE, REAL, WORD, Tokens, joined_pieces, plain, tokenise
+from .tokens import INTEGER, NOT_FINITE, REAL, WORD, Tokens, about_line, joined_pieces, plain, tokenise
 
 #: what rows of so many numbers are, besides a place
 _EXPE = b"[Expe/PointSet/"
@@ -101,7 +100,7 @@ def _expe(data: bytes) -> PointsContents:
 
 
 def _fail(piece: Tokens, k: int, why: str) -> PointsError:
-    return PointsError(f"its line {piece.numbers[k]:,}, {shown(piece.line(k).decode('utf-8', 'replace'), 60)}, {why}")
+    return PointsError(about_line(piece, k, why))
 
 
 def _separated(text: bytes) -> bytes:

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from .errors import ContentsError
 from .points import PointsContents
-from .references import shown
-from .tokens import INTEGER, NOT_FINITE, REAL, Tokens, joined_pieces, tokenise
+from .tokens import INTEGER, NOT_FINITE, REAL, Tokens, about_line, joined_pieces, tokenise
 
 #: the lines of a head: columns, rows, four of the scanner's place, four of a matrix
 _HEAD = (1, 1, 3, 3, 3, 3, 4, 4, 4, 4)
@@ -110,4 +109,4 @@ def _width(piece: Tokens, line: int, points: int) -> int:
 
 
 def _fail(piece: Tokens, k: int, why: str) -> ContentsError:
-    return ContentsError(f"its line {piece.numbers[k]:,}, {shown(piece.line(k).decode('utf-8', 'replace'), 60)}, {why}")
+    return ContentsError(about_line(piece, k, why))

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from .as_binary import facets_as_stl
 from .errors import ContentsError
-from .references import shown
-from .tokens import INDENTED, INTEGER, REAL, WORD, Tokens, joined_pieces, plain, tokenise, word
+from .tokens import INDENTED, INTEGER, REAL, WORD, Tokens, about_line, joined_pieces, plain, tokenise, word
 
 #: the first word of each line of a facet
 _FACET = (b"facet", b"outer", b"vertex", b"vertex", b"vertex", b"endloop", b"endfacet")
@@ -84,7 +83,7 @@ def _note(head: str) -> str:
 
 
 def _fail(piece: Tokens, k: int, why: str) -> StlError:
-    return StlError(f"its line {piece.numbers[k]:,}, {shown(piece.line(k).decode('utf-8', 'replace'), 60)}, {why}")
+    return StlError(about_line(piece, k, why))
 
 
 def _keyed(text: bytes) -> np.uint64:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .lexer import Bytes, count, lex
+from .references import shown
 
 #: what a token is: a word, a whole number, a number, or one that is not finite; nothing between two slashes or at a slash's end
 WORD, INTEGER, REAL, NOT_FINITE, EMPTY = 0, 1, 2, 3, 4
@@ -140,3 +141,8 @@ def plain(data: bytes) -> bytes:
     data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     data = re.sub(rb"[ \t]+", b" ", data)
     return re.sub(rb"(?m)(^ | $|(^|[ ])#.*)", b"", data)
+
+
+def about_line(piece: Tokens, k: int, why: str) -> str:
+    """The sentence of an error about line k of a piece: its number, the beginning of what it says, and what is wrong with it."""
+    return f"its line {piece.numbers[k]:,}, {shown(piece.line(k).decode('utf-8', 'replace'), 60)}, {why}"

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..declaration import Bools, Floats, Ints
 from ..files.saving import UNSAVED as ORIGIN
+from ..filters.geometry import vector_lengths
 from ..filters.inspection import displacement
 
 
@@ -104,8 +105,7 @@ def find_origins(mesh: Any, before: InputMesh) -> Origins:
     _drop_changed(of_faces, of_vertices, faces, before.faces)
     distances = np.zeros(len(vertices))
     old = of_vertices >= 0
-    scale = 0.5 * np.abs(vertices).max(initial=0.0) or 1.0
-    distances[old] = np.linalg.norm((vertices[old] - before.vertices[of_vertices[old]]) / scale, axis=1) * scale
+    distances[old] = vector_lengths(vertices[old] - before.vertices[of_vertices[old]])
     if not old.all():
         none = np.empty((0, 3), dtype=np.int32)
         added = displacement(vertices[~old], none, before.vertices, before.faces, correspondence="surface")

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..declaration import Floats, Ints
-from ..filters.geometry import cross_products
+from ..filters.geometry import turned_faces, vector_lengths
 from ..filters.inspection.surface_measures import SurfaceMeasures
+from ..filters.mesh import scaled_to_unit
 
 #: A run warns where a side of the box has changed by more than this share,
 LARGEST_SIDE_CHANGE = 0.01
@@ -74,7 +75,7 @@ def shape_change(
     moved, turned = None, None
     if len(before[0]) == len(after[0]) and len(before[0]) and np.array_equal(before[1], after[1]):
         moved = _moved(before[0], after[0], first.mean_edge)
-        turned = _turned(before[0], after[0], before[1])
+        turned = turned_faces(scaled_to_unit(before[0])[0], scaled_to_unit(after[0])[0], before[1])
     volumes = (first.volume, second.volume) if first.closed and second.closed else (None, None)
     return ShapeChange((x, y, z), _share(first.area, second.area), _share(*volumes), moved, turned)
 
@@ -115,17 +116,9 @@ def _share(before: float | None, after: float | None) -> float | None:
 
 
 def _moved(before: Floats, after: Floats, edge: float | None) -> Moved:
-    scale = 0.5 * max(float(np.abs(before).max()), float(np.abs(after).max())) or 1.0  # no square of a distance overflows
-    distances = np.linalg.norm((after - before) / scale, axis=1)
+    distances = vector_lengths(after - before)
     vertex = int(distances.argmax())
-    largest = float(distances[vertex]) * scale
+    largest = float(distances[vertex])
     x, y, z = before[vertex].tolist()
-    most = float(np.quantile(distances, 0.99)) * scale
-    return Moved(float(distances.mean()) * scale, most, largest, vertex, (x, y, z), largest / edge if edge else None)
-
-
-def _turned(before: Floats, after: Floats, faces: Ints) -> int:
-    """How many faces have turned over: their normals, of coordinates of ordinary size, have a negative product."""
-    scale = float(np.abs(before).max()) or 1.0
-    products = np.einsum("ij,ij->i", cross_products(before / scale, faces), cross_products(after / scale, faces))
-    return int(np.count_nonzero(products < 0.0))
+    mean = largest and largest * float((distances / largest).mean())  # no sum of distances leaves the range of numbers
+    return Moved(mean, float(np.quantile(distances, 0.99)), largest, vertex, (x, y, z), largest / edge if edge else None)
