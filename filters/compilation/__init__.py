@@ -4,10 +4,11 @@ from .ahead import compile_ahead, listed_signatures, signatures_of
 from .kernel import compiled, loaded_kernels, prange
 from .notices import Compilation, on_compilation
 from .numba_threads import allowed_threads, single_thread
-from .store import writable_folder
+from .store import Stored, stored
 
 __all__ = [
     "Compilation",
+    "Stored",
     "allowed_threads",
     "compile_ahead",
     "compiled",
@@ -17,5 +18,5 @@ __all__ = [
     "prange",
     "signatures_of",
     "single_thread",
-    "writable_folder",
+    "stored",
 ]
