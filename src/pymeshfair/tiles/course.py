@@ -20,6 +20,7 @@ from ..files.outputs import StagedFile, check_output, commit, write_whole
 from ..files.provenance import described_file, formatted, provenance_path
 from ..files.reading import unchanged
 from ..files.staging import staging_folder
+from ..filters.execution import part_of
 from ..operating_system import this_system
 from ..running.interrupts import Interrupts
 from ..running.job import Event, Job, PhaseStarted, RunResult, StepFinished, StepProgress, StepStarted
@@ -29,8 +30,11 @@ from ..running.record import record_of, result_of
 from .cloud import Cloud, do_selection, write_cloud
 from .division import Shape
 from .memory import Budget, budget, slice_rows
+from .mesh import MeshFile, MeshTiles, cut, do_move
 from .plan import Move, Selection, plan_of
+from .ply_slices import PlySlices
 from .sources import CLOUD_FORMATS, open_cloud
+from .surface import Surface
 from .workers import FullDiskError, Pool, open_pool
 
 
@@ -100,13 +104,13 @@ def run_by_tiles(
 
 
 def _formats(plan: list[Selection] | list[Move]) -> tuple[str, ...]:
-    return CLOUD_FORMATS if plan and isinstance(plan[0], Selection) else ("ply",)
+    return CLOUD_FORMATS if isinstance(plan[0], Selection) else ("ply",)
 
 
 def _check(job: Job, plan: list[Selection] | list[Move]) -> None:
-    formats = _formats(plan)
     if not plan:
         raise ParameterError("the recipe has no steps, so there is nothing to do by tiles")
+    formats = _formats(plan)
     if job.all_guards or job.map is not None or job.others:
         raise ParameterError(
             "limits of the result, an intervention map and further layers need the whole mesh at once; leave them out, or --tiles"
@@ -114,8 +118,10 @@ def _check(job: Job, plan: list[Selection] | list[Move]) -> None:
     check_input(job.input, formats)
     try:
         check_magic(job.input)
-        if plan and isinstance(plan[0], Selection):
+        if isinstance(plan[0], Selection):
             open_cloud(job.input)
+        else:
+            MeshFile(PlySlices(job.input)).check()
     except ContentsError as error:
         raise InputError(job.input, str(error)) from error
     check_output(job.output, job.input, overwrite=job.overwrite, formats=formats)
@@ -152,7 +158,8 @@ class _Course:
 
     def run(self, plan: list[Selection] | list[Move]) -> dict[str, Any]:
         """Do the steps and write the result; the report."""
-        return self._select([step for step in plan if isinstance(step, Selection)])
+        selections = [step for step in plan if isinstance(step, Selection)]
+        return self._select(selections) if selections else self._move([step for step in plan if isinstance(step, Move)])
 
     def _select(self, plan: list[Selection]) -> dict[str, Any]:
         cloud = Cloud(open_cloud(self._job.input), self._stage / "new")
@@ -182,6 +189,32 @@ class _Course:
         count, low, high = self._pool.run(cloud.survey, size)
         assert written == count
         return self._report(steps, before, _measures(count, 0, low.tolist(), high.tolist()), {"stages": tilings})
+
+    def _move(self, plan: list[Move]) -> dict[str, Any]:
+        mesh, folder = MeshFile(PlySlices(self._job.input)), self._stage / "new"
+        steps: list[dict[str, Any]] = []
+        for move in plan:
+            with self._step(move.step, steps):
+                progress, start = self._progress(move.step), 0.0
+                if move is plan[0]:
+                    start, cutting = 0.4, part_of(progress, 0.0, 0.4)
+                    surface, known = self._cut(mesh, folder, cutting)
+                    tiles = surface.cells.tiles(known["points_per_tile"])
+                box = do_move(surface, move, tiles, self._pool, part_of(progress, start, 1.0))
+        self._on_event(PhaseStarted("writing"))
+        work = MeshTiles(surface)
+        self._pool.map(work.finish, tiles, lambda share: None)
+        size = slice_rows(self._share.tile, mesh.file.vertices.dtype.itemsize)
+        self._pool.run(mesh.write, self.made, tuple(work.part(first) for first, _ in tiles), size)
+        counts = known["points"], known["faces"]
+        told = {"tiles": len(tiles), "points_per_tile": known["points_per_tile"]}
+        return self._report(
+            steps, _measures(*counts, known["low"], known["high"]), _measures(*counts, *box), {"stages": [told] * len(plan)}
+        )
+
+    def _cut(self, mesh: MeshFile, folder: Path, progress: Callable[[float], None]) -> tuple[Surface, dict[str, Any]]:
+        shape, most = self._tiling.shape, self._tiling.most
+        return cut(mesh, folder, self._pool, self._share.tile, shape=shape, most=most, progress=progress)
 
     def _report(
         self, steps: list[dict[str, Any]], before: dict[str, Any], after: dict[str, Any], tiles: dict[str, Any]
