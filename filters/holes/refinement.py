@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from ..compilation import compiled
 from ..execution import Progress, ignore_progress
 from ..mesh import Bools, Floats, Ints
 from ..topology import faces_across, relink
@@ -149,7 +149,7 @@ def _split(count: int, triangles: Ints, across: Ints, chosen: Ints) -> tuple[Int
     return grown, beyond
 
 
-@njit(cache=True)
+@compiled
 def _write_split(triangles: Ints, across: Ints, chosen: Ints, new: Ints, second: Ints) -> None:
     for k in range(chosen.shape[0]):
         t, s = chosen[k], second[k]

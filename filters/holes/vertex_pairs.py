@@ -3,9 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
+from ..compilation import compiled
 from ..mesh import Bools, Ints, Longs
 
 
@@ -50,7 +50,7 @@ def vertex_pairs(count: int, first: ArrayLike = (), second: ArrayLike = ()) -> V
     return VertexPairs(count, np.unique(np.concatenate([a * count + b, b * count + a])))
 
 
-@njit(cache=True)
+@compiled
 def is_pair(keys: Longs, count: int, i: int, j: int) -> bool:
     """Whether the ascending keys have i count + j."""
     key = i * count + j
