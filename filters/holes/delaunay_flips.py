@@ -1,8 +1,8 @@
 """Flips of the edges inside a patch towards Delaunay triangles."""
 
 import numpy as np
-from numba import njit
 
+from ..compilation import compiled
 from ..geometry import angle_at, cross_product, squared_length
 from ..mesh import Bools, Floats, Ints
 from ..topology import diamond, fan_size, flip
@@ -15,7 +15,7 @@ _THINNEST = 1e-7
 _MOST_SWEEPS = 200
 
 
-@njit(cache=True)
+@compiled
 def flip_towards_delaunay(points: Floats, triangles: Ints, across: Ints, forbidden: Bools) -> None:
     """Flip edges of a patch, in place, until no flip lessens a sum of opposite angles that is above pi.
 
@@ -43,7 +43,7 @@ def flip_towards_delaunay(points: Floats, triangles: Ints, across: Ints, forbidd
             break
 
 
-@njit(cache=True)
+@compiled
 def _is_better(points: Floats, a: int, b: int, c: int, d: int) -> bool:
     """Whether the triangles (a, d, c) and (d, b, c) are to replace (a, b, c) and (b, a, d)."""
     now = angle_at(points, c, a, b) + angle_at(points, d, b, a)
@@ -58,14 +58,14 @@ def _is_better(points: Floats, a: int, b: int, c: int, d: int) -> bool:
     return not (_is_thin(points, a, d, c) or _is_thin(points, d, b, c))
 
 
-@njit(cache=True)
+@compiled
 def _is_forbidden(forbidden: Bools, c: int, d: int) -> bool:
     """Whether the points c and d must not be joined."""
     n = forbidden.shape[0]
     return bool((c < n and forbidden[c, c]) or (d < n and forbidden[d, d]) or (c < n and d < n and forbidden[c, d]))
 
 
-@njit(cache=True)
+@compiled
 def _is_thin(points: Floats, a: int, b: int, c: int) -> bool:
     """Whether a triangle is nearly degenerate."""
     nx, ny, nz = cross_product(points, a, b, c)
@@ -73,7 +73,7 @@ def _is_thin(points: Floats, a: int, b: int, c: int) -> bool:
     return not nx * nx + ny * ny + nz * nz > (_THINNEST * squares) ** 2
 
 
-@njit(cache=True)
+@compiled
 def _facing(points: Floats, a: int, b: int, c: int, d: int, e: int, f: int) -> float:
     """The cosine of the angle between the normals of the triangles (a, b, c) and (d, e, f), times their doubled areas."""
     x, y, z = cross_product(points, a, b, c)

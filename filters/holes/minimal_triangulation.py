@@ -1,8 +1,8 @@
 """The triangulation of a polygon that bends least, by dynamic programming."""
 
 import numpy as np
-from numba import njit
 
+from ..compilation import compiled
 from ..execution import Progress
 from ..mesh import Bools, Floats, Ints
 
@@ -55,7 +55,7 @@ def minimal_triangulation(points: Floats, opposite: Floats, forbidden: Bools, pr
     return _collect(split)
 
 
-@njit(cache=True)
+@compiled
 def _find_side_normals(p: Floats, q: Floats, normals: Floats) -> None:
     """Write the unit normals of the faces of the mesh at the sides, 0 where there is no face or it is degenerate."""
     n = p.shape[0]
@@ -65,7 +65,7 @@ def _find_side_normals(p: Floats, q: Floats, normals: Floats) -> None:
         normals[i, 0], normals[i, 1], normals[i, 2] = x, y, z
 
 
-@njit(cache=True)
+@compiled
 def _unit_normal(
     ax: float, ay: float, az: float, bx: float, by: float, bz: float, cx: float, cy: float, cz: float
 ) -> tuple[float, float, float, float]:
@@ -81,7 +81,7 @@ def _unit_normal(
     return nx / area, ny / area, nz / area, area
 
 
-@njit(cache=True)
+@compiled
 def _bend(ax: float, ay: float, az: float, b: Floats) -> float:
     """1 - cos of the angle between two unit normals, which grows with the angle; 0 if the second normal is 0."""
     if b[0] == 0.0 and b[1] == 0.0 and b[2] == 0.0:
@@ -90,7 +90,7 @@ def _bend(ax: float, ay: float, az: float, b: Floats) -> float:
     return 1.0 - cosine
 
 
-@njit(cache=True)
+@compiled
 def _solve(
     p: Floats,
     side_normals: Floats,
@@ -129,7 +129,7 @@ def _solve(
                     normals[i, j, 0], normals[i, j, 1], normals[i, j, 2] = x, y, z
 
 
-@njit(cache=True)
+@compiled
 def _collect(split: Ints) -> Ints:
     """The triangles (i, split[i, j], j), from the whole polygon down."""
     n = split.shape[0]

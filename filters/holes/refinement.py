@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from ..compilation import compiled
 from ..mesh import Bools, Floats, Ints
 from ..topology import faces_across, relink
 from .delaunay_flips import flip_towards_delaunay
@@ -131,7 +131,7 @@ def _split(points: Floats, sizes: Floats, triangles: Ints, across: Ints, chosen:
     )
 
 
-@njit(cache=True)
+@compiled
 def _write_split(triangles: Ints, across: Ints, chosen: Ints, new: Ints, second: Ints) -> None:
     for k in range(chosen.shape[0]):
         t, s = chosen[k], second[k]

@@ -1,8 +1,8 @@
 """The rim of a hole closed with triangles between its own vertices, a long rim in parts."""
 
 import numpy as np
-from numba import njit
 
+from ..compilation import compiled
 from ..execution import Progress, ignore_progress
 from ..mesh import Bools, Floats, Ints
 from .minimal_triangulation import minimal_triangulation
@@ -75,7 +75,7 @@ def _apex(done: list[Ints], a: int, b: int, points: Floats) -> Floats:
     return np.full(3, np.nan)
 
 
-@njit(cache=True)
+@compiled
 def _chord(p: Floats, forbidden: Bools) -> tuple[int, int]:
     """The shortest diagonal relative to the shorter way along the rim between its ends; (-1, -1) if all are forbidden.
 

@@ -12,8 +12,9 @@ FILTERS = Path(__file__).parents[2] / "filters"
 #: the foundation from the ground up: a package imports those before it
 FOUNDATION = (
     "checks",
-    "execution",
+    "libraries",
     "compilation",
+    "execution",
     "mesh",
     "topology",
     "geometry",

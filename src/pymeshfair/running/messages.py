@@ -13,11 +13,11 @@ from ..declaration import Length
 from ..registry import find_filter
 from ..scripts.guards import NO_GUARDS, Guards
 from ..scripts.script import Step
-from .job import Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
+from .job import Compiling, Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
 from .memory import default_memory
 
 _EVENTS: Mapping[str, type[Event]] = {
-    kind.__name__: kind for kind in (PhaseStarted, StepStarted, StepProgress, StepFinished, Message)
+    kind.__name__: kind for kind in (PhaseStarted, StepStarted, StepProgress, StepFinished, Message, Compiling)
 }
 
 

@@ -22,14 +22,14 @@ from ..files.inputs import inspect_input
 from ..files.provenance import described_file, read_provenance
 from ..files.reading import apply_matrix, load_mesh, unchanged
 from ..files.saving import attributes_of, save_mesh
-from ..filters.compilation import on_first_compilation
+from ..filters.compilation import Compilation, on_compilation
 from ..filters.inspection.surface_measures import SurfaceMeasures, surface_measures
 from ..meshset import MeshSet
 from ..scripts.script import Script
 from ..scripts.traps import lengths_out_of_proportion
 from .guarding import breaches
 from .intervention import stage_map
-from .job import Event, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
+from .job import Compiling, Event, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
 from .mesh_arrays import write_arrays
 from .messages import Assignment, encode_event, mark
 from .origins import InputMesh, displacement_of, find_origins, mark_origins, mesh_of
@@ -39,7 +39,6 @@ from .shape_change import shape_change, warnings_of
 from .suitability import traits_asked_for
 from .survey import survey
 
-COMPILING = "compiling pymeshfair's filters for this machine, which takes some seconds once"
 #: the least change of progress that is reported
 _SMALLEST_PROGRESS = 0.005
 
@@ -65,7 +64,7 @@ class Session:
         Raises:
             InputError, OutputError, StepFailedError, MemoryError: each as the class says.
         """
-        on_first_compilation(lambda: self._event(Message(COMPILING)))
+        on_compilation(self._compiling)
         self._event(PhaseStarted("reading"))
         announced, source = self._load(self._assignment.input)
         current = self._meshes.current_mesh_id()
@@ -229,6 +228,9 @@ class Session:
             return surface_measures(mesh.vertex_matrix(), mesh.face_matrix(), edges=mesh.edge_matrix())
         except FilterInputError as error:
             raise refusal from error
+
+    def _compiling(self, so_far: Compilation) -> None:
+        self._event(Compiling(so_far.kernels, so_far.seconds, so_far.is_going_on))
 
     def _event(self, event: Event) -> None:
         self._tell(encode_event(event))
