@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, cast
 from unittest import mock
@@ -14,10 +15,13 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from pymeshfair.errors import FilterInputError
+from pymeshfair.filters.denoising import FIXED, normal_filtering
 from pymeshfair.filters.diffusion import explicit_smoothing, taubin_fairing
+from pymeshfair.registry import find_filter
 from pymeshfair.tiles import cells as cells_module
 from pymeshfair.tiles.division import Shape
 from pymeshfair.tiles.mesh import MeshFile, MeshTiles, cut, do_move
+from pymeshfair.tiles.moves import why_not
 from pymeshfair.tiles.plan import Move
 from pymeshfair.tiles.ply_slices import PlySlices
 from pymeshfair.tiles.workers import Pool
@@ -27,6 +31,7 @@ from tests.tiles.tiling import Here, write_mesh
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]
 EXPLICIT, TAUBIN = "apply_coord_explicit_smoothing", "apply_coord_taubin_fairing"
+NORMALS = "apply_coord_normal_filtering"
 
 
 def awkward(seed: int) -> tuple[Floats, Ints]:
@@ -101,3 +106,43 @@ def test_taubin_after_explicit_steps(most: int, cell: int) -> None:
     whole = taubin_fairing(whole, faces, **{**second, "pass_band": None})  # type: ignore[arg-type]
     moves = Move(1, EXPLICIT, {**first, "selected": False}), Move(2, TAUBIN, {**second, "selected": False})
     np.testing.assert_array_equal(by_tiles(vertices, faces, *moves, most=most, cell=cell), whole)
+
+
+@pytest.mark.parametrize(
+    ("most", "cell", "settings"),
+    [
+        (250, 30, {"method": "bilateral", "neighborhood": "vertex", "normal_iterations": 2, "range_sigma": 0.4}),
+        (120, 8, {"method": "guided", "neighborhood": "edge", "normal_iterations": 1, "range_sigma": 0.3}),
+        (120, 20, {"method": "averaged", "neighborhood": "two_ring", "vertex_update": "ohtake", "border": "free"}),
+        (300, 50, {"method": "unilateral", "range_kernel": "tukey", "border": "fixed", "outer_iterations": 4}),
+        (200, 16, {"method": "mean", "neighborhood": "three_ring", "normal_iterations": 3, "relaxation": 2}),
+    ],
+)
+def test_normal_filtering_by_tiles_changes_no_bit(most: int, cell: int, settings: dict[str, Any]) -> None:
+    """Rounds by tiles, with the mean distance of centres found in a pass before each, are those of the whole."""
+    vertices, faces = awkward(most)
+    given = {"vertex_iterations": 3, "outer_iterations": 2, **settings}
+    whole = vertices
+    if "relaxation" in given:
+        whole = taubin_fairing(vertices, faces, iterations=given["relaxation"])
+    fixed = {name: value for name, value in {**asdict(FIXED), **given}.items() if name != "relaxation"}
+    whole = normal_filtering(whole, faces, **fixed)
+    values = find_filter(NORMALS).defaults | {"choice": "fixed", "border": "along"} | given
+    found = by_tiles(vertices, faces, Move(1, NORMALS, values), most=most, cell=cell)
+    np.testing.assert_array_equal(found, whole)
+    assert not np.array_equal(whole, vertices)
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({}, "chooses its parameters from the whole mesh"),
+        ({"choice": "fixed", "neighborhood": "radius"}, "neighborhood 'radius'"),
+        ({"choice": "fixed", "vertex_update": "conjugate_gradient"}, "vertex_update 'conjugate_gradient'"),
+        ({"choice": "fixed", "outliers": "replace"}, "outliers 'replace'"),
+        ({"choice": "fixed", "selected": True}, "selected vertices"),
+    ],
+)
+def test_what_needs_the_whole_mesh_is_said(values: dict[str, Any], said: str) -> None:
+    """Parameters of normal filtering that look at more than rings of faces are refused by their names."""
+    assert said in str(why_not(NORMALS, find_filter(NORMALS).defaults | values))

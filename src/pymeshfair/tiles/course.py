@@ -11,10 +11,7 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
-from ..errors import FilterInputError, ParameterError, Place, StepFailedError
-from ..files.errors import ContentsError, InputError, OutputError
-from ..files.formats import extension
-from ..files.inputs import check_input, check_magic
+from ..errors import FilterInputError, Place, StepFailedError
 from ..files.output_lock import output_lock
 from ..files.outputs import StagedFile, check_output, commit, write_whole
 from ..files.provenance import described_file, formatted, provenance_path
@@ -27,15 +24,16 @@ from ..running.job import Event, Job, PhaseStarted, RunResult, StepFinished, Ste
 from ..running.memory import default_memory
 from ..running.plain_values import plain
 from ..running.record import record_of, result_of
+from .checks import check, formats_of, told_as_run
 from .cloud import Cloud, do_selection, write_cloud
 from .division import Shape
 from .memory import Budget, budget, slice_rows
 from .mesh import MeshFile, MeshTiles, cut, do_move
 from .plan import Move, Selection, plan_of
 from .ply_slices import PlySlices
-from .sources import CLOUD_FORMATS, open_cloud
+from .sources import open_cloud
 from .surface import Surface
-from .workers import FullDiskError, Pool, open_pool
+from .workers import Pool, open_pool
 
 
 @dataclass(frozen=True)
@@ -77,13 +75,13 @@ def run_by_tiles(
     started, clock = datetime.now(timezone.utc), time.monotonic()
     job = replace(job, input=Path(job.input).absolute(), output=Path(job.output).absolute())
     plan = plan_of(job.recipe.script)
-    _check(job, plan)
+    check(job, plan)
     memory = job.memory_limit or default_memory()
     share = budget(memory or 4_000_000_000, this_system().processors())
     queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
     with Interrupts(queue) as interrupts, output_lock(job.output), staging_folder(job.output) as stage:
-        check_output(job.output, job.input, overwrite=job.overwrite, formats=_formats(plan))
-        with unchanged(job.input), open_pool(tiling.scheduler, share.workers, share.threads, queue) as pool, _told(job):
+        check_output(job.output, job.input, overwrite=job.overwrite, formats=formats_of(plan))
+        with unchanged(job.input), open_pool(tiling.scheduler, share.workers, share.threads, queue) as pool, told_as_run(job):
             on_event(PhaseStarted("reading"))
             described = described_file(job.input) | {"side_files": [], "others": []}
             course = _Course(job, tiling, share, pool, stage, on_event)
@@ -97,49 +95,10 @@ def run_by_tiles(
         record["tiles"] = report["tiles"] | {"workers": share.workers, "memory_limit": memory}
         record["run"]["processor_seconds_of_tiles"] = round(pool.seconds, 3)
         provenance = StagedFile(stage / "provenance.json", provenance_path(job.output))
-        with _told(job):
+        with told_as_run(job):
             write_whole(provenance.staged, formatted(record))
         commit(StagedFile(course.made, job.output), provenance, [], stage / "old")
     return result_of(job, record, [])
-
-
-def _formats(plan: list[Selection] | list[Move]) -> tuple[str, ...]:
-    return CLOUD_FORMATS if isinstance(plan[0], Selection) else ("ply",)
-
-
-def _check(job: Job, plan: list[Selection] | list[Move]) -> None:
-    if not plan:
-        raise ParameterError("the recipe has no steps, so there is nothing to do by tiles")
-    formats = _formats(plan)
-    if job.all_guards or job.map is not None or job.others:
-        raise ParameterError(
-            "limits of the result, an intervention map and further layers need the whole mesh at once; leave them out, or --tiles"
-        )
-    check_input(job.input, formats)
-    try:
-        check_magic(job.input)
-        if isinstance(plan[0], Selection):
-            open_cloud(job.input)
-        else:
-            MeshFile(PlySlices(job.input)).check()
-    except ContentsError as error:
-        raise InputError(job.input, str(error)) from error
-    check_output(job.output, job.input, overwrite=job.overwrite, formats=formats)
-    kinds = [extension(path).replace("laz", "las") for path in (job.input, job.output)]
-    if kinds[0] != kinds[1]:
-        raise OutputError(job.output, f"by tiles a .{extension(job.input)} file becomes a file of the same kind")
-
-
-@contextmanager
-def _told(job: Job) -> Iterator[None]:
-    """Failures of tasks in the words of a run."""
-    try:
-        yield
-    except ContentsError as error:
-        raise InputError(job.input, str(error)) from error
-    except (FullDiskError, OSError) as error:
-        words = (error.strerror if isinstance(error, OSError) else None) or str(error)
-        raise OutputError(job.output, f"there is no room for the files of the work: {words}".lower()) from error
 
 
 class _Course:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..filters.compilation import compiled
+from .columns import Column
 from .division import Floats, Longs
 from .surface import FACE, Surface
 
@@ -83,10 +84,11 @@ class _Growing:
         return np.flatnonzero(touched)
 
 
-def tile_with_rings(surface: Surface, first: int, last: int, rings: int) -> TileMesh:
+def tile_with_rings(surface: Surface, first: int, last: int, rings: int, *, places: Column | None = None) -> TileMesh:
     """The cells from `first` to before `last`, with the faces that are at most so many rings away.
 
-    Every vertex that is less than `rings` faces away from one of the tile has all its faces.
+    Every vertex that is less than `rings` faces away from one of the tile has all its faces. The coordinates are those in
+    `places`, by slot; None for those of the cells.
     """
     growing = _Growing(surface)
     own = np.arange(first, last)
@@ -111,7 +113,7 @@ def tile_with_rings(surface: Surface, first: int, last: int, rings: int) -> Tile
     place = np.empty(len(here), np.int32)
     place[np.flatnonzero(here)[order]] = np.arange(len(order), dtype=np.int32)
     return TileMesh(
-        np.concatenate([cells.points.read(*r) for r in ranges])[here][order],
+        np.concatenate([(cells.points if places is None else places).read(*r) for r in ranges])[here][order],
         place[faces["corners"]],
         numbers[order],
         growing.rings[here][order] == 0,

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ..errors import FilterInputError
 from ..files.errors import ContentsError
 from ..files.ply import PlyElement, PlyProperty
+from ..filters.execution import part_of
 from ..filters.mesh import Whole, check_healthy
 from .by_number import Part, in_order
 from .cells import Cells
@@ -21,9 +22,10 @@ from .cloud import Cloud
 from .division import Floats, Shape
 from .halo import tile_with_rings
 from .memory import slice_rows, surface_vertices
-from .moves import Numbers, apply, rings_of
+from .moves import NORMALS, TAUBIN, apply, filtering_of, rings_of
 from .plan import Move
 from .ply_slices import CORNERS, PlySlices, header_text
+from .rounds import Rounds
 from .sources import PlyCloud
 from .surface import Surface
 from .workers import Pool
@@ -112,11 +114,11 @@ class MeshTiles:
             return np.full(3, np.inf), np.full(3, -np.inf)
         return points.min(axis=0), points.max(axis=0)
 
-    def move(self, move: Move, numbers: Numbers, first: int, last: int) -> tuple[Floats, Floats]:
+    def move(self, move: Move, whole: Whole, first: int, last: int) -> tuple[Floats, Floats]:
         """One step on the vertices of some cells; the corners of the box that they are in then."""
         tile = tile_with_rings(self.surface, first, last, rings_of(move.filter, move.values))
-        moved = apply(move.filter, move.values, tile, numbers)[tile.own]
-        check_healthy(tile.vertices[tile.own], moved, numbers.whole.diagonal, tile.numbers[tile.own].astype(np.int32))
+        moved = apply(move.filter, move.values, tile, whole)[tile.own]
+        check_healthy(tile.vertices[tile.own], moved, whole.diagonal, tile.numbers[tile.own].astype(np.int32))
         begin, end = (int(self.surface.cells.starts[cell]) for cell in (first, last))
         by_slot = np.empty((end - begin, 3))
         by_slot[tile.slots[tile.own] - begin] = moved
@@ -181,13 +183,22 @@ def do_move(
     surface: Surface, move: Move, tiles: list[tuple[int, int]], pool: Pool, progress: Callable[[float], None]
 ) -> tuple[list[float], list[float]]:
     """One step; the box of all vertices after it."""
+    filtering = filtering_of(move.values) if move.filter == NORMALS else None
+    if filtering is not None and filtering.relaxation:
+        steps = {"operator": "uniform", "step": 0.5, "mu": -0.53, "pass_band": 0.0, "border": filtering.border}
+        before = Move(move.step, TAUBIN, steps | {"iterations": filtering.relaxation, "selected": False})
+        do_move(surface, before, tiles, pool, part_of(progress, 0.0, 0.2))
+        progress = part_of(progress, 0.2, 1.0)
     work = MeshTiles(surface)
     boxes = pool.map(work.box, tiles, lambda share: progress(0.1 * share))
     low, high = np.min([b[0] for b in boxes], axis=0), np.max([b[1] for b in boxes], axis=0)
     if not np.isfinite(low).all():
         low = high = np.zeros(3)  # no face has an area: nothing moves
-    surface.moved.create(surface.cells.count)
-    whole = Numbers(Whole(low, high))
-    boxes = pool.map(work.move, [(move, whole, *tile) for tile in tiles], lambda share: progress(0.1 + 0.9 * share))
+    whole, rest = Whole(low, high), part_of(progress, 0.1, 1.0)
+    if filtering is not None:
+        boxes = Rounds(surface, filtering, whole).do(tiles, pool, rest)
+    else:
+        surface.moved.create(surface.cells.count)
+        boxes = pool.map(work.move, [(move, whole, *tile) for tile in tiles], rest)
     surface.turn()
     return np.min([b[0] for b in boxes], axis=0).tolist(), np.max([b[1] for b in boxes], axis=0).tolist()

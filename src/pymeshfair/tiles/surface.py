@@ -41,6 +41,16 @@ class Surface:
         """New coordinates by slot."""
         return Column(self.cells.folder / "moved", "<f8", 3)
 
+    @property
+    def state(self) -> Column:
+        """Normalised coordinates by slot, between the rounds of a filter."""
+        return Column(self.cells.folder / "state", "<f8", 3)
+
+    @property
+    def next_state(self) -> Column:
+        """Those after a round."""
+        return Column(self.cells.folder / "next", "<f8", 3)
+
     def _raw(self, bucket: int) -> Path:
         return self.cells.folder / f"corners-{bucket}"
 
