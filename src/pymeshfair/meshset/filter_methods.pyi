@@ -1241,6 +1241,28 @@ class FilterMethods:
         In scripts: 'Spectral Filter'.
         """
 
+    def apply_coord_spike_removal(
+        self,
+        *,
+        steepness: float = 1.5,
+        selected: bool = False,
+    ) -> dict[str, Any] | None:
+        """Puts single vertices that stand up like needles among their neighbours; all others stay to the bit.
+
+        Vertices on open borders stay. Returns the number of spikes.
+
+        Args:
+            steepness: A vertex farther from the mean of its neighbours than this many times their spread is the tip of a spike.
+                Larger removes thinner spikes alone; below 1 the corners of boxes go. Takes a number of at least 0.
+            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
+                selected, the vertices all of whose triangles are selected.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        In scripts: 'Remove Spikes'.
+        """
+
     def apply_coord_tangential_smoothing(
         self,
         *,
@@ -3564,6 +3586,28 @@ class FilterMethods:
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
+        """
+
+    def compute_selection_by_distance_from_cloud_per_vertex(
+        self,
+        *,
+        reference: int = 0,
+        spacings: float = 4.0,
+    ) -> dict[str, Any] | None:
+        """Selects what a reconstruction has made up where nobody measured, such as the balloon of Screened Poisson.
+
+        The spacing of the cloud is the median over its points of the mean distance to their six nearest neighbours. The
+        selection of vertices is replaced. Returns the number of selected vertices.
+
+        Args:
+            reference: The layer whose vertices are the points that were measured. Takes the id of a layer (a whole number).
+            spacings: Vertices farther from the nearest point than this many times the spacing of the cloud are selected. Larger
+                keeps bridges over wider gaps. Takes a number of at least 0.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        In scripts: 'Select Vertices Far from a Cloud'.
         """
 
     def compute_selection_by_edge_length(
