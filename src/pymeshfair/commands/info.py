@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from .json_document import print_document
-from .options import Debug, Json
+from .options import AllowOutside, Debug, Json, Unchecked
 
 if TYPE_CHECKING:
     from ..declaration import Filter
@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 def info(
     subject: Annotated[str, typer.Argument(metavar="FILTER|RECIPE|MESH", help="A name, or the path of an .mlx or mesh file.")],
+    allow_outside: AllowOutside = False,
+    unchecked: Unchecked = False,
     json: Json = False,
     debug: Debug = False,
 ) -> None:
@@ -33,7 +35,7 @@ def info(
     except UnknownNameError as error:
         if not Path(subject).exists():
             raise _nothing_named(subject, error.cause) from None
-        _tell_mesh(Path(subject), json=json)
+        _tell_mesh(Path(subject), json=json, allow_outside=allow_outside, unchecked=unchecked)
     else:
         _tell_filter(known, json=json)
 
@@ -75,13 +77,13 @@ def _tell_recipe(name: str, *, json: bool) -> None:
         typer.echo(recipe_page(recipe))
 
 
-def _tell_mesh(path: Path, *, json: bool) -> None:
+def _tell_mesh(path: Path, *, json: bool, allow_outside: bool, unchecked: bool) -> None:
     from ..running.inspect import inspect_mesh
     from .measures_table import measures_table
     from .streams import warn
     from .tables import console
 
-    found = inspect_mesh(path)
+    found = inspect_mesh(path, allow_outside=allow_outside, unchecked=unchecked)
     if json:
         print_document({"mesh": found})
         return
