@@ -80,10 +80,10 @@ def read_mesh(
         path: the file.
         self_intersections: whether to find the faces that cut others, too. If MeshLab crashes over that, the mesh is read
             without, and a warning says so.
-        timeout: seconds, or None.
-        allow_outside: let it name files outside its own folder.
-        unchecked: let MeshLab read formats that are not checked before.
-        start: what starts the process; None starts a fresh one.
+        timeout: seconds that it may take, or None.
+        allow_outside: see `pymeshfair.running.job.Job`.
+        unchecked: see there.
+        start: what starts the process, or None for a fresh one.
 
     Raises:
         InputError: it cannot be read.
