@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from ..compilation import compiled
 from ..mesh import Bools, Floats, Ints, Longs
 from .kd_tree import STACK
 
 
-@njit(nogil=True, cache=True)
+@compiled(nogil=True)
 def _gap_to(box: Floats, x: float, y: float, z: float) -> float:
     """The squared distance of a box."""
     dx = max(max(box[0, 0] - x, x - box[1, 0]), 0.0)
@@ -19,7 +19,7 @@ def _gap_to(box: Floats, x: float, y: float, z: float) -> float:
     return squared
 
 
-@njit(nogil=True, cache=True)
+@compiled(nogil=True)
 def _farthest_of(box: Floats, x: float, y: float, z: float) -> float:
     """The squared distance of the farthest corner of a box."""
     dx = max(abs(box[0, 0] - x), abs(box[1, 0] - x))
@@ -29,7 +29,7 @@ def _farthest_of(box: Floats, x: float, y: float, z: float) -> float:
     return squared
 
 
-@njit(nogil=True, cache=True)
+@compiled(nogil=True)
 def _covered(node: int, width: int, first: int, last: int) -> bool:
     """Whether all cells of a node belong to the tile."""
     low, high = node, node + 1
@@ -38,7 +38,7 @@ def _covered(node: int, width: int, first: int, last: int) -> bool:
     return low - width >= first and high - width <= last
 
 
-@njit(nogil=True, cache=True)
+@compiled(nogil=True)
 def mark_reaching(points: Floats, bounds: Floats, boxes: Floats, first: int, last: int, reach: Bools) -> None:
     """Marks the points within whose bound a box outside of the tile lies."""
     width = boxes.shape[0] // 2
@@ -59,7 +59,7 @@ def mark_reaching(points: Floats, bounds: Floats, boxes: Floats, first: int, las
             top += 2
 
 
-@njit(nogil=True, cache=True)
+@compiled(nogil=True)
 def shrink_bounds(points: Floats, bounds: Floats, boxes: Floats, counts: Longs, k: int) -> None:
     """Lowers bounds to what boxes with more than k points guarantee."""
     width = boxes.shape[0] // 2
@@ -81,7 +81,7 @@ def shrink_bounds(points: Floats, bounds: Floats, boxes: Floats, counts: Longs, 
                 top += 2
 
 
-@njit(nogil=True, cache=True)
+@compiled(nogil=True)
 def list_cells(
     points: Floats, bounds: Floats, boxes: Floats, first: int, last: int, counts: Longs, offsets: Longs, found: Ints
 ) -> None:
@@ -107,7 +107,7 @@ def list_cells(
         counts[p] = count
 
 
-@njit(nogil=True, cache=True)
+@compiled(nogil=True)
 def offer(
     points: Floats,
     own: Longs,

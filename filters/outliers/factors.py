@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable, Iterable
 
 import numpy as np
-from numba import njit
-from scipy.special import erf
 
+from ..compilation import compiled
+from ..libraries import special
 from ..mesh import Floats, Ints
 
 #: factors that are summed at a time for their spread
@@ -67,11 +67,11 @@ def probabilities_of(factors: Floats, spread: float) -> Floats:
     """LoOP of factors, in clouds of the given nPLOF."""
     if spread == 0.0:
         return (factors > 0.0).astype(np.float64)
-    probabilities: Floats = np.maximum(0.0, erf(factors / (np.sqrt(2.0) * spread)))
+    probabilities: Floats = np.maximum(0.0, special.erf(factors / (np.sqrt(2.0) * spread)))
     return probabilities
 
 
-@njit(nogil=True, cache=True)
+@compiled(nogil=True)
 def _row_sums(values: Floats) -> Floats:
     sums = np.empty(values.shape[0])
     for r in range(values.shape[0]):
@@ -79,7 +79,7 @@ def _row_sums(values: Floats) -> Floats:
     return sums
 
 
-@njit(nogil=True, cache=True)
+@compiled(nogil=True)
 def _sum(values: Floats) -> float:
     """The sum of numbers of at least 0, as whole multiples of a tiny part of the largest, which add up alike in any order."""
     largest = 0.0
@@ -97,7 +97,7 @@ def _sum(values: Floats) -> float:
     return total * unit
 
 
-@njit(nogil=True, cache=True)
+@compiled(nogil=True)
 def _factor(distance: float, others: Floats) -> float:
     mean = _sum(others) / others.shape[0]
     difference = distance - mean
@@ -106,7 +106,7 @@ def _factor(distance: float, others: Floats) -> float:
     return difference / mean if mean > 0.0 else np.inf
 
 
-@njit(nogil=True, cache=True)
+@compiled(nogil=True)
 def _compare(distances: Floats, positions: Ints, start: int, stop: int, factors: Floats) -> None:
     k = positions.shape[1]
     others = np.empty(k)
@@ -116,7 +116,7 @@ def _compare(distances: Floats, positions: Ints, start: int, stop: int, factors:
         factors[p] = _factor(distances[p], others)
 
 
-@njit(nogil=True, cache=True)
+@compiled(nogil=True)
 def _compare_rows(own: Floats, theirs: Floats, factors: Floats) -> None:
     for p in range(own.shape[0]):
         factors[p] = _factor(own[p], theirs[p])

@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ..filters.compilation import compiled
 
 Floats: TypeAlias = NDArray[np.float64]
 Longs: TypeAlias = NDArray[np.int64]
@@ -137,7 +138,7 @@ def _pivots(sample: Floats, wanted: int, shape: Shape) -> tuple[NDArray[np.int32
     return axes, pivots, leaves
 
 
-@njit(cache=True)
+@compiled
 def _assign(places: Any, axes: Any, pivots: Any, chosen: Any) -> None:
     for p in range(places.shape[0]):
         node = 1

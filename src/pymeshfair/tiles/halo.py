@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ..filters.compilation import compiled
 from .columns import Column
 from .division import Floats, Longs
 from .surface import FACE, Surface
@@ -121,7 +121,7 @@ def tile_with_rings(surface: Surface, first: int, last: int, rings: int, *, plac
     )
 
 
-@njit(cache=True)
+@compiled
 def _reach(
     corners: NDArray[np.int32],
     rings: NDArray[np.int16],
