@@ -21,6 +21,14 @@ def load_numba() -> Any:
     return numba
 
 
+def load_compiler() -> None:
+    """Load numba and its tables of types now, rather than when the first kernel is called."""
+    load_numba()
+    from numba.core.registry import cpu_target
+
+    cpu_target.target_context.refresh()
+
+
 def allowed_threads() -> int:
     """How many threads kernels called from this thread may use."""
     return int(load_numba().get_num_threads())

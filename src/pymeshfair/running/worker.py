@@ -32,13 +32,21 @@ Work: TypeAlias = Callable[[Mapping[str, Any], Tell], dict[str, Any]]
 
 def main(before_end: Callable[[], None] = lambda: None) -> None:
     """Carry out the assignment that stdin gives, as a run; `before_end` is called when all is done and reported."""
-    serve(_run, before_end)
+    serve(_run, before_end, _prepare)
 
 
-def serve(work: Work, before_end: Callable[[], None]) -> None:
-    """Do with the document that stdin gives whatever `work` does, within its limits, and end the process."""
+def serve(work: Work, before_end: Callable[[], None], prepare: Callable[[], None] = lambda: None) -> None:
+    """Do with the document that stdin gives whatever `work` does, within its limits, and end the process.
+
+    Args:
+        work: what to do.
+        before_end: called when all is done and reported.
+        prepare: called before the document is read, which may take a while to come.
+    """
     orders, reports = take_over_streams()
     faulthandler.enable()
+    with contextlib.suppress(Exception):  # `work` meets it again, and tells it
+        prepare()
     line = orders.readline()
     if not line.endswith(b"\n"):
         os._exit(1)
@@ -94,8 +102,16 @@ def _remove_lock(output: Path) -> None:
             return
 
 
+def _prepare() -> None:
+    """Load what every run needs."""
+    from ..filters.compilation import load_compiler
+    from . import session  # noqa: F401  # with MeshLab
+
+    load_compiler()
+
+
 def _run(document: Mapping[str, Any], tell: Tell) -> dict[str, Any]:
-    from .session import Session  # imports MeshLab, within the limits
+    from .session import Session
 
     return Session(Assignment.from_document(document), tell).run()
 
