@@ -36,6 +36,7 @@ from .origins import InputMesh, displacement_of, find_origins, mark_origins, mes
 from .plain_values import plain
 from .reasons import caused_by_memory, reason_of
 from .shape_change import shape_change, warnings_of
+from .suitability import traits_asked_for
 
 #: the least change of progress that is reported
 _SMALLEST_PROGRESS = 0.005
@@ -72,18 +73,22 @@ class Session:
         for text in lengths_out_of_proportion(Script(self._assignment.steps), diagonal=before.diagonal):
             self._warn(text)
         present = attributes_of(self._meshes, announced)
+        traits, unsuited = traits_asked_for(self._assignment, self._meshes.current_mesh(), before, present)
+        if unsuited:
+            self._warn(unsuited)
         if self._assignment.output is None:
             if self._assignment.arrays is not None:
                 write_arrays(self._meshes, present, self._assignment.arrays, intersections=self._assignment.self_intersections)
             attributes = [a for a in ATTRIBUTES if a in present]
-            return {"input": source, "before": plain(asdict(before)), "attributes": attributes, "warnings": self._warnings}
+            measured = {"before": plain(asdict(before)), "attributes": attributes, "traits": plain(traits)}
+            return {"input": source, **measured, "warnings": self._warnings}
         original = mesh_of(self._meshes.current_mesh())
         if self._assignment.is_followed:
             mark_origins(self._meshes.current_mesh())
         with self._meshes.deferred():
             steps = [self._step(number) for number in range(1, len(self._assignment.steps) + 1)]
         written = self._write(announced, before, present, original)
-        return {"input": source, "steps": steps, "counted": announced.vertices is not None, **written}
+        return {"input": source, "steps": steps, "counted": announced.vertices is not None, "traits": plain(traits), **written}
 
     def _load(self, path: Path) -> tuple[Announced, dict[str, Any]]:
         """Check a file and load it as the current layer; what it declares, and which file it was."""
