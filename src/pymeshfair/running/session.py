@@ -22,7 +22,7 @@ from ..files.inputs import inspect_input
 from ..files.provenance import described_file, read_provenance
 from ..files.reading import apply_matrix, load_mesh, unchanged
 from ..files.saving import attributes_of, save_mesh
-from ..filters.compilation import Compilation, on_compilation
+from ..filters.compilation import on_compilation
 from ..filters.inspection.connectivity import Connectivity
 from ..filters.inspection.surface_measures import SurfaceMeasures, measures_and_connectivity
 from ..meshset import MeshSet
@@ -38,6 +38,7 @@ from .plain_values import plain
 from .reasons import caused_by_memory, reason_of
 from .shape_change import shape_change, warnings_of
 from .suitability import traits_asked_for
+from .survey import survey
 
 #: the least change of progress that is reported
 _SMALLEST_PROGRESS = 0.005
@@ -65,7 +66,7 @@ class Session:
         Raises:
             InputError, OutputError, StepFailedError, MemoryError: each as the class says.
         """
-        on_compilation(self._compiling)
+        on_compilation(lambda so_far: self._event(Compiling(**vars(so_far))))
         self._event(PhaseStarted("reading"))
         announced, source = self._load(self._assignment.input)
         current = self._meshes.current_mesh_id()
@@ -75,15 +76,16 @@ class Session:
         for text in lengths_out_of_proportion(Script(self._assignment.steps), diagonal=before.diagonal):
             self._warn(text)
         present = attributes_of(self._meshes, announced)
-        traits, unsuited = traits_asked_for(self._assignment, self._meshes.current_mesh(), before, present)
-        if unsuited:
-            self._warn(unsuited)
         if self._assignment.output is None:
             if self._assignment.arrays is not None:
                 write_arrays(self._meshes, present, self._assignment.arrays, intersections=self._assignment.self_intersections)
             attributes = [a for a in ATTRIBUTES if a in present]
-            measured = {"before": plain(asdict(before)), "attributes": attributes, "traits": plain(traits)}
-            return {"input": source, **measured, "warnings": self._warnings}
+            more = survey(self._assignment, self._meshes.current_mesh(), before, present)
+            measured = {"before": plain(asdict(before)), "attributes": attributes, "warnings": self._warnings}
+            return {"input": source, **measured, "survey": more}
+        traits, unsuited = traits_asked_for(self._assignment, self._meshes.current_mesh(), before, present)
+        if unsuited:
+            self._warn(unsuited)
         if self._assignment.is_followed:
             mark_origins(self._meshes.current_mesh())
         with self._meshes.deferred():
@@ -231,9 +233,6 @@ class Session:
             return arrays, measures
         except FilterInputError as error:
             raise refusal from error
-
-    def _compiling(self, so_far: Compilation) -> None:
-        self._event(Compiling(so_far.kernels, so_far.seconds, so_far.is_going_on))
 
     def _event(self, event: Event) -> None:
         self._tell(encode_event(event))

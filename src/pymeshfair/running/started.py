@@ -89,12 +89,13 @@ class EarlyProcess:
     If nobody takes it, it is ended with the context.
     """
 
-    def __init__(self) -> None:
-        """See the class; nothing is started before the context is entered."""
+    def __init__(self, *, is_wanted: bool = True) -> None:
+        """See the class; nothing is started before the context is entered, nor then unless it is wanted."""
+        self._is_wanted = is_wanted
         self._waiting: FreshProcess | None = None
 
     def __enter__(self) -> EarlyProcess:
-        self._waiting = FreshProcess(None)
+        self._waiting = FreshProcess(None) if self._is_wanted else None
         return self
 
     def start(self) -> Started:
