@@ -11,7 +11,7 @@ from .noise_level import NoiseEstimate, estimate_noise
 from .normal_filter import NORMAL_FILTER_METHODS, NormalFilter, NormalFilterMethod
 from .normal_filtering import filter_face_normals, normal_filtering
 from .normal_filters import RANGE_MEASURES, SPACE_KERNELS, RangeMeasure, SpaceKernel
-from .preparation import prepared
+from .preparation import denoised
 from .relaxation import RELAXATION_DIRECTIONS, RelaxationDirection, direction_for
 from .vertex_update import VERTEX_UPDATES, VertexUpdate
 
@@ -44,12 +44,12 @@ __all__ = [
     "bilateral_jones",
     "bilateral_projection",
     "denoise_automatically",
+    "denoised",
     "direction_for",
     "estimate_noise",
     "filter_face_normals",
     "folded_faces",
     "normal_filtering",
-    "prepared",
     "replace_outlying",
     "settings",
 ]

@@ -14,9 +14,9 @@ from .verdict import judge
 
 Label = TypeVar("Label")
 
-#: Given (n, 3) vertices, one iterator a family of filters over (n, 3) results, from the first to the last of the family. They are
-#: read in threads, each only as far as is needed.
-Candidates: TypeAlias = Callable[[Floats], Sequence[Iterator[Floats]]]
+#: Given (n, 3) vertices and the numbers of those that are held out, one iterator a family of filters over (n, 3) results, from
+#: the first to the last of the family. They are read in threads, each only as far as is needed.
+Candidates: TypeAlias = Callable[[Floats, Ints], Sequence[Iterator[Floats]]]
 
 # Sets of held-out vertices, and as many more on small meshes until so many vertices were held out or so many sets are made.
 _MASKS, _ENOUGH, _MOST_MASKS = 4, 1000, 12
@@ -128,7 +128,7 @@ def choose(
     shares = np.concatenate([[0.0], np.linspace(0.5, 0.9, len(held))])
     for number, mask in enumerate(held):
         rows = np.zeros((len(every), len(mask)))
-        runs = candidates(without(points, rings, normals, mask))
+        runs = candidates(without(points, rings, normals, mask), mask)
 
         def deviate(at: int, result: Floats, mask: Ints = mask, rows: Floats = rows) -> None:
             rows[at] = np.einsum("ij,ij->i", points[mask] - result[mask], normals[mask])
@@ -150,7 +150,7 @@ def choose(
     def look(at: int, result: Floats) -> None:
         seen[at] = looks(points, faces, result)
 
-    _run(candidates(points), starts, equal, look, part_of(progress, 0.9, 1.0))
+    _run(candidates(points, np.empty(0, dtype=np.int32)), starts, equal, look, part_of(progress, 0.9, 1.0))
     trials = tuple(
         Trial(every[at], float(error), float(excess), float(uncertainty), *seen.get(int(at), (None, None)))
         for at, error, excess, uncertainty in zip(tried, verdict.errors, verdict.excess, verdict.uncertainty, strict=True)

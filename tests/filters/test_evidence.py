@@ -127,7 +127,7 @@ def test_the_verdict_is_that_of_clipped_squares() -> None:
 def _choose(points: Floats, faces: Ints, shrink: tuple[float, ...]) -> float:
     """Which share of the noise of a sheet the held-out vertices want to be left, from smoothing alone to nothing."""
 
-    def candidates(vertices: Floats) -> list[Iterator[Floats]]:
+    def candidates(vertices: Floats, held: Ints) -> list[Iterator[Floats]]:
         return [iter([np.column_stack([vertices[:, :2], keep * vertices[:, 2]]) for keep in shrink])]
 
     scored = far_from_border(faces, len(points))
@@ -151,7 +151,7 @@ def test_a_family_that_falls_behind_is_not_run_to_its_end() -> None:
     grow = (2.0, 4.0, 8.0, 16.0, 32.0)
     made: list[float] = []
 
-    def candidates(vertices: Floats) -> list[Iterator[Floats]]:
+    def candidates(vertices: Floats, held: Ints) -> list[Iterator[Floats]]:
         def times(factors: tuple[float, ...]) -> Iterator[Floats]:
             for factor in factors:
                 made.append(factor)
@@ -170,7 +170,7 @@ def test_nothing_can_be_said_where_no_vertex_can_be_held_out() -> None:
     """Without a scored vertex there is no choice."""
     points = _rough(0.1)
     nobody = np.zeros(len(points), dtype=np.bool_)
-    assert choose(points, FLAT[1], lambda p: [iter([p])], [["nothing"]], normals=UP, scored=nobody) is None
+    assert choose(points, FLAT[1], lambda p, _: [iter([p])], [["nothing"]], normals=UP, scored=nobody) is None
 
 
 def test_spikes_stand_out_and_the_tip_of_a_cone_does_not() -> None:

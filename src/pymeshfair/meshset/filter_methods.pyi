@@ -1029,7 +1029,7 @@ class FilterMethods:
         vertex_iterations: int = 0,
         outer_iterations: int = -1,
         vertex_update: Literal["auto", "sun", "ohtake", "conjugate_gradient"] = "auto",
-        outliers: Literal["auto", "keep", "replace"] = "auto",
+        outliers: Literal["auto", "keep", "replace", "only"] = "auto",
         relaxation: int = -1,
         relaxation_direction: Literal["auto", "all", "normal"] = "auto",
         choice: Literal["held_out", "fixed"] = "held_out",
@@ -1074,8 +1074,8 @@ class FilterMethods:
             vertex_update: How vertices follow: 'sun' by the mean of the projections onto their faces' planes, 'ohtake' by their
                 mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
             outliers: Vertices that stand out from all around them, as those of stray measurements: 'keep' filters them like the
-                others, 'replace' puts them first where the others expect them. Filters that keep edges keep such spikes too.
-                'auto' keeps them where the filter is said in full.
+                others, 'replace' puts them first where the others expect them, 'only' moves nothing but them. Filters that keep
+                edges keep such spikes too. 'auto' keeps them where the filter is said in full.
             relaxation: How many pairs of Taubin's steps come before, of 0.5 and -0.53. More calm noise that turns faces over,
                 and round edges, which the filter sharpens again. -1: automatic, 0 where the filter is said in full. Takes a
                 whole number from -1 to 10000.
