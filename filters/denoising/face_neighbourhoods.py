@@ -3,9 +3,9 @@
 from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
-from numba import njit, prange
 
 from ..checks import FilterInputError, check_choice
+from ..compilation import compiled, prange
 from ..execution import over_range
 from ..geometry import CENTRE
 from ..mesh import Floats, Ints, Longs
@@ -80,7 +80,7 @@ def _gather(faces: Ints, at_vertices: VertexFaces, rings: int, centres: Floats, 
     return FaceNeighbourhoods(*found_in_parts(len(faces), visit))
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _visit(
     faces: Ints,
     row_offsets: Longs,
@@ -98,7 +98,7 @@ def _visit(
         _visit_some(faces, row_offsets, rows, rings, centres, squared_radius, first, last, offsets, neighbours)
 
 
-@njit(cache=True)
+@compiled
 def _visit_some(
     faces: Ints,
     row_offsets: Longs,
@@ -146,13 +146,13 @@ def _visit_some(
             offsets[i + 1] = found - 1
 
 
-@njit(cache=True)
+@compiled
 def _squared_distance(centres: Floats, i: int, j: int) -> float:
     x, y, z = centres[j, 0] - centres[i, 0], centres[j, 1] - centres[i, 1], centres[j, 2] - centres[i, 2]
     return float(x * x + y * y + z * z)
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def _sum_distances(centres: Floats, offsets: Longs, neighbours: Ints, sums: Floats, first: int, last: int) -> None:
     for i in range(first, last):
         total = 0.0

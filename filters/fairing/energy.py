@@ -1,13 +1,15 @@
 """Smoothing by an energy: the surface that trades the square of its curvature against the distance from where it was."""
 
+from __future__ import annotations
+
 import math
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import sparse
 
 from ..checks import FilterInputError, check_choice, check_positive
 from ..execution import Progress, ignore_progress, rising, threads_for
+from ..libraries import sparse
 from ..mesh import Floats, bounding_box, check_mesh, normalised_mesh
 from ..operators import curve_laplacian
 from ..topology import BORDER_POLICIES, BorderPolicy, border_edges

@@ -2,9 +2,8 @@
 
 import math
 
-from numba import njit
-
 from ..checks import FilterInputError
+from ..compilation import compiled
 from .arrays import Floats, Ints
 
 #: diagonals of a mesh that a vertex may be moved by; nothing that smooths, fairs or denoises has a reason to go as far
@@ -64,7 +63,7 @@ def check_healthy(before: Floats, after: Floats, diagonal: float, numbers: Ints 
     )
 
 
-@njit(cache=True)
+@compiled
 def _furthest(before: Floats, after: Floats) -> tuple[int, float]:
     """The point that moves furthest, or the first that moves to nowhere, and its distance; 0 and 0 without points."""
     furthest, most = 0, 0.0
@@ -78,7 +77,7 @@ def _furthest(before: Floats, after: Floats) -> tuple[int, float]:
     return furthest, math.sqrt(most)
 
 
-@njit(cache=True)
+@compiled
 def _widen(vertices: Floats, low: Floats, high: Floats) -> None:
     # Three scalars each: numpy reduces along rows of three an order of magnitude more slowly.
     x0, y0, z0 = low

@@ -4,9 +4,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import ArrayLike
 
+from ..compilation import compiled, prange
 from ..execution import threads_for
 from .arrays import Bools, Floats, Ints, check_movable
 from .box import bounding_box, check_healthy, unit_scale
@@ -129,7 +129,7 @@ def normalised_mesh(vertices: Floats, cells: Ints, movable: ArrayLike | None = N
     return NormalisedMesh(vertices, low * 0.5 + high * 0.5, unit_scale(low, high), order, cells, mask)
 
 
-@njit(cache=True)
+@compiled
 def _mark_used(cells: Ints, used: Bools) -> int:
     """Mark the vertices of cells that name no vertex twice; how many there are."""
     count = 0
@@ -147,7 +147,7 @@ def _mark_used(cells: Ints, used: Bools) -> int:
     return count
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _normalise(vertices: Floats, middle: Floats, scale: float, order: Ints, points: Floats) -> None:
     for k in prange(points.shape[0]):
         i = order[k] if order.shape[0] else np.int32(k)
@@ -155,7 +155,7 @@ def _normalise(vertices: Floats, middle: Floats, scale: float, order: Ints, poin
             points[k, c] = (vertices[i, c] - middle[c]) * scale
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _restore(vertices: Floats, before: Floats, after: Floats, scale: float, order: Ints, result: Floats) -> None:
     for k in prange(before.shape[0]):
         i = order[k] if order.shape[0] else np.int32(k)

@@ -2,9 +2,9 @@
 
 import math
 
-import numba
 import numpy as np
 
+from ..compilation import allowed_threads
 from ..execution import SERIAL_BELOW
 from .arrays import Ints
 
@@ -26,7 +26,7 @@ def worth_reordering(faces: Ints, n_vertices: int, sweeps: float = math.inf) -> 
         n_vertices: n.
         sweeps: how many times a kernel will visit every one-ring; by default, more often than matters.
     """
-    if n_vertices < SERIAL_BELOW or len(faces) == 0 or sweeps < _SWEEPS_A_REORDERING_COSTS * numba.get_num_threads():
+    if n_vertices < SERIAL_BELOW or len(faces) == 0 or sweeps < _SWEEPS_A_REORDERING_COSTS * allowed_threads():
         return False
     sample = faces[:: max(1, len(faces) // _SAMPLE)].astype(np.int64)
     return bool((np.abs(sample[:, 0] - sample[:, 1]) > _NEAR).mean() > 0.25)

@@ -12,8 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from ..compilation import compiled
 from ..execution import Progress, in_parallel, part_of
 from ..mesh import Floats, Ints, Longs
 from .selection import partition
@@ -84,7 +84,7 @@ def _children(node: int, first: int, last: int) -> tuple[tuple[int, int, int], t
     return (2 * node, first, middle), (2 * node + 1, middle, last)
 
 
-@njit(nogil=True, cache=True)
+@compiled(nogil=True)
 def _build(rows: Floats, node: int, first: int, last: int, boxes: Floats, lowest: Longs) -> None:
     """Splits a node that covers the leaves from `first` to before `last`, and all nodes below it."""
     stack = np.empty((STACK, 3), np.int64)
@@ -101,7 +101,7 @@ def _build(rows: Floats, node: int, first: int, last: int, boxes: Floats, lowest
             top += 2
 
 
-@njit(nogil=True, cache=True)
+@compiled(nogil=True)
 def _split(rows: Floats, node: int, first: int, last: int, boxes: Floats, lowest: Longs) -> None:
     """Computes the box of one node and moves its points so that those of its first half of leaves come first."""
     start, stop = first * LEAF, min(last * LEAF, rows.shape[0])

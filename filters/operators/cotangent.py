@@ -1,12 +1,14 @@
 """The cotangent operators: linear finite elements on the triangles."""
 
+from __future__ import annotations
+
 import math
 
 import numpy as np
-from numba import njit, prange
-from scipy import sparse
 
+from ..compilation import compiled, prange
 from ..execution import threads_for
+from ..libraries import sparse
 from ..mesh import Floats, Ints, Longs, scaled_to_unit
 from ..topology import OneRings, one_rings, position, ring_ends
 from .laplacian import Laplacian, assemble_stiffness, ring_sums
@@ -73,7 +75,7 @@ def _ring_weights(vertices: Floats, faces: Ints) -> tuple[OneRings, Floats]:
     return rings, weights
 
 
-@njit(cache=True)
+@compiled
 def halved_cotangents(
     ux: float, uy: float, uz: float, uu: float, vx: float, vy: float, vz: float, vv: float
 ) -> tuple[float, float]:
@@ -85,7 +87,7 @@ def halved_cotangents(
     return -(ux * dx + uy * dy + uz * dz) * half, (vx * dx + vy * dy + vz * dz) * half
 
 
-@njit(cache=True)
+@compiled
 def _doubled_area(points: Floats, a: int, b: int, c: int) -> float:
     """Twice the area of a triangle, at least `SMALLEST_AREA` of its squares, the same to the bit for its corners in any order.
 
@@ -105,7 +107,7 @@ def _doubled_area(points: Floats, a: int, b: int, c: int) -> float:
     return doubled
 
 
-@njit(cache=True)
+@compiled
 def _halved_cotangent(points: Floats, corner: int, i: int, j: int) -> float:
     """Half the cotangent at a corner of the triangle (corner, i, j), the same to the bit for (corner, j, i)."""
     ux, uy, uz = points[i, 0] - points[corner, 0], points[i, 1] - points[corner, 1], points[i, 2] - points[corner, 2]
@@ -114,7 +116,7 @@ def _halved_cotangent(points: Floats, corner: int, i: int, j: int) -> float:
     return half
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _add_cotangents(points: Floats, end_offsets: Longs, ends: Ints, offsets: Longs, neighbours: Ints, weights: Floats) -> None:
     for i in prange(offsets.shape[0] - 1):
         for k in range(end_offsets[i], end_offsets[i + 1], 2):

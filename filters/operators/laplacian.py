@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
-from scipy import sparse
 
+from ..compilation import compiled, prange
 from ..execution import threads_for
+from ..libraries import sparse
 from ..mesh import Floats, Ints, Longs
 from ..topology import OneRings
 
@@ -84,7 +84,7 @@ def ring_lengths(vertices: Floats, rings: OneRings) -> Floats:
     return lengths
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _fill_rows(offsets: Longs, neighbours: Ints, weights: Floats, columns: Ints | Longs, data: Floats) -> None:
     for i in prange(offsets.shape[0] - 1):
         at = offsets[i] + i
@@ -105,7 +105,7 @@ def _fill_rows(offsets: Longs, neighbours: Ints, weights: Floats, columns: Ints 
         data[diagonal] = -total
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _sum_rings(offsets: Longs, weights: Floats, sums: Floats) -> None:
     for i in prange(offsets.shape[0] - 1):
         total = 0.0
@@ -114,7 +114,7 @@ def _sum_rings(offsets: Longs, weights: Floats, sums: Floats) -> None:
         sums[i] = total
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _measure_rings(vertices: Floats, offsets: Longs, neighbours: Ints, lengths: Floats) -> None:
     for i in prange(offsets.shape[0] - 1):
         for k in range(offsets[i], offsets[i + 1]):

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
-from scipy.special import erf
 
 from ..checks import check_positive
+from ..compilation import compiled
 from ..execution import Progress, ignore_progress, in_parallel, part_of
+from ..libraries import special
 from ..mesh import Floats, Ints
 from ..neighbours import LEAF, build_tree, check_cloud, leaf_ranges, search_leaves
 
@@ -59,7 +59,7 @@ def local_outlier_probability(
     spread = extent * scale * np.sqrt(np.mean((finite / scale) ** 2)) if finite.size else 0.0
     if spread == 0.0:
         return (factors > 0.0).astype(np.float64)
-    probabilities: Floats = np.maximum(0.0, erf(factors / (np.sqrt(2.0) * spread)))
+    probabilities: Floats = np.maximum(0.0, special.erf(factors / (np.sqrt(2.0) * spread)))
     return probabilities
 
 
@@ -87,7 +87,7 @@ def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = i
     return factors
 
 
-@njit(nogil=True, cache=True)
+@compiled(nogil=True)
 def _row_sums(values: Floats) -> Floats:
     sums = np.zeros(values.shape[0])
     for r in range(values.shape[0]):
@@ -96,7 +96,7 @@ def _row_sums(values: Floats) -> Floats:
     return sums
 
 
-@njit(nogil=True, cache=True)
+@compiled(nogil=True)
 def _compare(
     distances: Floats,
     positions: Ints,

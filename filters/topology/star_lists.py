@@ -1,13 +1,12 @@
 """The neighbours of every vertex written from its ordered triangles, in the order of the vertices or breadth first."""
 
-from numba import njit, prange
-
+from ..compilation import compiled, prange
 from ..mesh import Ints, Longs
 from .ascending_slices import position
 from .star_order import CLOSED, IRREGULAR, OPEN, Kinds, distinct_ends
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def write_stars(end_offsets: Longs, ends: Ints, kinds: Kinds, offsets: Longs, neighbours: Ints) -> None:
     """The stars in the order of the vertices."""
     for i in prange(kinds.shape[0]):
@@ -15,7 +14,7 @@ def write_stars(end_offsets: Longs, ends: Ints, kinds: Kinds, offsets: Longs, ne
         _write_star(ends, start, stop, kinds[i], neighbours, offsets[i], offsets[i + 1])
 
 
-@njit(cache=True)
+@compiled
 def write_breadth_first(
     end_offsets: Longs,
     ends: Ints,
@@ -48,7 +47,7 @@ def write_breadth_first(
             neighbours[m] = places[j]
 
 
-@njit(cache=True)
+@compiled
 def find_ends(vertices: Ints, end_offsets: Longs, ends: Ints, starts: Longs, place_offsets: Longs, places: Longs) -> None:
     """The index of every end of the listed vertices in their ascending stars, which begin at `starts`."""
     for k in range(vertices.shape[0]):
@@ -58,7 +57,7 @@ def find_ends(vertices: Ints, end_offsets: Longs, ends: Ints, starts: Longs, pla
             places[place_offsets[k] + m - start] = starts[k] + position(ring, 0, ring.shape[0], ends[m])
 
 
-@njit(cache=True)
+@compiled
 def _write_star(ends: Ints, start: int, stop: int, kind: int, neighbours: Ints, at: int, end: int) -> None:
     """Write the neighbours of one vertex, whose pairs are ordered, from `at` to `end`, in the order that `Stars` states."""
     if kind == CLOSED:

@@ -5719,9 +5719,9 @@ class FilterMethods:
 
         Args:
             max_edges: The most edges that the rim of a hole may have. Larger closes larger holes; one of 10,000 edges takes
-                half a gigabyte of memory and more. Outer borders of open sheets stay open, whatever their size: rims that turn
-                like that of a flat disc, and those that span more than a third of the area of their sheet, unless they are
-                selected. Takes a whole number from 3 to 10000.
+                half a gigabyte of memory. Outer borders of open sheets stay open, whatever their size: rims that turn like that
+                of a flat disc, and those that span more than a third of the area of their sheet, unless they are selected.
+                Takes a whole number from 3 to 10000.
             energy: How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim;
                 'thin_plate' continues the tangent planes around; 'minimum_variation' continues the curvatures too, so that what
                 is round stays round, and follows noise at the rim; 'none' leaves them flat as they were made. A hole at whose

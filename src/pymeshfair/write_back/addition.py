@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from ..declaration import Bools, Edit, Floats, Ints
 from ..errors import MeshError
+from ..filters.libraries import spatial
 from .arrays import read_array
 from .attributes import ELEMENTS, bring_in, check_names, clear_beyond
 from .growth import check_growable, grow
@@ -99,7 +99,7 @@ def find_donors(points: Floats, faces: Ints, added_faces: Ints, old: int, may_gi
         at, first = at[rim], first[rim]
     # Squares of distances must neither overflow nor vanish; a power of two leaves every digit as it is.
     points = np.ldexp(points, -np.frexp(np.abs(points).max())[1])
-    tree = cKDTree(points[at])
+    tree = spatial.cKDTree(points[at])
     _, near_vertex = tree.query(points[old:])
     _, near_face = tree.query(points[added_faces].mean(axis=1))
     given_by = first[near_face]
