@@ -13,6 +13,25 @@ from .box import bounding_box, check_healthy, unit_scale
 
 
 @dataclass(frozen=True, eq=False)
+class Whole:
+    """The mesh that a part was cut from, as far as the part has to know it to give the same bits.
+
+    Attributes:
+        low: (3,) the lowest coordinates of the vertices that its cells use.
+        high: (3,) their highest.
+    """
+
+    low: Floats
+    high: Floats
+
+    @property
+    def diagonal(self) -> float:
+        """Of the box."""
+        scale = unit_scale(self.low, self.high)
+        return float(np.linalg.norm(self.high * scale - self.low * scale)) / scale
+
+
+@dataclass(frozen=True, eq=False)
 class NormalisedMesh:
     """The vertices that a face or an edge uses, about the origin, of ordinary size, in an order of choice.
 
@@ -27,6 +46,7 @@ class NormalisedMesh:
         order: (k,) the vertex of each point; None if the points are all vertices in the given order.
         cells_in_vertices: (m, 3) triangles or (e, 2) edges, in numbers of vertices; none names a vertex without a point.
         movable_vertices: (n,) which vertices may move; None for all.
+        is_part: whether it was cut from a larger mesh; then the vertices around its cut are of no use, and not checked.
     """
 
     vertices: Floats
@@ -35,6 +55,7 @@ class NormalisedMesh:
     order: Ints | None
     cells_in_vertices: Ints
     movable_vertices: Bools | None
+    is_part: bool = False
 
     @cached_property
     def points(self) -> Floats:
@@ -90,7 +111,7 @@ class NormalisedMesh:
         Raises:
             FilterInputError: a point has moved by more than `box.FURTHEST` diagonals, or to nowhere.
         """
-        if len(self):
+        if len(self) and not self.is_part:
             low, high = bounding_box(self.points)
             check_healthy(self.points, points, float(np.linalg.norm(high - low)), self.order)
         everything_moves = len(self) == len(self.vertices)
@@ -104,7 +125,9 @@ class NormalisedMesh:
         return np.empty(0, dtype=np.int32) if self.order is None else self.order
 
 
-def normalised_mesh(vertices: Floats, cells: Ints, movable: ArrayLike | None = None) -> NormalisedMesh:
+def normalised_mesh(
+    vertices: Floats, cells: Ints, movable: ArrayLike | None = None, whole: Whole | None = None
+) -> NormalisedMesh:
     """A checked mesh, normalised, its points in the order of the vertices.
 
     Args:
@@ -112,6 +135,7 @@ def normalised_mesh(vertices: Floats, cells: Ints, movable: ArrayLike | None = N
         cells: (m, 3) triangles or (e, 2) edges. One that names a vertex twice uses none. Without any cell the vertices are a
             point cloud, and all have a point.
         movable: (n,) bool, which vertices may move; None for all.
+        whole: the mesh that this is a part of; None if it is all.
 
     Raises:
         FilterInputError: `movable` is not a truth value for every vertex.
@@ -125,8 +149,11 @@ def normalised_mesh(vertices: Floats, cells: Ints, movable: ArrayLike | None = N
             cells = cells[used[cells].all(axis=1)]
     if len(vertices) == 0 or (order is not None and len(order) == 0):
         return NormalisedMesh(vertices, np.zeros(3), 1.0, order, cells, mask)
-    low, high = bounding_box(vertices if order is None else vertices[order])
-    return NormalisedMesh(vertices, low * 0.5 + high * 0.5, unit_scale(low, high), order, cells, mask)
+    if whole is None:
+        low, high = bounding_box(vertices if order is None else vertices[order])
+    else:
+        low, high = whole.low, whole.high
+    return NormalisedMesh(vertices, low * 0.5 + high * 0.5, unit_scale(low, high), order, cells, mask, whole is not None)
 
 
 @compiled

@@ -37,6 +37,7 @@ from .plain_values import plain
 from .reasons import caused_by_memory, reason_of
 from .shape_change import shape_change, warnings_of
 from .suitability import traits_asked_for
+from .survey import survey
 
 #: the least change of progress that is reported
 _SMALLEST_PROGRESS = 0.005
@@ -73,15 +74,16 @@ class Session:
         for text in lengths_out_of_proportion(Script(self._assignment.steps), diagonal=before.diagonal):
             self._warn(text)
         present = attributes_of(self._meshes, announced)
-        traits, unsuited = traits_asked_for(self._assignment, self._meshes.current_mesh(), before, present)
-        if unsuited:
-            self._warn(unsuited)
         if self._assignment.output is None:
             if self._assignment.arrays is not None:
                 write_arrays(self._meshes, present, self._assignment.arrays, intersections=self._assignment.self_intersections)
             attributes = [a for a in ATTRIBUTES if a in present]
-            measured = {"before": plain(asdict(before)), "attributes": attributes, "traits": plain(traits)}
-            return {"input": source, **measured, "warnings": self._warnings}
+            more = survey(self._assignment, self._meshes.current_mesh(), before, present)
+            measured = {"before": plain(asdict(before)), "attributes": attributes, "warnings": self._warnings}
+            return {"input": source, **measured, "survey": more}
+        traits, unsuited = traits_asked_for(self._assignment, self._meshes.current_mesh(), before, present)
+        if unsuited:
+            self._warn(unsuited)
         original = mesh_of(self._meshes.current_mesh())
         if self._assignment.is_followed:
             mark_origins(self._meshes.current_mesh())
