@@ -14,6 +14,7 @@ from .normal_filters import RANGE_MEASURES, SPACE_KERNELS, RangeMeasure, SpaceKe
 from .parts import distances_of_part, needs_distance, rings_of_round, round_of_part
 from .preparation import denoised
 from .relaxation import RELAXATION_DIRECTIONS, RelaxationDirection, direction_for
+from .scan import Scan
 from .vertex_update import VERTEX_UPDATES, VertexUpdate
 
 __all__ = [
@@ -36,6 +37,7 @@ __all__ = [
     "Outliers",
     "RangeMeasure",
     "RelaxationDirection",
+    "Scan",
     "Setting",
     "SettingsTried",
     "SpaceKernel",

@@ -6,10 +6,10 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 
 from ..checks import check_choice
-from ..evidence import outlying_vertices, without
+from ..evidence import outlying_vertices, put_where_expected
 from ..geometry import mean_edge_length
 from ..mesh import Bools, Floats, Ints
-from ..topology import one_rings, referenced_vertices
+from ..topology import referenced_vertices
 from .noise_level import smooth_normals
 
 #: "keep": vertices that stand out are filtered like the others. "replace": they are put where the others say, and all are
@@ -100,5 +100,5 @@ def replace_outlying(vertices: Floats, faces: Ints, movable: Bools | None = None
         outlying &= movable
     which = np.flatnonzero(outlying).astype(np.int32)
     result = vertices.copy()
-    result[which] += edge * (without(points, one_rings(faces, len(points)), normals, which) - points)[which]
+    result[which] += edge * (put_where_expected(points, faces, normals, which) - points)[which]
     return result, outlying
