@@ -6,7 +6,3 @@ Nothing in this package imports the rest of pymeshfair or pymeshlab, prints, or 
 
 if __name__ != "pymeshfair.filters":
     raise ImportError("import pymeshfair.filters, not the checkout folder 'filters': a second copy would not share its types")
-
-from .compilation import ensure_kernel_cache
-
-ensure_kernel_cache()

@@ -1,8 +1,22 @@
-"""The cache of compiled kernels, and a notice when one is compiled."""
+"""Functions that numba compiles: when they are first called, and kept for all later processes."""
 
-from .kernel_cache import ensure_kernel_cache, on_first_compilation
+from .ahead import compile_ahead, listed_signatures, signatures_of
+from .kernel import compiled, loaded_kernels, prange
+from .notices import Compilation, on_compilation
+from .numba_threads import allowed_threads, single_thread
+from .store import Stored, stored
 
 __all__ = [
-    "ensure_kernel_cache",
-    "on_first_compilation",
+    "Compilation",
+    "Stored",
+    "allowed_threads",
+    "compile_ahead",
+    "compiled",
+    "listed_signatures",
+    "loaded_kernels",
+    "on_compilation",
+    "prange",
+    "signatures_of",
+    "single_thread",
+    "stored",
 ]

@@ -1,8 +1,8 @@
 """Systems of equations on unbranched curves, solved by elimination from end to end without a subtraction."""
 
 import numpy as np
-from numba import njit
 
+from ..compilation import compiled
 from ..mesh import Bools, Floats, Ints, Longs
 from ..operators import Laplacian
 from .chains import Chains
@@ -48,7 +48,7 @@ class ChainStep:
         return moved
 
 
-@njit(cache=True)
+@compiled
 def _eliminate(
     offsets: Longs,
     columns: Ints,
@@ -91,7 +91,7 @@ def _eliminate(
             to_ground[start] = 1.0
 
 
-@njit(cache=True)
+@compiled
 def _ground(
     offsets: Longs, columns: Ints, weights: Floats, mass: Floats, order: Ints, start: int, stop: int, k: int, ring: bool
 ) -> float:
@@ -107,7 +107,7 @@ def _ground(
     return total
 
 
-@njit(cache=True)
+@compiled
 def _weight(offsets: Longs, columns: Ints, weights: Floats, i: int, j: int) -> float:
     for e in range(offsets[i], offsets[i + 1]):
         if columns[e] == j:
@@ -116,7 +116,7 @@ def _weight(offsets: Longs, columns: Ints, weights: Floats, i: int, j: int) -> f
     return 0.0
 
 
-@njit(cache=True)
+@compiled
 def _substitute(
     points: Floats,
     offsets: Longs,

@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from ..compilation import compiled
 from ..mesh import Bools, Ints, Longs
 
 
@@ -39,7 +39,7 @@ def trace_chains(offsets: Longs, neighbours: Ints, free: Bools) -> Chains:
     return Chains(order[:placed], starts[: chains + 1], closed[:chains], floating[:chains])
 
 
-@njit(cache=True)
+@compiled
 def _trace(
     offsets: Longs, neighbours: Ints, free: Bools, order: Ints, starts: Longs, closed: Bools, floating: Bools
 ) -> tuple[int, int]:

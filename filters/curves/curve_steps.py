@@ -1,13 +1,15 @@
 """Steps of diffusion along curves: explicit ones, and implicit ones by elimination or, where curves branch, by a solver."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.sparse import csgraph
 
 from ..diffusion.backward_euler import BackwardEulerStep
 from ..diffusion.stencil import curve_stencil
 from ..execution import Progress, part_of
+from ..libraries import sparse
 from ..mesh import Bools, Floats, Ints
 from ..operators import Laplacian, OperatorName, curve_laplacian
 from ..topology import OneRings
@@ -42,7 +44,7 @@ def implicit_curve_steps(
 ) -> Floats:
     """(n, 3) where the vertices are after `count` steps of that time, in the unit of one over the operator."""
     laplacian = curve_laplacian(start, pairs, operator)
-    labels: Ints = csgraph.connected_components(laplacian.stiffness, directed=False)[1]
+    labels: Ints = sparse.csgraph.connected_components(laplacian.stiffness, directed=False)[1]
     branched = _in_branched_component(rings, moves, labels)
     chains = ChainStep(laplacian, trace_chains(rings.offsets, rings.neighbours, moves & ~branched), time)
     network = _network(laplacian, time, moves & branched, labels, count)

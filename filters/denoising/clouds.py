@@ -1,10 +1,10 @@
 """Bilateral projection of point clouds: every point along its normal, to where its neighbours say the surface is."""
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import ArrayLike
 
 from ..checks import FilterInputError, check_whole_number
+from ..compilation import compiled, prange
 from ..execution import Progress, ignore_progress, threads_for
 from ..mesh import Bools, Floats, Ints, check_points, normalised_mesh
 from ..neighbours import nearest_neighbours
@@ -111,7 +111,7 @@ def _unit(normals: ArrayLike, n: int) -> Floats:
     return np.asarray(directions / np.where(lengths > 0.0, lengths, 1.0))
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _covariances(points: Floats, indices: Ints, first: int, covariances: Floats) -> None:
     count = indices.shape[1] + 1
     for m in prange(covariances.shape[0]):
@@ -138,7 +138,7 @@ def _covariances(points: Floats, indices: Ints, first: int, covariances: Floats)
         covariances[m, 1, 2] = covariances[m, 2, 1] = yz - my * mz / count
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _heights(points: Floats, normals: Floats, indices: Ints, heights: Floats) -> None:
     for i in prange(indices.shape[0]):
         for k in range(indices.shape[1]):
@@ -147,7 +147,7 @@ def _heights(points: Floats, normals: Floats, indices: Ints, heights: Floats) ->
                 heights[i, k] += normals[i, c] * (points[j, c] - points[i, c])
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _project(
     points: Floats,
     out: Floats,

@@ -1,11 +1,12 @@
 """The faces around a face: across its edges, at its vertices, in k rings, or within a radius, straight or along the surface."""
 
+import math
 from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
-from numba import njit, prange
 
 from ..checks import FilterInputError, check_choice
+from ..compilation import compiled, prange
 from ..execution import over_range
 from ..geometry import CENTRE
 from ..mesh import Floats, Ints, Longs
@@ -68,9 +69,16 @@ def mean_centre_distance(table: Floats, edge_neighbours: FaceNeighbourhoods) -> 
         table: (m, 8) of `measure_faces`.
         edge_neighbours: the neighbourhoods "edge".
     """
-    sums = np.empty(len(table))
+    sums = centre_distance_sums(table, edge_neighbours)
+    count = len(edge_neighbours.neighbours)
+    return math.fsum(sums) / count if count else 0.0  # exact, so that the order of the faces does not matter
+
+
+def centre_distance_sums(table: Floats, edge_neighbours: FaceNeighbourhoods) -> Floats:
+    """(m,) for each face the sum of the distances of its centre from those of its neighbours; see `mean_centre_distance`."""
+    sums: Floats = np.empty(len(table))
     over_range(_sum_distances, len(table), table[:, CENTRE], edge_neighbours.offsets, edge_neighbours.neighbours, sums)
-    return float(sums.sum()) / len(edge_neighbours.neighbours) if len(edge_neighbours.neighbours) else 0.0
+    return sums
 
 
 def _gather(faces: Ints, at_vertices: VertexFaces, rings: int, centres: Floats, squared_radius: float) -> FaceNeighbourhoods:
@@ -80,7 +88,7 @@ def _gather(faces: Ints, at_vertices: VertexFaces, rings: int, centres: Floats, 
     return FaceNeighbourhoods(*found_in_parts(len(faces), visit))
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _visit(
     faces: Ints,
     row_offsets: Longs,
@@ -98,7 +106,7 @@ def _visit(
         _visit_some(faces, row_offsets, rows, rings, centres, squared_radius, first, last, offsets, neighbours)
 
 
-@njit(cache=True)
+@compiled
 def _visit_some(
     faces: Ints,
     row_offsets: Longs,
@@ -146,13 +154,13 @@ def _visit_some(
             offsets[i + 1] = found - 1
 
 
-@njit(cache=True)
+@compiled
 def _squared_distance(centres: Floats, i: int, j: int) -> float:
     x, y, z = centres[j, 0] - centres[i, 0], centres[j, 1] - centres[i, 1], centres[j, 2] - centres[i, 2]
     return float(x * x + y * y + z * z)
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def _sum_distances(centres: Floats, offsets: Longs, neighbours: Ints, sums: Floats, first: int, last: int) -> None:
     for i in range(first, last):
         total = 0.0

@@ -2,9 +2,9 @@
 
 from collections.abc import Callable
 
-import numba
 import numpy as np
 
+from ..compilation import allowed_threads
 from ..execution import threads_for
 from ..mesh import Ints, Longs
 
@@ -24,7 +24,7 @@ def found_in_parts(count: int, visit: Callable[[int, Longs, Ints], None]) -> tup
     offsets = np.zeros(count + 1, dtype=np.int64)
     with threads_for(count):
         # Each thread has its own marks, so there are as many parts as threads; the result does not depend on their number.
-        parts = numba.get_num_threads()
+        parts = allowed_threads()
         visit(parts, offsets, np.empty(0, dtype=np.int32))
         np.cumsum(offsets, out=offsets)
         neighbours = np.empty(offsets[-1], dtype=np.int32)

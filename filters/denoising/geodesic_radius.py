@@ -1,8 +1,8 @@
 """The faces within a distance along the surface, measured by steps from centre to centre."""
 
 import numpy as np
-from numba import njit, prange
 
+from ..compilation import compiled, prange
 from ..mesh import Floats, Ints, Longs
 from .found_in_parts import found_in_parts
 
@@ -32,7 +32,7 @@ def within_geodesic_radius(near_offsets: Longs, near: Ints, centres: Floats, rad
     return found_in_parts(len(centres), visit)
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _visit(near_offsets: Longs, near: Ints, centres: Floats, radius: float, parts: int, offsets: Longs, neighbours: Ints) -> None:
     """`found_in_parts` asks for it."""
     for part in prange(parts):
@@ -40,7 +40,7 @@ def _visit(near_offsets: Longs, near: Ints, centres: Floats, radius: float, part
         _visit_some(near_offsets, near, centres, radius, first, last, offsets, neighbours)
 
 
-@njit(cache=True)
+@compiled
 def _visit_some(
     near_offsets: Longs, near: Ints, centres: Floats, radius: float, first: int, last: int, offsets: Longs, neighbours: Ints
 ) -> None:

@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from numba import njit, prange
 
+from ..compilation import compiled, prange
 from ..execution import threads_for
 from ..mesh import Floats, Ints, Longs
 from .face_neighbourhoods import FaceNeighbourhoods
@@ -43,7 +43,7 @@ def guide_normals(normals: Floats, table: Floats, patches: FaceNeighbourhoods, e
     return guides
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _measure_patches(
     normals: Floats,
     areas: Floats,
@@ -89,7 +89,7 @@ def _measure_patches(
             means[i, 0], means[i, 1], means[i, 2] = normals[i, 0], normals[i, 1], normals[i, 2]
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _choose(measures: Floats, means: Floats, offsets: Longs, neighbours: Ints, guides: Floats) -> None:
     for i in prange(measures.shape[0]):
         best = np.int32(i)
@@ -101,7 +101,7 @@ def _choose(measures: Floats, means: Floats, offsets: Longs, neighbours: Ints, g
         guides[i, 0], guides[i, 1], guides[i, 2] = means[best, 0], means[best, 1], means[best, 2]
 
 
-@njit(cache=True)
+@compiled
 def _squared_difference(normals: Floats, i: int, j: int) -> float:
     x, y, z = normals[j, 0] - normals[i, 0], normals[j, 1] - normals[i, 1], normals[j, 2] - normals[i, 2]
     return float(x * x + y * y + z * z)

@@ -4,14 +4,16 @@ Noise moves neighbouring vertices independently, a surface moves them together. 
 differences of fourth order, in which a surface of moderate curvature nearly cancels out.
 """
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from ..diffusion.taubin import taubin_fairing
 from ..geometry import NORMAL, mean_edge_length, measure_faces
+from ..libraries import sparse
 from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
 from ..topology import BorderPolicy, border_vertices, edges, vertex_faces
 from .face_neighbourhoods import face_neighbourhoods
@@ -113,7 +115,7 @@ def inner_vertices(faces: Ints, pairs: Ints, n_vertices: int) -> Bools:
 def differences_of_fourth_order(points: Floats, pairs: Ints) -> Floats:
     """(n, 3) (B p)_i / |B_i|."""
     means = ring_means(pairs, len(points))
-    first = sp.identity(len(points), format="csr") - means
+    first = sparse.identity(len(points), format="csr") - means
     second = first @ first
     norms = np.sqrt(np.asarray(second.multiply(second).sum(axis=1)).ravel())
     differences = points - means @ points
@@ -121,12 +123,12 @@ def differences_of_fourth_order(points: Floats, pairs: Ints) -> Floats:
     return np.asarray(differences / np.where(norms > 0.0, norms, 1.0)[:, None])
 
 
-def ring_means(pairs: Ints, n: int) -> sp.csr_matrix:
+def ring_means(pairs: Ints, n: int) -> sparse.csr_matrix:
     """(n, n) the matrix U of means over the one-rings."""
     rows = np.concatenate([pairs[:, 0], pairs[:, 1]])
     columns = np.concatenate([pairs[:, 1], pairs[:, 0]])
     degrees = np.maximum(np.bincount(rows, minlength=n), 1)
-    return sp.csr_matrix((1.0 / degrees[rows], (rows, columns)), shape=(n, n))
+    return sparse.csr_matrix((1.0 / degrees[rows], (rows, columns)), shape=(n, n))
 
 
 def smooth_normals(points: Floats, faces: Ints) -> Floats:
@@ -140,7 +142,7 @@ def smooth_normals(points: Floats, faces: Ints) -> Floats:
         normals = mean_normals(normals, table, around)
     rows = faces.ravel()
     columns = np.repeat(np.arange(len(faces)), 3)
-    sums = sp.csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(len(points), len(faces))) @ normals
+    sums = sparse.csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(len(points), len(faces))) @ normals
     lengths = np.linalg.norm(sums, axis=1, keepdims=True)
     return np.asarray(sums / np.where(lengths > 0.0, lengths, 1.0))
 

@@ -4,9 +4,9 @@ import math
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
-from numba import njit
 
 from ..checks import check_choice, check_finite
+from ..compilation import compiled
 from ..execution import over_range
 from ..geometry import NORMAL
 from ..mesh import Floats, Ints, Longs
@@ -110,7 +110,7 @@ def _scale(kernel: str, sigma: float) -> float:
 
 
 # A kernel of its own, without the distances and deviations of the next.
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def _means(rows: Floats, offsets: Longs, neighbours: Ints, result: Floats, first: int, last: int) -> None:
     for i in range(first, last):
         x, y, z = rows[i, 3] * rows[i, 0], rows[i, 3] * rows[i, 1], rows[i, 3] * rows[i, 2]
@@ -126,7 +126,7 @@ def _means(rows: Floats, offsets: Longs, neighbours: Ints, result: Floats, first
             result[i, 0], result[i, 1], result[i, 2] = rows[i, 0], rows[i, 1], rows[i, 2]
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def _weighted_means(
     normals: Floats,
     rows: Floats,

@@ -1,11 +1,13 @@
 """Noise that neighbours share, as that of a depth camera with its own filter: it looks like a surface."""
 
+from __future__ import annotations
+
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from ..evidence import calm_noise, far_from_border, sample_of
 from ..geometry import mean_edge_length
+from ..libraries import sparse
 from ..mesh import Floats, Ints, check_mesh
 from ..topology import edges
 from .noise_level import NoiseEstimate, differences_of_fourth_order, inner_vertices, ring_means, smooth_normals
@@ -76,7 +78,7 @@ def shared_noise(vertices: ArrayLike, faces: ArrayLike) -> float:
     if square == 0.0:
         return 0.0
     means = ring_means(pairs, len(points))
-    first = sp.identity(len(points), format="csr") - means
+    first = sparse.identity(len(points), format="csr") - means
     second = first @ first
     norms = np.sqrt(np.asarray(second.multiply(second).sum(axis=1)).ravel())
     i, j = between.T

@@ -8,8 +8,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
 
+from ..compilation import compiled, prange
 from ..mesh import Floats, Ints, Longs
 from ..robust import kernel_weight
 from .kernel_terms import REACH, Term
@@ -84,7 +84,7 @@ def _area_vectors(points: Floats, faces: Ints) -> Floats:
     return np.cross(b - a, c - a)
 
 
-@njit(cache=True)
+@compiled
 def _first_not_below(keys: Longs, key: int) -> int:
     start, stop = 0, keys.shape[0]
     while start < stop:
@@ -96,7 +96,7 @@ def _first_not_below(keys: Longs, key: int) -> int:
     return start
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _estimate(
     points: Floats,
     out: Floats,

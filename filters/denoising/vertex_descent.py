@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from numba import njit, prange
 
+from ..compilation import compiled, prange
 from ..execution import threads_for
 from ..mesh import Bools, Floats, Ints, Longs
 from ..topology import VertexFaces
@@ -57,7 +57,7 @@ def descend(
     return now
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _energies(vertices: Floats, faces: Ints, normals: Floats, terms: Floats) -> None:
     for f in prange(faces.shape[0]):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
@@ -68,7 +68,7 @@ def _energies(vertices: Floats, faces: Ints, normals: Floats, terms: Floats) -> 
         terms[f] = math.sqrt(x * x + y * y + z * z) - (x * normals[f, 0] + y * normals[f, 1] + z * normals[f, 2])
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _gradients(now: Floats, offsets: Longs, rows: Ints, normals: Floats, moves: Bools, bound: Bools, result: Floats) -> None:
     """The derivative of A |n - m|^2 by a corner is (n - m) x (the opposite side)."""
     for i in prange(now.shape[0]):

@@ -4,8 +4,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
 
+from ..compilation import compiled, prange
 from ..mesh import Bools, Floats, Ints, Longs
 from ..robust import kernel_weight
 from .kernel_terms import REACH, Term
@@ -66,7 +66,7 @@ def bilateral_step(points: Floats, out: Floats, around: HeightNeighbours, space:
     )
 
 
-@njit(cache=True)
+@compiled
 def _normal(points: Floats, i: int, end_offsets: Longs, ends: Ints) -> tuple[float, float, float]:
     """The unit normal of the faces around i, weighted by area; 0 if they have none."""
     x = y = z = 0.0
@@ -84,7 +84,7 @@ def _normal(points: Floats, i: int, end_offsets: Longs, ends: Ints) -> tuple[flo
     return x / length, y / length, z / length
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _heights(
     points: Floats, moving: Ints, offsets: Longs, neighbours: Ints, end_offsets: Longs, ends: Ints, heights: Floats
 ) -> None:
@@ -96,7 +96,7 @@ def _heights(
             heights[k] = x * (points[j, 0] - points[i, 0]) + y * (points[j, 1] - points[i, 1]) + z * (points[j, 2] - points[i, 2])
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _step(
     points: Floats,
     out: Floats,
@@ -144,7 +144,7 @@ def _step(
             out[i, 2] = points[i, 2] + height * z
 
 
-@njit(cache=True)
+@compiled
 def _mean_height(
     points: Floats,
     i: int,

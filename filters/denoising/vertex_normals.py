@@ -1,9 +1,11 @@
 """Normal filtering on vertices instead of faces, for comparison: at a crease vertex normals are means across it [yadav2021]."""
 
+from __future__ import annotations
+
 import numpy as np
-import scipy.sparse as sp
 
 from ..geometry import AREA, CENTRE, NORMAL
+from ..libraries import sparse
 from ..mesh import Floats, Ints
 from ..topology import one_rings
 from .face_neighbourhoods import FaceNeighbourhoods
@@ -15,13 +17,15 @@ RINGS_OF_VERTICES = {"edge": 1, "vertex": 1, "two_ring": 2, "three_ring": 3}
 def vertex_neighbourhoods(faces: Ints, n_vertices: int, rings: int) -> FaceNeighbourhoods:
     """The vertices at most that many edges away from every vertex, ascending, without itself."""
     near = one_rings(faces, n_vertices)
-    step = sp.csr_matrix((np.ones(len(near.neighbours), dtype=np.bool_), near.neighbours, near.offsets), (n_vertices, n_vertices))
+    step = sparse.csr_matrix(
+        (np.ones(len(near.neighbours), dtype=np.bool_), near.neighbours, near.offsets), (n_vertices, n_vertices)
+    )
     around = step
     for _ in range(rings - 1):
         around = around + around @ step
     pairs = around.tocoo()
     others = pairs.row != pairs.col
-    around = sp.csr_matrix((np.ones(int(others.sum()), dtype=np.bool_), (pairs.row[others], pairs.col[others])), around.shape)
+    around = sparse.csr_matrix((np.ones(int(others.sum()), dtype=np.bool_), (pairs.row[others], pairs.col[others])), around.shape)
     around.sort_indices()
     return FaceNeighbourhoods(around.indptr.astype(np.int64), around.indices.astype(np.int32))
 

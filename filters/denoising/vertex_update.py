@@ -4,9 +4,9 @@ import math
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
-from numba import njit
 
 from ..checks import check_choice
+from ..compilation import compiled
 from ..execution import over_range
 from ..mesh import Bools, Floats, Ints, Longs
 from ..topology import VertexFaces
@@ -64,7 +64,7 @@ def fit_vertices(
     return now
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def _step(
     now: Floats,
     offsets: Longs,
@@ -133,7 +133,7 @@ def _step(
             then[i, 2] = pz + z
 
 
-@njit(cache=True)
+@compiled
 def _flips(
     now: Floats,
     start: int,

@@ -4,10 +4,10 @@ import math
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import ArrayLike
 
 from ..checks import FilterInputError, UnstableStepError, check_choice, check_whole_number
+from ..compilation import compiled, prange
 from ..execution import Progress, ignore_progress, threads_for
 from ..mesh import Bools, Floats, Ints, Longs, check_movable
 from ..robust import KERNEL_CODES, SIGMA_IN_DEVIATIONS, KernelName, kernel_weight, robust_deviation
@@ -145,7 +145,7 @@ def _checked(values: Floats, faces: Ints) -> tuple[Floats, Ints]:
     return np.ascontiguousarray(values.reshape(len(values), -1 if values.size else 1)), triangles
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _diffuse(
     values: Floats,
     out: Floats,

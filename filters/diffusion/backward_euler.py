@@ -1,12 +1,14 @@
 """One backward Euler step of the diffusion equation, on a surface or on a curve."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
-from scipy import sparse
 
 from ..checks import ConvergenceError
 from ..execution import Progress
+from ..libraries import sparse
 from ..linear_solvers import SpdSolver
 from ..mesh import Bools, Floats, Ints, Longs, bounding_box
 from ..operators import Laplacian
@@ -143,7 +145,7 @@ class _Floating(NamedTuple):
     weight: Floats
 
     @classmethod
-    def among(cls, free_labels: Ints, fixed_labels: Ints, mass: Floats) -> "_Floating":
+    def among(cls, free_labels: Ints, fixed_labels: Ints, mass: Floats) -> _Floating:
         labels, component = np.unique(free_labels, return_inverse=True)
         total = np.bincount(component, weights=mass, minlength=len(labels))
         floats = (total > 0.0) & ~np.isin(labels, fixed_labels)

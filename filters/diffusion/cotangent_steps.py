@@ -8,8 +8,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
 
+from ..compilation import compiled, prange
 from ..mesh import Bools, Floats, Ints, Longs
 from ..operators import halved_cotangents, mixed_share
 
@@ -19,7 +19,7 @@ NORMALISED, BY_AREA, MESHLAB = 0, 1, 2
 _U: Any = np.uint64
 
 
-@njit(cache=True)
+@compiled
 def _share(rule: int, step: float, total: float, size: float, area: float) -> float:
     """What the weighted sum of edges is multiplied by; 0 where the operator is not defined."""
     if rule == NORMALISED:
@@ -29,7 +29,7 @@ def _share(rule: int, step: float, total: float, size: float, area: float) -> fl
     return 2.0 / (2.0 * total + 1.0) if total > 0.0 else 0.0
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def star_step(
     points: Floats, out: Floats, which: Ints, closed: bool, offsets: Longs, neighbours: Ints, rule: int, step: float
 ) -> float:
@@ -45,7 +45,7 @@ def star_step(
     return bound
 
 
-@njit(cache=True)
+@compiled
 def _walk_star(
     points: Floats, out: Floats, i: int, closed: bool, neighbours: Ints, start: int, stop: int, rule: int, step: float
 ) -> float:
@@ -89,7 +89,7 @@ def _walk_star(
     return (total + size) / area if area > 0.0 else 0.0
 
 
-@njit(cache=True)
+@compiled
 def _star_area(points: Floats, i: int, closed: bool, neighbours: Ints, start: int, stop: int) -> float:
     """The mixed Voronoi area of a star."""
     px, py, pz = points[i, 0], points[i, 1], points[i, 2]
@@ -104,7 +104,7 @@ def _star_area(points: Floats, i: int, closed: bool, neighbours: Ints, start: in
     return area
 
 
-@njit(cache=True)
+@compiled
 def irregular_step(
     points: Floats,
     out: Floats,
@@ -149,7 +149,7 @@ def irregular_step(
     return bound
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def element_bound(points: Floats, faces: Ints) -> float:
     """A bound of the spectrum of -L by area: the largest eigenvalue of a single triangle's own M^-1 C.
 
@@ -162,7 +162,7 @@ def element_bound(points: Floats, faces: Ints) -> float:
     return bound
 
 
-@njit(cache=True)
+@compiled
 def _largest_eigenvalue(points: Floats, a: int, b: int, c: int) -> float:
     if a == b or b == c or c == a:
         return 0.0
@@ -174,7 +174,7 @@ def _largest_eigenvalue(points: Floats, a: int, b: int, c: int) -> float:
     return 0.5 * (trace + math.sqrt(max(trace * trace - 4.0 * minors, 0.0)))
 
 
-@njit(cache=True)
+@compiled
 def _element(points: Floats, a: int, b: int, c: int) -> tuple[float, float, float, float, float, float]:
     """The halved cotangents at the three corners, and the area that each of them owns."""
     ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]

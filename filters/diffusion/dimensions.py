@@ -1,12 +1,14 @@
 """Giving a smoothed shape its dimensions back, locally and along its normals."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 
 import numpy as np
-from scipy.optimize import brentq
 
 from ..execution import Progress, part_of
 from ..geometry import vertex_normals_by_area
+from ..libraries import optimize
 from ..mesh import Floats, Ints
 
 # How often a step gives back. Each time brings long waves nearer to what they were.
@@ -52,4 +54,4 @@ def amplitude_with_dimensions(s: float) -> float:
 
 def share_with_dimensions(amplitude: float) -> float:
     """The inverse of `amplitude_with_dimensions`, to rounding: the share of a step alone that leaves a wave that amplitude."""
-    return float(brentq(lambda s: amplitude_with_dimensions(s) - amplitude, 0.0, 1.0, xtol=1e-15))
+    return float(optimize.brentq(lambda s: amplitude_with_dimensions(s) - amplitude, 0.0, 1.0, xtol=1e-15))

@@ -1,12 +1,14 @@
 """The flows of implicit fairing: which operator each of several backward Euler steps takes, on the border and inside it."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
-from scipy.sparse import csgraph
 
 from ..execution import Progress, part_of
+from ..libraries import sparse
 from ..mesh import Bools, Floats, Ints, bounding_box
 from ..operators import Laplacian, OperatorName, build_laplacian, curve_laplacian, mixed_voronoi_areas
 from ..topology import BorderPolicy, connected_components
@@ -110,5 +112,5 @@ class ImplicitFlow:
 
 
 def _connected(laplacian: Laplacian) -> Ints:
-    labels: Ints = csgraph.connected_components(laplacian.stiffness, directed=False)[1]
+    labels: Ints = sparse.csgraph.connected_components(laplacian.stiffness, directed=False)[1]
     return labels

@@ -8,15 +8,15 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
 
+from ..compilation import compiled, prange
 from ..mesh import Floats, Ints, Longs
 
 # Indices are taken as unsigned numbers: for signed ones the compiler adds the test whether they count from the end.
 _U: Any = np.uint64
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def uniform_step(points: Floats, out: Floats, which: Ints, offsets: Longs, neighbours: Ints, step: float) -> None:
     """Towards the mean of the one-ring."""
     for m in prange(which.shape[0]):
@@ -34,7 +34,7 @@ def uniform_step(points: Floats, out: Floats, which: Ints, offsets: Longs, neigh
         out[i, 2] = points[i, 2] + (share * z - step * points[i, 2])
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def weighted_step(
     points: Floats, out: Floats, which: Ints, offsets: Longs, neighbours: Ints, weights: Floats, shares: Floats
 ) -> None:
@@ -53,7 +53,7 @@ def weighted_step(
         out[i, 2] = pz + shares[i] * z
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def length_step(
     points: Floats,
     out: Floats,
@@ -76,7 +76,7 @@ def length_step(
     return bound
 
 
-@njit(cache=True)
+@compiled
 def _pull(
     points: Floats,
     out: Floats,
@@ -107,7 +107,7 @@ def _pull(
     return 4.0 * inverses / lengths
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def sum_ring_lengths(points: Floats, offsets: Longs, neighbours: Ints, sums: Floats) -> None:
     """For every vertex the sum of the lengths of its edges, into `sums`."""
     for i in prange(sums.shape[0]):

@@ -1,11 +1,13 @@
 """The volume that the components of a mesh enclose, and giving it back to them after a step that took some."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
-from scipy import sparse
 
 from ..checks import FilterInputError
+from ..libraries import sparse
 from ..mesh import Bools, Floats, Ints, Longs
 
 # A volume below this share of the sum of the sizes of its parts is rounding: a flat sheet with two sides encloses nothing.

@@ -1,8 +1,8 @@
 """Vertices that stand out from all that is around them: impulses, which filters that keep edges keep too."""
 
 import numpy as np
-from numba import njit
 
+from ..compilation import compiled
 from ..execution import over_range
 from ..mesh import Bools, Floats, Ints, Longs
 from ..topology import OneRings, edges, one_rings
@@ -62,7 +62,7 @@ def _sizes(points: Floats, rings: OneRings, normals: Floats, hidden: Bools) -> F
     return np.asarray(np.abs(heights) / np.sqrt(1.0 + gains**2))
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def _stand_out(
     sizes: Floats, offsets: Longs, neighbours: Ints, ignored: Bools, level: float, found: Bools, first: int, last: int
 ) -> None:

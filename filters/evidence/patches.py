@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from ..compilation import compiled
 from ..geometry import mean_edge_length
 from ..mesh import Floats, Ints, Longs
 from ..topology import edges, vertex_faces
@@ -66,7 +66,7 @@ def _grown(vertices: Floats, faces: Ints, edge: float) -> tuple[Ints, Ints]:
     return np.concatenate(parts), np.concatenate(origins)
 
 
-@njit(cache=True)
+@compiled
 def _rings_around(faces: Ints, offsets: Longs, rows: Ints, seed: int, least: int, number: int, marks: Ints) -> Longs:
     """The face and whole rings of faces around it, until they are as many as said; `marks` differ from `number` before."""
     found = np.empty(4 * least, dtype=np.int64)

@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from numba import njit
 
+from ..compilation import compiled
 from ..execution import over_range
 from ..mesh import Bools, Floats, Ints, Longs
 from ..topology import OneRings
@@ -44,7 +44,7 @@ def predicted_heights(
     return heights, gains
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def _predict(
     points: Floats,
     offsets: Longs,
@@ -93,7 +93,7 @@ def _predict(
             break
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def _ring_distance(points: Floats, offsets: Longs, neighbours: Ints, normals: Floats, i: int) -> float:
     """The mean distance of the one-ring along the surface, in which the height of i has no part."""
     total = 0.0
@@ -105,7 +105,7 @@ def _ring_distance(points: Floats, offsets: Longs, neighbours: Ints, normals: Fl
     return total / (offsets[i + 1] - offsets[i]) if offsets[i + 1] > offsets[i] else 0.0
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def _gather(
     points: Floats,
     offsets: Longs,
@@ -157,12 +157,12 @@ def _gather(
     return count
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def _terms(u: float, v: float, terms: Floats) -> None:
     terms[0], terms[1], terms[2], terms[3], terms[4], terms[5] = 1.0, u, v, u * u, u * v, v * v
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def _solve(matrix: Floats, side: Floats, size: int, solution: Floats) -> bool:
     """Solve by Cholesky's factors, in place of the lower triangle; False if the matrix is nearly singular."""
     for a in range(size):

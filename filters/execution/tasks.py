@@ -9,8 +9,7 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from functools import cache
 from typing import Any
 
-from numba import get_num_threads
-
+from ..compilation import allowed_threads
 from . import threads
 from .progress import Progress
 
@@ -34,7 +33,7 @@ def in_parallel(work: Callable[..., None], tasks: Iterable[tuple[Any, ...]], pro
         tasks: the arguments of each call.
         progress: called after every task and while a long one runs; may raise, which drops the tasks that have not begun.
     """
-    with ThreadPoolExecutor(get_num_threads()) as pool:
+    with ThreadPoolExecutor(allowed_threads()) as pool:
         futures = [pool.submit(work, *task) for task in tasks]
         try:
             for done, future in enumerate(futures):
@@ -58,8 +57,8 @@ def over_range(kernel: Callable[..., None], count: int, *arguments: Any) -> None
         count: of vertices or faces.
         *arguments: of the kernel.
     """
-    parts = min(_PARTS * get_num_threads(), count // max(1, threads.SERIAL_BELOW // _KEPT_THREADS_COST_LESS))
-    others = min(get_num_threads(), parts) - 1
+    parts = min(_PARTS * allowed_threads(), count // max(1, threads.SERIAL_BELOW // _KEPT_THREADS_COST_LESS))
+    others = min(allowed_threads(), parts) - 1
     if others < 1:
         kernel(*arguments, 0, count)
         return

@@ -4,20 +4,13 @@ Every parallel kernel writes each result from one iteration alone, so the result
 Small meshes are faster on one.
 """
 
-import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
 
-import numba
+from ..compilation import single_thread
 
 #: Kernels on fewer vertices run on one thread: waking others costs more than it saves, above all on a busy machine.
 SERIAL_BELOW = 200_000
-
-# Numba tries Intel TBB first and warns when it finds an old one, such as that in the pymeshlab wheel. OpenMP is as fast.
-if "NUMBA_THREADING_LAYER" not in os.environ and "NUMBA_THREADING_LAYER_PRIORITY" not in os.environ:
-    _config: Any = numba.config
-    _config.THREADING_LAYER_PRIORITY = ["omp", "tbb", "workqueue"]
 
 
 @contextmanager
@@ -26,9 +19,5 @@ def threads_for(size: int) -> Iterator[None]:
     if size >= SERIAL_BELOW:
         yield
         return
-    allowed = numba.get_num_threads()
-    numba.set_num_threads(1)
-    try:
+    with single_thread():
         yield
-    finally:
-        numba.set_num_threads(allowed)

@@ -1,13 +1,15 @@
 """The energy of bending and distance on prescribed masses, and its minimiser."""
 
+from __future__ import annotations
+
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from scipy import sparse
 
 from ..checks import ConvergenceError
 from ..execution import Progress
+from ..libraries import sparse
 from ..linear_solvers import DirectMethod, laplacian_power, refined_solution
 from ..mesh import Bools, Floats
 from .half_factors import FloatingComponents, HalfFactors, InnerSolver

@@ -1,14 +1,16 @@
 """Smoothing by an energy: the surface that trades the square of its curvature against the distance from where it was."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import sparse
 
 from ..checks import ConvergenceError, FilterInputError, check_choice, check_positive
 from ..execution import Progress, ignore_progress, rising, threads_for
+from ..libraries import sparse
 from ..mesh import Bools, Floats, bounding_box, check_mesh, normalised_mesh, spikes
 from ..operators import curve_laplacian
 from ..topology import BORDER_POLICIES, BorderPolicy, border_edges

@@ -1,11 +1,13 @@
 """The two rims of a mesh that face each other."""
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial import cKDTree
 
 from ..checks import FilterInputError
 from ..execution import Progress, ignore_progress
+from ..libraries import spatial
 from ..mesh import Ints, check_mesh, check_movable
 from ..topology import boundary_loops, connected_components
 
@@ -48,7 +50,7 @@ def facing_rims(
         )
     low, high = (np.array([bound(points[rim], axis=0) for rim in rims]) for bound in (np.min, np.max))
     gaps = np.linalg.norm(np.maximum(0.0, np.maximum(low[first] - high[second], low[second] - high[first])), axis=1)
-    trees: dict[int, cKDTree] = {}
+    trees: dict[int, spatial.cKDTree] = {}
     nearest, found = np.inf, 0
     for step, k in enumerate(np.argsort(gaps, kind="stable")):
         if gaps[k] >= nearest:  # rims are at least as far apart as their boxes, and so are all pairs to come
@@ -57,7 +59,7 @@ def facing_rims(
         a, b = int(first[k]), int(second[k])
         for end in (a, b):
             if end not in trees:
-                trees[end] = cKDTree(points[rims[end]])
+                trees[end] = spatial.cKDTree(points[rims[end]])
         distance = (trees[a].query(trees[b].data)[0].mean() + trees[b].query(trees[a].data)[0].mean()) / 2
         if distance < nearest:
             nearest, found = distance, int(k)

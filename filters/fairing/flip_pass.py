@@ -1,7 +1,6 @@
 """One pass of edge flips over a mesh: the kernels."""
 
-from numba import njit
-
+from ..compilation import compiled
 from ..geometry import nearest_by_walk, quality_and_normal
 from ..mesh import Bools, Floats, Ints, Longs
 from ..topology import diamond, fan_size, flip
@@ -12,7 +11,7 @@ _LEAST_GAIN = 1e-6
 _LEAST_COSINE = 0.25
 
 
-@njit(cache=True)
+@compiled
 def flip_pass(
     points: Floats,
     faces: Ints,
@@ -77,7 +76,7 @@ def flip_pass(
     return count
 
 
-@njit(cache=True)
+@compiled
 def _is_better(points: Floats, a: int, b: int, c: int, d: int) -> bool:
     """Whether (a, d, c) and (d, b, c) are better triangles than (a, b, c) and (b, a, d), with nearly the same normals."""
     first, n1x, n1y, n1z = quality_and_normal(points, a, b, c)

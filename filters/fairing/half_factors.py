@@ -1,14 +1,16 @@
 """The equations of the bending energy to a few digits: conjugate gradients, preconditioned by factors of half the order."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from scipy import sparse
 
 from ..checks import FilterInputError
 from ..execution import Progress
+from ..libraries import sparse
 from ..linear_solvers import Cholesky, conjugate_gradients, preconditioned_norm
 from ..mesh import Floats, Longs
 

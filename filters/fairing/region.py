@@ -1,15 +1,17 @@
 """Region fairing: the free vertices placed so that a surface between fixed rings is as smooth as possible."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import sparse
 
 from ..checks import ConvergenceError, FilterInputError, check_choice
 from ..execution import Progress, ignore_progress
+from ..libraries import sparse
 from ..linear_solvers import DirectMethod, RefinedSolution, laplacian_power, refined_solution
 from ..mesh import Bools, Floats, Ints, check_healthy, check_mesh, check_vertex_mask, normalised_mesh, spikes
 from ..topology import Submesh, submesh_around

@@ -1,10 +1,12 @@
 """The shortest spans between two loops: the edges of a band that triangulates what is between them [fuchs1977]."""
 
-import numpy as np
-from numba import njit
-from scipy.spatial import cKDTree
+from __future__ import annotations
 
+import numpy as np
+
+from ..compilation import compiled
 from ..execution import Progress
+from ..libraries import spatial
 from ..mesh import Bools, Floats, Ints
 
 #: The most spans between two rims among which a band is searched; each takes a byte, so these are 400 MB, and 3 s.
@@ -28,7 +30,7 @@ def shortest_spans(first: Floats, second: Floats, progress: Progress) -> tuple[I
     low = np.minimum(first.min(axis=0), second.min(axis=0))
     extent = max(float((first - low).max()), float((second - low).max())) or 1.0
     first, second = (first - low) / extent, (second - low) / extent  # so that squares stay in range
-    nearest, index = cKDTree(second).query(first)
+    nearest, index = spatial.cKDTree(second).query(first)
     i, j = int(nearest.argmin()), int(index[nearest.argmin()])
     path = _shortest(np.roll(first, -i, axis=0), np.roll(second, -j, axis=0), progress)
     return (path[:, 0] + i) % len(first), (path[:, 1] + j) % len(second)
@@ -46,7 +48,7 @@ def _shortest(first: Floats, second: Floats, progress: Progress) -> Ints:
     return _way_back(from_first)
 
 
-@njit(cache=True)
+@compiled
 def _cheapest(first: Floats, second: Floats, start: int, end: int, costs: Floats, from_first: Bools) -> None:
     """Rows start to end of the grid; `costs` holds those of the row before, and afterwards those of row end - 1."""
     for i in range(start, end):
@@ -65,7 +67,7 @@ def _cheapest(first: Floats, second: Floats, start: int, end: int, costs: Floats
                 costs[j] = np.inf
 
 
-@njit(cache=True)
+@compiled
 def _way_back(from_first: Bools) -> Ints:
     """The path that led to the end of the grid."""
     i, j = from_first.shape[0] - 1, from_first.shape[1] - 1

@@ -1,11 +1,13 @@
 """The Laplace-Beltrami operator of energies: that of the surface, with a mass above 0 at every vertex."""
 
+from __future__ import annotations
+
 import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy import sparse
 
+from ..libraries import sparse
 from ..mesh import Bools, Floats, Ints
 from ..operators import surface_laplacian
 

@@ -1,10 +1,12 @@
 """The steps of tangential smoothing: the minimum of the energy, and how far vertices can move towards it on the surface."""
 
+from __future__ import annotations
+
 import numpy as np
-from scipy import sparse
 
 from ..execution import Progress
 from ..geometry import WalkableSurface, face_normals, vertex_normals_by_area
+from ..libraries import sparse
 from ..linear_solvers import SpdSolver
 from ..mesh import Bools, Floats, Ints, Longs
 from ..operators import cotangent_laplacian, mixed_voronoi_areas, uniform_laplacian

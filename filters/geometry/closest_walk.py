@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
 
+from ..compilation import compiled, prange
 from ..execution import threads_for
 from ..mesh import Floats, Ints, Longs
 from ..topology import vertex_faces
@@ -59,7 +59,7 @@ class WalkableSurface(NamedTuple):
         return found, faces, distances
 
 
-@njit(cache=True)
+@compiled
 def _closest_on_triangle(points: Floats, a: int, b: int, c: int, x: float, y: float, z: float) -> tuple[float, float, float]:
     """The point of the triangle nearest to (x, y, z): inside if all barycentric coordinates are positive, else on an edge."""
     ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
@@ -88,7 +88,7 @@ def _closest_on_triangle(points: Floats, a: int, b: int, c: int, x: float, y: fl
     return points[a, 0] + s * ux + t * vx, points[a, 1] + s * uy + t * vy, points[a, 2] + s * uz + t * vz
 
 
-@njit(cache=True)
+@compiled
 def nearest_by_walk(
     points: Floats, faces: Ints, offsets: Longs, around: Ints, x: float, y: float, z: float, start: int, enough: float
 ) -> tuple[float, float, float, int, float]:
@@ -116,7 +116,7 @@ def nearest_by_walk(
     return nx, ny, nz, face, best
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _walk(
     points: Floats,
     faces: Ints,

@@ -1,8 +1,8 @@
 """The normals, areas and centres of the faces."""
 
 import numpy as np
-from numba import njit
 
+from ..compilation import compiled
 from ..execution import over_range
 from ..mesh import Floats, Ints
 from .triangles import cross_product
@@ -37,7 +37,7 @@ def cross_products(vertices: Floats, faces: Ints) -> Floats:
     return np.asarray(np.cross(b - a, c - a))
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def turned_faces(before: Floats, after: Floats, faces: Ints) -> int:
     """How many faces look more than a right angle away from where they did.
 
@@ -56,7 +56,7 @@ def turned_faces(before: Floats, after: Floats, faces: Ints) -> int:
     return count
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def _measure(vertices: Floats, faces: Ints, table: Floats, first: int, last: int) -> None:
     for f in range(first, last):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]

@@ -1,12 +1,12 @@
 """Angles, areas and quality of single triangles, for kernels."""
 
 import numpy as np
-from numba import njit
 
+from ..compilation import compiled
 from ..mesh import Floats
 
 
-@njit(cache=True)
+@compiled
 def cross_product(points: Floats, a: int, b: int, c: int) -> tuple[float, float, float]:
     """(b - a) x (c - a): normal to the triangle (a, b, c), counter-clockwise seen from its tip, and twice its area long."""
     ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
@@ -14,14 +14,14 @@ def cross_product(points: Floats, a: int, b: int, c: int) -> tuple[float, float,
     return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
 
 
-@njit(cache=True)
+@compiled
 def squared_length(points: Floats, a: int, b: int) -> float:
     """The square of the distance between two points."""
     x, y, z = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
     return float(x * x + y * y + z * z)
 
 
-@njit(cache=True)
+@compiled
 def angle_at(points: Floats, a: int, b: int, c: int) -> float:
     """The angle at a between b and c, from 0 to pi; 0 if two of them coincide."""
     ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
@@ -31,7 +31,7 @@ def angle_at(points: Floats, a: int, b: int, c: int) -> float:
     return angle
 
 
-@njit(cache=True)
+@compiled
 def quality_and_normal(points: Floats, a: int, b: int, c: int) -> tuple[float, float, float, float]:
     """The quality l / (sqrt(3) R) and the unit normal of the triangle (a, b, c); zeros if it has no area.
 

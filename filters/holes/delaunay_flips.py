@@ -1,11 +1,12 @@
 """Flips of the edges inside a patch towards Delaunay triangles."""
 
 import numpy as np
-from numba import njit
 
+from ..compilation import compiled
 from ..geometry import angle_at, cross_product, squared_length
-from ..mesh import Bools, Floats, Ints
+from ..mesh import Bools, Floats, Ints, Longs
 from ..topology import diamond, fan_size, flip
+from .vertex_pairs import is_pair
 
 # An edge is flipped if its opposite angles sum to pi and this, and the sum falls by at least this. Without, an edge between two
 # equal choices could flip back and forth for ever, and rounding would decide.
@@ -15,15 +16,17 @@ _THINNEST = 1e-7
 _MOST_SWEEPS = 200
 
 
-@njit(cache=True)
-def flip_towards_delaunay(points: Floats, triangles: Ints, across: Ints, forbidden: Bools) -> None:
+@compiled
+def flip_towards_delaunay(points: Floats, triangles: Ints, across: Ints, keys: Longs, apart: Bools, alone: Bools) -> None:
     """Flip edges of a patch, in place, until no flip lessens a sum of opposite angles that is above pi.
 
     Args:
         points: (n, 3) coordinates.
         triangles: (b, 3) the patch.
         across: (b, 3) as `faces_across` gives it, -1 at the rim.
-        forbidden: (k, k) which of the first k points must not be joined; on the diagonal, which must not be joined to any other.
+        keys: of the pairs of the first k points that must not be joined, as in `VertexPairs`.
+        apart: (k,) of which no two must be joined.
+        alone: (k,) which must not be joined to any other.
     """
     for _ in range(_MOST_SWEEPS):
         flips = 0
@@ -33,7 +36,7 @@ def flip_towards_delaunay(points: Floats, triangles: Ints, across: Ints, forbidd
                     a, b, c, d = diamond(triangles, across, t, k)
                     if (
                         _is_better(points, a, b, c, d)
-                        and not _is_forbidden(forbidden, c, d)
+                        and not _is_forbidden(keys, apart, alone, c, d)
                         and c != d
                         and fan_size(triangles, across, t, (k + 2) % 3, d) > 0
                     ):
@@ -43,7 +46,7 @@ def flip_towards_delaunay(points: Floats, triangles: Ints, across: Ints, forbidd
             break
 
 
-@njit(cache=True)
+@compiled
 def _is_better(points: Floats, a: int, b: int, c: int, d: int) -> bool:
     """Whether the triangles (a, d, c) and (d, b, c) are to replace (a, b, c) and (b, a, d)."""
     now = angle_at(points, c, a, b) + angle_at(points, d, b, a)
@@ -58,14 +61,16 @@ def _is_better(points: Floats, a: int, b: int, c: int, d: int) -> bool:
     return not (_is_thin(points, a, d, c) or _is_thin(points, d, b, c))
 
 
-@njit(cache=True)
-def _is_forbidden(forbidden: Bools, c: int, d: int) -> bool:
+@compiled
+def _is_forbidden(keys: Longs, apart: Bools, alone: Bools, c: int, d: int) -> bool:
     """Whether the points c and d must not be joined."""
-    n = forbidden.shape[0]
-    return bool((c < n and forbidden[c, c]) or (d < n and forbidden[d, d]) or (c < n and d < n and forbidden[c, d]))
+    n = apart.shape[0]
+    if (c < n and alone[c]) or (d < n and alone[d]):
+        return True
+    return bool(c < n and d < n and ((apart[c] and apart[d]) or is_pair(keys, n, c, d)))
 
 
-@njit(cache=True)
+@compiled
 def _is_thin(points: Floats, a: int, b: int, c: int) -> bool:
     """Whether a triangle is nearly degenerate."""
     nx, ny, nz = cross_product(points, a, b, c)
@@ -73,7 +78,7 @@ def _is_thin(points: Floats, a: int, b: int, c: int) -> bool:
     return not nx * nx + ny * ny + nz * nz > (_THINNEST * squares) ** 2
 
 
-@njit(cache=True)
+@compiled
 def _facing(points: Floats, a: int, b: int, c: int, d: int, e: int, f: int) -> float:
     """The cosine of the angle between the normals of the triangles (a, b, c) and (d, e, f), times their doubled areas."""
     x, y, z = cross_product(points, a, b, c)

@@ -1,8 +1,8 @@
 """The triangulation of a polygon that bends least, by dynamic programming."""
 
 import numpy as np
-from numba import njit
 
+from ..compilation import compiled
 from ..execution import Progress
 from ..mesh import Bools, Floats, Ints
 
@@ -10,6 +10,8 @@ from ..mesh import Bools, Floats, Ints
 _THINNEST = 1e-7
 # Angles that differ by less count as the same, so that ties are decided by area and not by rounding.
 _SAME = 1e-9
+# So do areas that differ by less than this share, the rounding of sums of some hundred of them.
+_SAME_AREA = 1e-12
 # The number of triangles tried between two calls of `progress`, about.
 _BATCH = 20_000_000
 
@@ -55,7 +57,7 @@ def minimal_triangulation(points: Floats, opposite: Floats, forbidden: Bools, pr
     return _collect(split)
 
 
-@njit(cache=True)
+@compiled
 def _find_side_normals(p: Floats, q: Floats, normals: Floats) -> None:
     """Write the unit normals of the faces of the mesh at the sides, 0 where there is no face or it is degenerate."""
     n = p.shape[0]
@@ -65,7 +67,7 @@ def _find_side_normals(p: Floats, q: Floats, normals: Floats) -> None:
         normals[i, 0], normals[i, 1], normals[i, 2] = x, y, z
 
 
-@njit(cache=True)
+@compiled
 def _unit_normal(
     ax: float, ay: float, az: float, bx: float, by: float, bz: float, cx: float, cy: float, cz: float
 ) -> tuple[float, float, float, float]:
@@ -81,7 +83,7 @@ def _unit_normal(
     return nx / area, ny / area, nz / area, area
 
 
-@njit(cache=True)
+@compiled
 def _bend(ax: float, ay: float, az: float, b: Floats) -> float:
     """1 - cos of the angle between two unit normals, which grows with the angle; 0 if the second normal is 0."""
     if b[0] == 0.0 and b[1] == 0.0 and b[2] == 0.0:
@@ -90,7 +92,7 @@ def _bend(ax: float, ay: float, az: float, b: Floats) -> float:
     return 1.0 - cosine
 
 
-@njit(cache=True)
+@compiled
 def _solve(
     p: Floats,
     side_normals: Floats,
@@ -110,7 +112,7 @@ def _solve(
             last = span == n - 1
             if forbidden[i, j] and not last:
                 continue
-            best_angle, best_area = np.inf, np.inf
+            best_angle, best_area, best_skew = np.inf, np.inf, n
             for m in range(i + 1, j):
                 worst = max(angle[i, m], angle[m, j])
                 if worst > best_angle + _SAME or worst == np.inf:
@@ -123,13 +125,27 @@ def _solve(
                 if last:
                     worst = max(worst, _bend(x, y, z, side_normals[j]))
                 total = area[i, m] + area[m, j] + doubled
-                if worst < best_angle - _SAME or (worst <= best_angle + _SAME and total < best_area):
-                    best_angle, best_area = worst, total
-                    angle[i, j], area[i, j], split[i, j] = worst, total, m
-                    normals[i, j, 0], normals[i, j, 1], normals[i, j, 2] = x, y, z
+                if not _is_better(worst, total, abs(2 * m - i - j), best_angle, best_area, best_skew):
+                    continue
+                best_angle, best_area, best_skew = worst, total, abs(2 * m - i - j)
+                angle[i, j], area[i, j], split[i, j] = worst, total, m
+                normals[i, j, 0], normals[i, j, 1], normals[i, j, 2] = x, y, z
 
 
-@njit(cache=True)
+@compiled
+def _is_better(angle: float, area: float, skew: int, best_angle: float, best_area: float, best_skew: int) -> bool:
+    """Whether a split is to replace the best so far: by angle, then by area, then for the evener one.
+
+    In a flat polygon all triangulations have the same angles and areas, and rounding would choose fans of needles.
+    """
+    if angle < best_angle - _SAME:
+        return True
+    if angle > best_angle + _SAME or area > best_area * (1.0 + _SAME_AREA):
+        return False
+    return area < best_area * (1.0 - _SAME_AREA) or skew < best_skew
+
+
+@compiled
 def _collect(split: Ints) -> Ints:
     """The triangles (i, split[i, j], j), from the whole polygon down."""
     n = split.shape[0]

@@ -1,9 +1,12 @@
 """The nearest place on a surface, or in a cloud, to each of many points."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
 
+from ..libraries import igl, spatial
 from ..mesh import Floats, Ints, Longs
 
 
@@ -33,12 +36,8 @@ def closest_points(queries: Floats, points: Floats, faces: Ints) -> ClosestPoint
     if len(queries) == 0:
         return ClosestPoints(np.empty((0, 3)), np.empty(0), np.empty(0, dtype=np.int64))
     if len(faces) == 0:
-        from scipy.spatial import cKDTree
-
-        distances, nearest = cKDTree(points).query(queries)
+        distances, nearest = spatial.cKDTree(points).query(queries)
         return ClosestPoints(points[nearest], distances, nearest)
-    import igl
-
     _, elements, places = igl.point_mesh_squared_distance(
         np.ascontiguousarray(queries), np.ascontiguousarray(points), faces.astype(np.int64)
     )

@@ -3,13 +3,13 @@
 import math
 
 import numpy as np
-from numba import njit
 
+from ..compilation import compiled
 from ..geometry import cross_product, squared_length
 from ..mesh import Bools, Floats, Ints
 
 
-@njit(cache=True)
+@compiled
 def face_measures(points: Floats, faces: Ints) -> tuple[Floats, Floats, Floats]:
     """The normals of the faces, twice their area long; twice their areas; and their quality, 0 where the area is 0."""
     normals = np.empty((faces.shape[0], 3))
@@ -29,7 +29,7 @@ def face_measures(points: Floats, faces: Ints) -> tuple[Floats, Floats, Floats]:
     return normals, doubled, quality
 
 
-@njit(cache=True)
+@compiled
 def dihedral_angles(faces: Ints, normals: Floats, neighbours: Ints, shared: Ints) -> tuple[Floats, Bools]:
     """For two faces that share an edge the angle between their normals, NaN if one has no area; and whether they agree.
 
@@ -53,7 +53,7 @@ def dihedral_angles(faces: Ints, normals: Floats, neighbours: Ints, shared: Ints
     return angles, agree
 
 
-@njit(cache=True)
+@compiled
 def _runs_along(faces: Ints, face: int, start: int, end: int) -> bool:
     k = 0 if faces[face, 0] == start else 1 if faces[face, 1] == start else 2
     return bool(faces[face, k] == start and faces[face, (k + 1) % 3] == end)

@@ -1,5 +1,7 @@
 """The sharp edges of a surface, and how many of them another surface still has."""
 
+from __future__ import annotations
+
 import math
 from typing import NamedTuple
 
@@ -7,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import check_finite
+from ..libraries import spatial
 from ..mesh import Floats, Ints, check_mesh, normalised_mesh
 from ..topology import face_adjacency
 from .face_measures import dihedral_angles, face_measures
@@ -70,8 +73,7 @@ def share_kept(before: SharpEdges, after: SharpEdges, *, within: float) -> float
         return None
     if not len(after.pairs):
         return 0.0
-    from scipy.spatial import cKDTree
 
     origin = before.middles[0]
-    distances, _ = cKDTree(after.middles - origin).query(before.middles - origin)
+    distances, _ = spatial.cKDTree(after.middles - origin).query(before.middles - origin)
     return math.fsum(before.lengths[distances <= within]) / total

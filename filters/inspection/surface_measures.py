@@ -4,15 +4,16 @@ Everything is linear in the mesh but for the sorting of edges at a vertex, and i
 one far from the origin (UTM, ECEF) loses no digits that its coordinates have.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components as connected_parts
 
 from ..geometry import edge_lengths
+from ..libraries import sparse
 from ..mesh import Bools, Floats, Ints, bounding_box, check_edges, check_mesh, normalised_mesh, unit_scale
 from ..neighbours import nearest_neighbours
 from ..topology import connected_components, edge_face_counts, face_adjacency, referenced_vertices
@@ -156,8 +157,8 @@ def _components_of_curves(pairs: Ints, used: Bools) -> int:
     """The number of parts that the edges connect; vertices that are not `used` are none."""
     if not len(pairs):
         return 0
-    graph = csr_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(used), len(used)))
-    return int(connected_parts(graph, directed=False)[0]) - int((~used).sum())
+    graph = sparse.csr_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(used), len(used)))
+    return int(sparse.csgraph.connected_components(graph, directed=False)[0]) - int((~used).sum())
 
 
 def _diagonal(points: Floats) -> float:

@@ -1,8 +1,8 @@
 """How many fans the faces of a vertex form."""
 
 import numpy as np
-from numba import njit
 
+from ..compilation import compiled
 from ..mesh import Ints, Longs
 
 
@@ -12,7 +12,7 @@ def fan_counts(faces: Ints, neighbours: Ints, shared: Ints, n_vertices: int) -> 
     return fans
 
 
-@njit(cache=True)
+@compiled
 def _first_corners(faces: Ints, neighbours: Ints, shared: Ints) -> Ints:
     """For every fan its vertex. Union-find over the corners 3 f + k of the faces."""
     parent = np.arange(3 * faces.shape[0])
@@ -30,7 +30,7 @@ def _first_corners(faces: Ints, neighbours: Ints, shared: Ints) -> Ints:
     return vertices[:found].copy()
 
 
-@njit(cache=True)
+@compiled
 def _corner(faces: Ints, face: int, vertex: int) -> int:
     for k in range(2):
         if faces[face, k] == vertex:
@@ -38,7 +38,7 @@ def _corner(faces: Ints, face: int, vertex: int) -> int:
     return int(3 * face + 2)
 
 
-@njit(cache=True)
+@compiled
 def _root(parent: Longs, i: int) -> int:
     while parent[i] != i:
         parent[i] = parent[parent[i]]

@@ -1,9 +1,11 @@
 """Aggregates of strongly connected unknowns, and the smoothed prolongation from them to the unknowns [vanek1996]."""
 
-import numpy as np
-from numba import njit
-from scipy import sparse
+from __future__ import annotations
 
+import numpy as np
+
+from ..compilation import compiled
+from ..libraries import sparse
 from ..mesh import Floats, Ints
 
 
@@ -37,12 +39,12 @@ def with_sorted_indices(matrix: sparse.spmatrix) -> sparse.csr_matrix:
     return csr
 
 
-@njit(cache=True)
+@compiled
 def _is_strong(entry: float, i: int, j: int, diagonal: Floats, strength: float) -> bool:
     return i != j and entry < 0.0 and entry * entry >= strength * strength * diagonal[i] * diagonal[j]
 
 
-@njit(cache=True)
+@compiled
 def _aggregate(indptr: Ints, indices: Ints, data: Floats, diagonal: Floats, strength: float) -> tuple[Ints, int]:
     """The aggregate of every unknown, -1 without strong connections, and their number, by algorithm 5.1 of [vanek1996]."""
     n = indptr.shape[0] - 1

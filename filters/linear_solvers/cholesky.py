@@ -1,10 +1,11 @@
 """Sparse Cholesky factors: slow to make, fast to solve with."""
 
-import cholespy
+from __future__ import annotations
+
 import numpy as np
-from scipy import sparse
 
 from ..checks import ConvergenceError
+from ..libraries import cholespy, sparse
 from ..mesh import Floats
 
 

@@ -1,10 +1,12 @@
 """Powers of a Laplace operator applied in twice the precision: residuals whose digits the conditioning of the power leaves."""
 
-import numpy as np
-from numba import njit, prange
-from scipy import sparse
+from __future__ import annotations
 
+import numpy as np
+
+from ..compilation import compiled, prange
 from ..execution import threads_for
+from ..libraries import sparse
 from ..mesh import Floats, Ints, Longs
 
 # Veltkamp's constant 2^27 + 1 splits a double into two halves whose products are exact.
@@ -41,14 +43,14 @@ def laplacian_power(
     return high
 
 
-@njit(cache=True)
+@compiled
 def _two_sum(a: float, b: float) -> tuple[float, float]:
     s = a + b
     t = s - a
     return s, (a - (s - t)) + (b - t)
 
 
-@njit(cache=True)
+@compiled
 def _two_product(a: float, b: float) -> tuple[float, float]:
     p = a * b
     t = _SPLITTER * a
@@ -60,7 +62,7 @@ def _two_product(a: float, b: float) -> tuple[float, float]:
     return p, ((a_high * b_high - p) + a_high * b_low + a_low * b_high) + a_low * b_low
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _apply(
     indptr: Longs, indices: Ints, data: Floats, factors: Floats, high: Floats, low: Floats, out_high: Floats, out_low: Floats
 ) -> None:

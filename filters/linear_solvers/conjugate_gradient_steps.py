@@ -5,8 +5,8 @@ share the blocks.
 """
 
 import numpy as np
-from numba import njit, prange
 
+from ..compilation import compiled, prange
 from ..mesh import Floats, Ints
 from .row_product import Index, row_product
 
@@ -14,7 +14,7 @@ from .row_product import Index, row_product
 _BLOCK = 4096
 
 
-@njit(cache=True)
+@compiled
 def _add_up(parts: Floats) -> Floats:
     total = np.zeros(3)
     for b in range(parts.shape[0]):
@@ -23,7 +23,7 @@ def _add_up(parts: Floats) -> Floats:
     return total
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def multiply(indptr: Ints, indices: Ints, data: Floats, p: Floats, q: Floats) -> Floats:
     """Computes q = A p in place; returns the three p^T q."""
     n = p.shape[0]
@@ -40,7 +40,7 @@ def multiply(indptr: Ints, indices: Ints, data: Floats, p: Floats, q: Floats) ->
     return _add_up(parts)
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def descend(steps: Floats, p: Floats, q: Floats, x: Floats, r: Floats, scale: Floats) -> Floats:
     """Computes x += steps p and r -= steps q in place; returns the three r^T diag(scale) r."""
     n = p.shape[0]
@@ -63,7 +63,7 @@ def descend(steps: Floats, p: Floats, q: Floats, x: Floats, r: Floats, scale: Fl
     return _add_up(parts)
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def next_direction(shares: Floats, z: Floats, scale: Floats, p: Floats) -> None:
     """Computes p = diag(scale) z + shares p in place."""
     n = p.shape[0]
@@ -75,7 +75,7 @@ def next_direction(shares: Floats, z: Floats, scale: Floats, p: Floats) -> None:
             p[i, 2] = scale[i] * z[i, 2] + t2 * p[i, 2]
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def inner_products(r: Floats, z: Floats) -> Floats:
     """The three r^T z."""
     n = r.shape[0]

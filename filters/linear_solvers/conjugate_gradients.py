@@ -3,13 +3,15 @@
 Written here because SciPy's take one right-hand side and are slower; docs/solvers.md has the times.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
-from scipy import sparse
 
 from ..execution import Progress, ignore_progress, threads_for
+from ..libraries import sparse
 from ..mesh import Floats
 from .conjugate_gradient_steps import descend, inner_products, multiply, next_direction
 

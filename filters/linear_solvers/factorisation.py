@@ -1,8 +1,9 @@
 """Cholesky's factors with one step of refinement, and a check of what they give."""
 
-from scipy import sparse
+from __future__ import annotations
 
 from ..checks import ConvergenceError
+from ..libraries import sparse
 from ..mesh import Floats
 from .cholesky import Cholesky
 from .solution import Solution

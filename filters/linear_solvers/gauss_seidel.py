@@ -3,13 +3,12 @@
 What couples different runs is added to the diagonal instead of being swept, which keeps the sweeps convergent [baker2011].
 """
 
-from numba import njit, prange
-
+from ..compilation import compiled, prange
 from ..mesh import Floats, Ints
 from .row_product import Index
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def damped_diagonal(indptr: Ints, indices: Ints, data: Floats, run: int, inverse: Floats) -> None:
     """Computes 1 / (A_ii + half the sum of |A_ij| over the j of other runs) in place."""
     for i in prange(inverse.shape[0]):
@@ -24,7 +23,7 @@ def damped_diagonal(indptr: Ints, indices: Ints, data: Floats, run: int, inverse
         inverse[i] = 1.0 / total
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def sweep_down(indptr: Ints, indices: Ints, data: Floats, inverse: Floats, run: int, r: Floats, x: Floats) -> None:
     """A forward sweep for A x = r, started from x = 0 within every run."""
     n = x.shape[0]
@@ -43,7 +42,7 @@ def sweep_down(indptr: Ints, indices: Ints, data: Floats, inverse: Floats, run: 
             x[i, 0], x[i, 1], x[i, 2] = a0 * inverse[i], a1 * inverse[i], a2 * inverse[i]
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def sweep_up(indptr: Ints, indices: Ints, data: Floats, inverse: Floats, run: int, r: Floats, e: Floats, x: Floats) -> None:
     """A backward sweep for A e = r, started from e = 0 within every run; then x += e."""
     n = x.shape[0]

@@ -1,11 +1,13 @@
 """Nested dissection: an order of the vertices in which the factors of a matrix of a mesh stay sparse."""
 
+from __future__ import annotations
+
 from typing import Any
 
 import numpy as np
-from numba import njit
-from scipy import sparse
 
+from ..compilation import compiled
+from ..libraries import sparse
 from ..mesh import Ints, Longs
 
 #: Parts of at most this many vertices are not cut further.
@@ -32,7 +34,7 @@ def nested_dissection(matrix: sparse.csc_matrix) -> Ints:
     return order
 
 
-@njit(cache=True)
+@compiled
 def _levels(
     starts: Longs, neighbours: Ints, part: Longs, name: int, first: int, level: Ints, queue: Ints, at: int
 ) -> tuple[int, int]:
@@ -55,7 +57,7 @@ def _levels(
     return end, level[queue[end - 1]] + 1
 
 
-@njit(cache=True)
+@compiled
 def _dissect(starts: Longs, neighbours: Ints, order: Ints, part: Longs, leaf: int) -> None:
     """Cuts ``order[low:high]`` for every part on the stack; `part` is the number of each vertex's part, its `low` plus 1."""
     n = order.shape[0]

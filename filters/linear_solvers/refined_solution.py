@@ -1,15 +1,17 @@
 """Iterative refinement, for powers of Laplace operators, whose conditioning leaves few digits to any other solver."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
-from scipy import sparse
 
 from ..checks import ConvergenceError
 from ..execution import Progress, ignore_progress
+from ..libraries import sparse
 from ..mesh import Floats
 from .cholesky import Cholesky
 from .spd_system import SpdSystem

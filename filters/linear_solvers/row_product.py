@@ -3,15 +3,15 @@
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from ..compilation import compiled
 from ..mesh import Floats, Ints
 
 #: Indices in kernels are unsigned: for signed ones the compiler adds a test whether they count from the end.
 Index: Any = np.uint64
 
 
-@njit(cache=True)
+@compiled
 def row_product(indptr: Ints, indices: Ints, data: Floats, i: int, x: Floats) -> tuple[float, float, float]:
     """(A x)_i for x of shape (n, 3), the terms added in their order in the row; i is unsigned."""
     a0, a1, a2 = 0.0, 0.0, 0.0

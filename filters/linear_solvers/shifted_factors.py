@@ -1,15 +1,16 @@
 """Factors of a shifted operator, A - shift I = L D L^T, which solve systems and count the eigenvalues below the shift."""
 
+from __future__ import annotations
+
 from functools import partial
 from typing import Any
 
 import numpy as np
-from numba import njit
-from scipy import sparse
-from scipy.sparse.linalg import splu
 
 from ..checks import ConvergenceError
+from ..compilation import compiled
 from ..execution import Progress, abandonable
+from ..libraries import sparse
 from ..mesh import Floats, Ints
 
 #: Columns that one pass over the factors solves for: as many as fit into the registers.
@@ -86,13 +87,13 @@ def _solved(factors: Any, right_side: Floats) -> Floats:
 def _factorised(matrix: sparse.csc_matrix) -> Any:
     """SuperLU's factors; None if it meets a pivot that is 0."""
     try:
-        return splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        return sparse.linalg.splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError:
         return None
 
 
 # A pass is limited by reading the factors from memory, which a second thread would not speed up.
-@njit(cache=True)
+@compiled
 def _solve(starts: Any, rows: Ints, values: Floats, pivots: Floats, place: Ints, b: Floats, x: Floats) -> None:
     n, count = b.shape
     y = np.zeros((n, _TOGETHER))

@@ -4,14 +4,15 @@ Every level gathers strongly connected unknowns into aggregates of about ten, ea
 Written here because PyAMG's cycle takes one right-hand side on one thread; docs/solvers.md compares their times.
 """
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
-from scipy import sparse
-from scipy.sparse.linalg import SuperLU, splu
 
+from ..compilation import compiled, prange
 from ..execution import Progress, ignore_progress
+from ..libraries import sparse
 from ..mesh import Floats, Ints
 from .aggregation import prolongation_matrix, with_sorted_indices
 from .gauss_seidel import damped_diagonal, sweep_down, sweep_up
@@ -60,7 +61,7 @@ class SmoothedAggregation:
             progress: called a few times a level; may raise to stop.
         """
         self._levels: list[_Level] = []
-        self._coarsest: SuperLU | None = None
+        self._coarsest: sparse.linalg.SuperLU | None = None
         strength, noise = STRENGTH, _NOISE * matrix.diagonal()
         while matrix.shape[0] > COARSEST:
             prolongation = prolongation_matrix(matrix, strength)
@@ -107,10 +108,10 @@ class SmoothedAggregation:
         return x
 
 
-def _factorised(matrix: sparse.csc_matrix) -> SuperLU | None:
+def _factorised(matrix: sparse.csc_matrix) -> sparse.linalg.SuperLU | None:
     """The factors of the matrix; None if it is not positive definite."""
     try:
-        factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        factors = sparse.linalg.splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError:
         return None
     return factors if (factors.U.diagonal() > 0.0).all() else None
@@ -126,7 +127,7 @@ def _level(matrix: sparse.csr_matrix, prolongation: sparse.csr_matrix) -> _Level
     return _Level(matrix, prolongation, restriction, inverse_diagonal, run, *work)
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _add_product(factor: float, indptr: Ints, indices: Ints, data: Floats, x: Floats, b: Floats, y: Floats) -> None:
     """Computes y = b + factor A x in place; y may be b."""
     for row in prange(y.shape[0]):

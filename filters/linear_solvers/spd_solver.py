@@ -4,13 +4,15 @@ The diagonal is the preconditioner where the matrix is close to it, multigrid el
 nor, per row, on the size. Cholesky's factors serve repeated solves of moderate size, and as the last resort.
 """
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
-from scipy import sparse
 
 from ..checks import ConvergenceError
 from ..execution import Progress, ignore_progress, part_of
+from ..libraries import sparse
 from ..mesh import Floats
 from .conjugate_gradients import Preconditioner, conjugate_gradients, preconditioned_norm
 from .factorisation import Factorisation
@@ -134,7 +136,7 @@ class SpdSolver:
         spread: float,
         steps: int,
         progress: Progress,
-    ) -> "_Attempt":
+    ) -> _Attempt:
         """Conjugate gradients, restarted where the residual of the recurrence has drifted too far from the true one."""
         matrix = self._system.matrix
         own = preconditioned_norm(matrix, b, precondition)

@@ -1,11 +1,13 @@
 """The checked matrix of a symmetric positive definite system, its scale, and the backward error of a solution."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
-from scipy import sparse
 
 from ..checks import FilterInputError
+from ..libraries import sparse
 from ..mesh import Floats
 
 
@@ -26,7 +28,7 @@ class SpdSystem(NamedTuple):
     smoothness: float
 
     @classmethod
-    def of(cls, matrix: sparse.csr_matrix) -> "SpdSystem":
+    def of(cls, matrix: sparse.csr_matrix) -> SpdSystem:
         """Measures A, which is kept, not copied; its symmetry is taken on trust.
 
         Raises:

@@ -1,14 +1,15 @@
 """Sparse factors of a symmetric positive definite matrix by SuperLU, which lets other threads run meanwhile."""
 
+from __future__ import annotations
+
 from functools import partial
 from typing import Any
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.linalg import splu
 
 from ..checks import ConvergenceError
 from ..execution import Progress, abandonable, ignore_progress
+from ..libraries import sparse
 from ..mesh import Floats
 
 # Rows from which the factors take long enough for a thread of their own.
@@ -36,7 +37,9 @@ class SuperLU:
         self._factors: Any = None
         if csc.shape[0] == 0:
             return
-        work = partial(splu, csc, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        work = partial(
+            sparse.linalg.splu, csc, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+        )
         try:
             factors = work() if csc.shape[0] < _QUICK else abandonable(work, progress, done)
         except RuntimeError as error:

@@ -12,8 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from ..compilation import compiled
 from ..execution import Progress, in_parallel, part_of
 from ..mesh import Floats, Ints, Longs
 from .selection import partition
@@ -49,12 +49,24 @@ class KdTree:
     lowest: Longs
 
 
-def build_tree(points: Floats, progress: Progress) -> KdTree:
-    """The tree of (n, 3) finite points, n >= 1; the same for any number of threads."""
+def tree_scale(largest: float) -> float:
+    """The power of two above the largest coordinate's size, by which a tree divides the coordinates."""
+    exponent = np.frexp(largest)[1]
+    return float(2.0 ** min(max(int(exponent), -1000), 1000))
+
+
+def build_tree(points: Floats, progress: Progress, *, scale: float | None = None) -> KdTree:
+    """The tree of (n, 3) finite points, n >= 1; the same for any number of threads.
+
+    Args:
+        points: (n, 3) coordinates.
+        progress: called after every task.
+        scale: `tree_scale` of a cloud that these points are a part of; None if they are all.
+    """
     count = len(points)
     leaves = -(-count // LEAF)
-    exponent = np.frexp(max(points.max(), -points.min()))[1]
-    scale = 2.0 ** min(max(int(exponent), -1000), 1000)
+    if scale is None:
+        scale = tree_scale(max(points.max(), -points.min()))
     rows = np.full((leaves * LEAF, 4), np.nan)
     np.multiply(points, 1.0 / scale, out=rows[:count, :3])
     rows[:, _INDEX] = np.arange(len(rows))
@@ -84,7 +96,7 @@ def _children(node: int, first: int, last: int) -> tuple[tuple[int, int, int], t
     return (2 * node, first, middle), (2 * node + 1, middle, last)
 
 
-@njit(nogil=True, cache=True)
+@compiled(nogil=True)
 def _build(rows: Floats, node: int, first: int, last: int, boxes: Floats, lowest: Longs) -> None:
     """Splits a node that covers the leaves from `first` to before `last`, and all nodes below it."""
     stack = np.empty((STACK, 3), np.int64)
@@ -101,7 +113,7 @@ def _build(rows: Floats, node: int, first: int, last: int, boxes: Floats, lowest
             top += 2
 
 
-@njit(nogil=True, cache=True)
+@compiled(nogil=True)
 def _split(rows: Floats, node: int, first: int, last: int, boxes: Floats, lowest: Longs) -> None:
     """Computes the box of one node and moves its points so that those of its first half of leaves come first."""
     start, stop = first * LEAF, min(last * LEAF, rows.shape[0])

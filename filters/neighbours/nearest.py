@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
 from ..checks import FilterInputError, check_whole_number
+from ..compilation import compiled
 from ..execution import Progress, ignore_progress, in_parallel, part_of
 from ..mesh import Floats, Ints
 from .kd_tree import LEAF, KdTree, build_tree
@@ -83,7 +83,7 @@ def leaf_ranges(tree: KdTree, k: int) -> list[tuple[int, int]]:
     return [(first, min(first + size, leaves)) for first in range(0, leaves, size)]
 
 
-@njit(nogil=True, cache=True)
+@compiled(nogil=True)
 def _sort_rows(
     index_at: Ints,
     start: int,

@@ -1,8 +1,8 @@
 """Hoare's selection, of the rows of a tree and of the candidates of a search."""
 
 import numpy as np
-from numba import njit
 
+from ..compilation import compiled
 from ..mesh import Floats, Ints
 
 #: Beyond any squared distance of a tree's coordinates, and below the infinite distance of a point to itself.
@@ -13,7 +13,7 @@ ANY_INDEX = 2**62
 _GUESSES = 6
 
 
-@njit(nogil=True, cache=True)
+@compiled(nogil=True)
 def partition(rows: Floats, start: int, stop: int, middle: int, column: int) -> None:
     """Moves the rows from `start` to before `stop` so that none before `middle` is above one after it."""
     low, high = start, stop - 1
@@ -40,7 +40,7 @@ def partition(rows: Floats, start: int, stop: int, middle: int, column: int) -> 
         low, high = _side_of_middle(low, high, i, j, middle)
 
 
-@njit(nogil=True, cache=True)
+@compiled(nogil=True)
 def keep_nearest(found: Floats, found_at: Ints, count: int, k: int, bound: float, indices: Ints) -> tuple[float, int]:
     """Moves the k nearest of `count` candidates to the front; returns their bound and the index below which a tie counts."""
     if count == k:
@@ -75,7 +75,7 @@ def keep_nearest(found: Floats, found_at: Ints, count: int, k: int, bound: float
     return found[k - 1], int(indices[found_at[k - 1]])
 
 
-@njit(nogil=True, cache=True)
+@compiled(nogil=True)
 def _move_to_front(found: Floats, found_at: Ints, count: int, limit: float) -> None:
     """Moves the candidates up to a distance to the front, without a branch."""
     front = 0
@@ -86,7 +86,7 @@ def _move_to_front(found: Floats, found_at: Ints, count: int, limit: float) -> N
         front += 1 if distance <= limit else 0
 
 
-@njit(nogil=True, cache=True)
+@compiled(nogil=True)
 def _select(found: Floats, found_at: Ints, low: int, high: int, middle: int, indices: Ints) -> None:
     """Moves the nearer ones of the candidates from `low` to before `high` to before the `middle`."""
     high -= 1
@@ -107,7 +107,7 @@ def _select(found: Floats, found_at: Ints, low: int, high: int, middle: int, ind
         low, high = _side_of_middle(low, high, i, j, middle)
 
 
-@njit(nogil=True, cache=True)
+@compiled(nogil=True)
 def _side_of_middle(low: int, high: int, i: int, j: int, middle: int) -> tuple[int, int]:
     """The part that still has to be split around the `middle`, after a split into `low` to j and i to `high`; else no part."""
     if middle <= j:

@@ -14,8 +14,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from ..compilation import compiled
 from ..mesh import Floats, Ints, Longs
 from .kd_tree import LEAF, STACK, KdTree
 from .selection import ANY_INDEX, FAR, keep_nearest
@@ -34,7 +34,7 @@ def search_leaves(tree: KdTree, first: int, last: int, k: int) -> tuple[Ints, Fl
     return positions, squared
 
 
-@njit(nogil=True, cache=True)
+@compiled(nogil=True)
 def _search(
     coordinates: Floats,
     indices: Ints,
@@ -92,7 +92,7 @@ def _search(
                 squared[start + q, i], positions[start + q, i] = found[q, i], found_at[q, i]
 
 
-@njit(nogil=True, cache=True)
+@compiled(nogil=True)
 def _offer(
     coordinates: Floats,
     indices: Ints,
@@ -133,13 +133,13 @@ def _offer(
     return shrunk
 
 
-@njit(nogil=True, cache=True)
+@compiled(nogil=True)
 def _within(gap: float, lowest: int, bound: float, tie: int) -> bool:
     """Whether a box at the squared distance `gap`, with that lowest index, can hold a candidate."""
     return gap < bound or (gap == bound and lowest < tie)
 
 
-@njit(nogil=True, cache=True)
+@compiled(nogil=True)
 def _gap(one: Floats, other: Floats) -> float:
     """The squared distance between two boxes."""
     total = 0.0

@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from numba import njit, prange
 
+from ..compilation import compiled, prange
 from ..execution import threads_for
 from ..mesh import Floats, Ints, Longs, scaled_to_unit
 from ..topology import ring_ends
@@ -27,7 +27,7 @@ def mixed_voronoi_areas(vertices: Floats, faces: Ints) -> Floats:
     return areas / scale / scale
 
 
-@njit(cache=True)
+@compiled
 def mixed_share(ux: float, uy: float, uz: float, uu: float, vx: float, vy: float, vz: float, vv: float) -> float:
     """The mixed Voronoi area that corner 0 owns of the triangle (0, u, v), given also the squared lengths of u and v."""
     cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
@@ -44,7 +44,7 @@ def mixed_share(ux: float, uy: float, uz: float, uu: float, vx: float, vy: float
     return (vv * (at_u / doubled) + uu * (at_v / doubled)) * 0.125
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _sum_areas(points: Floats, offsets: Longs, ends: Ints, areas: Floats) -> None:
     for i in prange(offsets.shape[0] - 1):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]

@@ -1,11 +1,13 @@
 """The Laplace-Beltrami operator on the intrinsic Delaunay triangulation of the mollified tufted cover."""
 
+from __future__ import annotations
+
 from typing import Any
 
 import numpy as np
-from scipy import sparse
 
 from ..checks import FilterInputError
+from ..libraries import robust_laplacian, sparse
 from ..mesh import Floats, Ints, scaled_to_unit
 from .laplacian import Laplacian
 
@@ -25,8 +27,6 @@ def robust_mesh_laplacian(vertices: Floats, faces: Ints, *, mollify_factor: floa
     Raises:
         FilterInputError: the edges differ in length by too many orders of magnitude.
     """
-    import robust_laplacian
-
     n = len(vertices)
     used = np.zeros(n, dtype=np.bool_)
     a, b, c = faces.T
@@ -55,8 +55,6 @@ def robust_cloud_laplacian(points: Floats, *, n_neighbors: int = 30, mollify_fac
     Raises:
         FilterInputError: no more places than neighbours, or a point that no local triangulation reaches.
     """
-    import robust_laplacian
-
     n = len(points)
     if n == 0:
         return Laplacian(sparse.csr_matrix((0, 0)), np.zeros(0))

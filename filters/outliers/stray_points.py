@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components
 
 from ..checks import check_finite, check_whole_number
 from ..execution import Progress, ignore_progress, part_of
+from ..libraries import sparse
 from ..mesh import Bools, Floats
 from ..neighbours import check_cloud, nearest_neighbours
 
@@ -57,8 +56,8 @@ def stray_points(
     start, end = np.repeat(np.arange(n), k), indices.ravel()
     close = distances.ravel() <= _REACH * np.minimum(spacing[start], spacing[end])
     close &= ~(stray[start] | stray[end])
-    reached = csr_matrix((np.ones(np.count_nonzero(close), dtype=np.int8), (start[close], end[close])), shape=(n, n))
-    part = connected_components(reached.multiply(reached.T), directed=False)[1]
+    reached = sparse.csr_matrix((np.ones(np.count_nonzero(close), dtype=np.int8), (start[close], end[close])), shape=(n, n))
+    part = sparse.csgraph.connected_components(reached.multiply(reached.T), directed=False)[1]
     progress(1.0)
     stray |= np.bincount(part)[part] < least
     return stray

@@ -26,10 +26,10 @@ import math
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
 from ..checks import check_choice, check_positive
+from ..compilation import compiled
 from ..mesh import Floats
 
 KernelName: TypeAlias = Literal["l2", "l1", "truncated_l2", "truncated_l1", "huber", "lorentzian", "gaussian", "tukey", "hampel"]
@@ -82,7 +82,7 @@ def kernel_code(name: KernelName) -> int:
     return KERNEL_CODES[name]
 
 
-@njit(cache=True)
+@compiled
 def kernel_weight(code: int, x: float, sigma: float) -> float:
     """The weight of one deviation, for compiled code: the kernel by its `KERNEL_CODES`, sigma above 0."""
     size = abs(x)
@@ -115,7 +115,7 @@ def kernel_weight(code: int, x: float, sigma: float) -> float:
     return result
 
 
-@njit(cache=True)
+@compiled
 def _rho(code: int, x: float, sigma: float) -> float:
     size, u = abs(x), abs(x) / sigma
     result = x * x
@@ -145,7 +145,7 @@ def _rho(code: int, x: float, sigma: float) -> float:
     return result
 
 
-@njit(cache=True)
+@compiled
 def _evaluate(code: int, x: Floats, sigma: float, cost: bool, result: Floats) -> None:
     for i in range(x.shape[0]):
         result[i] = _rho(code, x[i], sigma) if cost else kernel_weight(code, x[i], sigma)

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.fft import dct
 
+from ..libraries import fft
 from ..mesh import Floats
 
 #: The fewest samples, and the samples per 1 / width.
@@ -58,7 +58,7 @@ def chebyshev_series(
     samples = max(_FIRST_SAMPLES, math.ceil(_SAMPLES_A_WIDTH / width))
     while True:
         nodes = np.cos(np.pi * (np.arange(samples) + 0.5) / samples)
-        coefficients: Floats = dct(function(nodes), type=2) / samples
+        coefficients: Floats = fft.dct(function(nodes), type=2) / samples
         coefficients[0] *= 0.5
         sizes = np.abs(coefficients)
         second_half = float(sizes[samples // 2 :].sum())

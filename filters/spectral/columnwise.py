@@ -1,14 +1,15 @@
 """Products with tall Fortran-ordered matrices, a few columns at a time, so that long ones can be interrupted."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
-from scipy import sparse
-from scipy.linalg import blas
 
+from ..compilation import compiled, prange
 from ..execution import Progress
+from ..libraries import blas, sparse
 from ..mesh import Floats, Ints
 
 #: Columns in a group.
@@ -53,7 +54,7 @@ def remove(directions: Floats, block: Floats) -> Floats:
     return np.asarray(share)
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _product(starts: Ints, rows: Ints, values: Floats, columns: Floats, made: Floats) -> None:
     for c in prange(columns.shape[1]):
         for i in range(columns.shape[0]):

@@ -1,11 +1,12 @@
 """The lowest modes of one connected surface: by slicing its spectrum, or as a dense matrix where that is exact enough."""
 
+from __future__ import annotations
+
 import numpy as np
-from scipy import sparse
-from scipy.linalg import blas
 
 from ..checks import ConvergenceError
 from ..execution import Progress, abandonable
+from ..libraries import blas, sparse
 from ..linear_solvers import ShiftedFactors, nested_dissection
 from ..mesh import Floats
 from .columnwise import groups, sparse_product

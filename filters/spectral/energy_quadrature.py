@@ -1,13 +1,14 @@
 """The energy of values against frequency, without modes: Gauss's quadrature by Lanczos's process [golub1969]."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import eigh_tridiagonal
-from scipy.sparse import csr_matrix
 
 from ..execution import Progress, ignore_progress
+from ..libraries import linalg, sparse
 from ..mesh import Floats
 from .problem import SpectralProblem
 
@@ -63,7 +64,7 @@ def energy_quadrature(
         (k,) nodes and (k,) weights of all columns; none if all values are 0.
     """
     root = np.sqrt(problem.mass)
-    symmetric = csr_matrix(problem.dirichlet.multiply(1.0 / root[:, None]).multiply(1.0 / root[None, :]))
+    symmetric = sparse.csr_matrix(problem.dirichlet.multiply(1.0 / root[:, None]).multiply(1.0 / root[None, :]))
     start = root[:, None] * values
     norms = np.sqrt(np.einsum("ij,ij->j", start, start))
     present = norms > 0.0
@@ -86,7 +87,7 @@ def energy_quadrature(
         # An exhausted Krylov space ends with an entry that is pure rounding.
         ends = np.flatnonzero(beside[:, column] <= 1e-14 * np.abs(diagonal[:, column]).max())
         size = int(ends[0]) + 1 if len(ends) else steps
-        kappa, vectors = eigh_tridiagonal(diagonal[:size, column], beside[: size - 1, column])
+        kappa, vectors = linalg.eigh_tridiagonal(diagonal[:size, column], beside[: size - 1, column])
         nodes.append(np.maximum(kappa, 0.0))
         weights.append((norm * vectors[0]) ** 2)
     return np.concatenate(nodes), np.concatenate(weights)

@@ -1,12 +1,14 @@
 """The operator in symmetric form, D = M^-1/2 S M^-1/2, and bounds of its largest eigenvalue."""
 
+from __future__ import annotations
+
 import math
 
 import numpy as np
-from numba import njit, prange
-from scipy import sparse
 
+from ..compilation import compiled, prange
 from ..execution import threads_for
+from ..libraries import sparse
 from ..mesh import Floats, Ints
 
 #: Steps of Lanczos's method, and the factor on its result.
@@ -68,7 +70,7 @@ def _tridiagonal(diagonal: Floats, off: Floats) -> tuple[float, float]:
     return float(eigenvalues[-1]), float(vectors[-1, -1])
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _multiply(indptr: Ints, indices: Ints, data: Floats, x: Floats, product: Floats) -> None:
     for i in prange(x.shape[0]):
         total = 0.0
@@ -77,14 +79,14 @@ def _multiply(indptr: Ints, indices: Ints, data: Floats, x: Floats, product: Flo
         product[i] = total
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _scale_rows(indptr: Ints, indices: Ints, data: Floats, factors: Floats, scaled: Floats) -> None:
     for i in prange(factors.shape[0]):
         for k in range(indptr[i], indptr[i + 1]):
             scaled[k] = data[k] * (factors[i] * factors[indices[k]])
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _sum_circles(indptr: Ints, indices: Ints, data: Floats, root: Floats, sums: Floats) -> None:
     for i in prange(root.shape[0]):
         total = 0.0

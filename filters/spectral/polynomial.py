@@ -14,10 +14,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
-from scipy import sparse
 
+from ..compilation import compiled, prange
 from ..execution import Progress, ignore_progress, part_of, threads_for
+from ..libraries import sparse
 from ..mesh import Floats, Ints
 from .chebyshev import ChebyshevSeries, chebyshev_series
 from .responses import Response
@@ -126,7 +126,7 @@ def _doubled_shifted(symmetric: sparse.csr_matrix, bound: float) -> sparse.csr_m
 
 # Unsigned indices spare the test whether each counts from the end, which takes half of the time. Fusing products and sums halves
 # the time again, and is more exact.
-@njit(cache=True, parallel=True, fastmath={"contract"})
+@compiled(parallel=True, fastmath={"contract"})
 def _advance(
     indptr: Ints, indices: Ints, data: Floats, now: Floats, before: Floats, total: Floats, coefficient: float, factor: float
 ) -> None:
@@ -149,7 +149,7 @@ def _advance(
         total[i, 2] += coefficient * z
 
 
-@njit(cache=True)
+@compiled
 def _set_diagonal(indptr: Ints, indices: Ints, data: Floats, diagonal: Floats) -> bool:
     """Sets the diagonal in place; returns whether every row has a diagonal entry."""
     complete = True

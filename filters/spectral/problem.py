@@ -1,13 +1,15 @@
 """The generalised eigenproblem of the Laplace-Beltrami operator of a surface: S v = kappa M v."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import sparse
 
 from ..checks import FilterInputError
+from ..libraries import sparse
 from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
 from ..operators import SURFACE_OPERATORS, ChosenLaplacian, Laplacian, SurfaceOperatorName, surface_laplacian
 from ..topology import connected_components

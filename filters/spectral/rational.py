@@ -12,10 +12,10 @@ import math
 from contextlib import suppress
 
 import numpy as np
-from scipy import sparse
 
 from ..checks import ConvergenceError
 from ..execution import Progress, ignore_progress, part_of
+from ..libraries import sparse
 from ..linear_solvers import FINEST_TOLERANCE, Cholesky, SpdSolver
 from ..mesh import Floats
 from .chebyshev import ChebyshevSeries, chebyshev_series

@@ -1,10 +1,11 @@
 """An order of the rows of a matrix in which its products read nearby memory."""
 
+from __future__ import annotations
+
 import numpy as np
-from scipy import sparse
-from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from ..execution import SERIAL_BELOW
+from ..libraries import sparse
 from ..mesh import Floats, Ints
 
 #: A large matrix is reordered if more than this share of its entries lies far from the diagonal ...
@@ -28,7 +29,7 @@ def nearby_order(matrix: sparse.csr_matrix, products: int) -> Ints | None:
     rows = np.repeat(np.arange(n, dtype=matrix.indices.dtype), np.diff(matrix.indptr))
     if (np.abs(rows - matrix.indices) > _NEAR).mean() < _SCATTERED:
         return None
-    return np.asarray(reverse_cuthill_mckee(matrix, symmetric_mode=True), dtype=np.int32)
+    return np.asarray(sparse.csgraph.reverse_cuthill_mckee(matrix, symmetric_mode=True), dtype=np.int32)
 
 
 def put_back(rows: Floats, order: Ints) -> Floats:

@@ -1,10 +1,12 @@
 """Block Lanczos about a shift: the modes with the eigenvalues nearest to it."""
 
+from __future__ import annotations
+
 import numpy as np
-from scipy import linalg
 
 from ..checks import ConvergenceError
 from ..execution import Progress
+from ..libraries import linalg
 from ..linear_solvers import ShiftedFactors
 from ..mesh import Floats
 from .columnwise import combined, remove

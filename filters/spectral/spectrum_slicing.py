@@ -3,11 +3,13 @@
 Written here because ARPACK, in SciPy, searches about one shift and does not count; docs/solvers.md compares their times.
 """
 
+from __future__ import annotations
+
 import numpy as np
-from scipy import linalg, sparse
 
 from ..checks import ConvergenceError
 from ..execution import Progress
+from ..libraries import linalg, sparse
 from ..linear_solvers import ShiftedFactors
 from ..mesh import Floats
 from .columnwise import combined, groups, inner_products, remove, sparse_product

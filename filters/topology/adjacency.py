@@ -1,8 +1,8 @@
 """The two faces of every interior edge."""
 
 import numpy as np
-from numba import njit
 
+from ..compilation import compiled
 from ..mesh import Ints, Longs
 from .ascending_slices import sort_slice
 from .edge_lists import vertex_bound
@@ -30,7 +30,7 @@ def faces_across(faces: Ints) -> Ints:
     return across
 
 
-@njit(cache=True)
+@compiled
 def _faces_by_edge(faces: Ints, n_vertices: int) -> tuple[Longs, Longs]:
     """The edges of all faces by their lower vertex; the key of each is (higher vertex) * 2^32 + face, ascending at a vertex."""
     offsets = np.zeros(n_vertices + 1, dtype=np.int64)
@@ -56,7 +56,7 @@ def _faces_by_edge(faces: Ints, n_vertices: int) -> tuple[Longs, Longs]:
     return offsets, keys
 
 
-@njit(cache=True)
+@compiled
 def _two_faced_edges(offsets: Longs, keys: Longs) -> tuple[Ints, Ints]:
     pairs = np.empty((keys.shape[0] // 2, 2), dtype=np.int32)
     shared = np.empty((keys.shape[0] // 2, 2), dtype=np.int32)
@@ -77,7 +77,7 @@ def _two_faced_edges(offsets: Longs, keys: Longs) -> tuple[Ints, Ints]:
     return pairs[:found].copy(), shared[:found].copy()
 
 
-@njit(cache=True)
+@compiled
 def _link(faces: Ints, pairs: Ints, shared: Ints, across: Ints) -> None:
     for p in range(pairs.shape[0]):
         f, g = pairs[p, 0], pairs[p, 1]
@@ -89,7 +89,7 @@ def _link(faces: Ints, pairs: Ints, shared: Ints, across: Ints) -> None:
             across[f, j], across[g, k] = g, f
 
 
-@njit(cache=True)
+@compiled
 def _edge_from(faces: Ints, f: int, u: int, v: int) -> int:
     """Which edge of face f goes from u to v; -1 if none does."""
     for k in range(3):

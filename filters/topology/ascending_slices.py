@@ -1,14 +1,13 @@
 """Sorting a slice of a list in place, and finding a number in a sorted one: for kernels over lists by vertex."""
 
-from numba import njit
-
+from ..compilation import compiled
 from ..mesh import Ints, Longs
 
 # Up to this, an insertion sort is faster; above, its quadratic time would show at the hub of a large fan.
 _SHORT = 48
 
 
-@njit(cache=True)
+@compiled
 def sort_slice(values: Ints | Longs, start: int, stop: int) -> None:
     """Sort ``values[start:stop]`` in place: by insertion if it is short, else by a heap."""
     if stop - start <= _SHORT:
@@ -39,7 +38,7 @@ def sort_slice(values: Ints | Longs, start: int, stop: int) -> None:
             node = child
 
 
-@njit(cache=True)
+@compiled
 def position(neighbours: Ints, start: int, stop: int, j: int) -> int:
     """The index of j in ``neighbours[start:stop]``, which is ascending and contains it."""
     while stop - start > 1:

@@ -1,8 +1,8 @@
 """The connected components of a triangle list."""
 
 import numpy as np
-from numba import njit
 
+from ..compilation import compiled
 from ..mesh import Ints
 
 
@@ -12,7 +12,7 @@ def connected_components(faces: Ints, n_vertices: int) -> tuple[Ints, int]:
     return labels, int(count)
 
 
-@njit(cache=True)
+@compiled
 def _root(parent: Ints, i: int) -> int:
     while parent[i] != i:
         parent[i] = parent[parent[i]]
@@ -20,7 +20,7 @@ def _root(parent: Ints, i: int) -> int:
     return i
 
 
-@njit(cache=True)
+@compiled
 def _label_components(faces: Ints, n_vertices: int) -> tuple[Ints, int]:
     parent = np.arange(n_vertices).astype(np.int32)
     labels = np.full(n_vertices, -1, dtype=np.int32)

@@ -3,12 +3,11 @@
 Edge k of a face goes from its corner k to the next. Which edges to flip is up to the caller, as is the geometry.
 """
 
-from numba import njit
-
+from ..compilation import compiled
 from ..mesh import Ints
 
 
-@njit(cache=True)
+@compiled
 def corner_at(faces: Ints, f: int, vertex: int) -> int:
     """The corner, 0 to 2, of face f at one of its vertices."""
     if faces[f, 0] == vertex:
@@ -16,7 +15,7 @@ def corner_at(faces: Ints, f: int, vertex: int) -> int:
     return 1 if faces[f, 1] == vertex else 2
 
 
-@njit(cache=True)
+@compiled
 def diamond(faces: Ints, across: Ints, f: int, k: int) -> tuple[int, int, int, int]:
     """The ends a, b of edge k of face f = (a, b, c), c, and the vertex d of the face (b, a, d) across, which must exist."""
     a, b, c = faces[f, k], faces[f, (k + 1) % 3], faces[f, (k + 2) % 3]
@@ -24,7 +23,7 @@ def diamond(faces: Ints, across: Ints, f: int, k: int) -> tuple[int, int, int, i
     return a, b, c, faces[g, (corner_at(faces, g, b) + 2) % 3]
 
 
-@njit(cache=True)
+@compiled
 def fan_size(faces: Ints, across: Ints, f: int, k: int, other: int) -> int:
     """The number of faces in the fan round corner k of face f; -1 if one of them has the vertex `other`.
 
@@ -45,7 +44,7 @@ def fan_size(faces: Ints, across: Ints, f: int, k: int, other: int) -> int:
     return size
 
 
-@njit(cache=True)
+@compiled
 def flip(faces: Ints, across: Ints, f: int, k: int) -> None:
     """Replace the edge of a `diamond` by its other diagonal: f and the face across become (a, d, c) and (d, b, c)."""
     a, b, c, d = diamond(faces, across, f, k)
@@ -61,7 +60,7 @@ def flip(faces: Ints, across: Ints, f: int, k: int) -> None:
     relink(faces, across, bc, b, c, g)
 
 
-@njit(cache=True)
+@compiled
 def relink(faces: Ints, across: Ints, f: int, a: int, b: int, now: int) -> None:
     """Enter face `now` across the edge from b to a of face f; nothing to do for f = -1."""
     if f < 0:

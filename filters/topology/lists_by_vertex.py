@@ -5,8 +5,8 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from ..compilation import compiled
 from ..mesh import Ints, Longs
 
 
@@ -75,7 +75,7 @@ def _faces_by_vertex(faces: Ints, n_vertices: int, width: int) -> tuple[Longs, I
     return listed_by_vertex(triangles, n_vertices, partial(_count_faces, width), partial(_fill_faces, width))
 
 
-@njit(cache=True)
+@compiled
 def _count_faces(width: int, faces: Ints, offsets: Longs) -> None:
     for f in range(faces.shape[0]):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
@@ -85,7 +85,7 @@ def _count_faces(width: int, faces: Ints, offsets: Longs) -> None:
             offsets[c + 2] += width
 
 
-@njit(cache=True)
+@compiled
 def _fill_faces(width: int, faces: Ints, offsets: Longs, entries: Ints) -> None:
     for f in range(faces.shape[0]):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]

@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
 
+from ..compilation import compiled, prange
 from ..execution import threads_for
 from ..mesh import Ints, Longs
 from .ascending_slices import sort_slice
@@ -47,7 +47,7 @@ def one_rings(faces_or_edges: Ints, n_vertices: int) -> OneRings:
     return OneRings(ring_offsets, neighbours, face_counts)
 
 
-@njit(cache=True)
+@compiled
 def _count_edges(pairs: Ints, offsets: Longs) -> None:
     for e in range(pairs.shape[0]):
         a, b = pairs[e, 0], pairs[e, 1]
@@ -56,7 +56,7 @@ def _count_edges(pairs: Ints, offsets: Longs) -> None:
             offsets[b + 2] += 1
 
 
-@njit(cache=True)
+@compiled
 def _fill_edges(pairs: Ints, offsets: Longs, ends: Ints) -> None:
     for e in range(pairs.shape[0]):
         a, b = pairs[e, 0], pairs[e, 1]
@@ -67,7 +67,7 @@ def _fill_edges(pairs: Ints, offsets: Longs, ends: Ints) -> None:
             offsets[b + 1] += 1
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _sort_and_count(offsets: Longs, ends: Ints, ring_sizes: Longs) -> None:
     for i in prange(offsets.shape[0] - 1):
         start, stop = offsets[i], offsets[i + 1]
@@ -79,7 +79,7 @@ def _sort_and_count(offsets: Longs, ends: Ints, ring_sizes: Longs) -> None:
         ring_sizes[i + 1] = size
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _compress(offsets: Longs, ends: Ints, ring_offsets: Longs, neighbours: Ints, face_counts: Ints) -> None:
     for i in prange(offsets.shape[0] - 1):
         at = ring_offsets[i] - 1

@@ -6,9 +6,9 @@ A triangle at a vertex is the pair of its other two vertices in the `ends` of `r
 from typing import TypeAlias
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 
+from ..compilation import compiled, prange
 from ..mesh import Ints, Longs
 from .ascending_slices import sort_slice
 
@@ -21,7 +21,7 @@ NO_STAR, CLOSED, OPEN, IRREGULAR = 0, 1, 2, 3
 _LARGEST_WALK = 64
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def order_ends(end_offsets: Longs, ends: Ints, kinds: Kinds, sizes: Ints) -> None:
     """Order the pairs at every vertex in place; write the kinds of the stars, and the number of neighbours unless irregular."""
     for i in prange(kinds.shape[0]):
@@ -40,7 +40,7 @@ def order_ends(end_offsets: Longs, ends: Ints, kinds: Kinds, sizes: Ints) -> Non
             sizes[i] = (stop - start) // 2 + 1
 
 
-@njit(cache=True)
+@compiled
 def _chain(ends: Ints, start: int, stop: int) -> int:
     """Order the pairs from `start` to `stop` as a walk ab, bc, cd ... in place; the kind of the star."""
     reversed_once = False
@@ -77,14 +77,14 @@ def _chain(ends: Ints, start: int, stop: int) -> int:
     return OPEN
 
 
-@njit(cache=True)
+@compiled
 def measure_irregular(end_offsets: Longs, ends: Ints, irregular: Ints, sizes: Ints) -> None:
     """Write the number of neighbours of the vertices with an irregular star."""
     for i in irregular:
         sizes[i] = distinct_ends(ends, end_offsets[i], end_offsets[i + 1]).shape[0]
 
 
-@njit(cache=True)
+@compiled
 def distinct_ends(ends: Ints, start: int, stop: int) -> Ints:
     """The vertices in ``ends[start:stop]``, each once, ascending."""
     found = ends[start:stop].copy()

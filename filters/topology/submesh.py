@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from ..compilation import compiled
 from ..mesh import Bools, Floats, Ints, Longs
 from .edge_lists import edge_face_counts
 
@@ -60,7 +60,7 @@ def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Subm
     return Submesh(vertices, local, points[vertices], free[vertices] & ~border, border)
 
 
-@njit(cache=True)
+@compiled
 def _touching(faces: Ints, marked: Bools) -> Longs:
     """The triangles with a marked vertex, ascending."""
     count = 0

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import importlib.resources
 import os
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .declaration import nearest
-from .errors import UnknownNameError
+from .errors import ParameterError, UnknownNameError
 from .scripts.changes import Change
-from .scripts.head import read_head
+from .scripts.fits import Condition, parse_fits
+from .scripts.head import paragraphs, read_head
 from .scripts.overrides import override
 from .scripts.read import parse_script, read_script
 from .scripts.script import Script
@@ -23,16 +23,22 @@ from .scripts.upgrade import upgrade_file
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
 
+#: what recipes are there to do, in the order in which one would do it
+TASKS = ("clean", "denoise", "smooth", "repair", "prepare", "change the shape", "curves", "look")
+
 
 @dataclass(frozen=True)
 class RecipeInfo:
     """What the comment at the head of a recipe says.
 
-    The comment is a title on the first line and paragraphs, three of which begin with a word and a colon: ``For:``, ``Does:`` and
-    ``Tune:``. Any of them may be missing.
+    The comment is a title on the first line and paragraphs, some of which begin with a word and a colon: ``Task:``, ``For:``,
+    ``Fits:``, ``Judged:``, ``Does:`` and ``Tune:``. Any of them may be missing.
 
     Attributes:
         title: the first line.
+        task: what it is there to do (``Task:``), one of `TASKS` for shipped recipes.
+        fits: for which scans the recipe is, in numbers (``Fits:``); `pymeshfair.scripts.fits.parse_fits` reads it.
+        judged: by what measure it is the best choice for these (``Judged:``).
         purpose: for which scans the recipe is (``For:``).
         does: what it does to them (``Does:``).
         tune: what to change when the result is not right (``Tune:``).
@@ -44,6 +50,17 @@ class RecipeInfo:
     does: str = ""
     tune: str = ""
     more: tuple[str, ...] = ()
+    task: str = ""
+    fits: str = ""
+    judged: str = ""
+
+    @property
+    def conditions(self) -> tuple[Condition, ...]:
+        """For which scans the recipe is; none if it does not say, or says it in words that are no conditions."""
+        try:
+            return parse_fits(self.fits)
+        except ParameterError:
+            return ()  # a comment may say anything; `script_warnings` tells
 
 
 @dataclass(frozen=True)
@@ -63,7 +80,7 @@ class Recipe:
     @property
     def info(self) -> RecipeInfo:
         """The words at the head of the script, taken apart."""
-        return _info(self.script.comment)
+        return head_info(self.script.comment)
 
     @property
     def title(self) -> str:
@@ -110,7 +127,7 @@ def shipped_heads() -> list[RecipeHead]:
     heads = []
     for name, file in sorted(_shipped().items()):
         head = read_head(file.read_bytes())
-        heads.append(RecipeHead(name, _info(head.comment), head.settings, head.steps))
+        heads.append(RecipeHead(name, head_info(head.comment), head.settings, head.steps))
     return heads
 
 
@@ -149,15 +166,17 @@ def _shipped() -> dict[str, Traversable]:
     return {file.name.removesuffix(".mlx"): file for file in files if file.name.endswith(".mlx")}
 
 
-def _info(comment: str) -> RecipeInfo:
+def head_info(comment: str) -> RecipeInfo:
+    """The words of a head comment, taken apart."""
     title, _, rest = comment.partition("\n")
-    said: dict[str, str] = {}
-    more: list[str] = []
-    for paragraph in re.split(r"\n[ \t]*\n", rest.strip()):
-        text = " ".join(paragraph.split())
-        keyword, colon, words = text.partition(":")
-        if colon and keyword in ("For", "Does", "Tune") and keyword not in said:
-            said[keyword] = words.strip()
-        elif text:
-            more.append(text)
-    return RecipeInfo(title.strip(), said.get("For", ""), said.get("Does", ""), said.get("Tune", ""), tuple(more))
+    said, more = paragraphs(rest)
+    return RecipeInfo(
+        title.strip(),
+        said.get("For", ""),
+        said.get("Does", ""),
+        said.get("Tune", ""),
+        more,
+        task=said.get("Task", ""),
+        fits=said.get("Fits", ""),
+        judged=said.get("Judged", ""),
+    )

@@ -12,8 +12,9 @@ FILTERS = Path(__file__).parents[2] / "filters"
 #: the foundation from the ground up: a package imports those before it
 FOUNDATION = (
     "checks",
-    "execution",
+    "libraries",
     "compilation",
+    "execution",
     "mesh",
     "topology",
     "geometry",
@@ -34,6 +35,7 @@ FAMILIES = {
     "spectral": set(),
     "outliers": set(),
     "inspection": set(),
+    "traits": {"denoising", "diffusion"},
 }
 MODULES = sorted(path for path in FILTERS.rglob("*.py") if path.parent != FILTERS)
 

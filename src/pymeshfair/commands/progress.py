@@ -11,11 +11,12 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
-from ..running.job import Event, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
+from ..running.job import Compiling, Event, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
 from .streams import printable
 
 #: seconds between two lines about the same step where there is no bar
 _PATIENCE = 10.0
+_COMPILING = "compiling filters for this machine, once"
 
 
 class ProgressLines:
@@ -23,13 +24,15 @@ class ProgressLines:
 
     def __init__(self) -> None:
         self._step = ""
+        self._compiled: Compiling | None = None
         self._silent_since = time.monotonic()
 
     def __enter__(self) -> ProgressLines:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        pass
+        if self._compiled is not None:
+            self._say(_compiled(self._compiled))
 
     def __call__(self, event: Event) -> None:
         """Show an event of the run."""
@@ -42,6 +45,12 @@ class ProgressLines:
             self._say(f"{self._step}: {event.seconds:.2f} s")
         elif isinstance(event, StepProgress) and time.monotonic() - self._silent_since > _PATIENCE:
             self._say(f"{self._step}: {event.fraction:.0%}")
+        elif isinstance(event, Compiling):
+            self._compiled = event
+            if event.kernels == 1 and event.is_going_on:
+                self._say(f"  {_COMPILING}")
+            elif time.monotonic() - self._silent_since > _PATIENCE:
+                self._say(f"  {_COMPILING}: {event.seconds:.0f} s so far")
         elif isinstance(event, Message) and event.level == "info":
             self._say(f"  {event.text}")
 
@@ -64,32 +73,45 @@ class ProgressBar:
         )
         self._task = self._bar.add_task("starting", total=None)
         self._step = StepStarted(0, 0, "")
+        self._doing = "starting"
+        self._compiled: Compiling | None = None
 
     def __enter__(self) -> ProgressBar:
         self._bar.start()
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        if self._compiled is not None:
+            self._print(f"{'':17}{_compiled(self._compiled)}")
         self._bar.stop()
 
     def __call__(self, event: Event) -> None:
         """Show an event of the run."""
         if isinstance(event, PhaseStarted):
-            self._bar.update(self._task, description=event.phase)
+            self._doing = event.phase
+            self._bar.update(self._task, description=self._doing)
         elif isinstance(event, StepStarted):
             self._step = event
-            description = escape(f"step {event.index} of {event.total}: {event.filter}")
-            self._bar.update(self._task, description=description, total=event.total, completed=event.index - 1)
+            self._doing = escape(f"step {event.index} of {event.total}: {event.filter}")
+            self._bar.update(self._task, description=self._doing, total=event.total, completed=event.index - 1)
         elif isinstance(event, StepProgress):
             self._bar.update(self._task, completed=event.index - 1 + event.fraction)
         elif isinstance(event, StepFinished):
             self._bar.update(self._task, completed=event.index)
             self._print(f"{event.index:>3}  {event.seconds:8.2f} s  {self._step.filter}")
+        elif isinstance(event, Compiling):
+            self._compiled = event
+            so_far = f"{self._doing}: {_COMPILING}, {event.seconds:.0f} s so far"
+            self._bar.update(self._task, description=so_far if event.is_going_on else self._doing)
         elif event.level == "info":
             self._print(f"{'':17}{event.text}")
 
     def _print(self, text: str) -> None:
         self._bar.console.print(printable(text), markup=False)
+
+
+def _compiled(event: Compiling) -> str:
+    return f"{event.seconds:.1f} s of that went into compiling filters for this machine; the next run has them"
 
 
 def progress() -> ProgressBar | ProgressLines:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 
 from . import ply
@@ -28,8 +28,8 @@ from .vrml import inspect_vrml
 from .x3d import inspect_x3d
 
 
-def check_input(path: Path) -> None:
-    """Refuse what is no mesh file by its name and kind, without opening it.
+def check_input(path: Path, formats: Collection[str] = READABLE) -> None:
+    """Refuse what is no mesh file, of one of the formats, by its name and kind, without opening it.
 
     Raises:
         InputError: there is no such file; it is a folder, a pipe or a device, empty, unreadable or of an unknown format.
@@ -37,9 +37,9 @@ def check_input(path: Path) -> None:
     check_regular(path, path)
     if path.stat().st_size == 0:
         raise InputError(path, "it is empty")
-    if extension(path) not in READABLE:
+    if extension(path) not in formats:
         what = f"{path.suffix!r} is no format for meshes" if path.suffix else "it has no extension that says the format"
-        raise InputError(path, f"{what}; a run reads {listed(READABLE)}")
+        raise InputError(path, f"{what}; a run reads {listed(tuple(formats))}")
     try:
         os.fspath(path).encode("utf-8")
     except UnicodeEncodeError:

@@ -5,20 +5,21 @@ from __future__ import annotations
 from typing import Any, TypeAlias
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ..filters.compilation import compiled
 
 Bytes: TypeAlias = NDArray[np.uint8]
 
 _POWERS = 10.0 ** np.arange(301)
 
 
-@njit(cache=True)
+@compiled
 def _ends_line(text: Bytes, i: int) -> bool:
     return bool(text[i] == 10 or text[i] == 13)
 
 
-@njit(cache=True)
+@compiled
 def count(text: Bytes, slashes: bool) -> tuple[int, int]:
     """Upper bounds of the number of tokens and of lines."""
     tokens, lines, blank = 0, 1, True
@@ -37,7 +38,7 @@ def count(text: Bytes, slashes: bool) -> tuple[int, int]:
     return tokens, lines
 
 
-@njit(cache=True)
+@compiled
 def _not_finite(text: Bytes, i: int, end: int) -> tuple[int, float]:
     """NOT_FINITE and its value for nan, inf and infinity, WORD for everything else."""
     negative = text[i] == 45
@@ -52,7 +53,7 @@ def _not_finite(text: Bytes, i: int, end: int) -> tuple[int, float]:
     return 0, 0.0
 
 
-@njit(cache=True)
+@compiled
 def _scaled(mantissa: int, power: int) -> float:
     """Mantissa * 10 ** power, in two steps so that neither leaves the range of a double before the result does."""
     value = float(mantissa)
@@ -67,7 +68,7 @@ def _scaled(mantissa: int, power: int) -> float:
     return value
 
 
-@njit(cache=True)
+@compiled
 def lex(
     text: Bytes,
     slashes: bool,

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ..filters.compilation import compiled
 from .ply import SIZES, PlyElement, PlyError, PlyHeader
 
 KINDS = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4", "double": "f8"}
@@ -157,7 +157,7 @@ def _uneven(data: NDArray[np.uint8], position: int, element: PlyElement, order: 
     return rows, end
 
 
-@njit(cache=True)
+@compiled
 def _walk(data: Any, position: int, n: int, counts: Any, signed: Any, sizes: Any, big: bool, places: Any, lengths: Any) -> int:
     """Where each value or list of each row begins and how long it is; the end of the last row, or -1."""
     for row in range(n):

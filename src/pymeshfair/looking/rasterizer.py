@@ -9,10 +9,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ..declaration import Floats, Ints
+from ..filters.compilation import compiled
 
 
 class DepthBuffer(NamedTuple):
@@ -55,7 +55,7 @@ def draw_dots(buffer: DepthBuffer, screen: Floats, radius: float, first: int = 0
     _draw_dots(screen, radius, first, buffer.elements, buffer.depths)
 
 
-@njit(cache=True)
+@compiled
 def _draw_triangles(screen: Floats, faces: Ints, elements: Ints, depths: Floats) -> None:
     height, width = elements.shape
     for f in range(faces.shape[0]):
@@ -83,7 +83,7 @@ def _draw_triangles(screen: Floats, faces: Ints, elements: Ints, depths: Floats)
                         elements[row, column] = f
 
 
-@njit(cache=True)
+@compiled
 def _draw_dots(screen: Floats, radius: float, first: int, elements: Ints, depths: Floats) -> None:
     height, width = elements.shape
     for i in range(screen.shape[0]):

@@ -1241,6 +1241,28 @@ class FilterMethods:
         In scripts: 'Spectral Filter'.
         """
 
+    def apply_coord_spike_removal(
+        self,
+        *,
+        steepness: float = 1.5,
+        selected: bool = False,
+    ) -> dict[str, Any] | None:
+        """Puts single vertices that stand up like needles among their neighbours; all others stay to the bit.
+
+        Vertices on open borders stay. Returns the number of spikes.
+
+        Args:
+            steepness: A vertex farther from the mean of its neighbours than this many times their spread is the tip of a spike.
+                Larger removes thinner spikes alone; below 1 the corners of boxes go. Takes a number of at least 0.
+            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
+                selected, the vertices all of whose triangles are selected.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        In scripts: 'Remove Spikes'.
+        """
+
     def apply_coord_tangential_smoothing(
         self,
         *,
@@ -3566,6 +3588,28 @@ class FilterMethods:
             What the filter reports, by name; None if it reports nothing.
         """
 
+    def compute_selection_by_distance_from_cloud_per_vertex(
+        self,
+        *,
+        reference: int = 0,
+        spacings: float = 4.0,
+    ) -> dict[str, Any] | None:
+        """Selects what a reconstruction has made up where nobody measured, such as the balloon of Screened Poisson.
+
+        The spacing of the cloud is the median over its points of the mean distance to their six nearest neighbours. The
+        selection of vertices is replaced. Returns the number of selected vertices.
+
+        Args:
+            reference: The layer whose vertices are the points that were measured. Takes the id of a layer (a whole number).
+            spacings: Vertices farther from the nearest point than this many times the spacing of the cloud are selected. Larger
+                keeps bridges over wider gaps. Takes a number of at least 0.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        In scripts: 'Select Vertices Far from a Cloud'.
+        """
+
     def compute_selection_by_edge_length(
         self,
         *,
@@ -5711,17 +5755,17 @@ class FilterMethods:
         """Closes holes with triangles as dense as those around, which continue the surface smoothly across the rim.
 
         What is there stays as it is, textures too. New vertices and faces come last and are the ones that are selected
-        afterwards, so that a next step can delete, smooth or measure them. They take colours, scalars and texture from the rim.
-        A mark is written if a hole was closed: "scalar" overwrites the scalars of all faces, "color" the colours of the new
-        ones. Returns how many holes were closed and the edges of each rim, how many vertices and faces are new, how many holes
-        were filled by a lower energy, and how many rims were left open, why and with how many edges; the largest are named one
-        by one.
+        afterwards, so that a next step can delete, smooth or measure them. Colours go on smoothly from the rim, and a new face
+        shows a place of the texture near by whose colour does. Scalars are those of the rim. A mark is written if a hole was
+        closed: "scalar" overwrites the scalars of all faces, "color" the colours of the new ones. Returns how many holes were
+        closed and the edges of each rim, how many vertices and faces are new, how many holes were filled by a lower energy, and
+        how many rims were left open, why and with how many edges; the largest are named one by one.
 
         Args:
             max_edges: The most edges that the rim of a hole may have. Larger closes larger holes; one of 10,000 edges takes
-                half a gigabyte of memory and more. Outer borders of open sheets stay open, whatever their size: rims that turn
-                like that of a flat disc, and those that span more than a third of the area of their sheet, unless they are
-                selected. Takes a whole number from 3 to 10000.
+                half a gigabyte of memory. Outer borders of open sheets stay open, whatever their size: rims that turn like that
+                of a flat disc, and those that span more than a third of the area of their sheet, unless they are selected.
+                Takes a whole number from 3 to 10000.
             energy: How the new vertices are placed: 'membrane' spans a hole like a soap film, with a crease at its rim;
                 'thin_plate' continues the tangent planes around; 'minimum_variation' continues the curvatures too, so that what
                 is round stays round, and follows noise at the rim; 'none' leaves them flat as they were made. A hole at whose

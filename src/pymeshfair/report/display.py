@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ..declaration import Floats, Ints
 from ..filters.inspection import mesh_normals
+from ..filters.libraries import spatial
 
 #: faces of a mesh that a browser is given; more are decimated
 MOST_FACES = 120_000
@@ -94,5 +94,5 @@ def _simplified(vertices: Floats, faces: Ints, most: int) -> tuple[Floats, Ints,
     middle = vertices.mean(axis=0)
     local = vertices - middle  # it computes in single precision
     coarse, triangles = simplify(local.astype(np.float32), faces.astype(np.int64), target_count=most)
-    _, nearest = cKDTree(local).query(coarse)
+    _, nearest = spatial.cKDTree(local).query(coarse)
     return coarse + middle, triangles.astype(np.int32), nearest.astype(np.int32)

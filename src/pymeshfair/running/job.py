@@ -115,7 +115,22 @@ class Message:
     level: Literal["info", "warning"] = "info"
 
 
-Event: TypeAlias = PhaseStarted | StepStarted | StepProgress | StepFinished | Message
+@dataclass(frozen=True)
+class Compiling:
+    """Filters are compiled for this machine, which is done once; until then what else goes on stands still.
+
+    Attributes:
+        kernels: how many functions were, one of which may be in work.
+        seconds: how long that has taken so far.
+        is_going_on: whether one is in work.
+    """
+
+    kernels: int
+    seconds: float
+    is_going_on: bool
+
+
+Event: TypeAlias = PhaseStarted | StepStarted | StepProgress | StepFinished | Message | Compiling
 
 
 # ------------------------------------------------------------------------------------------------------------------- result

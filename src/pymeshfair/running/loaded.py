@@ -13,9 +13,10 @@ import sys
 from collections.abc import Iterator
 from typing import Any, TypeAlias
 
+from ..filters.compilation import loaded_kernels
+
 #: modules, and kernels as module, name and signature
 Loaded: TypeAlias = tuple[frozenset[str], frozenset[tuple[str, str, tuple[Any, ...]]]]
-_OURS = "pymeshfair."
 
 
 def loaded() -> Loaded:
@@ -28,17 +29,7 @@ def _kernels() -> Iterator[tuple[str, str, Any]]:
 
     But for those that share their work among numba's own threads, which must not be there when a process is forked.
     """
-    from numba.core.dispatcher import Dispatcher
-
-    for module_name, module in list(sys.modules.items()):
-        if module_name.startswith(_OURS):
-            for name, value in list(vars(module).items()):
-                if (
-                    isinstance(value, Dispatcher)
-                    and value.py_func.__module__ == module_name
-                    and not value.targetoptions.get("parallel")
-                ):
-                    yield module_name, name, value
+    return ((module, name, kernel) for module, name, kernel in loaded_kernels("pymeshfair") if not kernel.options.get("parallel"))
 
 
 def loaded_since(before: Loaded) -> bytes:

@@ -13,11 +13,11 @@ from ..declaration import Length
 from ..registry import find_filter
 from ..scripts.guards import NO_GUARDS, Guards
 from ..scripts.script import Step
-from .job import Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
+from .job import Compiling, Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
 from .memory import default_memory
 
 _EVENTS: Mapping[str, type[Event]] = {
-    kind.__name__: kind for kind in (PhaseStarted, StepStarted, StepProgress, StepFinished, Message)
+    kind.__name__: kind for kind in (PhaseStarted, StepStarted, StepProgress, StepFinished, Message, Compiling)
 }
 
 
@@ -58,6 +58,9 @@ class Assignment:
         others: the files of further layers, absolute paths.
         displacement: whether to tell how far vertices have moved.
         own_texture_names: whether the names of textures begin with that of the output.
+        recipe: the name of the recipe.
+        head: the comment at its head, which may say for which scans it is.
+        traits: for an assignment without an output, whether to tell all that recipes ask of a scan.
     """
 
     steps: tuple[Step, ...]
@@ -76,6 +79,9 @@ class Assignment:
     own_texture_names: bool = False
     unchecked: bool = False
     keep_all: bool = False
+    recipe: str = ""
+    head: str = ""
+    traits: bool = False
 
     @property
     def is_watched(self) -> bool:
@@ -105,6 +111,8 @@ class Assignment:
             map=None if job.map is None else job.map.absolute(),
             displacement=job.displacement,
             own_texture_names=job.own_texture_names,
+            recipe=job.recipe.name,
+            head=job.recipe.script.comment,
         )
 
     def to_document(self) -> dict[str, Any]:
@@ -126,6 +134,9 @@ class Assignment:
             "own_texture_names": self.own_texture_names,
             "unchecked": self.unchecked,
             "keep_all": self.keep_all,
+            "recipe": self.recipe,
+            "head": self.head,
+            "traits": self.traits,
         }
 
     @classmethod
@@ -150,6 +161,9 @@ class Assignment:
             document["own_texture_names"],
             document["unchecked"],
             document["keep_all"],
+            document["recipe"],
+            document["head"],
+            document["traits"],
         )
 
 

@@ -64,7 +64,7 @@ def record_of(
             }
             for number, (step, done) in enumerate(zip(script.steps, report["steps"], strict=True), 1)
         ],
-        "measures": {"before": report["before"], "after": report["after"], "change": report["change"]},
+        "measures": {name: report[name] for name in ("before", "after", "change", "traits")},
         "warnings": warnings,
         **_guarded(job, report),
         "versions": versions(),

@@ -21,22 +21,23 @@ from ..files.inputs import inspect_input
 from ..files.provenance import described_file, read_provenance
 from ..files.reading import apply_matrix, load_mesh, unchanged
 from ..files.saving import attributes_of, save_mesh
-from ..filters.compilation import on_first_compilation
+from ..filters.compilation import Compilation, on_compilation
 from ..filters.inspection.surface_measures import SurfaceMeasures, surface_measures
 from ..meshset import MeshSet
 from ..scripts.script import Script
 from ..scripts.traps import lengths_out_of_proportion
 from .guarding import breaches
 from .intervention import stage_map
-from .job import Event, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
+from .job import Compiling, Event, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
 from .mesh_arrays import write_arrays
 from .messages import Assignment, encode_event, mark
 from .origins import InputMesh, displacement_of, find_origins, mark_origins, mesh_of
 from .plain_values import plain
 from .reasons import caused_by_memory, reason_of
 from .shape_change import shape_change, warnings_of
+from .suitability import traits_asked_for
+from .survey import survey
 
-COMPILING = "compiling pymeshfair's filters for this machine, which takes some seconds once"
 #: the least change of progress that is reported
 _SMALLEST_PROGRESS = 0.005
 
@@ -62,7 +63,7 @@ class Session:
         Raises:
             InputError, OutputError, StepFailedError, MemoryError: each as the class says.
         """
-        on_first_compilation(lambda: self._event(Message(COMPILING)))
+        on_compilation(self._compiling)
         self._event(PhaseStarted("reading"))
         announced, source = self._load(self._assignment.input)
         current = self._meshes.current_mesh_id()
@@ -76,14 +77,19 @@ class Session:
             if self._assignment.arrays is not None:
                 write_arrays(self._meshes, present, self._assignment.arrays, intersections=self._assignment.self_intersections)
             attributes = [a for a in ATTRIBUTES if a in present]
-            return {"input": source, "before": plain(asdict(before)), "attributes": attributes, "warnings": self._warnings}
+            more = survey(self._assignment, self._meshes.current_mesh(), before, present)
+            measured = {"before": plain(asdict(before)), "attributes": attributes, "warnings": self._warnings}
+            return {"input": source, **measured, "survey": more}
+        traits, unsuited = traits_asked_for(self._assignment, self._meshes.current_mesh(), before, present)
+        if unsuited:
+            self._warn(unsuited)
         original = mesh_of(self._meshes.current_mesh())
         if self._assignment.is_followed:
             mark_origins(self._meshes.current_mesh())
         with self._meshes.deferred():
             steps = [self._step(number) for number in range(1, len(self._assignment.steps) + 1)]
         written = self._write(announced, before, present, original)
-        return {"input": source, "steps": steps, "counted": announced.vertices is not None, **written}
+        return {"input": source, "steps": steps, "counted": announced.vertices is not None, "traits": plain(traits), **written}
 
     def _load(self, path: Path) -> tuple[Announced, dict[str, Any]]:
         """Check a file and load it as the current layer; what it declares, and which file it was."""
@@ -222,6 +228,9 @@ class Session:
             return surface_measures(mesh.vertex_matrix(), mesh.face_matrix(), edges=mesh.edge_matrix())
         except FilterInputError as error:
             raise refusal from error
+
+    def _compiling(self, so_far: Compilation) -> None:
+        self._event(Compiling(so_far.kernels, so_far.seconds, so_far.is_going_on))
 
     def _event(self, event: Event) -> None:
         self._tell(encode_event(event))

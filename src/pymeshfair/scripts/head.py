@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from xml.parsers import expat
 
 from .script import clean_comment
 from .settings import Setting, read_setting
+
+#: the words with which a paragraph of a head comment may begin, each followed by a colon
+KEYWORDS = ("Task", "For", "Fits", "Judged", "Does", "Tune")
 
 
 @dataclass(frozen=True)
@@ -41,3 +45,17 @@ def read_head(data: bytes) -> Head:
     parser.StartElementHandler = start
     parser.Parse(data, True)
     return Head(clean_comment("\n\n".join(comments)), tuple(settings), len(filters))
+
+
+def paragraphs(text: str) -> tuple[dict[str, str], tuple[str, ...]]:
+    """The paragraphs of a head comment without its title: those of `KEYWORDS` by their words, each once, and the others."""
+    said: dict[str, str] = {}
+    more: list[str] = []
+    for paragraph in re.split(r"\n[ \t]*\n", text.strip()):
+        plain = " ".join(paragraph.split())
+        keyword, colon, words = plain.partition(":")
+        if colon and keyword in KEYWORDS and keyword not in said:
+            said[keyword] = words.strip()
+        elif plain:
+            more.append(plain)
+    return said, tuple(more)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from ..errors import ParameterError
+from .fits import parse_fits
+from .head import paragraphs
 from .needs import unmet_needs
 from .script import Script
 from .traps import lengths_out_of_proportion, traps
@@ -15,5 +18,14 @@ def script_warnings(script: Script, *, layers: int = 1, diagonal: float | None =
         layers: how many layers there are when the script begins.
         diagonal: of the bounding box of the mesh that the lengths must suit; None if that is not to be looked at.
     """
-    found = [*traps(script), *(str(problem) for problem in unmet_needs(script, layers=layers))]
+    found = [*_misread_head(script), *traps(script), *(str(problem) for problem in unmet_needs(script, layers=layers))]
     return found if diagonal is None else [*found, *lengths_out_of_proportion(script, diagonal=diagonal)]
+
+
+def _misread_head(script: Script) -> list[str]:
+    """What the head says of the scans that it fits, where that cannot be understood."""
+    try:
+        parse_fits(paragraphs(script.comment.partition("\n")[2])[0].get("Fits", ""))
+    except ParameterError as error:
+        return [f"head: {error}; no scan is checked against it"]
+    return []

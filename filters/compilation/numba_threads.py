@@ -1,0 +1,38 @@
+"""Numba, imported when it is first needed, and how many threads it may use."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from typing import Any
+
+
+@cache
+def load_numba() -> Any:
+    """The module numba."""
+    import numba
+
+    # Numba tries Intel TBB first and warns when it finds an old one, such as that in the pymeshlab wheel. OpenMP is as fast.
+    if "NUMBA_THREADING_LAYER" not in os.environ and "NUMBA_THREADING_LAYER_PRIORITY" not in os.environ:
+        config: Any = numba.config
+        config.THREADING_LAYER_PRIORITY = ["omp", "tbb", "workqueue"]
+    return numba
+
+
+def allowed_threads() -> int:
+    """How many threads kernels called from this thread may use."""
+    return int(load_numba().get_num_threads())
+
+
+@contextmanager
+def single_thread() -> Iterator[None]:
+    """A context in which kernels called from this thread use one thread."""
+    numba = load_numba()
+    allowed = numba.get_num_threads()
+    numba.set_num_threads(1)
+    try:
+        yield
+    finally:
+        numba.set_num_threads(allowed)

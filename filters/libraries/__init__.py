@@ -1,0 +1,41 @@
+"""Libraries, each imported when it is first used: together they take half a second, and no filter uses them all."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import cholespy
+    import igl
+    import robust_laplacian
+    import threadpoolctl
+    from scipy import fft, linalg, optimize, sparse, spatial, special
+    from scipy.linalg import blas
+else:
+    from .imported_when_used import ImportedWhenUsed
+
+    blas = ImportedWhenUsed("scipy.linalg.blas")
+    cholespy = ImportedWhenUsed("cholespy")
+    fft = ImportedWhenUsed("scipy.fft")
+    igl = ImportedWhenUsed("igl")
+    linalg = ImportedWhenUsed("scipy.linalg")
+    optimize = ImportedWhenUsed("scipy.optimize")
+    robust_laplacian = ImportedWhenUsed("robust_laplacian")
+    sparse = ImportedWhenUsed("scipy.sparse")
+    spatial = ImportedWhenUsed("scipy.spatial")
+    special = ImportedWhenUsed("scipy.special")
+    threadpoolctl = ImportedWhenUsed("threadpoolctl")
+
+__all__ = [
+    "blas",
+    "cholespy",
+    "fft",
+    "igl",
+    "linalg",
+    "optimize",
+    "robust_laplacian",
+    "sparse",
+    "spatial",
+    "special",
+    "threadpoolctl",
+]

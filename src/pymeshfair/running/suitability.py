@@ -1,0 +1,179 @@
+"""Which recipes a scan is for: its traits, and what the heads of recipes ask of them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..declaration import Floats, Ints
+from ..filters.inspection.surface_measures import SurfaceMeasures
+from ..recipe import TASKS, RecipeHead, RecipeInfo, head_info, shipped_heads
+from ..scripts.fits import Condition
+from .messages import Assignment
+
+#: the traits that are measured on the surface, each in some tenths of a second at most; the others are known anyway
+MEASURED = ("noise", "sharpness", "facing", "camera noise")
+
+#: tasks of which one may stand in for another
+_ALIKE = ("denoise", "smooth")
+
+
+@dataclass(frozen=True)
+class Suitability:
+    """How a recipe and a scan go together.
+
+    Attributes:
+        recipe: its name.
+        task: what it is there to do.
+        title: its title.
+        met: the conditions that the scan meets, each with what was found.
+        unmet: those that it does not.
+    """
+
+    recipe: str
+    task: str
+    title: str
+    met: tuple[tuple[str, str], ...]
+    unmet: tuple[tuple[str, str], ...]
+
+    @property
+    def fits(self) -> bool:
+        """Whether the recipe is for the scan."""
+        return bool(self.met) and not self.unmet
+
+
+def traits_of(
+    vertices: Floats, faces: Ints, measures: SurfaceMeasures, attributes: AbstractSet[str], wanted: Collection[str] = MEASURED
+) -> dict[str, float]:
+    """The traits of a scan by name, as `pymeshfair.scripts.fits` means them.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        measures: of both.
+        attributes: what the scan has, of `pymeshfair.files.formats.ATTRIBUTES`.
+        wanted: the conditions are about these; of the others only what costs nothing is given.
+    """
+    has_faces = measures.faces > 0
+    found: dict[str, float] = {
+        "mesh": float(has_faces),
+        "cloud": float(not has_faces and not measures.edges),
+        "curves": float(not has_faces and measures.edges > 0),
+        "vertices": measures.vertices,
+        "faces": measures.faces,
+        "pieces": measures.components,
+        "border edges": measures.border_edges,
+        "closed": float(measures.closed),
+        "texture": float(bool(attributes & {"textures", "wedge texture coordinates", "vertex texture coordinates"})),
+    }
+    if measures.triangle_quality is not None:
+        found["triangle quality"] = measures.triangle_quality
+    if has_faces and (names := set(MEASURED).intersection(wanted)):
+        from ..filters.traits import measured_traits
+
+        found |= measured_traits(vertices, faces, names)
+    return found
+
+
+def judged(name: str, info: RecipeInfo, traits: Mapping[str, float]) -> Suitability:
+    """How a recipe suits a scan."""
+    met = [(c.text, c.found(traits)) for c in info.conditions if c.is_met(traits)]
+    unmet = [(c.text, c.found(traits)) for c in info.conditions if not c.is_met(traits)]
+    return Suitability(name, info.task, info.title, tuple(met), tuple(unmet))
+
+
+def ranked(traits: Mapping[str, float], heads: Sequence[RecipeHead] | None = None) -> list[Suitability]:
+    """All shipped recipes, those first that fit, and of these first the ones that are made for most of what the scan is.
+
+    A recipe is the better known to fit the more conditions it sets; among equals the order is that of the tasks. Recipes that do
+    not fit come by how little is in the way.
+    """
+    found = [judged(head.name, head.info, traits) for head in (shipped_heads() if heads is None else heads)]
+    return sorted(found, key=lambda s: (not s.fits, len(s.unmet), -len(s.met), _place(s.task), s.recipe))
+
+
+def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others: Iterable[Suitability]) -> str | None:
+    """The warning for a scan that a recipe is not for, with the recipe to take; None if it suits, or does not say.
+
+    Args:
+        name: of the recipe.
+        info: its head.
+        traits: of the scan, all of them.
+        others: of `ranked`.
+    """
+    verdict = judged(name, info, traits)
+    if not verdict.unmet:
+        return None
+    wrong = "; ".join(f"{name} is for {_asked(text)}, and here {found}" for text, found in verdict.unmet[:2])
+    fitting = [other for other in others if other.fits and other.recipe != name]
+    alike = _ALIKE if info.task in _ALIKE else (info.task,)
+    first = next((other for other in fitting if other.task == "denoise"), None)
+    if info.task not in _ALIKE and first is not None and all(found.startswith("noise is") for _, found in verdict.unmet):
+        return f"{wrong}: run {first.recipe} first"
+    same = [other for other in fitting if other.task in alike and len(other.met) > 1]
+    if same:
+        return f"{wrong}: take {same[0].recipe}"
+    named = f", such as {fitting[0].recipe}" if fitting else ""
+    task = " of those that take away noise " if info.task in _ALIKE else " of its kind "
+    return f"{wrong}: no recipe{task}fits; `pymeshfair suggest` names what does{named}"
+
+
+def traits_asked_for(
+    assignment: Assignment, mesh: Any, measures: SurfaceMeasures, attributes: AbstractSet[str]
+) -> tuple[dict[str, float], str | None]:
+    """The traits of a mesh that an assignment wants to know, and a warning if its recipe is not for such scans.
+
+    Args:
+        assignment: with its recipe, or `traits` if all are wanted.
+        mesh: the current mesh of a mesh set.
+        measures: of it.
+        attributes: what it has.
+    """
+    info = head_info(assignment.head)
+    if not info.conditions and not assignment.traits:
+        return {}, None
+    arrays = mesh.vertex_matrix(), np.ascontiguousarray(mesh.face_matrix(), dtype=np.int32)
+    wanted = MEASURED if assignment.traits else needed(info.conditions)
+    traits = traits_of(*arrays, measures, attributes, wanted)
+    if not judged(assignment.recipe, info, traits).unmet:
+        return traits, None
+    traits = traits_of(*arrays, measures, attributes)
+    return traits, unsuitable(assignment.recipe, info, traits, ranked(traits))
+
+
+def needed(conditions: Iterable[Condition]) -> set[str]:
+    """The traits that must be measured on the surface to judge these conditions."""
+    return {condition.trait for condition in conditions} & set(MEASURED)
+
+
+def documents(found: Iterable[Suitability]) -> list[dict[str, Any]]:
+    """What `ranked` found in terms of JSON."""
+    return [
+        {
+            "recipe": s.recipe,
+            "title": s.title,
+            "task": s.task,
+            "fits": s.fits,
+            "met": [{"condition": text, "found": said} for text, said in s.met],
+            "unmet": [{"condition": text, "found": said} for text, said in s.unmet],
+        }
+        for s in found
+    ]
+
+
+def _place(task: str) -> int:
+    return TASKS.index(task) if task in TASKS else len(TASKS)
+
+
+def _asked(text: str) -> str:
+    nouns = {"mesh": "meshes", "cloud": "clouds of points", "curves": "curves", "range map": "range maps", "texture": "textures"}
+    adjectives = ("closed", "open", "sharp", "smooth")
+    plain = text.removeprefix("no ")
+    said = nouns.get(plain, f"{plain} shapes" if plain in adjectives else plain)
+    if plain != text:
+        return f"shapes without {said}" if plain not in adjectives else f"shapes that are not {plain}"
+    return said

@@ -1,0 +1,123 @@
+"""For which scans a recipe is, in numbers: the ``Fits:`` paragraph at its head.
+
+    Fits: mesh, noise 0.1 to 0.4 edges, sharp
+
+Conditions are separated by commas. Each is a word, or a quantity with bounds: ``from A``, ``up to B``, ``A to B``. ``no`` before
+a word turns it round.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from ..declaration import nearest
+from ..errors import ParameterError
+
+#: of what a part of a surface must bend at sharp edges for the whole to be a sharp one: machine parts under noise have 0.7 and
+#: more, figures and land up to 0.66
+SHARP = 0.68
+#: how far a surface must be seen from one side to be a range map: half a ball has 0.5
+ONE_SIDED = 0.4
+
+#: word: the trait, its least and most, and how the trait is said where it is so and where it is not
+WORDS: Mapping[str, tuple[str, float, float, str, str]] = {
+    "mesh": ("mesh", 1, 1, "there are faces", "there are no faces"),
+    "cloud": ("cloud", 1, 1, "there are points alone", "there are faces or edges"),
+    "curves": ("curves", 1, 1, "there are edges and no faces", "there are no curves"),
+    "closed": ("closed", 1, 1, "the surface is closed", "the surface has borders or is not manifold"),
+    "open": ("border edges", 1, math.inf, "there are borders", "there is no border"),
+    "range map": ("facing", ONE_SIDED, math.inf, "the surface is seen from one side", "the surface faces all sides"),
+    "camera noise": ("camera noise", 1, 1, "neighbours share their noise", "vertices have noise of their own"),
+    "sharp": ("sharpness", SHARP, 1, "most of the bending is at sharp edges", "most of the bending is not at sharp edges"),
+    "smooth": ("sharpness", 0, SHARP, "most of the bending is not at sharp edges", "most of the bending is at sharp edges"),
+    "texture": ("texture", 1, 1, "there is a texture", "there is no texture"),
+}
+#: quantity: the trait, and the unit that follows the number, if any
+QUANTITIES: Mapping[str, tuple[str, str]] = {
+    "noise": ("noise", "edges"),
+    "vertices": ("vertices", ""),
+    "faces": ("faces", ""),
+    "pieces": ("pieces", ""),
+    "border edges": ("border edges", ""),
+    "triangle quality": ("triangle quality", ""),
+}
+_NUMBER = r"[0-9][0-9,]*(?:\.[0-9]+)?|\.[0-9]+"
+_BOUNDS = re.compile(
+    rf"(?:from (?P<from>{_NUMBER})|up to (?P<up>{_NUMBER})|(?P<low>{_NUMBER}) to (?P<high>{_NUMBER}))(?P<unit>.*)"
+)
+
+
+@dataclass(frozen=True)
+class Condition:
+    """One condition.
+
+    Attributes:
+        text: as the recipe says it.
+        trait: what is measured, by name.
+        least: the bound below.
+        most: the bound above.
+        outside: whether the trait must be beyond the bounds, as after ``no``.
+    """
+
+    text: str
+    trait: str
+    least: float
+    most: float
+    outside: bool = False
+
+    def is_met(self, traits: Mapping[str, float]) -> bool:
+        """Whether a scan with these traits is meant; never where the trait is not known."""
+        value = traits.get(self.trait)
+        return value is not None and (self.least <= value <= self.most) != self.outside
+
+    def found(self, traits: Mapping[str, float]) -> str:
+        """What the scan has in place of it, or in keeping with it, as the end of a sentence."""
+        value = traits.get(self.trait)
+        if value is None:
+            return f"its {self.trait} is not known"
+        word = WORDS.get(self.text.removeprefix("no "))
+        if word is not None:
+            return word[3] if word[1] <= value <= word[2] else word[4]
+        unit = next((unit for trait, unit in QUANTITIES.values() if trait == self.trait), "")
+        shown = f"{value:,.0f}" if self.trait != "noise" and value == int(value) else f"{value:.2g}"
+        return f"{self.trait} is {shown}{f' {unit}' if unit else ''}"
+
+
+def parse_fits(text: str) -> tuple[Condition, ...]:
+    """The conditions of a ``Fits:`` paragraph, without that word; none of an empty text.
+
+    Raises:
+        ParameterError: a condition that is none; the message gives the nearest word.
+    """
+    parts = re.split(r",\s+", text.strip().removesuffix("."))
+    return tuple(_condition(" ".join(part.split())) for part in parts if part.strip())
+
+
+def _condition(text: str) -> Condition:
+    plain = text.removeprefix("no ")
+    if plain in WORDS:
+        trait, least, most, *_ = WORDS[plain]
+        return Condition(text, trait, least, most, outside=plain != text)
+    for name, (trait, unit) in QUANTITIES.items():
+        match = _BOUNDS.fullmatch(text.removeprefix(name).strip()) if text.startswith(f"{name} ") else None
+        if match is None:
+            continue
+        if match["unit"].strip() != unit:
+            raise ParameterError(f"Fits: {text!r}: {name} {f'is in {unit}' if unit else 'has no unit'}")
+        low, high = (_number(match[a] or match[b]) for a, b in (("from", "low"), ("up", "high")))
+        least, most = -math.inf if low is None else low, math.inf if high is None else high
+        if least > most:
+            raise ParameterError(f"Fits: {text!r}: nothing lies between these bounds")
+        return Condition(text, trait, least, most)
+    known = [*WORDS, *QUANTITIES]
+    near = nearest(re.split(r"\s+(?:from|up|[0-9.])", plain)[0], known)
+    hint = f"did you mean {near!r}?" if near else f"there are {', '.join(known)}"
+    bounds = ", with bounds such as 'up to 3', 'from 1' or '1 to 3'" if near in QUANTITIES else ""
+    raise ParameterError(f"Fits: {text!r} is no condition; {hint}{bounds}")
+
+
+def _number(text: str | None) -> float | None:
+    return None if text is None else float(text.replace(",", ""))

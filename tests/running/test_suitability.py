@@ -1,0 +1,89 @@
+"""Which recipes a scan is for, and what a run says that is outside of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pymeshlab
+import pytest
+
+from pymeshfair.filters.geometry import mean_edge_length
+from pymeshfair.filters.inspection.surface_measures import surface_measures
+from pymeshfair.recipe import RecipeHead, head_info, load_recipe
+from pymeshfair.running.job import Job
+from pymeshfair.running.suitability import needed, ranked, traits_of, unsuitable
+from pymeshfair.running.supervise import run_job
+from pymeshfair.scripts.fits import parse_fits
+from tests.meshes import icosphere
+
+
+def head(name: str, fits: str, task: str = "denoise") -> RecipeHead:
+    """A recipe that says nothing but this."""
+    return RecipeHead(name, head_info(f"Title\n\nTask: {task}\n\nFits: {fits}"), (), 1)
+
+
+HEADS = [head("all", "mesh"), head("some", "mesh, noise from 0.1 edges"), head("few", "mesh, sharp, noise 0.1 to 0.4 edges")]
+
+
+def test_the_recipe_that_is_made_for_most_of_the_scan_comes_first() -> None:
+    """Of recipes that fit the one with the most conditions leads; those that do not fit come last."""
+    sharp = {"mesh": 1.0, "noise": 0.2, "sharpness": 0.9}
+    assert [s.recipe for s in ranked(sharp, HEADS)] == ["few", "some", "all"]
+    strong = sharp | {"noise": 0.7}
+    assert [s.recipe for s in ranked(strong, HEADS) if s.fits] == ["some", "all"]
+    assert [s.recipe for s in ranked({"mesh": 0.0, "cloud": 1.0}, HEADS) if s.fits] == []
+
+
+def test_a_scan_outside_of_a_recipe_is_told_the_one_to_take() -> None:
+    """The warning has the condition, what was found, and the best recipe for the same task."""
+    traits = {"mesh": 1.0, "noise": 0.7, "sharpness": 0.9}
+    text = unsuitable("few", HEADS[2].info, traits, ranked(traits, HEADS))
+    assert text == "few is for noise 0.1 to 0.4 edges, and here noise is 0.7 edges: take some"
+    assert unsuitable("some", HEADS[1].info, traits, ranked(traits, HEADS)) is None
+
+
+def test_where_no_recipe_for_the_task_fits_none_is_made_up() -> None:
+    """A clean scan is sent to `suggest`."""
+    traits = {"mesh": 1.0, "noise": 0.0, "sharpness": 0.9}
+    text = unsuitable("few", HEADS[2].info, traits, ranked(traits, HEADS))
+    assert text is not None
+    assert "suggest" in text
+    assert "take" not in text.partition(":")[2].partition("take away")[0]
+
+
+def test_a_recipe_for_clean_scans_sends_noisy_ones_to_denoising_first() -> None:
+    """Where noise alone is in the way, the recipe that takes it off comes before, and does not replace what was wanted."""
+    printing = head("print", "mesh, noise up to 0.04 edges", task="prepare")
+    traits = {"mesh": 1.0, "noise": 0.2, "sharpness": 0.1}
+    text = unsuitable("print", printing.info, traits, ranked(traits, [*HEADS, printing]))
+    assert text == "print is for noise up to 0.04 edges, and here noise is 0.2 edges: run some first"
+
+
+def test_only_what_conditions_ask_for_is_measured() -> None:
+    """A recipe for meshes with borders needs no look at the surface."""
+    assert needed(parse_fits("mesh, open, faces up to 9")) == set()
+    assert needed(parse_fits("mesh, noise up to 1 edges, sharp")) == {"noise", "sharpness"}
+
+
+def test_clouds_and_curves_have_traits_without_a_surface() -> None:
+    """What has no faces is a cloud, or curves if it has edges."""
+    points, none = np.random.default_rng(0).normal(size=(9, 3)), np.zeros((0, 3), dtype=np.int32)
+    cloud = traits_of(points, none, surface_measures(points, none), set())
+    curves = traits_of(points, none, surface_measures(points, none, edges=[[0, 1]]), set())
+    assert (cloud["mesh"], cloud["cloud"], cloud["curves"]) == (0.0, 1.0, 0.0)
+    assert (curves["mesh"], curves["cloud"], curves["curves"]) == (0.0, 0.0, 1.0)
+    assert "noise" not in cloud
+
+
+@pytest.mark.parametrize(("level", "warned"), [(0.2, False), (0.7, True)])
+def test_a_run_warns_of_noise_beyond_its_recipe_and_records_what_it_measured(level: float, warned: bool, tmp_path: Path) -> None:
+    """Denoise_smooth takes a ball with noise of 0.2 edges without a word, and one of 0.7 with the recipe to take."""
+    vertices, faces = icosphere(4)
+    heights = np.random.default_rng(1).normal(scale=level * mean_edge_length(vertices, faces), size=(len(vertices), 1))
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(vertices * (1.0 + heights), faces))
+    meshes.save_current_mesh(str(tmp_path / "ball.ply"))
+    result = run_job(Job(load_recipe("denoise_smooth"), tmp_path / "ball.ply", tmp_path / "out.ply"))
+    assert any("take denoise" in text for text in result.warnings) == warned
+    assert '"noise"' in result.provenance.read_text("utf-8")
