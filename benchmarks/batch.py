@@ -105,12 +105,6 @@ def _scans(folder: Path, count: int) -> Path:
     return folder
 
 
-def _processor_seconds() -> float:
-    """Of all processes that have been waited for so far."""
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
-
-
 def _loop(recipe: str, scans: list[Path], folder: Path) -> float:
     folder.mkdir(exist_ok=True)
     started = time.perf_counter()

@@ -20,7 +20,7 @@ def test_shares_add_up_to_no_more_than_there_is(memory: int, processors: int) ->
 
 def test_too_little_memory_is_refused_with_what_is_enough() -> None:
     """What the message asks for is enough for one worker."""
-    with pytest.raises(ParameterError, match="499 MB are too little .* give 500MB"):
+    with pytest.raises(ParameterError, match=r"499 MB are too little .* give 500MB"):
         budget(499_000_000, 4)
     assert budget(500_000_000, 4).workers == 1
 
