@@ -19,6 +19,7 @@ from pymeshfair.filters.spectral import (
     ResponseName,
     SpectralMethod,
     SpectralOperator,
+    SpectralResult,
     one_harmonic,
     spectral_filter,
     spectrum,
@@ -138,7 +139,15 @@ def apply_coord_spectral_filter(
         progress=progress,
     )
     report = {f.name: getattr(found, f.name) for f in fields(found) if f.name not in ("vertices", "explanation")}
-    return Edit(vertices=found.vertices, values=report, notes=(found.explanation,))
+    return Edit(vertices=found.vertices, values=report, notes=(_in_words(response, found),))
+
+
+def _in_words(response: ResponseName, found: SpectralResult) -> str:
+    """What was done to the shape; how it was computed is reported in numbers."""
+    if found.route == "none":
+        return found.explanation
+    did = {"low_pass": "waves shorter than {} were removed", "band_pass": "waves from {} on were kept"}
+    return did.get(response, "waves from {} on were made stronger or weaker").format(f"{found.detail_size:.4g}")
 
 
 @mesh_filter(
