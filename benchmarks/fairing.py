@@ -75,29 +75,34 @@ def seconds(rounds: int, run: Callable[[], object]) -> float:
     return statistics.median(taken)
 
 
-def against_cgal(
-    vertices: Floats, faces: Ints, free: NDArray[np.bool_], rounds: int, ours: Callable[[], object]
-) -> tuple[float, float]:
-    """CGAL's `fair` with its continuity 1, order 2, and ours, in turn: the median seconds of the calls."""
+def polyhedron_of(vertices: Floats, faces: Ints, free: NDArray[np.bool_]) -> tuple[Any, Any, list[Any]]:
+    """CGAL's module of polygon meshes, the mesh as its polyhedron, and the handles of the free vertices."""
     import importlib
 
     kernel: Any = importlib.import_module("CGAL.CGAL_Kernel")
     polyhedra: Any = importlib.import_module("CGAL.CGAL_Polyhedron_3")
     processing: Any = importlib.import_module("CGAL.CGAL_Polygon_mesh_processing")
+    points = processing.Point_3_Vector()
+    for p in vertices:
+        points.append(kernel.Point_3(*map(float, p)))
+    polygons = processing.Polygon_Vector()
+    for face in faces:
+        polygon = processing.Int_Vector()
+        for corner in face:
+            polygon.append(int(corner))
+        polygons.append(polygon)
+    polyhedron = polyhedra.Polyhedron_3()
+    processing.polygon_soup_to_polygon_mesh(points, polygons, polyhedron)
+    return processing, polyhedron, [handle for handle, is_free in zip(polyhedron.vertices(), free, strict=True) if is_free]
+
+
+def against_cgal(
+    vertices: Floats, faces: Ints, free: NDArray[np.bool_], rounds: int, ours: Callable[[], object]
+) -> tuple[float, float]:
+    """CGAL's `fair` with its continuity 1, order 2, and ours, in turn: the median seconds of the calls."""
     taken, own = [], []
     for _ in range(rounds):
-        points = processing.Point_3_Vector()
-        for p in vertices:
-            points.append(kernel.Point_3(*map(float, p)))
-        polygons = processing.Polygon_Vector()
-        for face in faces:
-            polygon = processing.Int_Vector()
-            for corner in face:
-                polygon.append(int(corner))
-            polygons.append(polygon)
-        polyhedron = polyhedra.Polyhedron_3()
-        processing.polygon_soup_to_polygon_mesh(points, polygons, polyhedron)
-        chosen = [handle for handle, is_free in zip(polyhedron.vertices(), free, strict=True) if is_free]
+        processing, polyhedron, chosen = polyhedron_of(vertices, faces, free)
         start = time.perf_counter()
         processing.fair(polyhedron, chosen, 1)
         taken.append(time.perf_counter() - start)

@@ -39,6 +39,7 @@ FLOORS = [
     {"authoring", "looking"},
     {"report"},
     {"batch", "tuning"},
+    {"tiles"},
     {"commands"},
     {"__main__"},
 ]

@@ -11,6 +11,7 @@ from .noise_level import NoiseEstimate, estimate_noise
 from .normal_filter import NORMAL_FILTER_METHODS, NormalFilter, NormalFilterMethod
 from .normal_filtering import filter_face_normals, normal_filtering
 from .normal_filters import RANGE_MEASURES, SPACE_KERNELS, RangeMeasure, SpaceKernel
+from .parts import distances_of_part, needs_distance, rings_of_round, round_of_part
 from .preparation import prepared
 from .relaxation import RELAXATION_DIRECTIONS, RelaxationDirection, direction_for
 from .vertex_update import VERTEX_UPDATES, VertexUpdate
@@ -45,11 +46,15 @@ __all__ = [
     "bilateral_projection",
     "denoise_automatically",
     "direction_for",
+    "distances_of_part",
     "estimate_noise",
     "filter_face_normals",
     "folded_faces",
+    "needs_distance",
     "normal_filtering",
     "prepared",
     "replace_outlying",
+    "rings_of_round",
+    "round_of_part",
     "settings",
 ]

@@ -112,8 +112,10 @@ def implicit_fairing(
     if keep_dimensions and len(points) and not len(triangles):
         raise FilterInputError("keep_dimensions needs triangles, whose normals it moves vertices along: a point cloud has none")
     mesh = normalised_mesh(points, triangles, movable)
-    star = stars(mesh.cells, len(mesh), reorder=operator != "robust" and worth_reordering(mesh.cells, len(mesh)))
-    mesh = mesh.in_order(star.order)
+    reorder = operator != "robust" and worth_reordering(mesh.cells, len(mesh))
+    if reorder:
+        mesh = mesh.by_place()
+    star = stars(mesh.cells, len(mesh))
     t = time_step if operator in _WITHOUT_UNIT else time_step * mesh.scale * mesh.scale
     with threads_for(len(mesh)):
         process = ImplicitFlow(

@@ -1,14 +1,21 @@
 """Nearest neighbours of points."""
 
-from .kd_tree import LEAF, build_tree
+from .cells import CellTree, Nearest, cells_within, offer_cells, reaching_out
+from .kd_tree import LEAF, build_tree, tree_scale
 from .nearest import check_cloud, leaf_ranges, nearest_neighbours
 from .tree_search import search_leaves
 
 __all__ = [
     "LEAF",
+    "CellTree",
+    "Nearest",
     "build_tree",
+    "cells_within",
     "check_cloud",
     "leaf_ranges",
     "nearest_neighbours",
+    "offer_cells",
+    "reaching_out",
     "search_leaves",
+    "tree_scale",
 ]

@@ -16,7 +16,7 @@ from pymeshfair.filters.fairing import (
 )
 
 from ..moving_vertices import MOVES_VERTICES, Border, Selected, detail_size_parameter, movable_vertices, no_amount
-from .displacement import displacement
+from .displacement import displacement, irregular_note
 
 Features: TypeAlias = Literal["none", "curvature", "scalar"]
 FEATURES: tuple[Features, ...] = get_args(Features)
@@ -90,6 +90,7 @@ def apply_coord_bilaplacian_smoothing(
         detail_size = 2.0 * math.pi * layer.mean_edge / weight**0.25
     if detail_size == 0.0:
         raise FilterInputError("the mean edge has no length, so that a weight in mean edges says nothing; give a detail size")
+    notes: list[str] = []
     vertices = bilaplacian_smoothing(
         layer.vertices,
         layer.faces,
@@ -97,10 +98,13 @@ def apply_coord_bilaplacian_smoothing(
         feature_weights=weights,
         border=border,
         movable=movable_vertices(layer, selected),
+        on_irregular=lambda count: notes.append(irregular_note(count)),
         progress=lambda done: progress(before + (1.0 - before) * done),
     )
     return Edit(
-        vertices=vertices, values={"weight": weight_of_detail_size(detail_size), **displacement(layer.vertices, vertices)}
+        vertices=vertices,
+        values={"weight": weight_of_detail_size(detail_size), **displacement(layer.vertices, vertices)},
+        notes=tuple(notes),
     )
 
 

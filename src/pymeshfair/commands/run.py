@@ -32,7 +32,7 @@ from .streams import printable, warn
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from ..running.job import Job, RunResult
+    from ..running.job import Event, Job, RunResult
 
 
 def run(
@@ -59,6 +59,12 @@ def run(
     map: Annotated[
         Path | None,
         typer.Option(metavar="MAP.ply", help="Write the intervention map there: what was kept, moved and added, and how far."),
+    ] = None,
+    tiles: Annotated[
+        bool, typer.Option("--tiles", help="Work by tiles, for clouds and meshes larger than memory; see docs/scale.md.")
+    ] = False,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="With --tiles: a dask scheduler whose workers do them.")
     ] = None,
     report: Report = None,
     up: Up = "y",
@@ -100,6 +106,13 @@ def run(
         keep_broken=keep_broken,
         map=map,
     )
+    if tiles or scheduler is not None:
+        if not tiles or report is not None:
+            raise typer.BadParameter("it needs --tiles" if not tiles else "--tiles makes no report, which shows the whole mesh")
+        from ..tiles.course import Tiling, run_by_tiles
+
+        carry_out(job, json=json, carry=lambda job, show: run_by_tiles(job, Tiling(scheduler), show))
+        return
     if report is None:
         carry_out(job, json=json)
         return
@@ -109,13 +122,22 @@ def run(
         carry_out(job, json=json, finished=write)
 
 
-def carry_out(job: Job, *, json: bool, finished: Callable[[RunResult], None] = lambda result: None) -> None:
-    """Run the job with its progress on stderr, then print what came of it on stdout; `finished` is called in between."""
+def carry_out(
+    job: Job,
+    *,
+    json: bool,
+    finished: Callable[[RunResult], None] = lambda result: None,
+    carry: Callable[[Job, Callable[[Event], None]], RunResult] | None = None,
+) -> None:
+    """Run the job with its progress on stderr, then print what came of it on stdout; `finished` is called in between.
+
+    `carry` runs it, or if that is None `run_job`.
+    """
     from ..running.supervise import run_job
     from .progress import progress
 
     with progress() as show:
-        result = run_job(job, show)
+        result = (carry or run_job)(job, show)
     for warning in result.warnings:
         warn(warning)
     finished(result)

@@ -120,7 +120,7 @@ def parse_header(data: bytes) -> PlyHeader:
         raise PlyError(f"its header declares more than {MOST_DECLARED:,} elements and properties")
     for number, line in enumerate(lines, 2):
         match line.split():
-            case ["format", word, _] if word in FORMATS:
+            case ["format", word, "1.0"] if word in FORMATS and not format_:
                 format_ = word
             case ["comment" | "obj_info" as keyword, *_]:
                 comments.append(line.strip()[len(keyword) :].strip())

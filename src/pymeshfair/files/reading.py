@@ -63,6 +63,8 @@ def load_mesh(meshes: Any, path: Path, announced: Announced) -> list[str]:
     _compare_places(path, announced, mesh.vertex_matrix())
     warnings += _differences(path.name, announced, mesh.vertex_number(), mesh.face_number())
     warnings += _attach(mesh, path.name, announced)
+    if mesh.vertex_number() > 1 and not np.ptp(mesh.vertex_matrix(), axis=0).any():
+        warnings.append(f"all {mesh.vertex_number():,} vertices of {path.name} are at one place")
     if announced.not_kept:
         warnings.append(f"MeshLab does not keep of {path.name}: {'; '.join(announced.not_kept)}")
     return warnings

@@ -62,7 +62,9 @@ def parse_xml(
         parser.Parse(data, True)
     except expat.ExpatError as error:
         raise ContentsError(f"its line {error.lineno:,} is no XML: {expat.ErrorString(error.code)}") from None
-    except (UnicodeError, LookupError):
+    except ContentsError:
+        raise
+    except (LookupError, ValueError):
         raise ContentsError("it is written in an encoding that is not known; save it as UTF-8") from None
 
 

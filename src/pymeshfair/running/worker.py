@@ -45,8 +45,8 @@ def serve(work: Work, before_end: Callable[[], None]) -> None:
     document = json.loads(line)
     stage = Path(document["stage"])
     lock = hold(stage)
-    ending = threading.Lock()
-    threading.Thread(target=_end_with_supervisor, args=(orders, stage, document["output"], ending), daemon=True).start()
+    janitor = threading.Thread(target=_end_with_supervisor, args=(orders, stage, document["output"]), daemon=True)
+    janitor.start()
     this_system().limit_memory(document["memory_limit"])
 
     def tell(report: Mapping[str, Any]) -> None:
@@ -55,27 +55,31 @@ def serve(work: Work, before_end: Callable[[], None]) -> None:
 
     tell(_outcome(work, document, tell))
     before_end()
-    ending.acquire()  # if the supervisor is gone, the other thread has it, cleans up and ends the process
-    del lock  # the folder is in use until here
-    # Libraries that crash while they tidy up must not spoil a finished run.
-    os._exit(0)
+    reports.close()
+    silence(2)
+    janitor.join()  # the supervisor ends this process when all is in place; if it dies before that, its folder goes with it
+    lock.close()  # in use until here
 
 
 def take_over_streams() -> tuple[BinaryIO, BinaryIO]:
     """Keep stdin and stdout to ourselves: MeshLab's filters, and whatever they call, print to stdout."""
     orders = os.fdopen(os.dup(0), "rb")
     reports = os.fdopen(os.dup(1), "wb", buffering=0)
-    nothing = os.open(os.devnull, os.O_RDWR)
-    for descriptor in (0, 1):
-        os.dup2(nothing, descriptor)
-    os.close(nothing)
+    silence(0, 1)
     return orders, reports
 
 
-def _end_with_supervisor(orders: BinaryIO, stage: Path, output: str | None, ending: threading.Lock) -> None:
+def silence(*descriptors: int) -> None:
+    """Let streams read nothing and write to nowhere."""
+    nothing = os.open(os.devnull, os.O_RDWR)
+    for descriptor in descriptors:
+        os.dup2(nothing, descriptor)
+    os.close(nothing)
+
+
+def _end_with_supervisor(orders: BinaryIO, stage: Path, output: str | None) -> None:
     while orders.read(4096):
         pass
-    ending.acquire()
     remove_folder(stage)
     if output is not None:
         _remove_lock(Path(output))

@@ -1,0 +1,92 @@
+"""Contests of fairing a region and of filtering normals."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import fairing
+import igl
+import numpy as np
+
+from pymeshfair.filters.denoising import normal_filtering
+from pymeshfair.filters.fairing import fair_region
+from pymeshfair.filters.fairing.region import ENERGIES, Energy
+
+from .contest import Contest, Floats, Peer, Preparation, Subject, Work
+from .explicit import meshlab, vertices_of
+
+
+def ours(energy: Energy) -> Preparation:
+    """Our fairing, finding the region in its mesh included."""
+    return lambda s: lambda: fair_region(s.vertices, s.faces, s.free, energy=energy).vertices[s.free]
+
+
+def libigl(order: int) -> Preparation:
+    """Libigl's, on the patch alone."""
+
+    def prepare(subject: Subject) -> Work:
+        vertices, faces, free = fairing.cropped(subject.vertices, subject.faces, subject.free)
+        fixed = np.flatnonzero(~free).astype(np.int64)
+        return lambda: igl.harmonic(vertices, faces.astype(np.int64), fixed, vertices[fixed], order)[free]
+
+    return prepare
+
+
+def cgal(subject: Subject) -> Work:
+    """CGAL's thin plate, on the patch alone."""
+    processing, polyhedron, chosen = fairing.polyhedron_of(*fairing.cropped(subject.vertices, subject.faces, subject.free))
+
+    def work() -> Any:
+        processing.fair(polyhedron, chosen, 1)
+        return np.array([(p.point().x(), p.point().y(), p.point().z()) for p in chosen])
+
+    return work
+
+
+def our_normals(subject: Subject) -> Work:
+    """Twenty passes over the normals of faces that share a vertex, twenty steps of the vertices."""
+    mesh = subject.vertices, subject.faces
+    return lambda: normal_filtering(*mesh, neighborhood="vertex", normal_iterations=20, vertex_iterations=20)
+
+
+def as_floats(result: Any) -> Floats:
+    """The places of the free vertices."""
+    return np.asarray(result, dtype=np.float64)
+
+
+CONTESTS = (
+    *(
+        Contest(
+            f"fairing, {energy.replace('_', ' ')}",
+            ours(energy),
+            "SuperLU's factors; making the residual in twice the precision and solving again come after them.",
+            {
+                "libigl": Peer(libigl(order), "igl", agrees=agrees, goal=goal),
+                **({"CGAL": Peer(cgal, "CGAL", goal=4.0)} if order == 2 else {}),
+            },
+            subject="sheet",
+            sizes=(1_000, 10_000),
+            orders=("scan",),
+            result=as_floats,
+            tiny=100,
+        )
+        for order, (energy, goal, agrees) in enumerate(zip(ENERGIES, (1.0, 1.2, 1.2), (1e-8, 1e-6, 1e-3), strict=True), start=1)
+    ),
+    Contest(
+        "two-step normals, 20 + 20",
+        lambda s: (
+            lambda: normal_filtering(s.vertices, s.faces, neighborhood="vertex", normal_iterations=20, vertex_iterations=20)
+        ),
+        "The passes over the normals: twelve faces around each, a kernel for each pair.",
+        {
+            "pymeshlab": Peer(
+                meshlab("apply_coord_two_steps_smoothing", stepsmoothnum=1, stepnormalnum=20, stepfitnum=20),
+                "pymeshlab",
+                goal=3.0,
+            )
+        },
+        sizes=(10_000, 100_000, 500_000),
+        orders=("scan",),
+        result=vertices_of,
+    ),
+)
