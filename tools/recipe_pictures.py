@@ -140,6 +140,7 @@ SHOWN: dict[str, tuple[Callable[[], Scene], dict[str, Any]]] = {
     "prepare_for_print": (lambda: spiky_bunny(0.0), {"elevation": -40.0}),
     "prepare_for_simulation": (slivers, HAUNCH),
     "register_ready": (lambda: read(FACE), FACE_VIEW),
+    "remove_outliers": (dirty_cloud, WHOLE),
     "show_harmonics": (bunny, {"color": "own"}),
     "smooth_contours": (noisy_statue, WHOLE),
     "smooth_implicit": (slightly_noisy_statue, EAR),
