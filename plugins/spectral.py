@@ -174,7 +174,15 @@ def apply_coord_spectral_filter(
     if found is None or not (modes or done.amount):
         return Edit(vertices=done.vertices, values=done.values, notes=done.notes)
     report = {f.name: getattr(found, f.name) for f in fields(found) if f.name not in ("vertices", "explanation")}
-    return Edit(vertices=found.vertices, values={**report, **done.values}, notes=(found.explanation,))
+    return Edit(vertices=found.vertices, values={**report, **done.values}, notes=(_in_words(response, found),))
+
+
+def _in_words(response: ResponseName, found: SpectralResult) -> str:
+    """What was done to the shape; how it was computed is reported in numbers."""
+    if found.route == "none":
+        return found.explanation
+    did = {"low_pass": "waves shorter than {} were removed", "band_pass": "waves from {} on were kept"}
+    return did.get(response, "waves from {} on were made stronger or weaker").format(f"{found.detail_size:.4g}")
 
 
 @mesh_filter(

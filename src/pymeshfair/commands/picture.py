@@ -18,7 +18,9 @@ PICTURES = (".png", ".jpg", ".jpeg", ".webp")
 
 def picture(
     meshes: Annotated[list[Path], typer.Argument(metavar="MESH...", help="The mesh files to draw; none is changed.")],
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="PICTURE", help="A .png, .jpg or .webp file to write.")],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="PICTURE", help="A .png, .jpg or .webp file to write or replace.")
+    ],
     color: Annotated[
         str,
         typer.Option(

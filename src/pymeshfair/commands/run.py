@@ -74,7 +74,9 @@ def run(
 ) -> None:
     """Clean a mesh file with a recipe.
 
-    Beside OUTPUT, OUTPUT.provenance.json says how it came about. OUTPUT appears whole or not at all.
+    Beside OUTPUT, OUTPUT.provenance.json says how it came about. OUTPUT appears whole or not at all. If it exists, it is replaced
+    only if it is, to the byte, what an earlier run wrote there from the same INPUT; anything else is kept, and the run refused,
+    unless --overwrite is given. A run that fails leaves it as it was.
     """
     from ..running.started import EarlyProcess
 

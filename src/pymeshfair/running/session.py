@@ -145,7 +145,7 @@ class Session:
 
     def _note(self, text: str) -> None:
         self._notes.append(text)
-        self._event(Message(text))
+        self._event(Message(text, step=self._number))
 
     def _progress(self, fraction: float) -> None:
         if self._number and abs(fraction - self._told) >= _SMALLEST_PROGRESS:
