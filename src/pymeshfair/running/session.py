@@ -6,7 +6,6 @@ The only module of a run in which MeshLab is at work.
 from __future__ import annotations
 
 import os
-import shutil
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
@@ -96,7 +95,7 @@ class Session:
     def _load(self, path: Path) -> tuple[Announced, dict[str, Any]]:
         """Check a file and load it as the current layer; what it declares, and which file it was."""
         told = self._assignment
-        given = told.stage / "given"
+        given = told.stage / f"given-{self._meshes.mesh_number()}"
         with unchanged(path):
             try:
                 announced = inspect_input(path, given, allow_outside=told.allow_outside, unchecked=told.unchecked)
@@ -106,7 +105,8 @@ class Session:
             self._lose(load_mesh(self._meshes, path, announced), InputError, path)
         for doubt in announced.doubts:
             self._warn(f"{path.name}: {doubt}")
-        shutil.rmtree(given, ignore_errors=True)
+        for file in set(given.glob("*")) - {texture.file for texture in announced.textures}:
+            file.unlink()  # but textures that were within the input go to the output
         return announced, described
 
     # --------------------------------------------------------------------------------------------------------------- steps
