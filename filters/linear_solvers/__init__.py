@@ -6,6 +6,7 @@ from .conjugate_gradients import conjugate_gradients, preconditioned_norm
 from .nested_dissection import nested_dissection
 from .refined_solution import DirectMethod, refined_solution
 from .shifted_factors import ShiftedFactors
+from .smoothed_aggregation import SmoothedAggregation
 from .spd_solver import FINEST_TOLERANCE, SpdSolver
 
 __all__ = [
@@ -13,6 +14,7 @@ __all__ = [
     "Cholesky",
     "DirectMethod",
     "ShiftedFactors",
+    "SmoothedAggregation",
     "SpdSolver",
     "conjugate_gradients",
     "laplacian_power",
