@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 import numpy as np
 
-from pymeshfair.declaration import Bool, Bools, Edit, Enum, FilterClass, Int, Layer, MeshElement, mesh_filter
+from pymeshfair.declaration import Bool, Bools, Edit, Enum, FilterClass, Int, Ints, Layer, MeshElement, mesh_filter
 from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.holes import HOLE_ENERGIES, HoleEnergy, HoleFilling, OpenRim, close_holes
 from pymeshfair.filters.topology import non_manifold_edges
@@ -54,7 +54,7 @@ def meshing_close_holes_by_fairing(
             minimum=3,
             maximum=10_000,
             help="The most edges that the rim of a hole may have. Larger closes larger holes; one of 10,000 edges takes half a "
-            "gigabyte of memory and more. Outer borders of open sheets stay open, whatever their size: rims that turn like that "
+            "gigabyte of memory. Outer borders of open sheets stay open, whatever their size: rims that turn like that "
             "of a flat disc, and those that span more than a third of the area of their sheet, unless they are selected.",
         ),
     ] = 300,
@@ -119,7 +119,8 @@ def meshing_close_holes_by_fairing(
     """Closes holes with triangles as dense as those around, which continue the surface smoothly across the rim.
 
     What is there stays as it is, textures too. New vertices and faces come last and are the ones that are selected afterwards, so
-    that a next step can delete, smooth or measure them. They take colours, scalars and texture from the rim. A mark is written if
+    that a next step can delete, smooth or measure them. Colours go on smoothly from the rim, and a new face
+    shows a place of the texture near by whose colour does. Scalars are those of the rim. A mark is written if
     a hole was closed: "scalar" overwrites the scalars of all faces, "color" the colours of the new ones. Returns how many holes
     were closed and the edges of each rim, how many vertices and faces are new, how many holes were filled by a lower energy, and
     how many rims were left open, why and with how many edges; the largest are named one by one.
@@ -144,7 +145,7 @@ def meshing_close_holes_by_fairing(
         face_selection=new_faces,
         **_marks(layer, filling, new_faces, mark),
         values=_values(filling, energy),
-        notes=_closed(layer, filling) + _lowered(filling, energy) + (_notes(filling) or _no_hole(layer, filling)),
+        notes=_closed(layer, filling) + _lowered(filling, energy) + (_notes(layer, filling) or _no_hole(layer, filling)),
     )
 
 
@@ -206,10 +207,7 @@ def _lowered(filling: HoleFilling, energy: HoleEnergy) -> tuple[str, ...]:
 def _closed(layer: Layer, filling: HoleFilling) -> tuple[str, ...]:
     """One sentence a closed hole, the largest first."""
     largest = sorted(filling.closed, key=lambda rim: -len(rim))
-    notes = []
-    for rim in largest[:MOST_CLOSED_NAMED]:
-        x, y, z = layer.vertices[rim].mean(axis=0).tolist()
-        notes.append(f"closed a hole of {len(rim)} edges around {x:.6g}, {y:.6g}, {z:.6g}")
+    notes = [f"closed a hole of {len(rim)} edges around {_place(layer, rim)}" for rim in largest[:MOST_CLOSED_NAMED]]
     if len(largest) > MOST_CLOSED_NAMED:
         notes.append(f"closed {len(largest) - MOST_CLOSED_NAMED} more, of at most {len(largest[MOST_CLOSED_NAMED])} edges")
     return tuple(notes)
@@ -228,16 +226,26 @@ def _no_hole(layer: Layer, filling: HoleFilling) -> tuple[str, ...]:
     )
 
 
-def _notes(filling: HoleFilling) -> tuple[str, ...]:
-    """One sentence a rim for those that somebody may want closed, the largest first."""
+def _notes(layer: Layer, filling: HoleFilling) -> tuple[str, ...]:
+    """One sentence a rim for those that somebody may want closed, the largest first, and one on outer borders."""
     named: list[OpenRim] = [rim for rim in filling.left_open if rim.reason not in ("selection", "outer")]
     named.sort(key=lambda rim: -len(rim.vertices))
-    notes = [rim.message for rim in named[:MOST_NAMED]]
+    notes = [f"{rim.message}; it is around {_place(layer, rim.vertices)}" for rim in named[:MOST_NAMED]]
     if len(named) > MOST_NAMED:
         notes.append(f"{len(named) - MOST_NAMED} more rims were left open, of at most {len(named[MOST_NAMED].vertices)} edges")
     if not filling.closed and filling.left_open and not named:
         notes.append("no hole was closed: there are only outer borders" + _or_unselected(filling.left_open))
+    outer = sorted((len(rim.vertices) for rim in filling.left_open if rim.reason == "outer"), reverse=True)
+    if len(outer) == 1:
+        notes.append(f"left the outer border of an open sheet, of {outer[0]} edges")
+    elif outer:
+        notes.append(f"left {len(outer)} outer borders of open sheets, of {outer[0]} edges and fewer")
     return tuple(notes)
+
+
+def _place(layer: Layer, vertices: Ints) -> str:
+    x, y, z = layer.vertices[vertices].mean(axis=0).tolist()
+    return f"{x:.6g}, {y:.6g}, {z:.6g}"
 
 
 def _or_unselected(rims: tuple[OpenRim, ...]) -> str:

@@ -38,6 +38,7 @@ FLOORS = [
     {"authoring", "looking"},
     {"report"},
     {"batch", "tuning"},
+    {"tiles"},
     {"commands"},
     {"__main__"},
 ]

@@ -1,7 +1,8 @@
 """Writes the files that follow from the declarations, the recipes and MeshLab.
 
-``python tools/generate.py [stubs|pages|public-names|meshlab-table|all] [--check]``. Without a name it writes all but the table,
-which takes minutes and changes only with pymeshlab. ``--check`` writes nothing and fails if a file is not current.
+``python tools/generate.py [stubs|pages|public-names|kernels|meshlab-table|all] [--check]``. Without a name it writes all but the
+list of kernels and the table, which take minutes; the table changes only with pymeshlab. ``--check`` writes nothing and fails
+if a file is not current.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+import kernel_list
 import meshlab_table
 import pages
 import public_names
@@ -24,6 +26,7 @@ TARGETS: Mapping[str, Callable[[], dict[Path, str]]] = {
     "stubs": lambda: {stubs.STUB: stubs.format_stub()},
     "pages": lambda: {pages.DOCS / name: page() for name, page in pages.PAGES.items()},
     "public-names": lambda: {public_names.LIST: public_names.list_text()},
+    "kernels": lambda: {kernel_list.LIST: kernel_list.list_text()},
     "meshlab-table": lambda: {meshlab_table.TABLE: meshlab_table.table_text()},
 }
 DEFAULT = ("stubs", "pages", "public-names")

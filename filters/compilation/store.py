@@ -16,12 +16,13 @@ import uuid
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from .numba_threads import load_numba
 
 #: what comes with the package; the installation writes it, nobody else
 INSTALLED = Path(__file__).parent / "kernels"
+_TEMPORARY = "pymeshfair-kernels-"
 
 
 def compiled_here(target: tuple[str, ...]) -> str:
@@ -52,9 +53,34 @@ def writable_folder() -> Path:
         if os.access(folder, os.W_OK | os.X_OK):
             return folder
     # A new folder of our own: in a folder where others can write, they could replace the compiled code.
-    folder = Path(tempfile.mkdtemp(prefix="pymeshfair-kernels-"))
+    folder = Path(tempfile.mkdtemp(prefix=_TEMPORARY))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     return folder
+
+
+class Stored(NamedTuple):
+    """What is there for this Python, this numba and this processor.
+
+    Attributes:
+        installed: how many kernels came compiled with the package.
+        kept: how many have been compiled since.
+        folder: where those are.
+        lasts: whether later processes find them there.
+    """
+
+    installed: int
+    kept: int
+    folder: Path
+    lasts: bool
+
+
+def stored() -> Stored:
+    """What need not be compiled any more."""
+    from numba.core.registry import cpu_target
+
+    here, folder = compiled_here(cpu_target.target_context.codegen().magic_tuple()), writable_folder()
+    installed, kept = (sum(1 for _ in (place / here).glob("*")) for place in (INSTALLED, folder))
+    return Stored(installed, kept, folder, not folder.name.startswith(_TEMPORARY))
 
 
 def read(folder: str, name: str) -> bytes | None:

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..checks import FilterInputError, check_whole_number
 from ..execution import Progress, threads_for
-from ..mesh import Floats, NormalisedMesh, check_mesh, normalised_mesh, worth_reordering
+from ..mesh import Floats, NormalisedMesh, Whole, check_mesh, normalised_mesh, worth_reordering
 from ..operators import OperatorName
 from ..topology import BorderPolicy, stars
 from .stencil import Advance, UpdateRule, explicit_stencil
@@ -63,6 +63,7 @@ def explicit_surface(
     iterations: int,
     steps: int,
     update: UpdateRule = "euler",
+    whole: Whole | None = None,
 ) -> ExplicitSurface:
     """Makes a mesh ready for explicit iterations: checked, normalised and, where that pays, in an order good for the memory.
 
@@ -75,13 +76,14 @@ def explicit_surface(
         iterations: how many there will be, at least 0.
         steps: how often each of them applies L.
         update: the rule of a step; see `explicit_smoothing`.
+        whole: the mesh that this is a part of; None if it is all.
 
     Raises:
         FilterInputError: not a mesh, a parameter out of range.
     """
     points, triangles = check_mesh(vertices, faces)
     count = check_whole_number("iterations", iterations, least=0)
-    mesh = normalised_mesh(points, triangles, movable)
+    mesh = normalised_mesh(points, triangles, movable, whole)
     # "robust" is assembled by a library, in the order of the faces; cotangents lose twice as much to a bad order as means do.
     sweeps = steps * count * (2 if operator in ("cotangent", "laplace_beltrami") else 1)
     reorder = operator != "robust" and worth_reordering(mesh.cells, len(mesh), sweeps)

@@ -3,6 +3,7 @@
 from .blend import Blend, blend_parts
 from .energy import bilaplacian_smoothing, weight_of_detail_size
 from .feature_weights import feature_weights, scalar_feature_weights
+from .harmonic import harmonic_values
 from .region import ENERGIES, Energy, FairedRegion, fair_region
 from .tangential import improve_triangles, tangential_smoothing
 
@@ -15,6 +16,7 @@ __all__ = [
     "blend_parts",
     "fair_region",
     "feature_weights",
+    "harmonic_values",
     "improve_triangles",
     "scalar_feature_weights",
     "tangential_smoothing",

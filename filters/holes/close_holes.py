@@ -39,19 +39,21 @@ def close_holes(
     at the rim (`refined_patch`), and the new vertices are placed by `fair_region`; refinement and fairing alternate for some
     rounds, since fairing depends on the triangulation, which each round makes more regular. Where the surface then bends more
     than 1.2 times as much at the rim as around it, edges become down to a quarter as long: a narrow hole between two sides that
-    do not match needs more of them to be smooth.
+    do not match needs more of them to be smooth. Where the filling would have more than 60,000 new vertices (`MOST_VERTICES`),
+    its triangles get larger away from the rim, so that time and memory grow with the rim alone.
 
     The closed mesh is a manifold where the mesh was one, and oriented like it. Outer borders of open sheets are no holes and stay
     open, of whatever size (`outer_borders`): rims with a total geodesic curvature above 1.5 pi, and, unless `selected` contains
     one of their vertices, those that span more than a third of the area of their sheet, as the border of a cap of a ball up to
-    109 degrees from its pole does. A ball of which less is missing has a hole; a tube longer than three quarters of its width has
+    109 degrees from its pole does. A rim whose squared length is below the area of its sheet is always a hole. A ball of which
+    less is missing has a hole; a tube longer than three quarters of its width has
     two. A sheet that lies in a hole without touching its rim is an island, which the new faces join.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
         max_edges: the largest number of edges of the rim of a hole that is closed, from 3. Larger closes more. Outer borders and
-            islands do not count. A rim of k edges takes about 5 k^2 bytes.
+            islands do not count.
         energy: how the new vertices are placed. "membrane": the least area, with a crease at the rim. "thin_plate": tangents
             continue across the rim. "minimum_variation": curvatures do too, and the filling bulges as the surface around does;
             it is closest to the lost surface where that was smooth, and the most sensitive to noise at the rim. "none": as

@@ -4,8 +4,9 @@ import numpy as np
 
 from ..compilation import compiled
 from ..geometry import angle_at, cross_product, squared_length
-from ..mesh import Bools, Floats, Ints
+from ..mesh import Bools, Floats, Ints, Longs
 from ..topology import diamond, fan_size, flip
+from .vertex_pairs import is_pair
 
 # An edge is flipped if its opposite angles sum to pi and this, and the sum falls by at least this. Without, an edge between two
 # equal choices could flip back and forth for ever, and rounding would decide.
@@ -16,14 +17,16 @@ _MOST_SWEEPS = 200
 
 
 @compiled
-def flip_towards_delaunay(points: Floats, triangles: Ints, across: Ints, forbidden: Bools) -> None:
+def flip_towards_delaunay(points: Floats, triangles: Ints, across: Ints, keys: Longs, apart: Bools, alone: Bools) -> None:
     """Flip edges of a patch, in place, until no flip lessens a sum of opposite angles that is above pi.
 
     Args:
         points: (n, 3) coordinates.
         triangles: (b, 3) the patch.
         across: (b, 3) as `faces_across` gives it, -1 at the rim.
-        forbidden: (k, k) which of the first k points must not be joined; on the diagonal, which must not be joined to any other.
+        keys: of the pairs of the first k points that must not be joined, as in `VertexPairs`.
+        apart: (k,) of which no two must be joined.
+        alone: (k,) which must not be joined to any other.
     """
     for _ in range(_MOST_SWEEPS):
         flips = 0
@@ -33,7 +36,7 @@ def flip_towards_delaunay(points: Floats, triangles: Ints, across: Ints, forbidd
                     a, b, c, d = diamond(triangles, across, t, k)
                     if (
                         _is_better(points, a, b, c, d)
-                        and not _is_forbidden(forbidden, c, d)
+                        and not _is_forbidden(keys, apart, alone, c, d)
                         and c != d
                         and fan_size(triangles, across, t, (k + 2) % 3, d) > 0
                     ):
@@ -59,10 +62,12 @@ def _is_better(points: Floats, a: int, b: int, c: int, d: int) -> bool:
 
 
 @compiled
-def _is_forbidden(forbidden: Bools, c: int, d: int) -> bool:
+def _is_forbidden(keys: Longs, apart: Bools, alone: Bools, c: int, d: int) -> bool:
     """Whether the points c and d must not be joined."""
-    n = forbidden.shape[0]
-    return bool((c < n and forbidden[c, c]) or (d < n and forbidden[d, d]) or (c < n and d < n and forbidden[c, d]))
+    n = apart.shape[0]
+    if (c < n and alone[c]) or (d < n and alone[d]):
+        return True
+    return bool(c < n and d < n and ((apart[c] and apart[d]) or is_pair(keys, n, c, d)))
 
 
 @compiled

@@ -4,7 +4,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from ..geometry import area_vector, corner_angles, cross_products
+from ..geometry import area_vector, corner_angles, cross_products, side_lengths
 from ..mesh import Bools, Floats, Ints
 from ..topology import BoundaryLoop, connected_components, proper_faces
 
@@ -18,6 +18,9 @@ OUTER_SHARE = 1 / 3
 #: But a rim whose total geodesic curvature is below this is a hole: the inner border of a narrow frame. A sheet that covers more
 #: than three quarters of a ball has such a border, too.
 FRAME_TURN = -np.pi
+#: And a rim with a squared length below this share of the area of its sheet is a hole, however it turns, as one in a fold may.
+#: The share is 4 pi for the border of a flat disc, the least of flat sheets, and 4.2 for the cap of a ball of 109 degrees.
+SHORT_RIM = 1.0
 
 #: Whether a rim goes round the outside of a sheet.
 Outer: TypeAlias = Literal["no", "probably", "surely"]
@@ -36,7 +39,7 @@ def outer_borders(rims: list[BoundaryLoop], vertices: Floats, faces: Ints) -> li
     there. By the theorem of Gauss and Bonnet this is 2 pi less the Gaussian curvature inside for a disc, however ragged its
     border. So it says little about the border of a curved sheet, such as a range map of a ball. Such a rim is probably an outer
     border if it spans more than `OUTER_SHARE` of the area of its component and its curvature is above `FRAME_TURN`. The area
-    that a rim spans is that of its largest projection to a plane.
+    that a rim spans is that of its largest projection to a plane. A rim too short to go round its sheet is none, see `SHORT_RIM`.
     """
     if not rims:
         return []
@@ -47,7 +50,9 @@ def outer_borders(rims: list[BoundaryLoop], vertices: Floats, faces: Ints) -> li
     found: list[Outer] = []
     for rim, turn in zip(rims, turns, strict=True):
         spans = float(np.linalg.norm(area_vector(vertices[rim.vertices])))
-        if turn > OUTER_TURN:
+        if side_lengths(vertices[rim.vertices]).sum() ** 2 < SHORT_RIM * areas[components[rim.vertices[0]]]:
+            found.append("no")
+        elif turn > OUTER_TURN:
             found.append("surely")
         elif turn > FRAME_TURN and spans > OUTER_SHARE * areas[components[rim.vertices[0]]]:
             found.append("probably")

@@ -10,6 +10,8 @@ from ..mesh import Bools, Floats, Ints
 _THINNEST = 1e-7
 # Angles that differ by less count as the same, so that ties are decided by area and not by rounding.
 _SAME = 1e-9
+# So do areas that differ by less than this share, the rounding of sums of some hundred of them.
+_SAME_AREA = 1e-12
 # The number of triangles tried between two calls of `progress`, about.
 _BATCH = 20_000_000
 
@@ -110,7 +112,7 @@ def _solve(
             last = span == n - 1
             if forbidden[i, j] and not last:
                 continue
-            best_angle, best_area = np.inf, np.inf
+            best_angle, best_area, best_skew = np.inf, np.inf, n
             for m in range(i + 1, j):
                 worst = max(angle[i, m], angle[m, j])
                 if worst > best_angle + _SAME or worst == np.inf:
@@ -123,10 +125,24 @@ def _solve(
                 if last:
                     worst = max(worst, _bend(x, y, z, side_normals[j]))
                 total = area[i, m] + area[m, j] + doubled
-                if worst < best_angle - _SAME or (worst <= best_angle + _SAME and total < best_area):
-                    best_angle, best_area = worst, total
-                    angle[i, j], area[i, j], split[i, j] = worst, total, m
-                    normals[i, j, 0], normals[i, j, 1], normals[i, j, 2] = x, y, z
+                if not _is_better(worst, total, abs(2 * m - i - j), best_angle, best_area, best_skew):
+                    continue
+                best_angle, best_area, best_skew = worst, total, abs(2 * m - i - j)
+                angle[i, j], area[i, j], split[i, j] = worst, total, m
+                normals[i, j, 0], normals[i, j, 1], normals[i, j, 2] = x, y, z
+
+
+@compiled
+def _is_better(angle: float, area: float, skew: int, best_angle: float, best_area: float, best_skew: int) -> bool:
+    """Whether a split is to replace the best so far: by angle, then by area, then for the evener one.
+
+    In a flat polygon all triangulations have the same angles and areas, and rounding would choose fans of needles.
+    """
+    if angle < best_angle - _SAME:
+        return True
+    if angle > best_angle + _SAME or area > best_area * (1.0 + _SAME_AREA):
+        return False
+    return area < best_area * (1.0 - _SAME_AREA) or skew < best_skew
 
 
 @compiled

@@ -5,9 +5,15 @@ import numpy as np
 from ..checks import ConvergenceError, FilterInputError
 from ..execution import Progress
 from ..fairing.region import fair_region
+from ..linear_solvers import DirectMethod
 from ..mesh import Floats, Ints
 from .filling import HOLE_ENERGIES, HoleEnergy
 from .patches import Patches
+
+#: Patches with more new vertices than this together are not solved for at once.
+MOST_AT_ONCE = 100_000
+#: With more free vertices than this the factors by Cholesky come first: they take half the memory, but cannot be interrupted.
+_LARGE = 20_000
 
 
 def fair_patches(
@@ -33,13 +39,28 @@ def fair_patches(
             progress((done + share) / rounds)
 
         if done > 0:
-            patches.refine_again(energy != "membrane")
+            patches.refine_again(energy != "membrane", partial)
         # Grouped before any patch falls to a lower energy: `_lower` places those that do.
         groups = [[k for k in range(patches.count) if energies[k] == level] for level in HOLE_ENERGIES[:0:-1]]
         for level, group in zip(HOLE_ENERGIES[:0:-1], groups, strict=True):
-            for k in _place(patches, points, faces, group, level, partial):
-                energies[k] = _lower(patches, points, faces, k, level, partial)
+            for part in _parts(patches, group):
+                for k in _place(patches, points, faces, part, level, partial):
+                    energies[k] = _lower(patches, points, faces, k, level, partial)
     return energies
+
+
+def _parts(patches: Patches, group: list[int]) -> list[list[int]]:
+    """The patches of a group in parts of up to `MOST_AT_ONCE` new vertices, or of one patch."""
+    counts = np.bincount(patches.gathered()[2], minlength=patches.count)
+    parts: list[list[int]] = []
+    total = 0
+    for k in group:
+        total += int(counts[k])
+        if not parts or total > MOST_AT_ONCE:
+            parts.append([])
+            total = int(counts[k])
+        parts[-1].append(k)
+    return parts
 
 
 def _lower(patches: Patches, points: Floats, faces: Ints, k: int, energy: HoleEnergy, progress: Progress) -> HoleEnergy:
@@ -56,13 +77,16 @@ def _place(patches: Patches, points: Floats, faces: Ints, group: list[int], ener
     free = np.concatenate([np.zeros(len(points), dtype=np.bool_), np.isin(patch_of_vertex, group)])
     if energy == "none" or not free.any():
         return []
-    everything = np.concatenate([points, new_vertices])
-    try:
-        faired = fair_region(everything, np.concatenate([faces, new_faces]), free, energy=energy, dense=True, progress=progress)
-    except (ConvergenceError, FilterInputError):
-        if len(group) == 1:
-            return group
-        half = len(group) // 2
-        return [k for part in (group[:half], group[half:]) for k in _place(patches, points, faces, part, energy, progress)]
-    patches.move(faired.vertices[len(points) :])
-    return []
+    everything, closed = np.concatenate([points, new_vertices]), np.concatenate([faces, new_faces])
+    methods: tuple[DirectMethod, ...] = ("cholesky", "superlu") if free.sum() > _LARGE else ("superlu",)
+    for method in methods:
+        try:
+            faired = fair_region(everything, closed, free, energy=energy, dense=True, method=method, progress=progress)
+        except (ConvergenceError, FilterInputError):
+            continue
+        patches.move(faired.vertices[len(points) :])
+        return []
+    if len(group) == 1:
+        return group
+    half = len(group) // 2
+    return [k for part in (group[:half], group[half:]) for k in _place(patches, points, faces, part, energy, progress)]

@@ -5,16 +5,20 @@ from typing import NamedTuple
 import numpy as np
 
 from ..execution import Progress
-from ..mesh import Bools, Floats, Ints
+from ..mesh import Floats, Ints
 from ..topology import BoundaryLoop, OneRings, one_rings
+from .grading import MOST_VERTICES, uniform_width
 from .polygon import Polygon, joined_corners, polygon, triangulate_polygon
 from .refinement import Patch, refined_patch
 from .rim_angles import bend_at_rim, bends_around
+from .vertex_pairs import ForbiddenEdges, vertex_pairs
 
 #: A hole at whose rim the surface bends by more than this many times as much as around it is refined further.
 SHARP = 1.2
 #: Its edges become as short as this share of what they would be.
 FINEST = 0.25
+# The share of the progress that triangulation takes, of a patch that is refined.
+_TRIANGULATION = 0.3
 
 
 class _PlacedPatch(NamedTuple):
@@ -23,7 +27,8 @@ class _PlacedPatch(NamedTuple):
     Attributes:
         own: (k,) the vertices of the mesh on its rim, ascending.
         patch: the patch; its first k points are these vertices.
-        forbidden: (k, k) which of them it must not join.
+        forbidden: which of them it must not join.
+        uniform: how wide its part at the rim is where triangles are as small as there, in edges.
         sides: (s, 3) the edges of the rim in the numbers of the patch, as `bend_at_rim` takes them, but of the third vertex the
             index in `around`.
         around: (s, 3) coordinates of the third vertices of the faces of the mesh at the rim.
@@ -33,7 +38,8 @@ class _PlacedPatch(NamedTuple):
 
     own: Ints
     patch: Patch
-    forbidden: Bools
+    forbidden: ForbiddenEdges
+    uniform: float
     sides: Ints
     around: Floats
     bend: float
@@ -63,44 +69,62 @@ class Patches:
 
     def add(self, rim: BoundaryLoop, islands: list[BoundaryLoop], refine: bool, progress: Progress) -> bool:
         """Triangulate and refine a hole with the islands in it; False, and nothing is added, if that cannot be done."""
+
+        def triangulating(share: float) -> None:
+            progress(share * (_TRIANGULATION if refine else 1.0))
+
+        def refining(share: float) -> None:
+            progress(_TRIANGULATION + (1.0 - _TRIANGULATION) * share)
+
         outline = polygon(rim, islands, self._points)
         joined = joined_corners(outline.vertices, self._rings, self._place, self._links)
-        triangles = None if _is_a_face(outline) else triangulate_polygon(outline, self._points, joined, progress)
+        triangles = None if _is_a_face(outline) else triangulate_polygon(outline, self._points, joined, triangulating)
         if triangles is None and refine and len(rim.vertices) > 3:
             # Here diagonals may double edges of the mesh, since refinement splits such diagonals.
-            triangles = triangulate_polygon(outline, self._points, np.zeros_like(joined), progress)
+            triangles = triangulate_polygon(outline, self._points, vertex_pairs(joined.size), triangulating)
         if triangles is None:
             return False
         own, first = np.unique(outline.vertices, return_index=True)
         self._place[own] = np.arange(len(own), dtype=np.int32)
         patch = Patch(self._points[own], self._lengths(own), self._place[triangles], len(own))
         self._place[own] = -1
-        forbidden = joined[np.ix_(first, first)]
+        alone = np.zeros(len(own), dtype=np.bool_)
         for loop in (rim, *islands):
             distinct, visits = np.unique(loop.vertices, return_counts=True)
-            twice = np.searchsorted(own, distinct[visits > 1])
-            forbidden[twice, twice] = True
+            alone[np.searchsorted(own, distinct[visits > 1])] = True
+        forbidden = ForbiddenEdges(joined.restricted(first.astype(np.int32)), np.zeros(len(own), dtype=np.bool_), alone)
+        uniform = uniform_width(patch.points, patch.sizes, patch.triangles, patch.n_rim)
         if refine:
-            patch = refined_patch(patch, forbidden=forbidden)
+            patch = refined_patch(patch, forbidden=forbidden, uniform=uniform, progress=refining)
             # Another hole with the same two vertices may join them later, so no flip of this one may.
-            forbidden |= np.outer(self._shared[own], self._shared[own]) & ~np.eye(len(own), dtype=np.bool_)
+            forbidden = forbidden._replace(apart=self._shared[own])
         at_mesh = outline.opposite >= 0
         starts, ends = np.searchsorted(own, outline.vertices), np.searchsorted(own, np.roll(outline.vertices, -1))
         sides = np.column_stack([starts, ends, np.cumsum(at_mesh) - 1])[at_mesh].astype(np.int32)
         bend = float(self._bends[0][own].sum() / max(self._bends[1][own].sum(), 1.0))
-        self._placed.append(_PlacedPatch(own, patch, forbidden, sides, self._points[outline.opposite[at_mesh]], bend, 1.0))
+        around = self._points[outline.opposite[at_mesh]]
+        self._placed.append(_PlacedPatch(own, patch, forbidden, uniform, sides, around, bend, 1.0))
         self._record_links(own, patch)
         return True
 
-    def refine_again(self, smooth: bool) -> None:
-        """Refine all patches with their points where they are now; if `smooth`, more where the surface bends at the rim."""
+    def refine_again(self, smooth: bool, progress: Progress) -> None:
+        """Refine all patches with their points where they are now; if `smooth`, more where the surface bends at the rim.
+
+        `progress` is called now and then with a share of 0, and may raise to stop.
+        """
+
+        def still(share: float) -> None:
+            progress(0.0)
+
         for k, placed in enumerate(self._placed):
             patch = placed.patch
             everything = np.concatenate([patch.points, placed.around])
             sides = placed.sides + np.array([0, 0, len(patch.points)], dtype=np.int32)
             bend = bend_at_rim(everything, patch.triangles, sides)
             finer = np.clip(SHARP * placed.bend / bend, FINEST / placed.share, 1.0) if smooth and bend > 0.0 else 1.0
-            patch = refined_patch(patch._replace(sizes=patch.sizes * finer), forbidden=placed.forbidden)
+            finer = max(finer, min(1.0, float(np.sqrt(len(patch.points) / MOST_VERTICES))))
+            patch = patch._replace(sizes=patch.sizes * finer)
+            patch = refined_patch(patch, forbidden=placed.forbidden, uniform=placed.uniform, progress=still)
             self._placed[k] = placed._replace(patch=patch, share=placed.share * float(finer))
 
     def move(self, new_vertices: Floats) -> None:

@@ -1,14 +1,18 @@
 """The polygon that is triangulated to close a hole: its rim, with the islands in it joined to it by cuts."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
 
 from ..execution import Progress
 from ..geometry import side_lengths
-from ..mesh import Bools, Floats, Ints, Longs
+from ..libraries import sparse, spatial
+from ..mesh import Floats, Ints, Longs
 from ..topology import BoundaryLoop, OneRings
 from .triangulation import triangulate_rim
+from .vertex_pairs import VertexPairs, vertex_pairs
 
 _MOST_TRIES = 20
 
@@ -37,10 +41,12 @@ def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> P
     rest = list(islands)
     while rest:
         best = (np.inf, 0, 0, 0)
+        places, same_as = np.unique(points[vertices], axis=0, return_index=True)
+        tree = spatial.cKDTree(places)
         for which, island in enumerate(rest):
-            apart = np.linalg.norm(points[vertices][:, None] - points[island.vertices], axis=2)
-            nearest = int(apart.argmin())
-            best = min(best, (float(apart.flat[nearest]), which, *divmod(nearest, apart.shape[1])))
+            apart, nearest = tree.query(points[island.vertices])
+            j = int(apart.argmin())
+            best = min(best, (float(apart[j]), which, int(same_as[nearest[j]]), j))
         i, j = best[2:]
         island = rest.pop(best[1])
         around, beyond = np.roll(island.vertices, -j), np.roll(island.opposite, -j)
@@ -51,18 +57,18 @@ def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> P
     return Polygon(vertices, opposite)
 
 
-def triangulate_polygon(outline: Polygon, points: Floats, joined: Bools, progress: Progress) -> Ints | None:
+def triangulate_polygon(outline: Polygon, points: Floats, joined: VertexPairs, progress: Progress) -> Ints | None:
     """(b, 3) the vertices of triangles that close the polygon; None if there are none that leave a manifold.
 
     Args:
         outline: the polygon.
         points: (n, 3) the vertices of the mesh.
-        joined: (k, k) which of its corners are joined by an edge already.
+        joined: which of its corners are joined by an edge already.
         progress: as for `triangulate_rim`.
     """
     corners = outline.vertices
     opposite = np.where(outline.opposite[:, None] < 0, np.nan, points[outline.opposite])
-    forbidden = joined | (corners[:, None] == corners)
+    forbidden = joined.with_pairs(*_corners_at_one_vertex(corners))
     for _ in range(_MOST_TRIES):
         triangles = triangulate_rim(points[corners], opposite, forbidden, progress=progress)
         if triangles is None:
@@ -71,8 +77,20 @@ def triangulate_polygon(outline: Polygon, points: Floats, joined: Bools, progres
         if len(doubled) == 0:
             return np.asarray(corners[triangles])
         # Two corners at one vertex have got diagonals to the same vertex: forbid the second.
-        forbidden[doubled[:, 0], doubled[:, 1]] = forbidden[doubled[:, 1], doubled[:, 0]] = True
+        forbidden = forbidden.with_pairs(doubled[:, 0], doubled[:, 1])
     return None
+
+
+def _corners_at_one_vertex(corners: Ints) -> tuple[Longs, Longs]:
+    """Every two corners of a polygon that are the same vertex."""
+    order = np.argsort(corners, kind="stable")
+    first, second = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.int64)]
+    step = 1
+    while (same := corners[order[step:]] == corners[order[:-step]]).any():
+        first.append(order[:-step][same])
+        second.append(order[step:][same])
+        step += 1
+    return np.concatenate(first), np.concatenate(second)
 
 
 def _doubled_diagonals(corners: Ints, triangles: Ints) -> Longs:
@@ -84,8 +102,8 @@ def _doubled_diagonals(corners: Ints, triangles: Ints) -> Longs:
     return np.asarray(np.delete(diagonals, first, axis=0), dtype=np.int64)
 
 
-def joined_corners(corners: Ints, rings: OneRings, place: Ints, more: dict[int, set[int]]) -> Bools:
-    """(k, k) which corners of a polygon are joined by an edge that is no side of it.
+def joined_corners(corners: Ints, rings: OneRings, place: Ints, more: dict[int, set[int]]) -> VertexPairs:
+    """Which corners of a polygon are joined by an edge that is no side of it.
 
     Args:
         corners: (k,) the vertices of the polygon.
@@ -96,15 +114,15 @@ def joined_corners(corners: Ints, rings: OneRings, place: Ints, more: dict[int, 
     k = len(corners)
     own, index = np.unique(corners, return_inverse=True)
     place[own] = np.arange(len(own), dtype=np.int32)
-    linked = np.zeros((len(own), len(own)), dtype=np.bool_)
+    ends: tuple[list[int], list[int]] = ([], [])
     for i, v in enumerate(own.tolist()):
         others = place[rings.neighbours[rings.offsets[v] : rings.offsets[v + 1]]]
-        linked[i, others[others >= 0]] = True
-        for w in more.get(v, ()):
-            if place[w] >= 0:
-                linked[i, place[w]] = True
+        found = others[others >= 0].tolist() + [int(place[w]) for w in more.get(v, ()) if place[w] >= 0]
+        ends[0].extend([i] * len(found))
+        ends[1].extend(found)
     place[own] = -1
-    joined = linked[np.ix_(index, index)]
-    side = np.arange(k)
-    joined[side, (side + 1) % k] = joined[(side + 1) % k, side] = False
-    return joined
+    linked = sparse.csr_array((np.ones(len(ends[0])), ends), shape=(len(own), len(own)))
+    at = sparse.csr_array((np.ones(k), (np.arange(k), index)), shape=(k, len(own)))
+    first, second = (at @ linked @ at.T).nonzero()
+    side = (np.abs(first - second) == 1) | (np.abs(first - second) == k - 1)
+    return vertex_pairs(k, first[~side], second[~side])

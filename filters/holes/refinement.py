@@ -5,9 +5,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compilation import compiled
+from ..execution import Progress, ignore_progress
 from ..mesh import Bools, Floats, Ints
 from ..topology import faces_across, relink
 from .delaunay_flips import flip_towards_delaunay
+from .grading import Growth
+from .vertex_pairs import ForbiddenEdges, nothing_forbidden
 
 #: A triangle is split if its centroid, times this, is farther from each corner than the edges there are long [liepa2003].
 DENSITY = np.sqrt(2.0)
@@ -16,6 +19,8 @@ DENSITY = np.sqrt(2.0)
 # between the sides of a crack a new vertex has no room to move.
 _CRACK = 0.25
 _MOST_ROUNDS = 60
+# After so many rounds half of the work counts as done: how many there will be is not known before.
+_HALF = 8
 
 
 class Patch(NamedTuple):
@@ -34,7 +39,14 @@ class Patch(NamedTuple):
     n_rim: int
 
 
-def refined_patch(patch: Patch, *, forbidden: Bools | None = None, density: float = DENSITY) -> Patch:
+def refined_patch(
+    patch: Patch,
+    *,
+    forbidden: ForbiddenEdges | None = None,
+    density: float = DENSITY,
+    uniform: float = np.inf,
+    progress: Progress = ignore_progress,
+) -> Patch:
     """Splits triangles at their centroids until they are as small as the edges of the rim, and flips edges, in turn [liepa2003].
 
     A triangle is split if, for each of its corners, `density` times the distance to the centroid exceeds both the size of the
@@ -46,29 +58,40 @@ def refined_patch(patch: Patch, *, forbidden: Bools | None = None, density: floa
 
     Args:
         patch: a patch with points on the rim alone, or a refined patch whose points have moved.
-        forbidden: (k, k) which pairs of vertices of the rim must not be joined because they are joined outside the patch. An edge
-            of the patch between such a pair is split. On the diagonal: the vertices that the rim meets twice, at which flips
-            make no edges.
+        forbidden: which pairs of vertices of the rim must not be joined because they are joined outside the patch. An edge
+            of the patch between such a pair is split. `alone` are the vertices that the rim meets twice.
         density: larger gives smaller triangles, their size in proportion to 1 / density.
+        uniform: from how many edges from the rim on triangles may be larger, as `Growth` says.
+        progress: called with the share that is done after each round; may raise to stop.
     """
     n_rim = patch.n_rim
-    forbidden = np.zeros((n_rim, n_rim), dtype=np.bool_) if forbidden is None else forbidden.copy()
+    limits = forbidden or nothing_forbidden(n_rim)
     points, sizes = patch.points, patch.sizes
+    growth = Growth(points[:n_rim], uniform)
+    targets = sizes * growth.at(points, sizes)
     triangles = np.ascontiguousarray(patch.triangles, dtype=np.int32).copy()
     across = faces_across(triangles)
-    flip_towards_delaunay(points, triangles, across, forbidden)
-    for _ in range(_MOST_ROUNDS):
-        split = _too_large(points, sizes, triangles, density)
-        if not split.any():
+    flip_towards_delaunay(points, triangles, across, limits.pairs.keys, limits.apart, limits.alone)
+    for done in range(_MOST_ROUNDS):
+        progress(done / (done + _HALF))
+        split = np.flatnonzero(_too_large(points, targets, triangles, density)).astype(np.int32)
+        if len(split) == 0:
             break
-        points, sizes, triangles, across = _split(points, sizes, triangles, across, np.flatnonzero(split).astype(np.int32))
-        flip_towards_delaunay(points, triangles, across, forbidden)
-    points, sizes, triangles = _split_diagonals(points, sizes, triangles, n_rim, forbidden)
-    flip_towards_delaunay(points, triangles, faces_across(triangles), forbidden | ~np.eye(n_rim, dtype=np.bool_))
+        centres = points[triangles[split]].mean(axis=1)
+        sizes = np.concatenate([sizes, means := sizes[triangles[split]].mean(axis=1)])
+        targets = np.concatenate([targets, means * growth.at(centres, means)])
+        triangles, across = _split(len(points), triangles, across, split)
+        points = np.concatenate([points, centres])
+        flip_towards_delaunay(points, triangles, across, limits.pairs.keys, limits.apart, limits.alone)
+    points, sizes, triangles = _split_diagonals(points, sizes, triangles, n_rim, limits)
+    apart = np.ones(n_rim, dtype=np.bool_)
+    flip_towards_delaunay(points, triangles, faces_across(triangles), limits.pairs.keys, apart, limits.alone)
     return Patch(points, sizes, triangles, n_rim)
 
 
-def _split_diagonals(points: Floats, sizes: Floats, triangles: Ints, n_rim: int, forbidden: Bools) -> tuple[Floats, Floats, Ints]:
+def _split_diagonals(
+    points: Floats, sizes: Floats, triangles: Ints, n_rim: int, forbidden: ForbiddenEdges
+) -> tuple[Floats, Floats, Ints]:
     """Splits every edge inside the patch that joins two vertices of the rim, except in cracks, at its middle."""
     # Only the triangles with an edge between vertices of the rim can change.
     concerned = (triangles < n_rim).sum(axis=1) > 1
@@ -82,7 +105,7 @@ def _split_diagonals(points: Floats, sizes: Floats, triangles: Ints, n_rim: int,
     for a, b in inner:
         if (a, b) not in holder:
             continue
-        if not forbidden[a, b]:
+        if not forbidden.has(a, b):
             heights = [_height(points[rows[holder[edge]]]) for edge in ((a, b), (b, a)) if max(rows[holder[edge]]) < len(points)]
             if heights and min(heights) < _CRACK * (sizes[a] + sizes[b]) / 2.0:
                 continue
@@ -116,19 +139,14 @@ def _too_large(points: Floats, sizes: Floats, triangles: Ints, density: float) -
     return large
 
 
-def _split(points: Floats, sizes: Floats, triangles: Ints, across: Ints, chosen: Ints) -> tuple[Floats, Floats, Ints, Ints]:
-    """Replaces each chosen triangle by three round its centroid: the first in its row, the other two at the end."""
-    new = len(points) + np.arange(len(chosen), dtype=np.int32)
+def _split(count: int, triangles: Ints, across: Ints, chosen: Ints) -> tuple[Ints, Ints]:
+    """Replaces each chosen triangle by three round a new point, from `count` on: the first in its row, the others at the end."""
+    new = count + np.arange(len(chosen), dtype=np.int32)
     second = (len(triangles) + 2 * np.arange(len(chosen))).astype(np.int32)
     more = np.full((2 * len(chosen), 3), -1, dtype=np.int32)
     grown, beyond = np.concatenate([triangles, more]), np.concatenate([across, more])
     _write_split(grown, beyond, chosen, new, second)
-    return (
-        np.concatenate([points, points[triangles[chosen]].mean(axis=1)]),
-        np.concatenate([sizes, sizes[triangles[chosen]].mean(axis=1)]),
-        grown,
-        beyond,
-    )
+    return grown, beyond
 
 
 @compiled

@@ -74,7 +74,7 @@ def _refused(
 ) -> OpenRim | None:
     """The hole with the reason why it must not be closed; None if it may be."""
     if len(hole.vertices) > max_edges:
-        return left_open_as(hole, "size", f": it has more than {max_edges}")
+        return left_open_as(hole, "size", f": it has more than {max_edges}; to close it, raise max_edges to {len(hole.vertices)}")
     if is_seam(hole, points):
         return left_open_as(hole, "seam")
     if selected is not None and not selected[hole.vertices].any():

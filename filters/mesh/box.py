@@ -6,7 +6,7 @@ import numpy as np
 
 from ..checks import FilterInputError
 from ..compilation import compiled
-from .arrays import Floats, Ints
+from .arrays import Bools, Floats, Ints
 
 #: diagonals of a mesh that a vertex may be moved by; nothing that smooths, fairs or denoises has a reason to go as far
 FURTHEST = 2.0
@@ -67,6 +67,12 @@ def refuse_spike(k: int, length: float, diagonal: float, numbers: Ints | None = 
         f"({FURTHEST:g} are the most), as the triangles around it are too irregular; "
         f"{advice or 'improve them first, or smooth less'}"
     )
+
+
+def spikes(before: Floats, after: Floats, diagonal: float) -> Bools:
+    """(n,) which vertices `check_healthy` refuses."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.asarray(~(np.linalg.norm(after - before, axis=1) <= FURTHEST * diagonal))
 
 
 @compiled

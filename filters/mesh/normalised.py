@@ -18,6 +18,25 @@ _BLOCK = 4096
 
 
 @dataclass(frozen=True, eq=False)
+class Whole:
+    """The mesh that a part was cut from, as far as the part has to know it to give the same bits.
+
+    Attributes:
+        low: (3,) the lowest coordinates of the vertices that its cells use.
+        high: (3,) their highest.
+    """
+
+    low: Floats
+    high: Floats
+
+    @property
+    def diagonal(self) -> float:
+        """Of the box."""
+        scale = unit_scale(self.low, self.high)
+        return float(np.linalg.norm(self.high * scale - self.low * scale)) / scale
+
+
+@dataclass(frozen=True, eq=False)
 class NormalisedMesh:
     """The vertices that a face or an edge uses, about the origin, of ordinary size, in an order of choice.
 
@@ -34,6 +53,7 @@ class NormalisedMesh:
         movable_vertices: (n,) which vertices may move; None for all.
         diagonal: of the box of the points, 0 if there are none.
         has_sorted_cells: whether the cells stand in the order of their lowest points, by and large, or as they came in.
+        is_part: whether it was cut from a larger mesh; then the vertices around its cut are of no use, and not checked.
     """
 
     vertices: Floats
@@ -44,6 +64,7 @@ class NormalisedMesh:
     movable_vertices: Bools | None
     diagonal: float
     has_sorted_cells: bool = False
+    is_part: bool = False
 
     @cached_property
     def points(self) -> Floats:
@@ -119,7 +140,7 @@ class NormalisedMesh:
             blocks = -(-len(points) // _BLOCK)
             furthest, squares = np.zeros(blocks, dtype=np.int64), np.zeros(blocks)
             _restore(self.vertices, self.middle, self.scale, self._listed, points, result, furthest, squares)
-        if len(points):
+        if len(points) and not self.is_part:
             block = int(squares.argmax())  # the first NaN, if there is one
             refuse_spike(int(furthest[block]), math.sqrt(squares[block]), self.diagonal, self.order)
         return result
@@ -129,7 +150,9 @@ class NormalisedMesh:
         return np.empty(0, dtype=np.int32) if self.order is None else self.order
 
 
-def normalised_mesh(vertices: Floats, cells: Ints, movable: ArrayLike | None = None) -> NormalisedMesh:
+def normalised_mesh(
+    vertices: Floats, cells: Ints, movable: ArrayLike | None = None, whole: Whole | None = None
+) -> NormalisedMesh:
     """A checked mesh, normalised, its points in the order of the vertices.
 
     Args:
@@ -137,6 +160,7 @@ def normalised_mesh(vertices: Floats, cells: Ints, movable: ArrayLike | None = N
         cells: (m, 3) triangles or (e, 2) edges. One that names a vertex twice uses none. Without any cell the vertices are a
             point cloud, and all have a point.
         movable: (n,) bool, which vertices may move; None for all.
+        whole: the mesh that this is a part of; None if it is all.
 
     Raises:
         FilterInputError: `movable` is not a truth value for every vertex.
@@ -150,10 +174,13 @@ def normalised_mesh(vertices: Floats, cells: Ints, movable: ArrayLike | None = N
             cells = cells[used[cells].all(axis=1)]
     if len(vertices) == 0 or (order is not None and len(order) == 0):
         return NormalisedMesh(vertices, np.zeros(3), 1.0, order, cells, mask, 0.0)
-    low, high = bounding_box(vertices if order is None else vertices[order])
+    if whole is None:
+        low, high = bounding_box(vertices if order is None else vertices[order])
+    else:
+        low, high = whole.low, whole.high
     middle, scale = low * 0.5 + high * 0.5, unit_scale(low, high)
     diagonal = float(np.linalg.norm((high - middle) * scale - (low - middle) * scale))
-    return NormalisedMesh(vertices, middle, scale, order, cells, mask, diagonal)
+    return NormalisedMesh(vertices, middle, scale, order, cells, mask, diagonal, is_part=whole is not None)
 
 
 @compiled

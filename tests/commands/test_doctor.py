@@ -97,19 +97,38 @@ def test_a_full_disk_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "TMPDIR" in found(findings.look_at_disk, "disk").advice
 
 
-def test_a_cache_that_cannot_be_written_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Numba refuses to compile with a cache where it can keep none; the cure is named."""
-    import numba
+def test_kernels_that_are_kept_nowhere_are_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where no folder can be written every process compiles anew; the cure is named."""
+    from pymeshfair.filters import compilation
 
-    def refuse(**options: bool) -> Callable[..., None]:
-        def decorate(function: Callable[..., object]) -> None:
-            raise RuntimeError("cannot cache function '_successor': no locator available")
-
-        return decorate
-
-    monkeypatch.setattr(numba, "njit", refuse)
+    monkeypatch.setattr(compilation, "stored", lambda: compilation.Stored(0, 3, Path("/tmp/gone"), lasts=False))
     assert not found(findings.look_at_numba, "numba").ok
     assert "NUMBA_CACHE_DIR" in found(findings.look_at_numba, "numba").advice
+
+
+def test_where_nothing_is_compiled_the_command_for_it_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An installation without kernels is sound, and slower at first."""
+    from pymeshfair.filters import compilation
+
+    monkeypatch.setattr(compilation, "stored", lambda: compilation.Stored(0, 0, Path("/tmp/store"), lasts=True))
+    assert found(findings.look_at_numba, "numba").ok
+    assert "doctor --warm" in found(findings.look_at_numba, "numba").advice
+
+
+def test_warming_compiles_what_is_listed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`--warm` hands the whole list to the compiler, and tells what it could not compile."""
+    from pymeshfair.filters import compilation
+
+    asked = []
+
+    def compile_ahead(signatures: object, **options: object) -> list[str]:
+        asked.append(signatures)
+        return ["pymeshfair.filters.a.b: TypeError"]
+
+    monkeypatch.setattr(compilation, "compile_ahead", compile_ahead)
+    done = invoke("doctor", "--warm")
+    assert asked == [compilation.listed_signatures()]
+    assert "not compiled: pymeshfair.filters.a.b" in done.stderr
 
 
 def test_a_look_that_fails_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -551,3 +551,17 @@ def test_what_is_out_of_range_is_refused() -> None:
         close_holes(*mesh, islands="drop")  # type: ignore[arg-type]
     with pytest.raises(FilterInputError, match="selected"):
         close_holes(*mesh, selected=np.ones(3, dtype=np.bool_))
+
+
+def test_a_short_rim_that_turns_like_a_border_is_a_hole() -> None:
+    """The rim of a bell turns by 2 pi like the border of a disc; on the neck of a large ball it is closed, alone not."""
+    around = 24
+    heights = np.concatenate([[0.0, 0.0, -0.2, -1.0, -1.5], -6.5 + 5.0 * np.cos(np.linspace(0.1, 3.0, 20))])
+    radii = np.concatenate([[1.0, 0.7, 0.3, 0.3, 0.4], 5.0 * np.sin(np.linspace(0.1, 3.0, 20))])
+    for rows, reasons in ((25, []), (4, ["outer"])):
+        vertices, faces = tube(around, rows - 1)
+        vertices[:, :2] *= np.repeat(radii[:rows], around)[:, None]
+        vertices[:, 2] = np.repeat(heights[:rows], around)
+        filling = close_holes(vertices, faces, refine=False)
+        assert [rim.reason for rim in filling.left_open] == reasons
+        assert len(filling.closed) == 2 - len(reasons)

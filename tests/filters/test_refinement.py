@@ -7,8 +7,10 @@ import pytest
 from numpy.typing import NDArray
 
 from pymeshfair.filters.geometry import mean_edge_length
+from pymeshfair.filters.holes.grading import MOST_VERTICES, SLOPE, Growth, uniform_width
 from pymeshfair.filters.holes.refinement import Patch, refined_patch
 from pymeshfair.filters.holes.triangulation import triangulate_rim
+from pymeshfair.filters.holes.vertex_pairs import nothing_forbidden, vertex_pairs
 from pymeshfair.filters.topology import border_edges, edges, face_adjacency, non_manifold_edges
 from tests.meshes import area, rotation
 
@@ -21,7 +23,7 @@ def disc(corners: int, wave: float = 0.0) -> Patch:
     radius = corners / (2 * np.pi) * (1.0 + 0.1 * np.cos(2 * angle) + 0.02 * np.sin(5 * angle))
     points = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), wave * np.sin(2 * angle + 0.2)])
     lengths = np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1)
-    triangles = triangulate_rim(points, points * 1.1, np.zeros((corners, corners), dtype=np.bool_))
+    triangles = triangulate_rim(points, points * 1.1, vertex_pairs(corners))
     assert triangles is not None
     return Patch(points, (lengths + np.roll(lengths, -1)) / 2, triangles, corners)
 
@@ -93,7 +95,7 @@ def test_a_crack_gets_no_vertices() -> None:
     """Between two sides that are near each other compared with their edges there is no room for any."""
     x = np.arange(8.0)
     points = np.concatenate([np.column_stack([x, 0 * x, 0 * x]), np.column_stack([x[::-1] + 0.02, 0 * x + 0.05, 0 * x])])
-    triangles = triangulate_rim(points, points + np.array([0.0, 0.0, -1.0]), np.zeros((16, 16), dtype=np.bool_))
+    triangles = triangulate_rim(points, points + np.array([0.0, 0.0, -1.0]), vertex_pairs(16))
     assert triangles is not None
     assert len(refined_patch(Patch(points, np.full(16, 1.0), triangles, 16)).points) == 16
 
@@ -102,8 +104,7 @@ def test_forbidden_pairs_are_not_joined_even_if_they_were() -> None:
     """A diagonal, even in a crack, between vertices that the mesh joins already is split."""
     patch = disc(4)
     i, j = (int(v) for v in edges(patch.triangles)[np.ptp(edges(patch.triangles), axis=1) == 2][0])
-    forbidden = np.zeros((4, 4), dtype=np.bool_)
-    forbidden[i, j] = forbidden[j, i] = True
+    forbidden = nothing_forbidden(4)._replace(pairs=vertex_pairs(4, [i], [j]))
     narrow = patch._replace(sizes=np.full(4, 100.0))
     assert (i, j) in set(map(tuple, edges(refined_patch(narrow).triangles).tolist()))
     assert (i, j) not in set(map(tuple, edges(refined_patch(narrow, forbidden=forbidden).triangles).tolist()))
@@ -118,3 +119,41 @@ def test_triangles_do_not_depend_on_place_and_size() -> None:
     again = refined_patch(patch)
     assert np.array_equal(again.points, expected.points)
     assert np.array_equal(again.triangles, expected.triangles)
+
+
+def test_a_hole_of_any_size_gets_a_bounded_number_of_vertices() -> None:
+    """A band u edges wide and the inside have (k u + k / slope) 2 / sqrt(3) vertices: the width is that of the most of them."""
+    side = np.sqrt(3.0) / 2.0
+    for corners in (400, 2_000):
+        angle = 2 * np.pi * np.arange(corners) / corners
+        rim = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(corners)]) / (2 * np.sin(np.pi / corners))
+        fan = np.column_stack([np.zeros(corners - 2), np.arange(1, corners - 1), np.arange(2, corners)]).astype(np.int32)
+        width = uniform_width(rim, np.ones(corners), fan, corners)
+        if np.pi * (corners / (2 * np.pi)) ** 2 / side <= MOST_VERTICES:
+            assert width == np.inf
+        else:
+            assert corners * (width + 1 / SLOPE) / side == pytest.approx(MOST_VERTICES)
+
+
+def test_edges_grow_with_the_distance_from_the_rim() -> None:
+    """Twice the width of the band away, in edges of length 1/2 there, edges are 1 + slope width as long; within it they are 1."""
+    growth = Growth(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]), 3.0)
+    points = np.array([[0.5, 0.0, 0.0], [0.0, 1.5, 0.0], [1.0, 3.0, 0.0]])
+    np.testing.assert_allclose(growth.at(points, np.full(3, 0.5)), [1.0, 1.0, 1.0 + 3.0 * SLOPE])
+    assert (Growth(points, np.inf).at(100.0 * points, np.ones(3)) == 1.0).all()
+
+
+def test_a_graded_patch_has_fewer_vertices_and_the_same_rim() -> None:
+    """With a band of two edges a flat disc keeps its area and is coarser in the middle, by as much as edges are to grow."""
+    even, graded = refined_patch(disc(120)), refined_patch(disc(120), uniform=2.0)
+    assert len(graded.points) < 0.5 * len(even.points)
+    assert area(graded.points, graded.triangles) == pytest.approx(area(even.points, even.triangles), rel=1e-11)
+    lengths = []
+    for patch in (even, graded):
+        ends = edges(patch.triangles)
+        middle = np.linalg.norm(patch.points[ends].mean(axis=1), axis=1) < 0.3 * 120 / (2 * np.pi)
+        lengths.append(np.linalg.norm(patch.points[ends[:, 0]] - patch.points[ends[:, 1]], axis=1)[middle].mean())
+    # The middle of the disc is between 0.6 and 1.1 of its radius away from the rim; splitting in halves overshoots by up to 2.
+    growth = 1 + SLOPE * (np.array([0.6, 1.1]) * 120 / (2 * np.pi) - 2)
+    assert growth[0] / 2 < lengths[1] / lengths[0] < growth[1]
+    assert len(non_manifold_edges(graded.triangles)) == 0

@@ -35,6 +35,7 @@ FAMILIES = {
     "spectral": set(),
     "outliers": set(),
     "inspection": set(),
+    "choosing": {"diffusion", "denoising", "fairing", "spectral"},
     "traits": {"denoising", "diffusion"},
 }
 MODULES = sorted(path for path in FILTERS.rglob("*.py") if path.parent != FILTERS)

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from pymeshfair.filters.holes.retriangulation import retriangulated
 from pymeshfair.filters.holes.triangulation import triangulate_rim
+from pymeshfair.filters.holes.vertex_pairs import VertexPairs, vertex_pairs
 from tests.meshes import area, rotation
 
 Floats = NDArray[np.float64]
@@ -34,9 +36,9 @@ def bent(corners: int, seed: int) -> tuple[Floats, Floats]:
     return points, (points + np.roll(points, -1, axis=0)) * 0.8 + rng.normal(0.0, 0.2, (corners, 3))
 
 
-def nothing(corners: int) -> NDArray[np.bool_]:
+def nothing(corners: int) -> VertexPairs:
     """No diagonal forbidden."""
-    return np.zeros((corners, corners), dtype=np.bool_)
+    return vertex_pairs(corners)
 
 
 def polygon_area(points: Floats) -> float:
@@ -125,11 +127,9 @@ def test_of_four_corners_the_less_bent_diagonal_is_chosen(seed: int) -> None:
 def test_forbidden_diagonals_are_not_used() -> None:
     """Of four corners with one diagonal forbidden the other is taken; with both there is no triangulation."""
     points, opposite = bent(4, 0)
-    forbidden = nothing(4)
-    forbidden[0, 2] = forbidden[2, 0] = True
+    forbidden = vertex_pairs(4, [0], [2])
     assert as_set(triangulate_rim(points, opposite, forbidden)) == {(0, 1, 3), (1, 2, 3)}
-    forbidden[1, 3] = forbidden[3, 1] = True
-    assert triangulate_rim(points, opposite, forbidden) is None
+    assert triangulate_rim(points, opposite, forbidden.with_pairs([1], [3])) is None
 
 
 def test_degenerate_triangles_are_not_used() -> None:
@@ -171,3 +171,59 @@ def test_work_can_be_stopped() -> None:
     points, opposite = bent(20, 0)
     with pytest.raises(KeyboardInterrupt):
         triangulate_rim(points, opposite, nothing(20), progress=stop)
+
+
+def energy(points: Floats, opposite: Floats, triangles: NDArray[np.int32]) -> tuple[float, float]:
+    """The largest angle between two triangles or one and the face at its side, as 1 - cos, and the doubled area."""
+    owner = {(int(t[k]), int(t[(k + 1) % 3])): t for t in triangles for k in range(3)}
+    worst = 0.0
+    for (u, v), t in owner.items():
+        across = points[owner[v, u]] if (v, u) in owner else np.array([points[v], points[u], opposite[u]])
+        worst = max(worst, 1.0 - float(normal(*points[t]) @ normal(*across)))
+    return worst, 2 * area(points, triangles)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_parts_triangulated_anew_bend_no_more(seed: int) -> None:
+    """Around a chord the best triangles replace the given ones, so that the largest angle, or the area at the same, is less."""
+    points, opposite = bent(40, seed)
+    fan = np.column_stack([np.zeros(38), np.arange(1, 39), np.arange(2, 40)]).astype(np.int32)
+    better = retriangulated(fan, [(20, 0)], points, opposite, nothing(40))
+    assert energy(points, opposite, better) < energy(points, opposite, fan)
+    # All 38 triangles lie in one window, so nothing is better than what is found for the whole rim at once.
+    assert as_set(better) == as_set(triangulate_rim(points, opposite, nothing(40)))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_long_rim_in_parts_is_nearly_as_good_as_at_once(seed: int) -> None:
+    """In parts of 30 a bent rim of 90 has at most a tenth more area, and all diagonals have two triangles."""
+    points, opposite = bent(90, seed)
+    whole = triangulate_rim(points, opposite, nothing(90))
+    parts = triangulate_rim(points, opposite, nothing(90), whole=30)
+    assert whole is not None
+    assert parts is not None
+    assert area(points, parts) < 1.1 * area(points, whole)
+    assert len({(int(t[k]), int(t[(k + 1) % 3])) for t in parts for k in range(3)}) == 3 * 88
+
+
+def test_a_flat_rim_gets_no_fans() -> None:
+    """Where all triangulations are equally good the even one is taken: no corner of a regular polygon has over log2(64) + 2."""
+    angle = 2 * np.pi * np.arange(64) / 64
+    points = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(64)])
+    triangles = triangulate_rim(points, 1.1 * points, nothing(64))
+    assert triangles is not None
+    assert np.bincount(triangles.ravel()).max() <= 2 * (6 + 2)
+
+
+def test_pairs_are_a_symmetric_matrix_without_its_zeros() -> None:
+    """Joined, restricted and asked one by one, pairs are what a full matrix says."""
+    rng = np.random.default_rng(2)
+    full = np.zeros((12, 12), dtype=np.bool_)
+    pairs = vertex_pairs(12)
+    for _ in range(3):
+        first, second = rng.integers(0, 12, (2, 5))
+        full[first, second] = full[second, first] = True
+        pairs = pairs.with_pairs(first, second)
+    chosen = rng.permutation(12)[:7].astype(np.int32)
+    assert np.array_equal(pairs.among(chosen), full[np.ix_(chosen, chosen)])
+    assert all(pairs.has(i, j) == full[i, j] for i in range(12) for j in range(12))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pymeshlab
 import pytest
+from matplotlib.image import imsave
 
 from pymeshfair.declaration import Edit
 from pymeshfair.errors import MeshError
@@ -15,6 +16,7 @@ from pymeshfair.meshset import MeshSet
 from pymeshfair.write_back import Workbench, attributes
 from tests.host.snapshots import PER_FACE, PER_VERTEX, add_attributes, differences, everything, give_back, same, sample, wild
 from tests.host.test_write_back import as_read, coloured_ply, textured_obj
+from tests.meshes import icosphere
 
 MESHES = [textured_obj, coloured_ply]
 #: what MeshLab derives of the coordinates
@@ -104,7 +106,7 @@ def test_normals_are_those_of_the_geometry() -> None:
 
 
 def test_added_elements_take_after_their_neighbours() -> None:
-    """A face next to corner 1 of a square has colour, scalar and texture there, a vertex next to corner 2 those of the corner."""
+    """A vertex has the scalar and texture of the nearest corner, a face the middle of its texture, and colours are blended."""
     square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
     meshes = MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(square, np.array([[0, 1, 2], [0, 2, 3]])))
@@ -112,8 +114,8 @@ def test_added_elements_take_after_their_neighbours() -> None:
     meshes.compute_texcoord_transfer_vertex_to_wedge()
     meshes.compute_scalar_by_function_per_vertex(q="vi")
     meshes.compute_scalar_by_function_per_face(q="10+fi")
-    meshes.compute_color_by_function_per_vertex(x="vi", y="0", z="0", a="255")
-    meshes.compute_color_by_function_per_face(r="10+fi", g="0", b="0", a="255")
+    meshes.compute_color_by_function_per_vertex(x="14*vi", y="0", z="0", a="255")
+    meshes.compute_color_by_function_per_face(r="10+20*fi", g="0", b="0", a="255")
     added = Edit(
         added_vertices=np.array([[1.1, -0.5, 0.0], [1.2, 0.9, 0.0]]),
         added_faces=np.array([[1, 4, 5], [5, 2, 1], [3, 2, 5]], dtype=np.int32),
@@ -121,12 +123,62 @@ def test_added_elements_take_after_their_neighbours() -> None:
     meshes.apply_step(give_back(added))
     mesh = meshes.current_mesh()
     assert mesh.vertex_scalar_array()[4:].tolist() == [1, 2]
-    assert np.rint(mesh.vertex_color_matrix()[4:, 0] * 255).tolist() == [1, 2]
+    # x4 is the mean of corner 1 and x5, x5 that of corners 1, 2, 3 and x4: 10/7 and 13/7.
+    assert np.rint(mesh.vertex_color_matrix()[4:, 0] * 255).tolist() == [20, 26]
     assert mesh.vertex_tex_coord_matrix()[4:].tolist() == [[0.25, 0], [0.25, 0.25]]
     assert mesh.face_scalar_array()[2:].tolist() == [10, 10, 10]
-    assert np.rint(mesh.face_color_matrix()[2:, 0] * 255).tolist() == [10, 10, 10]
-    corners = mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2)[2:].tolist()
-    assert corners == [[[0.25, 0]] * 3, [[0.25, 0.25]] * 3, [[0.25, 0.25]] * 3]
+    red = np.rint(mesh.face_color_matrix()[2:, 0] * 255)
+    assert ((red > 10) & (red < 30)).all()
+    corners = mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2)
+    middle = corners[0].mean(axis=0).astype(np.float32)
+    assert (corners[2:] == middle).all()
+
+
+def test_a_filling_shows_texels_of_faces_and_never_what_lies_beside_their_charts(tmp_path: Path) -> None:
+    """The filling of a sheet, red on the left and blue on the right on an atlas that is black elsewhere, is red and blue."""
+    pixels = np.zeros((64, 64, 3), dtype=np.uint8)
+    pixels[16:48, 16:32], pixels[16:48, 32:48] = (255, 0, 0), (0, 0, 255)
+    imsave(tmp_path / "atlas.png", pixels)
+    (tmp_path / "sheet.mtl").write_text("newmtl m\nmap_Kd atlas.png\n")
+    grid = [(x, y) for y in range(6) for x in range(6)]
+    lines = ["mtllib sheet.mtl", *(f"v {x} {y} 0" for x, y in grid)]
+    lines += [f"vt {0.25 + x / 10:.6f} {0.25 + y / 10:.6f}" for x, y in grid] + ["usemtl m"]
+    for y in range(5):
+        for x in range(5):
+            if not (0 < x < 4 and 0 < y < 4):
+                a, b, c, d = (6 * (y + j) + x + i + 1 for i, j in ((0, 0), (1, 0), (1, 1), (0, 1)))
+                lines += [f"f {a}/{a} {b}/{b} {c}/{c}", f"f {a}/{a} {c}/{c} {d}/{d}"]
+    (tmp_path / "sheet.obj").write_text("\n".join(lines))
+    meshes = MeshSet()
+    meshes.load_new_mesh(str(tmp_path / "sheet.obj"))
+    old = meshes.current_mesh().face_number()
+    meshes.meshing_close_holes_by_fairing()
+    mesh = meshes.current_mesh()
+    uv = mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2)[old:]
+    assert len(uv) > 10
+    assert (uv == uv[:, :1]).all()
+    seen = pixels[((1 - uv[:, 0, 1]) * 64).astype(int), (uv[:, 0, 0] * 64).astype(int)]
+    middles = mesh.vertex_matrix()[mesh.face_matrix()[old:]].mean(axis=1)
+    left, right = middles[:, 0] < 1.7, middles[:, 0] > 3.3
+    assert left.any()
+    assert right.any()
+    assert (seen[left] == (255, 0, 0)).all()
+    assert (seen[right] == (0, 0, 255)).all()
+    assert (seen.sum(axis=1) == 255).all()
+
+
+def test_a_mesh_without_colours_gets_none(tmp_path: Path) -> None:
+    """Closing a hole brings no colours of vertices or faces to a mesh that was read without."""
+    vertices, faces = icosphere(1)
+    lines = [f"v {x} {y} {z}" for x, y, z in vertices] + [f"f {a} {b} {c}" for a, b, c in faces[1:] + 1]
+    (tmp_path / "open.obj").write_text("\n".join(lines))
+    meshes = MeshSet()
+    meshes.load_new_mesh(str(tmp_path / "open.obj"))
+    told = meshes.meshing_close_holes_by_fairing()
+    assert told is not None
+    assert told["closed_holes"] == 1
+    assert not meshes.current_mesh().has_vertex_color()
+    assert not meshes.current_mesh().has_face_color()
 
 
 def test_an_island_of_new_vertices_takes_after_the_nearest_old_one() -> None:

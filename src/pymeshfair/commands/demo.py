@@ -25,17 +25,21 @@ def demo(
 
     It is the face of 85,849 vertices from a laser scanner that the pymeshlab wheel carries.
     """
-    from ..files.errors import OutputError
-    from ..recipe import load_recipe
-    from ..running.job import Job
+    from ..running.started import EarlyProcess
 
-    scan = sample_scan()
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(folder, error.strerror or str(error)) from error
-    typer.echo(f"cleaning {scan} with the recipe {_RECIPE}", err=True)
-    carry_out(Job(load_recipe(_RECIPE), scan, folder / "face_clean.ply", command=tuple(sys.argv)), json=json)
+    with EarlyProcess() as worker:
+        from ..files.errors import OutputError
+        from ..recipe import load_recipe
+        from ..running.job import Job
+
+        scan = sample_scan()
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise OutputError(folder, error.strerror or str(error)) from error
+        typer.echo(f"cleaning {scan} with the recipe {_RECIPE}", err=True)
+        job = Job(load_recipe(_RECIPE), scan, folder / "face_clean.ply", command=tuple(sys.argv))
+        carry_out(job, json=json, start=worker.start)
     typer.echo(
         f"\nTry next:\n  pymeshfair info {_RECIPE}\n"
         f"  pymeshfair run {_RECIPE} {_quoted(scan)} -o {_quoted(folder / 'smoother.ply')} --set detail_size=10edge\n"

@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from .json_document import print_document
 from .options import Debug, Json
+from .streams import warn
 
 if TYPE_CHECKING:
     from .findings import Finding
 
 
-def doctor(json: Json = False, debug: Debug = False) -> None:
+def doctor(
+    warm: Annotated[
+        bool, typer.Option("--warm", help="First compile all filters for this machine, such as in the image of a container.")
+    ] = False,
+    json: Json = False,
+    debug: Debug = False,
+) -> None:
     """Look for what keeps pymeshfair from working here."""
     from .findings import look_around
+
+    if warm:
+        _compile_all()
 
     findings = []
     for finding in look_around():
@@ -29,6 +39,20 @@ def doctor(json: Json = False, debug: Debug = False) -> None:
     typer.echo(message, err=True)
     if wrong:
         raise typer.Exit(1)
+
+
+def _compile_all() -> None:
+    """Compile what no installation and no run has compiled yet."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from ..filters.compilation import compile_ahead, listed_signatures
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("compiling filters for this machine", total=1.0)
+        failures = compile_ahead(listed_signatures(), progress=lambda share: bar.update(task, completed=share))
+    for failure in failures:
+        warn(f"not compiled: {failure}")
 
 
 def _show(finding: Finding) -> None:

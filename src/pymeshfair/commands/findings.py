@@ -12,6 +12,7 @@ import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 from .failure import LIBGL_ADVICE
 
@@ -98,17 +99,21 @@ def look_at_facts() -> Iterator[Finding]:
 
 
 def look_at_numba() -> Iterator[Finding]:
-    """Whether numba compiles, and where it keeps what it compiled."""
+    """Whether numba compiles, and where compiled filters are."""
     import numba
 
-    try:
-        compiled = numba.njit(cache=True)(_successor)
-    except RuntimeError as error:
-        advice = "set the environment variable NUMBA_CACHE_DIR to a folder that can be written"
-        yield Finding("numba", False, str(error), advice)
-        return
-    works = compiled(1) == 2
-    yield Finding("numba", works, f"compiles; keeps its results in {compiled.stats.cache_path}")
+    from ..filters.compilation import stored
+
+    njit: Any = numba.njit
+    works = bool(njit(_successor)(1) == 2)
+    found = stored()
+    detail = f"compiles; {found.installed} functions came compiled for this machine, {found.kept} more are in {found.folder}"
+    advice = ""
+    if not found.lasts:
+        advice = "which is temporary: set the environment variable NUMBA_CACHE_DIR to a folder that can be written"
+    elif found.installed + found.kept == 0:
+        advice = "first runs take some seconds longer; `pymeshfair doctor --warm` compiles everything now"
+    yield Finding("numba", works and found.lasts, detail, advice)
 
 
 def _successor(number: int) -> int:

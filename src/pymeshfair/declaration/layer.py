@@ -89,11 +89,13 @@ class Edit:
 
     n and m count the vertices and faces of the layer; N = n + a and M = m + b count those that are added, too, which come last.
 
-    What the mesh has of an added element and the edit does not say comes from near by: a vertex takes colour, scalar and texture
-    coordinates of the nearest old vertex that added faces use; a face takes those of an old face at such a vertex, nearest to its
-    own centre, the same at its three corners, so that it shows one colour of the texture instead of a strip across it. Of several
-    textures, added faces have the one that most of these vertices have. Added elements are not selected, their custom attributes
-    are 0, normals follow from the coordinates.
+    What the mesh has of an added element and the edit does not say comes from near by: a vertex takes scalar and texture
+    coordinates of the nearest old vertex that added faces use, a face the scalar of an old face at such a vertex, nearest to its
+    own centre. Colours are blended: that of a vertex is the mean of those of its neighbours in added faces, that of a face goes
+    on in the same way from the faces around. A face shows one place of the texture at its three corners, instead of a strip
+    across it: the middle of an old face near by whose colour there is such a blend, or of the one next to it where the image is
+    not known. Of several textures, added faces have the one that most of the old vertices that they use have. Added elements are
+    not selected, their custom attributes are 0, normals follow from the coordinates.
 
     A layer to which elements are added stays the same one, with its id. Two things MeshLab does not leave as they were: a mesh
     with texture coordinates at the corners of its faces alone gets some at its vertices, each from one of its corners, and a mesh

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import ParameterError
-from .length import Length
+from .length import AUTOMATIC, Length
 from .names import nearest
 from .parameter import Parameter
 from .values import as_float
@@ -88,6 +88,7 @@ class Percentage(Parameter):
 
     Attributes:
         of_edges: whether mean edges are those of the layer's polylines even where it has faces, too.
+        automatic: whether it may be "auto": the function receives -1, and chooses.
     """
 
     kind = "a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units)"
@@ -96,8 +97,11 @@ class Percentage(Parameter):
     python_type = float
     minimum: float | None = 0.0
     of_edges: bool = False
+    automatic: bool = False
 
     def check(self, value: Any) -> Length:
+        if self.automatic and value in ("auto", AUTOMATIC):
+            return AUTOMATIC
         if isinstance(value, str):
             value = Length.parse(value)
         if not isinstance(value, Length) or not _at_least(value.amount, self.minimum):
@@ -106,7 +110,7 @@ class Percentage(Parameter):
         return value
 
     def describe_allowed(self) -> str:
-        return self.kind + _bounds(self.minimum, None)
+        return self.kind + _bounds(self.minimum, None) + (", or 'auto'" if self.automatic else "")
 
 
 @dataclass(frozen=True, kw_only=True)

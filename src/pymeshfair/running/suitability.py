@@ -111,6 +111,9 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
     wrong = "; ".join(f"{name} is for {_asked(text)}, and here {found}" for text, found in verdict.unmet[:2])
     fitting = [other for other in others if other.fits and other.recipe != name]
     alike = _ALIKE if info.task in _ALIKE else (info.task,)
+    first = next((other for other in fitting if other.task == "denoise"), None)
+    if info.task not in _ALIKE and first is not None and all(found.startswith("noise is") for _, found in verdict.unmet):
+        return f"{wrong}: run {first.recipe} first"
     same = [other for other in fitting if other.task in alike and len(other.met) > 1]
     if same:
         return f"{wrong}: take {same[0].recipe}"

@@ -77,7 +77,7 @@ class Watch:
             try:
                 kind, item = self._queue.get(timeout=min(_PULSE, deadline - now))
             except Empty:
-                if self._worker.has_ended():
+                if self._report is not None or self._failure is not None or self._worker.has_ended():
                     break  # a process that the worker started holds its pipes open
                 continue
             if kind == "signal":

@@ -13,6 +13,7 @@ from ..errors import MeshError
 from ..filters.libraries import spatial
 from .arrays import read_array
 from .attributes import ELEMENTS, bring_in, check_names, clear_beyond
+from .continuation import continued_face_colors, continued_texture, continued_vertex_colors
 from .growth import check_growable, grow
 from .workbench import Workbench
 
@@ -25,12 +26,10 @@ class Donors(NamedTuple):
     Attributes:
         vertices: (a,) for each added vertex the old one.
         faces: (b,) for each added face the old one.
-        corners: (b,) which corner of that face gives texture coordinates, 0 to 2.
     """
 
     vertices: NDArray[np.intp]
     faces: NDArray[np.intp]
-    corners: NDArray[np.intp]
 
 
 def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[str, ...]]:
@@ -60,16 +59,26 @@ def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[s
     for element, of in zip(ELEMENTS, (donors.vertices, donors.faces), strict=True):
         chosen = np.append(selection[element], np.zeros(len(of), dtype=np.bool_))
         remaining[f"{element}_selection"] = chosen if (given := getattr(edit, f"{element}_selection")) is None else given
-        for name in ("scalars", "colors"):
-            if getattr(edit, f"{element}_{name}") is None and getattr(mesh, f"has_{element}_{name[:-1]}")():
-                before = read_array(mesh, f"{element}_{name}")
-                remaining[f"{element}_{name}"] = np.concatenate([before, before[of]])
+        if getattr(edit, f"{element}_scalars") is None and getattr(mesh, f"has_{element}_scalar")():
+            before = read_array(mesh, f"{element}_scalars")
+            remaining[f"{element}_scalars"] = np.concatenate([before, before[of]])
+    if edit.vertex_colors is None and mesh.has_vertex_color():
+        before = read_array(mesh, "vertex_colors")
+        remaining["vertex_colors"] = continued_vertex_colors(before, added_faces, donors.vertices)
+    if edit.face_colors is None and mesh.has_face_color():
+        before = read_array(mesh, "face_colors")
+        remaining["face_colors"] = continued_face_colors(before, faces, added_faces, len(vertices), donors.faces)
+    shown = None
+    if wedges is not None and len(added_faces):
+        # Which of several images an index means pymeshlab does not tell.
+        image = next(iter(mesh.textures().values())) if mesh.texture_number() == 1 else None
+        shown = continued_texture(image, wedges, faces, added_faces, may_give, donors.faces)
 
     seed, triangulated = grow(bench, mesh, len(added_vertices), added_faces, may_give)
     clear_beyond(bench, mesh, "vertex", len(vertices))
     clear_beyond(bench, mesh, "face", len(faces))
     if wedges is not None:
-        write_wedge_uv(bench, mesh, wedges, wedges[donors.faces, donors.corners], seed)
+        write_wedge_uv(bench, mesh, wedges, np.empty((0, 2)) if shown is None else shown, seed)
         if uv is None:  # MeshLab has given it some on the way
             uv = np.zeros((len(vertices), 2))
             uv[faces.ravel()[::-1]] = wedges.reshape(-1, 2)[::-1]
@@ -89,8 +98,8 @@ def find_donors(points: Floats, faces: Ints, added_faces: Ints, old: int, may_gi
         may_give: (m,) the faces that may be donors, and whose vertices may; at least one.
 
     Returns:
-        For an added vertex the nearest old vertex that added faces use, for an added face the first corner of an old face at the
-        one nearest to its centre. If added faces use no old vertex, all old vertices of faces may give.
+        For an added vertex the nearest old vertex that added faces use, for an added face an old face at the one nearest to its
+        centre. If added faces use no old vertex, all old vertices of faces may give.
     """
     givers = np.flatnonzero(may_give)
     at, first = np.unique(faces[givers], return_index=True)  # the first corner at each vertex
@@ -102,8 +111,7 @@ def find_donors(points: Floats, faces: Ints, added_faces: Ints, old: int, may_gi
     tree = spatial.cKDTree(points[at])
     _, near_vertex = tree.query(points[old:])
     _, near_face = tree.query(points[added_faces].mean(axis=1))
-    given_by = first[near_face]
-    return Donors(at[near_vertex], givers[given_by // 3], given_by % 3)
+    return Donors(at[near_vertex], givers[first[near_face] // 3])
 
 
 def _textured(bench: Workbench, mesh: Any, wedges: Floats, faces: Ints, added_faces: Ints) -> Bools:

@@ -1,0 +1,87 @@
+"""Pairs of the vertices of a rim that a patch must not join, in memory that grows with the pairs."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..compilation import compiled
+from ..mesh import Bools, Ints, Longs
+
+
+class VertexPairs(NamedTuple):
+    """Unordered pairs of the numbers 0 to size - 1.
+
+    Attributes:
+        size: how many numbers there are.
+        keys: (p,) ascending, i size + j of every pair (i, j), in both directions.
+    """
+
+    size: int
+    keys: Longs
+
+    def restricted(self, chosen: Ints) -> "VertexPairs":
+        """The pairs of which both are chosen, each of them given once, in the numbers of their places there."""
+        place = np.full(self.size, -1, dtype=np.int64)
+        place[chosen] = np.arange(len(chosen))
+        first, second = place[self.keys // self.size], place[self.keys % self.size]
+        both = (first >= 0) & (second >= 0)
+        return vertex_pairs(len(chosen), first[both], second[both])
+
+    def among(self, chosen: Ints) -> Bools:
+        """(k, k) which two of the chosen numbers, each of them given once, are a pair."""
+        inner = self.restricted(chosen)
+        dense = np.zeros((len(chosen), len(chosen)), dtype=np.bool_)
+        dense.ravel()[inner.keys] = True
+        return dense
+
+    def with_pairs(self, first: ArrayLike, second: ArrayLike) -> "VertexPairs":
+        """These pairs and those of each number in `first` with the one in `second`."""
+        return VertexPairs(self.size, np.union1d(self.keys, vertex_pairs(self.size, first, second).keys))
+
+    def has(self, i: int, j: int) -> bool:
+        """Whether (i, j) is one of the pairs."""
+        return bool(is_pair(self.keys, self.size, i, j))
+
+
+def vertex_pairs(count: int, first: ArrayLike = (), second: ArrayLike = ()) -> VertexPairs:
+    """The pairs of each number in `first`, from 0 to count - 1, with the one in `second`."""
+    a, b = np.asarray(first, dtype=np.int64), np.asarray(second, dtype=np.int64)
+    return VertexPairs(count, np.unique(np.concatenate([a * count + b, b * count + a])))
+
+
+@compiled
+def is_pair(keys: Longs, count: int, i: int, j: int) -> bool:
+    """Whether the ascending keys have i count + j."""
+    key = i * count + j
+    low, high = 0, keys.shape[0]
+    while low < high:
+        middle = (low + high) // 2
+        if keys[middle] < key:
+            low = middle + 1
+        else:
+            high = middle
+    return bool(low < keys.shape[0] and keys[low] == key)
+
+
+class ForbiddenEdges(NamedTuple):
+    """Which vertices 0 to k - 1 of its rim a patch must not join.
+
+    Attributes:
+        pairs: pairs that are joined outside the patch.
+        apart: (k,) the vertices of which no two may be joined.
+        alone: (k,) the vertices that no flip may join with any other.
+    """
+
+    pairs: VertexPairs
+    apart: Bools
+    alone: Bools
+
+    def has(self, i: int, j: int) -> bool:
+        """Whether the vertices i and j of the rim must not be joined."""
+        return bool(self.apart[i] and self.apart[j]) or self.pairs.has(i, j)
+
+
+def nothing_forbidden(count: int) -> ForbiddenEdges:
+    """For a rim of `count` vertices, any two of which may be joined."""
+    return ForbiddenEdges(vertex_pairs(count), np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_))

@@ -1,0 +1,138 @@
+"""Colours and textures carried on from what was there into added elements, so that a filling looks like what is around it."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..declaration import Bools, Floats, Ints
+from ..filters.libraries import spatial
+
+#: Added faces show the texture of old ones that are at most so many rings away from them.
+_RINGS = 4
+#: Where a face's texture is looked at, as shares of its corners: its middle, and half way from there to each corner.
+_WITHIN = np.array([[2, 2, 2], [4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6.0
+
+
+def continued_vertex_colors(before: Floats, added_faces: Ints, of: NDArray[np.intp]) -> Floats:
+    """(n + a, 4) the colours of n vertices and, for those that are added, the mean of their neighbours' in added faces.
+
+    Args:
+        before: (n, 4).
+        added_faces: (b, 3) indices from 0 to n + a - 1.
+        of: (a,) for each added vertex the old one that colours it if its faces touch no old vertex.
+    """
+    return _continued(np.concatenate([before, before[of]]), added_faces, len(before))
+
+
+def continued_face_colors(before: Floats, faces: Ints, added_faces: Ints, vertices: int, of: NDArray[np.intp]) -> Floats:
+    """(m + b, 4) the colours of m faces, and for those that are added a blend of the colours of the faces around.
+
+    Args:
+        before: (m, 4).
+        faces: (m, 3) the old faces.
+        added_faces: (b, 3) indices of old and added vertices.
+        vertices: how many old vertices there are.
+        of: (b,) for each added face the old one that colours it if it is connected with no old face.
+    """
+    known = np.zeros(vertices, dtype=np.bool_)
+    known[faces] = True
+    return np.concatenate([before, _blend(before, faces, added_faces, known, before[of])])
+
+
+def continued_texture(
+    image: Any, wedges: Floats, faces: Ints, added_faces: Ints, may_give: Bools, of: NDArray[np.intp]
+) -> Floats:
+    """(b, 2) for each added face a place of the texture, well inside an old face, whose colour continues those around.
+
+    The image has no texels for what was not there. So an added face shows one colour: of the old faces near the added ones, that
+    of the middle of the one whose colour is nearest to a blend of the colours around. Without an image it is the middle of a
+    neighbour, never its corner, where the image may show what lies beside its charts.
+
+    Args:
+        image: pymeshlab's image of the texture; None if it is not known.
+        wedges: (m, 3, 2) texture coordinates at the corners of old faces.
+        faces: (m, 3) the old faces.
+        added_faces: (b, 3) indices of old and added vertices.
+        may_give: (m,) the old faces that may give their texture.
+        of: (b,) for each added face the old one next to it.
+    """
+    middles = wedges.mean(axis=1).astype(np.float32).astype(np.float64)  # as MeshLab keeps them
+    pixels = None if image is None else read_pixels(image)
+    old = int(faces.max()) + 1
+    near = np.zeros(old, dtype=np.bool_)
+    near[added_faces[added_faces < old]] = True
+    for _ in range(_RINGS - 1):
+        near[faces[near[faces].any(axis=1)]] = True
+    givers = np.flatnonzero(near[faces].any(axis=1) & may_give)
+    if pixels is None or len(givers) == 0:
+        return np.asarray(middles[of])
+    shown = np.stack([_sampled(pixels, np.einsum("c,fcd->fd", w, wedges[givers])) for w in _WITHIN], axis=1)
+    mean = shown.mean(axis=1)
+    known = np.zeros(old, dtype=np.bool_)
+    known[faces[givers]] = True
+    nearest = np.searchsorted(givers, of)
+    wanted = _blend(mean, faces[givers], added_faces, known, mean[np.minimum(nearest, len(givers) - 1)])
+    # Of faces with much the same middle, one whose colour is the same all over is not mistaken for an edge of the picture.
+    unlike = np.abs(shown - shown[:, :1]).max(axis=1)
+    _, chosen = spatial.cKDTree(np.concatenate([shown[:, 0], 0.5 * unlike], axis=1)).query(np.pad(wanted, ((0, 0), (0, 3))))
+    return np.asarray(middles[givers[chosen]])
+
+
+def read_pixels(image: Any) -> NDArray[np.uint8] | None:
+    """(height, width, 3) the pixels of pymeshlab's image, from the top; None if it has none."""
+    if not (image.width() and image.height()):
+        return None
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "texture.ppm"
+        image.save(str(file))
+        content = file.read_bytes() if file.exists() else b""
+    size = 3 * image.width() * image.height()
+    if not content.startswith(b"P6") or len(content) < size:
+        return None
+    return np.frombuffer(content, dtype=np.uint8)[-size:].reshape(image.height(), image.width(), 3)
+
+
+def _sampled(pixels: NDArray[np.uint8], uv: Floats) -> Floats:
+    """(k, 3) the pixels at texture coordinates, from 0 to 1; the texture repeats."""
+    height, width = pixels.shape[:2]
+    column = np.minimum((uv[:, 0] % 1.0 * width).astype(np.intp), width - 1)
+    row = np.minimum(((1.0 - uv[:, 1]) % 1.0 * height).astype(np.intp), height - 1)
+    return np.asarray(pixels[row, column] / 255.0)
+
+
+def _blend(of_faces: Floats, faces: Ints, added_faces: Ints, known: Bools, otherwise: Floats) -> Floats:
+    """(b, k) for each added face the mean of its corners, at which known values are means of the faces there."""
+    count = max(len(known), int(added_faces.max(initial=-1)) + 1)
+    sums, number = np.zeros((count, of_faces.shape[1])), np.zeros(count)
+    for _ in range(2):  # the second time over two rings, so that a fine pattern of the texture counts as its mean
+        at_vertices = sums / np.maximum(number, 1.0)[:, None]
+        spread = of_faces if not number.any() else at_vertices[faces].mean(axis=1)
+        sums, number = np.zeros_like(sums), np.zeros_like(number)
+        for corner in faces.T:
+            np.add.at(sums, corner, spread)
+            np.add.at(number, corner, 1.0)
+    values = sums / np.maximum(number, 1.0)[:, None]
+    held = np.zeros(count, dtype=np.bool_)
+    held[: len(known)] = known
+    values[~held] = np.nan
+    corners = _harmonic(values, added_faces, held)[added_faces].mean(axis=1)
+    return np.where(np.isfinite(corners), corners, otherwise)
+
+
+def _continued(values: Floats, added_faces: Ints, old: int) -> Floats:
+    return _harmonic(values, added_faces, np.arange(len(values)) < old)
+
+
+def _harmonic(values: Floats, added_faces: Ints, known: Bools) -> Floats:
+    """The values, with those that are not known by `harmonic_values` on the added faces."""
+    from pymeshfair.filters.fairing import harmonic_values
+
+    used, index = np.unique(added_faces, return_inverse=True)
+    found = values.copy()
+    found[used] = harmonic_values(index.reshape(-1, 3), values[used], known[used])
+    return found

@@ -1,0 +1,63 @@
+"""The list of what is compiled at installation: the kernels that the shipped recipes, and all filters as they are, do use."""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+from pathlib import Path
+
+from pymeshfair.commands.demo import sample_scan
+from pymeshfair.declaration import Filter
+from pymeshfair.filters.compilation import ahead, loaded_kernels, signatures_of
+from pymeshfair.meshset import MeshSet
+from pymeshfair.recipe import Recipe, load_recipe, shipped_recipes
+from pymeshfair.registry import custom_filters
+from pymeshfair.running.job import Job
+from pymeshfair.running.messages import Assignment
+from pymeshfair.running.session import Session
+from pymeshfair.scripts.guards import Guards
+
+LIST = ahead.LIST
+
+
+def list_text() -> str:
+    """Run everything in this process, and write down what was compiled or loaded for it."""
+    sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+    from first_run_scans import scan_of, write_scans
+
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        scans = write_scans(folder)
+        for recipe in shipped_recipes():
+            _run(load_recipe(recipe), scans[scan_of(recipe)], folder)
+        _run(load_recipe("clean_range_map"), sample_scan(), folder)
+        for filter in custom_filters():
+            for scan in scans.values():
+                _apply(filter, scan)
+    return json.dumps(signatures_of(loaded_kernels("pymeshfair")), indent=1) + "\n"
+
+
+def _run(recipe: Recipe, scan: Path, folder: Path) -> None:
+    """As the worker of ``pymeshfair run`` does it, with limits and a map of what has changed."""
+    stage = folder / "stage" / f"{recipe.name}-{scan.stem}"
+    (stage / "new").mkdir(parents=True, exist_ok=True)
+    guards = Guards.parse({"max_displacement": "1000%", "keep_sharp": "0%"})
+    job = Job(recipe, scan, folder / "out.ply", guards=guards, map=folder / "map.ply")
+    print(recipe.name, scan.name, file=sys.stderr)
+    Session(Assignment.of(job, stage), lambda document: None).run()
+
+
+def _apply(filter: Filter, scan: Path) -> None:
+    """The filter with its defaults, for all vertices and for some, where the scan has what it needs."""
+    can_select = "selected" in filter.defaults
+    for some in (False, True) if can_select else (False,):
+        meshes = MeshSet()
+        meshes.load_new_mesh(str(scan))
+        if some:
+            meshes.compute_selection_by_condition_per_vertex(condselect="x > 1")
+        try:
+            meshes.apply_filter(filter.python_name, **({"selected": True} if some else {}))
+            meshes.current_mesh()
+        except Exception as error:  # not for such scans
+            print(f"  {filter.python_name} on {scan.name}: {type(error).__name__}", file=sys.stderr)
