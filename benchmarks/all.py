@@ -17,6 +17,7 @@ import datetime
 import importlib.metadata
 import sys
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 from peers import machine
@@ -104,7 +105,9 @@ def main() -> int:
                         small = kept_subject(Path(folder), contest.subject, contest.tiny, "scan")
                         run.blocks.append(measured(contest, size, order, path, small, options.rounds))
                         fell |= tell(run.blocks[-1], saved)
-        run.together_with(saved).saved(SAVED)
+                        # After every block, so that a run that is ended keeps what it has measured.
+                        replace(run, blocks=[*run.blocks]).together_with(saved).saved(SAVED)
+        run.together_with(saved)
     PAGE.write_text(page(run, None), encoding="utf-8")
     draw(run, PICTURE)
     print(f"written: {SAVED}, {PAGE}, {PICTURE}; the machine was {'quiet' if run.is_quiet else 'NOT QUIET'}")
