@@ -12,8 +12,9 @@ from .normal_filter import NORMAL_FILTER_METHODS, NormalFilter, NormalFilterMeth
 from .normal_filtering import filter_face_normals, normal_filtering
 from .normal_filters import RANGE_MEASURES, SPACE_KERNELS, RangeMeasure, SpaceKernel
 from .parts import distances_of_part, needs_distance, rings_of_round, round_of_part
-from .preparation import prepared
+from .preparation import denoised
 from .relaxation import RELAXATION_DIRECTIONS, RelaxationDirection, direction_for
+from .scan import Scan
 from .vertex_update import VERTEX_UPDATES, VertexUpdate
 
 __all__ = [
@@ -36,6 +37,7 @@ __all__ = [
     "Outliers",
     "RangeMeasure",
     "RelaxationDirection",
+    "Scan",
     "Setting",
     "SettingsTried",
     "SpaceKernel",
@@ -45,6 +47,7 @@ __all__ = [
     "bilateral_jones",
     "bilateral_projection",
     "denoise_automatically",
+    "denoised",
     "direction_for",
     "distances_of_part",
     "estimate_noise",
@@ -52,7 +55,6 @@ __all__ = [
     "folded_faces",
     "needs_distance",
     "normal_filtering",
-    "prepared",
     "replace_outlying",
     "rings_of_round",
     "round_of_part",

@@ -433,8 +433,9 @@ class FilterMethods:
 
         Args:
             detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay.
-                Larger is smoother. Not used when a weight is given. Takes a length such as '1%' (of the bounding box's
-                diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
+                Larger is smoother. 'auto' takes the size that best predicts vertices which the filter has not seen. Not used
+                when a weight is given. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh
+                units) of at least 0.0, or 'auto'.
             weight: How strongly vertices are held to their places, w, in one over the fourth power of mean edges. Larger stays
                 closer to the input: 0.02 smooths strongly, 0.2 mildly. 0: not used, the detail size decides. Takes a number of
                 at least 0.
@@ -746,6 +747,48 @@ class FilterMethods:
             What the filter reports, by name; None if it reports nothing.
         """
 
+    def apply_coord_detail_enhancement(
+        self,
+        *,
+        gain: float = 2.0,
+        detail_size: LengthLike = "0",
+        largest_size: LengthLike = "0",
+        most: float = 0.05,
+        operator: Literal["auto", "cotangent", "robust"] = "auto",
+        selected: bool = False,
+    ) -> dict[str, Any] | None:
+        """Makes the relief of a surface higher, such as worn letters, and leaves its shape, its size and its borders.
+
+        Vertices move along the normals of the shape, by the waves of the relief: shorter ones, noise among them, and longer
+        ones stay as they are. Open borders stay, and what is near them changes less. Thin parts change less, too. Returns the
+        two wavelengths, the height of the relief as it was (root mean square), the largest displacement, and the share of the
+        vertices that the thickness has held back by half or more.
+
+        Args:
+            gain: How many times as high the relief becomes. Larger makes it stronger, below 1 flatter; 1 changes nothing. Takes
+                a number from 0 to 10.
+            detail_size: The shortest wave of the relief: choose it above the size of the noise. Larger takes in larger details
+                alone. 0: where the spectrum of the surface rises above its noise, at least five mean edges. Takes a length such
+                as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
+            largest_size: The longest wave of the relief; what is larger is shape and stays. Larger takes in larger parts. 0:
+                four detail sizes. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units)
+                of at least 0.0.
+            most: How far a vertex may move, as a share of the thickness of the body there, or of the gap in front of it if that
+                is less. Larger lets thin parts change more. Takes a number from 0.001 to 0.5.
+            operator: 'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same for slivers and
+                non-manifold meshes; 'auto' takes the robust one where it is needed.
+            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
+                selected, the vertices all of whose triangles are selected.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        References:
+            [vallet2008], [ma2012]
+
+        In scripts: 'Detail Enhancement'.
+        """
+
     def apply_coord_developability_of_mesh(
         self,
         *,
@@ -917,8 +960,9 @@ class FilterMethods:
                 'robust' is the same for slivers, non-manifold meshes and point clouds; 'uniform', 'inverse_length' and
                 'scale_dependent' see the triangulation and need a time step.
             detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay.
-                Larger is smoother. For the operators 'cotangent' and 'robust'; not used when a time step is given. Takes a
-                length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
+                Larger is smoother. 'auto' takes the size that best predicts vertices which the filter has not seen. For the
+                operators 'cotangent' and 'robust'; not used when a time step is given. Takes a length such as '1%' (of the
+                bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
             time_step: The diffusion time of one iteration, in squared mean edges (a pure number for 'uniform' and
                 'inverse_length'). Larger is smoother; any value is stable. 0: not used, the detail size decides. Takes a number
                 of at least 0.
@@ -1029,7 +1073,7 @@ class FilterMethods:
         vertex_iterations: int = 0,
         outer_iterations: int = -1,
         vertex_update: Literal["auto", "sun", "ohtake", "conjugate_gradient"] = "auto",
-        outliers: Literal["auto", "keep", "replace"] = "auto",
+        outliers: Literal["auto", "keep", "replace", "only"] = "auto",
         relaxation: int = -1,
         relaxation_direction: Literal["auto", "all", "normal"] = "auto",
         choice: Literal["held_out", "fixed"] = "held_out",
@@ -1074,8 +1118,8 @@ class FilterMethods:
             vertex_update: How vertices follow: 'sun' by the mean of the projections onto their faces' planes, 'ohtake' by their
                 mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
             outliers: Vertices that stand out from all around them, as those of stray measurements: 'keep' filters them like the
-                others, 'replace' puts them first where the others expect them. Filters that keep edges keep such spikes too.
-                'auto' keeps them where the filter is said in full.
+                others, 'replace' puts them first where the others expect them, 'only' moves nothing but them. Filters that keep
+                edges keep such spikes too. 'auto' keeps them where the filter is said in full.
             relaxation: How many pairs of Taubin's steps come before, of 0.5 and -0.53. More calm noise that turns faces over,
                 and round edges, which the filter sharpens again. -1: automatic, 0 where the filter is said in full. Takes a
                 whole number from -1 to 10000.
@@ -1212,8 +1256,9 @@ class FilterMethods:
                 component, to look at.
             detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay. With
                 'enhance' and 'band_pass' the shortest wave of the band: choose it above the size of the noise. Larger is
-                smoother. Not used when a number of modes is given. Takes a length such as '1%' (of the bounding box's
-                diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
+                smoother. 'auto' takes the size that best predicts vertices which the filter has not seen. Not used when a
+                number of modes is given. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh
+                units) of at least 0.0, or 'auto'.
             largest_size: The longest wave of the band of 'enhance' and 'band_pass'. Larger takes in larger parts. 0: four
                 detail sizes. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of
                 at least 0.0.
@@ -1326,7 +1371,8 @@ class FilterMethods:
             pass_band: Frequencies below it are kept, above it damped; on the operator's scale from 0 to 2, typically 0.01 to
                 0.1. Smaller is smoother. 0: not used, mu decides. With it, mu = 1 / (pass band - 1 / lambda). Takes a number
                 from 0 to 2.
-            iterations: How many steps are taken. More are smoother and slower. Takes a whole number from 0 to 100000.
+            iterations: How many pairs of steps are taken. More are smoother and slower. -1: automatic, the number that best
+                predicts vertices which the filter has not seen. Takes a whole number from -1 to 100000.
             border: What the vertices of open borders do: 'fixed' stay; 'along' are smoothed as a curve, seeing their neighbours
                 on the border alone; 'free' move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
