@@ -34,6 +34,7 @@ def test_pages_are_current(name: str) -> None:
         "docs/fairing.md",
         "docs/robust.md",
         "docs/batch.md",
+        "docs/scale.md",
         "docs/looking.md",
         "docs/performance.md",
         "docs/solvers.md",

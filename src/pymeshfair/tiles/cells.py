@@ -16,7 +16,7 @@ from .columns import Column
 from .division import Bucket, Floats, Longs
 
 #: points in a cell, unless that would make too many cells for the memory of a worker
-CELL, MOST_CELLS = 512, 1 << 19
+CELL, MOST_CELLS = 512, 1 << 18
 
 
 @dataclass(frozen=True)
