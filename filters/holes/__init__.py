@@ -5,6 +5,7 @@ The rim of a hole is its boundary loop.
 
 from .close_holes import close_holes
 from .filling import HOLE_ENERGIES, HoleEnergy, HoleFilling, OpenRim
+from .region_remeshing import remesh_region
 
 __all__ = [
     "HOLE_ENERGIES",
@@ -12,4 +13,5 @@ __all__ = [
     "HoleFilling",
     "OpenRim",
     "close_holes",
+    "remesh_region",
 ]
