@@ -1,14 +1,14 @@
 """How near the setting that held-out vertices choose comes to the best of all that are tried, found with the truth at hand.
 
     python benchmarks/denoising_choice.py [--half looked_at|unseen|clean] [--scans FOLDER] [--only text,text] [--seeds N]
-                                          [--without clip,quadric,masks,flatness,equal,normal,outliers]
+                                          [--without clip,masks,flatness,equal,normal,outliers]
 
 Prints, for every noisy mesh of `denoising_pairs`, the mean angle to the true normals of the best setting, and over it those of
 nothing, of the best number of Taubin's steps, and of the choice; and the mean displacement of the vertices in mean edges.
 --seeds repeats the choice with other vertices held out.
---without leaves a step of the method out: outliers are not clipped (clip), held-out vertices are put at the mean of their
-neighbours (quadric), only one set is held out (masks), the least error of held-out vertices decides alone (equal), or among those
-as good the least movement (flatness), Taubin's steps go in all directions (normal), spikes are kept (outliers).
+--without leaves a step of the method out: outliers are not clipped (clip), only one set is held out (masks), the least error of
+held-out vertices decides alone (equal), or among those as good the least movement (flatness), Taubin's steps go in all directions
+(normal), spikes are kept (outliers).
 "clean" denoises meshes without noise and prints how far they are moved.
 """
 
@@ -23,11 +23,11 @@ from pathlib import Path
 
 import numpy as np
 from denoising_holdouts import SAMPLES, measured, taken
-from denoising_metrics import Floats, Ints
+from denoising_metrics import Floats
 from denoising_pairs import Maker, NoisyPair, looked_at, made, unseen
 
 from pymeshfair.filters.denoising import (
-    OUTLIERS,
+    Outliers,
     Setting,
     SettingsTried,
     automatic_choice,
@@ -40,36 +40,32 @@ from pymeshfair.filters.denoising import (
 from pymeshfair.filters.denoising.noise_level import smooth_normals
 from pymeshfair.filters.evidence import Looks, choose, judge
 from pymeshfair.filters.geometry import mean_edge_length
-from pymeshfair.filters.topology import OneRings
+from pymeshfair.filters.mesh import Bools
 
 COLUMNS = ("nothing", "Taubin", "choice", "moved", "best's")
+#: no vertex is held out
+NOBODY = np.empty(0, dtype=np.int32)
 #: fewer outliers than this share of the vertices change no mean angle
 FEW = 0.01
 
 
 def of_settings(pair: NoisyPair) -> dict[Setting, tuple[float, float]]:
-    """The mean angle in degrees and the mean displacement in mean edges that each setting leaves, with outliers and without."""
+    """The mean angle in degrees and the mean displacement in mean edges that each setting leaves, with outliers and without.
+
+    Outliers are those that stand out; the choice then finds them anew, and may be better than all of these.
+    """
     found: dict[Setting, tuple[float, float]] = {}
-    for outliers in OUTLIERS:
-        points, outlying = replace_outlying(pair.noisy, pair.faces)
-        if outliers == "keep":
-            points = pair.noisy
-        elif outlying.mean() < FEW:
-            continue
+    calmed, outlying = replace_outlying(pair.noisy, pair.faces)
+    cases: list[tuple[Outliers, Floats, Bools | None]] = [("keep", pair.noisy, None)]
+    if outlying.mean() > FEW:
+        cases.append(("replace", calmed, outlying))
+    for outliers, points, replaced in cases:
         direction = direction_for(estimate_noise(points, pair.faces))
-        tried = SettingsTried(pair.faces, smooth_normals(points, pair.faces), direction, border="along", movable=None)
-        for family, results in zip(settings(direction, outliers), tried(points), strict=True):
+        normals = smooth_normals(points, pair.faces)
+        tried = SettingsTried(pair.faces, normals, direction, border="along", movable=None, replaced=replaced)
+        for family, results in zip(settings(direction, outliers), tried(points, NOBODY), strict=True):
             found |= {s: measured(result, pair.truth, pair.faces) for s, result in zip(family, results, strict=True)}
     return found
-
-
-def ring_means(points: Floats, rings: OneRings, normals: Floats, held: Ints) -> Floats:
-    """The held-out vertices in the middle of their neighbours."""
-    del normals
-    result = points.copy()
-    for i in held:
-        result[i] = points[rings.neighbours[rings.offsets[i] : rings.offsets[i + 1]]].mean(axis=0)
-    return result
 
 
 def leave_out(step: str) -> None:
@@ -77,8 +73,6 @@ def leave_out(step: str) -> None:
     rule, automatic = vars(sys.modules[choose.__module__]), vars(sys.modules[automatic_choice.__module__])
     if step == "clip":
         vars(sys.modules[judge.__module__])["_CLIP"] = np.inf
-    elif step == "quadric":
-        rule["without"] = ring_means
     elif step == "masks":
         rule.update(_MASKS=1, _ENOUGH=0)
     elif step == "equal":
@@ -106,7 +100,7 @@ def contest(pairs: Iterable[NoisyPair], seeds: int) -> None:
             start = time.perf_counter()
             setting = automatic_choice(pair.noisy, pair.faces, seed=seed).setting
             seconds = time.perf_counter() - start
-            if setting not in found:
+            if setting not in found or setting.outliers != "keep":
                 result = setting.apply(pair.noisy, pair.faces, border="along", movable=None)
                 found[setting] = measured(result, pair.truth, pair.faces)
             angle, moved = found[setting]

@@ -60,7 +60,10 @@ def apply_coord_curve_smoothing(
     detail_size: Annotated[
         float,
         detail_size_parameter(
-            "For 'implicit' with 'inverse_length'; not used when a time step is given.", default="12edge", of_edges=True
+            "For 'implicit' with 'inverse_length'; not used when a time step is given.",
+            default="12edge",
+            of_edges=True,
+            automatic=False,
         ),
     ],
     time_step: Annotated[

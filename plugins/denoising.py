@@ -25,12 +25,12 @@ from pymeshfair.filters.denoising import (
     VertexUpdate,
     automatic_choice,
     denoise_automatically,
+    denoised,
     filter_face_normals,
     folded_faces,
     normal_filtering,
-    prepared,
 )
-from pymeshfair.filters.execution import Progress, ignore_progress, part_of
+from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy, referenced_vertices
 
 from .moving_vertices import MOVES_VERTICES, Selected, movable_vertices
@@ -48,7 +48,7 @@ CHOICE = Enum(
 #: the parameters of `filter_face_normals`; the others are those of the vertices
 STEP_ONE = tuple(field.name for field in fields(NormalFilterParameters))
 
-#: those of what comes before both steps, see `prepared`
+#: those of what comes before both steps, see `denoised`
 BEFORE = ("outliers", "relaxation", "relaxation_direction")
 
 #: what `normal_filtering` does where neither the caller nor the mesh decides
@@ -111,7 +111,8 @@ def apply_coord_normal_filtering(
             label="Outliers",
             choices=("auto", *OUTLIERS),
             help="Vertices that stand out from all around them, as those of stray measurements: 'keep' filters them like the "
-            "others, 'replace' puts them first where the others expect them. Filters that keep edges keep such spikes too. "
+            "others, 'replace' puts them first where the others expect them, 'only' moves nothing but them. Filters that keep "
+            "edges keep such spikes too. "
             "'auto' keeps them where the filter is said in full.",
         ),
     ] = "auto",
@@ -235,13 +236,9 @@ def _given(**values: Any) -> dict[str, Any]:
 
 def _filtered(layer: Layer, effective: dict[str, Any], border: BorderPolicy, movable: Bools | None, progress: Progress) -> Floats:
     """The vertices after the steps of Taubin's and the normal filtering that the parameters say."""
-    chosen = dict(effective)
-    before = {name: chosen.pop(name) for name in BEFORE}
-    share = 0.2 if before["relaxation"] else 0.0
-    start = prepared(
-        layer.vertices, layer.faces, **before, border=border, movable=movable, progress=part_of(progress, 0.0, share)
-    )
-    return normal_filtering(start, layer.faces, **chosen, border=border, movable=movable, progress=part_of(progress, share, 1.0))
+    before = {name: effective[name] for name in BEFORE}
+    filtering = {name: value for name, value in effective.items() if name not in before}
+    return denoised(layer.vertices, layer.faces, **before, filtering=filtering, border=border, movable=movable, progress=progress)
 
 
 def _completed(

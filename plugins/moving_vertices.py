@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Annotated, TypeAlias
+from collections.abc import Callable, Sequence
+from typing import Annotated, Any, NamedTuple, TypeAlias
 
-from pymeshfair.declaration import Bool, Bools, Enum, Float, Int, Layer, MeshElement, Percentage
+from pymeshfair.declaration import Bool, Bools, Enum, Float, Floats, Int, Ints, Layer, MeshElement, Percentage
 from pymeshfair.filters.checks import FilterInputError
+from pymeshfair.filters.choosing import DETAIL_SIZES, chosen_amount
+from pymeshfair.filters.evidence import Trial
+from pymeshfair.filters.execution import Progress, ignore_progress, part_of
 from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy
 
 #: what follows when the vertices of a mesh move
 MOVES_VERTICES = MeshElement.VERTCOORD | MeshElement.VERTNORMAL | MeshElement.FACENORMAL
 
+#: what a filter says that has found its own amount, and found that it is none
+NOTHING_TO_REMOVE = "there is no noise to remove: the vertices stay where they are"
+
+#: a filter by how much it smooths: vertices, faces, amount, which vertices may move, progress
+Smooth: TypeAlias = Callable[[Floats, Ints, float, Bools | None, Progress], Floats]
 Selected: TypeAlias = Annotated[
     bool,
     Bool(
@@ -33,7 +42,9 @@ Iterations: TypeAlias = Annotated[
 ]
 
 
-def detail_size_parameter(unless: str, *, default: str = "6edge", of_band: str = "", of_edges: bool = False) -> Percentage:
+def detail_size_parameter(
+    unless: str, *, default: str = "6edge", of_band: str = "", of_edges: bool = False, automatic: bool = True
+) -> Percentage:
     """The wavelength at which a low-pass filter halves the amplitude.
 
     Args:
@@ -41,15 +52,19 @@ def detail_size_parameter(unless: str, *, default: str = "6edge", of_band: str =
         default: as a length.
         of_band: the sentence on responses that are no low pass.
         of_edges: whether mean edges are those of polylines.
+        automatic: whether it may be chosen.
     """
     sentences = (
         "Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay.",
         of_band,
         "Larger is smoother.",
         "Mean edges are those of the curves." if of_edges else "",
+        "'auto' takes the size that best predicts vertices which the filter has not seen." if automatic else "",
         unless,
     )
-    return Percentage(label="Detail size", default=default, of_edges=of_edges, help=" ".join(s for s in sentences if s))
+    return Percentage(
+        label="Detail size", default=default, of_edges=of_edges, automatic=automatic, help=" ".join(s for s in sentences if s)
+    )
 
 
 def time_step_parameter(meaning: str) -> Float:
@@ -61,6 +76,66 @@ def time_step_parameter(meaning: str) -> Float:
 def no_amount(other: str) -> FilterInputError:
     """The error of a filter that gets neither a detail size nor the other parameter that says how much to smooth."""
     return FilterInputError(f"detail_size is 0 and so is {other}: nothing to do; give one of them")
+
+
+class Smoothed(NamedTuple):
+    """The (n, 3) vertices, how much they were smoothed, 0 for not at all, and what to report of how that was found."""
+
+    vertices: Floats
+    amount: float
+    values: dict[str, Any]
+    notes: tuple[str, ...]
+
+
+def smoothed_by_amount(
+    layer: Layer,
+    amount: float,
+    smooth: Smooth,
+    tried: Sequence[float],
+    *,
+    unit: float = 1.0,
+    selected: bool,
+    progress: Progress,
+) -> Smoothed:
+    """The mesh smoothed; if the amount is below 0, "auto", by that of those `tried` which predicts held-out vertices best.
+
+    Args:
+        layer: the mesh.
+        amount: how much.
+        smooth: the filter: vertices, faces, amount, which vertices may move, progress.
+        tried: amounts for a mesh whose mean edge is 1.
+        unit: what these are multiplied with for the layer.
+        selected: whether the selected vertices alone move.
+        progress: called with the share that is done.
+    """
+    movable = movable_vertices(layer, selected)
+    if amount >= 0.0:
+        return Smoothed(smooth(layer.vertices, layer.faces, amount, movable, progress), amount, {}, ())
+    if not len(layer.faces):
+        raise FilterInputError("an automatic amount needs faces, and there are none: say how much to smooth")
+    found = chosen_amount(
+        layer.vertices,
+        layer.faces,
+        lambda points, faces, much, moves: smooth(points, faces, much, moves, ignore_progress),
+        tried,
+        movable=movable,
+        progress=part_of(progress, 0.0, 0.8),
+    )
+    amount = 0.0 if found is None else found.chosen.label * unit
+    values = {"chosen": amount, "tried": [] if found is None else [_reported(trial) for trial in found.trials]}
+    if amount == 0.0:
+        progress(1.0)
+        return Smoothed(layer.vertices, amount, values, (NOTHING_TO_REMOVE,))
+    return Smoothed(smooth(layer.vertices, layer.faces, amount, movable, part_of(progress, 0.8, 1.0)), amount, values, ())
+
+
+def smoothed_by_size(layer: Layer, size: float, smooth: Smooth, *, selected: bool, progress: Progress) -> Smoothed:
+    """The same by the detail size in mesh units."""
+    return smoothed_by_amount(layer, size, smooth, DETAIL_SIZES, unit=layer.mean_edge, selected=selected, progress=progress)
+
+
+def _reported(trial: Trial[float]) -> dict[str, float]:
+    return {"amount": trial.label, "error": trial.error, "excess": trial.excess, "uncertainty": trial.uncertainty}
 
 
 def movable_vertices(layer: Layer, selected: bool) -> Bools | None:

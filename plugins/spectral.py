@@ -8,7 +8,21 @@ from typing import Annotated
 
 import numpy as np
 
-from pymeshfair.declaration import Edit, Enum, FilterClass, Float, Int, Layer, MeshElement, Percentage, mesh_filter
+from pymeshfair.declaration import (
+    Bools,
+    Edit,
+    Enum,
+    FilterClass,
+    Float,
+    Floats,
+    Int,
+    Ints,
+    Layer,
+    MeshElement,
+    Percentage,
+    mesh_filter,
+)
+from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.spectral import (
     DEFAULT_ORDER,
@@ -19,13 +33,21 @@ from pymeshfair.filters.spectral import (
     ResponseName,
     SpectralMethod,
     SpectralOperator,
+    SpectralResult,
     enhance_details,
     one_harmonic,
     spectral_filter,
     spectrum,
 )
 
-from .moving_vertices import MOVES_VERTICES, Selected, detail_size_parameter, movable_vertices, no_amount
+from .moving_vertices import (
+    MOVES_VERTICES,
+    Selected,
+    detail_size_parameter,
+    movable_vertices,
+    no_amount,
+    smoothed_by_size,
+)
 
 OPERATOR = Enum(
     label="Operator",
@@ -124,22 +146,43 @@ def apply_coord_spectral_filter(
     """
     if modes == 0 and detail_size == 0.0:
         raise no_amount("modes")
-    found = spectral_filter(
-        layer.vertices,
-        layer.faces,
-        response=response,
-        detail_size=None if modes else detail_size,
-        largest_size=largest_size or None,
-        modes=modes or None,
-        gain=gain if response == "enhance" else None,
-        order=order,
-        method=method,
-        operator=operator,
-        movable=movable_vertices(layer, selected),
-        progress=progress,
-    )
+    if detail_size < 0.0 and response != "low_pass" and not modes:
+        raise FilterInputError(
+            f"detail_size 'auto' is for the response 'low_pass', not {response!r}: give a size such as '6edge'"
+        )
+    found: SpectralResult | None = None
+
+    def smooth(points: Floats, faces: Ints, size: float, movable: Bools | None, tell: Progress) -> Floats:
+        nonlocal found
+        found = spectral_filter(
+            points,
+            faces,
+            response=response,
+            detail_size=None if modes else size,
+            largest_size=largest_size or None,
+            modes=modes or None,
+            gain=gain if response == "enhance" else None,
+            order=order,
+            method=method,
+            operator=operator,
+            movable=movable,
+            progress=tell,
+        )
+        return found.vertices
+
+    done = smoothed_by_size(layer, 0.0 if modes else detail_size, smooth, selected=selected, progress=progress)
+    if found is None or not (modes or done.amount):
+        return Edit(vertices=done.vertices, values=done.values, notes=done.notes)
     report = {f.name: getattr(found, f.name) for f in fields(found) if f.name not in ("vertices", "explanation")}
-    return Edit(vertices=found.vertices, values=report, notes=(found.explanation,))
+    return Edit(vertices=found.vertices, values={**report, **done.values}, notes=(_in_words(response, found),))
+
+
+def _in_words(response: ResponseName, found: SpectralResult) -> str:
+    """What was done to the shape; how it was computed is reported in numbers."""
+    if found.route == "none":
+        return found.explanation
+    did = {"low_pass": "waves shorter than {} were removed", "band_pass": "waves from {} on were kept"}
+    return did.get(response, "waves from {} on were made stronger or weaker").format(f"{found.detail_size:.4g}")
 
 
 @mesh_filter(

@@ -11,8 +11,10 @@ from .noise_level import NoiseEstimate, estimate_noise
 from .normal_filter import NORMAL_FILTER_METHODS, NormalFilter, NormalFilterMethod
 from .normal_filtering import filter_face_normals, normal_filtering
 from .normal_filters import RANGE_MEASURES, SPACE_KERNELS, RangeMeasure, SpaceKernel
-from .preparation import prepared
+from .parts import distances_of_part, needs_distance, rings_of_round, round_of_part
+from .preparation import denoised
 from .relaxation import RELAXATION_DIRECTIONS, RelaxationDirection, direction_for
+from .scan import Scan
 from .vertex_update import VERTEX_UPDATES, VertexUpdate
 
 __all__ = [
@@ -35,6 +37,7 @@ __all__ = [
     "Outliers",
     "RangeMeasure",
     "RelaxationDirection",
+    "Scan",
     "Setting",
     "SettingsTried",
     "SpaceKernel",
@@ -44,12 +47,16 @@ __all__ = [
     "bilateral_jones",
     "bilateral_projection",
     "denoise_automatically",
+    "denoised",
     "direction_for",
+    "distances_of_part",
     "estimate_noise",
     "filter_face_normals",
     "folded_faces",
+    "needs_distance",
     "normal_filtering",
-    "prepared",
     "replace_outlying",
+    "rings_of_round",
+    "round_of_part",
     "settings",
 ]

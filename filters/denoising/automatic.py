@@ -4,35 +4,29 @@ A clean mesh stays as it is; noise that neighbours share, as that of depth camer
 setting that best predicts vertices which it has not seen.
 """
 
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..evidence import Choice, Looks, Sample, calm_noise, choose, far_from_border, looks, sample_of
+from ..evidence import Choice
 from ..execution import Progress, ignore_progress, part_of, rising
-from ..mesh import Bools, Floats, check_mesh, check_movable, normalised_mesh
+from ..mesh import Bools, Floats, Ints, check_mesh, check_movable, normalised_mesh
 from ..topology import BorderPolicy
 from .candidates import AutomaticParameters, Setting, SettingsTried, settings
 from .designed import is_designed
-from .impulses import replace_outlying
-from .noise_level import NoiseEstimate, estimate_noise, smooth_normals
+from .impulses import far_from, replace_outlying
+from .noise_level import NoiseEstimate, estimate_noise
 from .relaxation import direction_for
+from .scan import Scan
 from .shared_noise import neighbours_share_noise
 
 #: Range maps of depth cameras, whose noise neighbours share, so that held-out vertices say nothing: strong, and fixed. One map of
 #: a camera and three computed ones prefer it to Huber's kernel and to fewer steps.
 RANGE_MAP = Setting(parameters=AutomaticParameters("averaged", "gaussian", 0.4, 0.0, 2.5, "two_ring", 20, 40))
 
-# Noise that leaves the calmest parts with less than this, in mean edges, is the rounding of a file.
-_NOTHING = 1e-4
-# Even noise is so many times what `calm_noise` says of it: 1.2 to 1.5 on parts, figures and surfaces.
-_EVEN = 1.3
-# Vertices of clean meshes are up to so many mean edges from where their surroundings expect them, even where the mesh is calm:
-# scans smoothed or decimated have 0.007 to 0.03, the same with noise of 0.05 edges 0.04 to 0.05. With less, something must
-# predict so much better than nothing, as where a few vertices are off by far, or err by no more than so many times that: even
-# noise on a surface that is known well has 1.3 to 1.42, clean scans 1.58 and more.
-_MESHING, _FAR_BETTER, _NOISE_ALONE = 0.03, 0.7, 1.45
 # More vertices than this stand out of impulsive noise: of Gaussian noise up to 0.003, of clean meshes up to 0.007.
 _IMPULSIVE = 0.015
 
@@ -67,13 +61,12 @@ def automatic_choice(
     1. Made of planes without noise: nothing is done. Noise that neighbours share: `RANGE_MAP`.
     2. Otherwise that of `settings`, nothing at all among them, that `choose` finds on the mesh, or on patches of a large one.
        Steps of Taubin's go along the normals alone if the vertices are scattered less along the surface than across it.
-    3. With the error e of what predicts best and the standard deviation s of the noise, e^2 = s^2 + d^2, where d is how far the
-       result is from the truth, and the scan is s from it. So nothing is done where e^2 >= 2 s^2: s is that of `calm_noise`.
-       Where this is no more than that of clean meshes, what is chosen must be far better than nothing, too, or leave nothing
-       but even noise.
-    4. If more vertices stand out by far than Gaussian noise has, filters that keep edges keep them: the same once more where they
-       are replaced by what the others expect, the outlying vertices no evidence. Of both results the one is taken with the least
-       product of flatness and movement, see `looks`.
+    3. A surface without noise stays: residuals of differences that agree between neighbours rule noise out, see `Scan`, and what
+       predicts best must be nearer to the truth than the scan is, see `Scan.or_nothing`.
+    4. If more vertices are far from the result than Gaussian noise has, the same setting is tried with such outliers taken away,
+       see `without_outliers`. If more stand out from those around them, filters that keep edges keep them: step 2 once more
+       where they are replaced by what the others expect, the outlying vertices no evidence. Where the others are clean, nothing
+       but they is to move: this too is tried. Of these settings, run in full, `choose` takes one.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -96,17 +89,22 @@ def automatic_choice(
         return AutomaticChoice("clean", Setting(), noise)
     if neighbours_share_noise(mesh.points, mesh.cells, noise):
         return AutomaticChoice("range map", RANGE_MAP, noise)
-    sample = sample_of(mesh.points, mesh.cells)
-    tell = rising(progress)
-    context = _Context(border, None if mesh.movable is None else mesh.movable[sample.origin], seed, tell)
-    setting, evidence = _best(sample, noise, None, context)
-    calmed, outlying = replace_outlying(sample.points, sample.faces, context.movable)
-    if np.count_nonzero(outlying) > _IMPULSIVE * len(outlying):
-        others = sample._replace(points=calmed)
-        other, its = _best(others, estimate_noise(calmed, sample.faces), outlying, context)
-        if setting == Setting() or context.looks(sample, other).product < context.looks(sample, setting).product:
-            setting, evidence = other, its
-    return AutomaticChoice("clean" if setting == Setting() else "noisy", setting, noise, evidence)
+    trial = _Trial(Scan.of(vertices, faces, movable=movable, seed=seed, progress=rising(progress)), border)
+    scan, evidence = trial.scan, trial.of_settings()
+    setting = _chosen(evidence, Setting())
+    found = {setting: evidence}
+    if np.mean(far_from(scan.points, scan.faces, trial.result(scan.points, setting))) > _IMPULSIVE:
+        found[replace(setting, outliers="replace")] = evidence
+    calmed, outlying = replace_outlying(scan.points, scan.faces, scan.movable)
+    if np.mean(outlying) > _IMPULSIVE:
+        evidence = _Trial(replace(scan, points=calmed, replaced=outlying), border).of_settings()
+        found[_chosen(evidence, Setting(outliers="only"))] = evidence
+    setting = trial.best_of(list(found))
+    return AutomaticChoice("clean" if setting == Setting() else "noisy", setting, noise, found[setting])
+
+
+def _chosen(evidence: Choice[Setting] | None, nothing: Setting) -> Setting:
+    return nothing if evidence is None else evidence.chosen.label
 
 
 def denoise_automatically(
@@ -130,48 +128,33 @@ def denoise_automatically(
     return result, choice
 
 
-class _Context(NamedTuple):
-    """What all that is tried on a sample has in common."""
+class _Trial(NamedTuple):
+    """Settings tried on a scan."""
 
+    scan: Scan
     border: BorderPolicy
-    movable: Bools | None
-    seed: int
-    progress: Progress
 
-    def looks(self, sample: Sample, setting: Setting) -> Looks:
-        """What the sample becomes."""
-        result = setting.apply(sample.points, sample.faces, border=self.border, movable=self.movable)
-        return looks(sample.points, sample.faces, result)
+    def of_settings(self) -> Choice[Setting] | None:
+        """What the held-out vertices say of all settings; None if they say nothing, or nothing is to be done."""
+        scan, replaced = self.scan, self.scan.replaced
+        if replaced is None and scan.clean:
+            return None
+        direction = direction_for(scan.noise)
+        tried = SettingsTried(scan.faces, scan.normals, direction, border=self.border, movable=scan.movable, replaced=replaced)
+        evidence = scan.choose(tried, settings(direction, "keep" if replaced is None else "replace"))
+        return evidence if evidence is None or replaced is not None else scan.or_nothing(evidence)
 
+    def best_of(self, few: Sequence[Setting]) -> Setting:
+        """Which of them, run in full, the held-out vertices speak for."""
 
-def _best(
-    sample: Sample, noise: NoiseEstimate, outlying: Bools | None, context: _Context
-) -> tuple[Setting, Choice[Setting] | None]:
-    """The setting that held-out vertices speak for, those that are outlying apart, and the evidence."""
-    scored = far_from_border(sample.faces, len(sample.points))
-    for allowed in (context.movable, None if outlying is None else ~outlying):
-        scored = scored if allowed is None else scored & allowed
-    normals = smooth_normals(sample.points, sample.faces)
-    calm = calm_noise(sample.points, sample.faces, normals=normals, scored=scored)
-    nothing = Setting(outliers="keep" if outlying is None else "replace")
-    if calm < _NOTHING:
-        return nothing, None
-    direction = direction_for(noise)
-    tried = SettingsTried(sample.faces, normals, direction, border=context.border, movable=context.movable)
-    evidence = choose(
-        sample.points,
-        sample.faces,
-        tried,
-        settings(direction, nothing.outliers),
-        normals=normals,
-        scored=scored,
-        seed=context.seed,
-        progress=context.progress,
-    )
-    if evidence is None:
-        return nothing, None
-    nearer = evidence.chosen.error**2 < 2.0 * (_EVEN * calm) ** 2
-    sure = evidence.chosen.error < max(_FAR_BETTER * evidence.trials[0].error, _NOISE_ALONE * calm)
-    if not nearer or (calm < _MESHING and not sure):
-        evidence = evidence._replace(chosen=evidence.trials[0])
-    return evidence.chosen.label, evidence
+        def candidates(points: Floats, held: Ints) -> list[Iterator[Floats]]:
+            certain = np.zeros(len(points), dtype=np.bool_)
+            certain[held] = True
+            return [iter([self.result(points, setting, certain)]) for setting in few]
+
+        found = None if len(few) == 1 else self.scan.choose(candidates, [[setting] for setting in few])
+        return few[0] if found is None else found.chosen.label
+
+    def result(self, points: Floats, setting: Setting, certain: Bools | None = None) -> Floats:
+        """(n, 3) what the setting makes of the points."""
+        return setting.apply(points, self.scan.faces, border=self.border, movable=self.scan.movable, certain=certain)

@@ -7,15 +7,14 @@ from itertools import islice, pairwise
 import numpy as np
 
 from ..diffusion.taubin import taubin_fairing
-from ..execution import Progress, ignore_progress, part_of
+from ..execution import Progress, ignore_progress
 from ..mesh import Bools, Floats, Ints, normalised_mesh
 from ..robust import KernelName
 from ..topology import BorderPolicy
 from .face_neighbourhoods import Neighborhood
 from .impulses import Outliers
 from .normal_filter import NormalFilter, NormalFilterMethod
-from .normal_filtering import normal_filtering
-from .preparation import prepared
+from .preparation import denoised
 from .relaxation import RelaxationDirection, along_normals
 from .rounds import rounds
 from .surroundings import Surroundings
@@ -42,7 +41,7 @@ class AutomaticParameters:
 
 @dataclass(frozen=True)
 class Setting:
-    """Outliers replaced, pairs of Taubin's steps, see `relaxed`, then normal filtering; none of them is nothing at all."""
+    """Pairs of Taubin's steps, see `relaxed`, then normal filtering, outliers taken away; none of them is nothing at all."""
 
     relaxation: int = 0
     relaxation_direction: RelaxationDirection = "all"
@@ -56,24 +55,21 @@ class Setting:
         *,
         border: BorderPolicy,
         movable: Bools | None,
+        certain: Bools | None = None,
         progress: Progress = ignore_progress,
     ) -> Floats:
-        """(n, 3) the vertices of the mesh after it."""
-        share = 0.2 if self.relaxation else 0.0
-        fair = prepared(
+        """(n, 3) the vertices of the mesh after it, see `denoised`."""
+        return denoised(
             vertices,
             faces,
             outliers=self.outliers,
             relaxation=self.relaxation,
             relaxation_direction=self.relaxation_direction,
+            filtering=None if self.parameters is None else vars(self.parameters),
             border=border,
             movable=movable,
-            progress=part_of(progress, 0.0, share),
-        )
-        if self.parameters is None:
-            return fair
-        return normal_filtering(
-            fair, faces, **vars(self.parameters), border=border, movable=movable, progress=part_of(progress, share, 1.0)
+            certain=certain,
+            progress=progress,
         )
 
 
@@ -96,45 +92,74 @@ FIXED = AutomaticParameters("bilateral", "lorentzian", 0.12, 0.0, 1.5, "two_ring
 
 
 def settings(direction: RelaxationDirection, outliers: Outliers = "keep") -> tuple[tuple[Setting, ...], ...]:
-    """The settings, a row a family: Taubin's steps, and each chain after each number of them, in that direction."""
-    return (
+    """The settings, a row a family: Taubin's steps, and each chain after each number of them, in that direction.
+
+    Where outliers are replaced there is a last row for each chain that moves nothing but them.
+    """
+    families = [
         tuple(Setting(relaxation, outliers=outliers) for relaxation in TAUBIN),
-        *(
-            tuple(Setting(relaxation, direction, replace(chain, outer_iterations=stop), outliers) for stop in stops)
-            for relaxation in RELAXATIONS
-            for chain, stops in CHAINS
-        ),
-    )
+        *(_family(relaxation, direction, chain, outliers) for relaxation in RELAXATIONS for chain in CHAINS),
+    ]
+    if outliers == "replace":
+        families += [_family(0, direction, chain, "only") for chain in CHAINS]
+    return tuple(families)
+
+
+def _family(
+    relaxation: int, direction: RelaxationDirection, chain: tuple[AutomaticParameters, tuple[int, ...]], outliers: Outliers
+) -> tuple[Setting, ...]:
+    parameters, stops = chain
+    return tuple(Setting(relaxation, direction, replace(parameters, outer_iterations=stop), outliers) for stop in stops)
 
 
 class SettingsTried:
     """All `settings` on meshes of the same faces, what they have in common done once; see `choose`."""
 
     def __init__(
-        self, faces: Ints, normals: Floats, direction: RelaxationDirection, *, border: BorderPolicy, movable: Bools | None
+        self,
+        faces: Ints,
+        normals: Floats,
+        direction: RelaxationDirection,
+        *,
+        border: BorderPolicy,
+        movable: Bools | None,
+        replaced: Bools | None = None,
     ) -> None:
-        """For (m, 3) triangles of n vertices with (n, 3) unit normals, along which "normal" moves them."""
+        """For (m, 3) triangles of n vertices with (n, 3) unit normals, along which "normal" moves them.
+
+        `replaced` are (n,) the outliers, where these have been replaced.
+        """
         self._faces, self._normals, self._border, self._movable = faces, normals, border, movable
-        self._along = direction == "normal"
+        self._along, self._replaced = direction == "normal", replaced
         self._known = Surroundings.of(normalised_mesh(np.zeros((len(normals), 3)), faces))
         # Found here, once, and not by several threads at once.
         for kind in {"edge", "vertex", *(chain.neighborhood for chain, _ in CHAINS)}:
             self._known.around(kind)
 
-    def __call__(self, points: Floats) -> Sequence[Iterator[Floats]]:
-        """The results for (n, 3) points of ordinary size, by the families of `settings`."""
+    def __call__(self, points: Floats, held: Ints) -> Sequence[Iterator[Floats]]:
+        """The results for (n, 3) points of ordinary size, by the families of `settings`.
+
+        Where nothing but outliers moves the held-out vertices are moved like them: so well are they put back.
+        """
         fair = {0: points}
         for before, steps in pairwise(sorted({*TAUBIN, *RELAXATIONS})):
             fair[steps] = taubin_fairing(
                 fair[before], self._faces, iterations=steps - before, border=self._border, movable=self._movable
             )
         starts = {k: along_normals(points, fair[k], self._normals) if self._along else fair[k] for k in RELAXATIONS}
-        chains = (self._chain(starts[k], chain, stops) for k in RELAXATIONS for chain, stops in CHAINS)
-        return [iter([fair[steps] for steps in TAUBIN]), *chains]
+        families = [iter([fair[steps] for steps in TAUBIN])]
+        families += [self._chain(starts[k], *chain, self._movable) for k in RELAXATIONS for chain in CHAINS]
+        if self._replaced is not None:
+            moves = self._replaced.copy()
+            moves[held] = True
+            families += [self._chain(points, *chain, moves) for chain in CHAINS]
+        return families
 
-    def _chain(self, points: Floats, chain: AutomaticParameters, stops: tuple[int, ...]) -> Iterator[Floats]:
+    def _chain(
+        self, points: Floats, chain: AutomaticParameters, stops: tuple[int, ...], movable: Bools | None
+    ) -> Iterator[Floats]:
         """The results of the rounds at which the chain may stop."""
-        mesh = normalised_mesh(points, self._faces, self._movable).in_order(self._known.places)
+        mesh = normalised_mesh(points, self._faces, movable).in_order(self._known.places)
         results = rounds(mesh, self._known, chain.normal_filter(), vertex_iterations=chain.vertex_iterations, border=self._border)
         done = 0
         for stop in stops:

@@ -1,5 +1,6 @@
 """The faces around a face: across its edges, at its vertices, in k rings, or within a radius, straight or along the surface."""
 
+import math
 from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
@@ -68,9 +69,16 @@ def mean_centre_distance(table: Floats, edge_neighbours: FaceNeighbourhoods) -> 
         table: (m, 8) of `measure_faces`.
         edge_neighbours: the neighbourhoods "edge".
     """
-    sums = np.empty(len(table))
+    sums = centre_distance_sums(table, edge_neighbours)
+    count = len(edge_neighbours.neighbours)
+    return math.fsum(sums) / count if count else 0.0  # exact, so that the order of the faces does not matter
+
+
+def centre_distance_sums(table: Floats, edge_neighbours: FaceNeighbourhoods) -> Floats:
+    """(m,) for each face the sum of the distances of its centre from those of its neighbours; see `mean_centre_distance`."""
+    sums: Floats = np.empty(len(table))
     over_range(_sum_distances, len(table), table[:, CENTRE], edge_neighbours.offsets, edge_neighbours.neighbours, sums)
-    return float(sums.sum()) / len(edge_neighbours.neighbours) if len(edge_neighbours.neighbours) else 0.0
+    return sums
 
 
 def _gather(faces: Ints, at_vertices: VertexFaces, rings: int, centres: Floats, squared_radius: float) -> FaceNeighbourhoods:

@@ -1,18 +1,80 @@
 """Impulses taken away: few vertices that are off by far, as those of stray measurements."""
 
+from collections.abc import Callable
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
-from ..evidence import outlying_vertices, without
+from ..checks import check_choice
+from ..evidence import outlying_vertices, put_where_expected
 from ..geometry import mean_edge_length
 from ..mesh import Bools, Floats, Ints
-from ..topology import one_rings, referenced_vertices
+from ..topology import referenced_vertices
 from .noise_level import smooth_normals
 
-#: "keep": vertices that stand out are filtered like the others. "replace": they are first put where the others expect them.
-Outliers: TypeAlias = Literal["keep", "replace"]
+#: "keep": vertices that stand out are filtered like the others. "replace": they are put where the others say, and all are
+#: filtered. "only": the same, and nothing but they moves.
+Outliers: TypeAlias = Literal["keep", "replace", "only"]
 OUTLIERS: tuple[Outliers, ...] = get_args(Outliers)
+
+# A filter's outliers are those that it moves by more than three deviations, the median of all ways over 0.6745, and by more than
+# a twentieth of an edge: clean surfaces have as much.
+_FAR, _MEDIAN_OF_NORMAL, _LEAST = 3.0, 0.6745, 0.05
+
+
+def without_outliers(
+    vertices: Floats,
+    faces: Ints,
+    outliers: Outliers,
+    smooth: Callable[[Floats, Bools | None], Floats],
+    *,
+    movable: Bools | None = None,
+    certain: Bools | None = None,
+) -> Floats:
+    """Filter a mesh, its outliers no evidence.
+
+    1. Put the vertices that stand out where a quadric expects them, `replace_outlying`, and filter: z.
+    2. At edges a quadric takes vertices for outliers that are none, and misses others; a filter that keeps edges does not. So
+       find them again: they are farther from z, along the normals, than three deviations. Put them on z, all others where they
+       were, and filter once more.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        outliers: "keep" filters once, and leaves out both steps.
+        smooth: (n, 3) coordinates and which vertices may move, (n,) or None for all, to the filtered (n, 3).
+        movable: (n,) which vertices may move, None for all.
+        certain: (n,) vertices that are outliers whatever they look like, None for none.
+
+    Raises:
+        FilterInputError: a parameter out of range.
+    """
+    check_choice("outliers", outliers, OUTLIERS)
+    if outliers == "keep":
+        return smooth(vertices, movable)
+    calmed, outlying = replace_outlying(vertices, faces, movable)
+    if outlying.any() or outliers == "replace" or certain is not None:
+        smoothed = smooth(calmed, movable)
+        outlying = far_from(vertices, faces, smoothed, movable)
+        outlying = outlying if certain is None else outlying | certain
+        calmed = np.where(outlying[:, None], smoothed, vertices)
+    return smooth(calmed, outlying if outliers == "only" else movable)
+
+
+def far_from(vertices: Floats, faces: Ints, smoothed: Floats, movable: Bools | None = None) -> Bools:
+    """(n,) the vertices that are farther from the (n, 3) smoothed ones, along the normals, than three deviations.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        smoothed: (n, 3) what a filter made of them.
+        movable: (n,) which vertices may move, None for all; the others are not among them.
+    """
+    away = np.abs(np.einsum("ij,ij->i", vertices - smoothed, smooth_normals(smoothed, faces)))
+    used = referenced_vertices(faces, len(vertices))
+    deviation = float(np.median(away[used])) / _MEDIAN_OF_NORMAL if used.any() else 0.0
+    far = used & (away > max(_FAR * deviation, _LEAST * mean_edge_length(vertices, faces)))
+    return np.asarray(far if movable is None else far & movable)
 
 
 def replace_outlying(vertices: Floats, faces: Ints, movable: Bools | None = None) -> tuple[Floats, Bools]:
@@ -38,5 +100,5 @@ def replace_outlying(vertices: Floats, faces: Ints, movable: Bools | None = None
         outlying &= movable
     which = np.flatnonzero(outlying).astype(np.int32)
     result = vertices.copy()
-    result[which] += edge * (without(points, one_rings(faces, len(points)), normals, which) - points)[which]
+    result[which] += edge * (put_where_expected(points, faces, normals, which) - points)[which]
     return result, outlying

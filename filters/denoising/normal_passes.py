@@ -24,6 +24,7 @@ class NormalPasses(NamedTuple):
         edge: the neighbours whose mean distance is the unit of `space_sigma`.
         patches: those over which "averaged" and "guided" take their means.
         averaged: those that the weighted mean goes over.
+        distance: that mean distance, if this is a part of a mesh; None to measure it.
     """
 
     settings: NormalFilter
@@ -31,9 +32,10 @@ class NormalPasses(NamedTuple):
     edge: FaceNeighbourhoods
     patches: FaceNeighbourhoods
     averaged: FaceNeighbourhoods
+    distance: float | None = None
 
     @staticmethod
-    def over(points: Floats, known: Surroundings, settings: NormalFilter) -> "NormalPasses":
+    def over(points: Floats, known: Surroundings, settings: NormalFilter, distance: float | None = None) -> "NormalPasses":
         """The passes over a mesh of (n, 3) points, in the order of `known`."""
         if settings.method == "vertex_normals":
             rings = RINGS_OF_VERTICES[settings.neighborhood]
@@ -42,7 +44,8 @@ class NormalPasses(NamedTuple):
             return NormalPasses(settings, known, near, near, wide)
         edge = known.around("edge")
         patches = known.around("vertex") if settings.method in ("averaged", "guided") else edge
-        return NormalPasses(settings, known, edge, patches, known.within(settings.neighborhood, points, settings.radius))
+        averaged = known.within(settings.neighborhood, points, settings.radius)
+        return NormalPasses(settings, known, edge, patches, averaged, distance)
 
     def filtered(self, points: Floats, table: Floats, progress: Progress) -> Floats:
         """(m, 3) the filtered unit normals of the faces.
@@ -60,7 +63,7 @@ class NormalPasses(NamedTuple):
     def _passed(self, table: Floats, progress: Progress) -> Floats:
         """The normals of the table of faces or vertices after all passes."""
         settings = self.settings
-        distance = mean_centre_distance(table, self.edge)
+        distance = mean_centre_distance(table, self.edge) if self.distance is None else self.distance
         normals = np.ascontiguousarray(table[:, NORMAL])
         for iteration in range(settings.normal_iterations):
             if settings.method == "mean":

@@ -1,43 +1,65 @@
-"""What comes before normal filtering: spikes taken away, noise calmed."""
+"""All steps of denoising: outliers taken away, noise calmed, normals filtered."""
+
+from collections.abc import Mapping
+from typing import Any
 
 from ..checks import check_choice, check_whole_number
-from ..execution import Progress, ignore_progress
+from ..execution import Progress, ignore_progress, part_of, rising
 from ..mesh import Bools, Floats, Ints
 from ..topology import BORDER_POLICIES, BorderPolicy
-from .impulses import OUTLIERS, Outliers, replace_outlying
+from .impulses import Outliers, without_outliers
+from .normal_filtering import normal_filtering
 from .relaxation import RelaxationDirection, relaxed
 
 
-def prepared(
+def denoised(
     vertices: Floats,
     faces: Ints,
     *,
     outliers: Outliers = "keep",
     relaxation: int = 0,
     relaxation_direction: RelaxationDirection = "all",
+    filtering: Mapping[str, Any] | None = None,
     border: BorderPolicy = "along",
     movable: Bools | None = None,
+    certain: Bools | None = None,
     progress: Progress = ignore_progress,
 ) -> Floats:
-    """(n, 3) the vertices to filter.
+    """(n, 3) the vertices after Taubin's steps and normal filtering, which outliers do not mislead.
 
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        outliers: "replace" puts vertices that stand out where the others expect them, see `replace_outlying`.
-        relaxation: number of pairs of Taubin's steps after that.
-        relaxation_direction: where they go, see `relaxed`.
-        border: see `taubin_fairing`.
+        outliers: what becomes of vertices that stand out, see `without_outliers`.
+        relaxation: number of pairs of Taubin's steps, see `relaxed`.
+        relaxation_direction: where they go.
+        filtering: what `normal_filtering` is called with then; None for no such filtering.
+        border: see `taubin_fairing` and `normal_filtering`.
         movable: (n,) which vertices may move, None for all.
-        progress: called after every pair of steps.
+        certain: (n,) which are outliers for certain, None for none.
+        progress: called after every pair of steps and every pass.
 
     Raises:
         FilterInputError: a parameter out of range.
     """
-    check_choice("outliers", outliers, OUTLIERS)
     check_whole_number("relaxation", relaxation)
     check_choice("border", border, BORDER_POLICIES)
-    start = replace_outlying(vertices, faces, movable)[0] if outliers == "replace" else vertices
-    return relaxed(
-        start, faces, iterations=relaxation, direction=relaxation_direction, border=border, movable=movable, progress=progress
-    )
+    share = 1.0 if filtering is None else 0.2 if relaxation else 0.0
+    # Where outliers are taken away all steps are done twice.
+    tell = rising(progress)
+
+    def smooth(points: Floats, moves: Bools | None) -> Floats:
+        fair = relaxed(
+            points,
+            faces,
+            iterations=relaxation,
+            direction=relaxation_direction,
+            border=border,
+            movable=moves,
+            progress=part_of(tell, 0.0, share),
+        )
+        if filtering is None:
+            return fair
+        return normal_filtering(fair, faces, **filtering, border=border, movable=moves, progress=part_of(tell, share, 1.0))
+
+    return without_outliers(vertices, faces, outliers, smooth, movable=movable, certain=certain)

@@ -22,6 +22,7 @@ def rounds(
     vertex_iterations: int,
     vertex_update: VertexUpdate = "sun",
     border: BorderPolicy = "along",
+    distance: float | None = None,
     progress: Progress = ignore_progress,
 ) -> Iterator[Floats]:
     """The points after one round, after two, and so on without end; none if no point may move. See `normal_filtering`.
@@ -33,6 +34,7 @@ def rounds(
         vertex_iterations: steps of the vertices in a round.
         vertex_update: how they are fitted.
         border: which way border vertices may go.
+        distance: of `NormalPasses`.
         progress: called with the share of a round after each of its passes over the normals.
     """
     moves = np.diff(known.at_vertices.offsets) > 0
@@ -40,7 +42,7 @@ def rounds(
         moves &= mesh.movable
     if border == "fixed":
         moves &= ~known.on_border
-    passes = NormalPasses.over(mesh.points, known, settings)
+    passes = NormalPasses.over(mesh.points, known, settings, distance)
     now, table = mesh.points, None
     while moves.any():
         table = measure_faces(now, known.faces, table)

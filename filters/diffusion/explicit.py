@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike
 
 from ..checks import FilterInputError, UnstableStepError
 from ..execution import Progress, ignore_progress
-from ..mesh import Floats
+from ..mesh import Floats, Whole
 from ..operators import OperatorName
 from ..topology import BorderPolicy
 from .explicit_steps import NORMALISED_OPERATORS, explicit_surface
@@ -25,6 +25,7 @@ def explicit_smoothing(
     border: BorderPolicy = "along",
     movable: ArrayLike | None = None,
     update: UpdateRule = "euler",
+    whole: Whole | None = None,
     progress: Progress = ignore_progress,
 ) -> Floats:
     """p_i <- p_i + step (L p)_i for all vertices at once, again and again [taubin1995, desbrun1999].
@@ -48,6 +49,8 @@ def explicit_smoothing(
             "cotangent": p_i <- (p_i + sum_j w_ij p_j) / (1 + sum_j w_ij) with w_ij the number of faces at the edge, or the sum
             of the cotangents there, and along borders (2 p_i + p_prev + p_next) / 4. That is an Euler step of
             sum_j w_ij / (1 + sum_j w_ij), different at every vertex; `step` is not used, and negative cotangents are not tamed.
+        whole: the mesh that this is a part of, None if it is all. Vertices with `iterations` rings of faces around them in the
+            part, in the order of the whole, get the bits of the whole. For "uniform" and "cotangent".
         progress: called after every step.
 
     Returns:
@@ -64,7 +67,15 @@ def explicit_smoothing(
         allowed = "above 0 and at most 1" if normalised else "finite and above 0"
         raise FilterInputError(f"step {step} is not {allowed}, as the operator {operator!r} takes it")
     surface = explicit_surface(
-        vertices, faces, operator=operator, border=border, movable=movable, iterations=iterations, steps=1, update=update
+        vertices,
+        faces,
+        operator=operator,
+        border=border,
+        movable=movable,
+        iterations=iterations,
+        steps=1,
+        update=update,
+        whole=whole,
     )
     scale = surface.mesh.scale
     scaled = step if normalised else step * scale * scale

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..checks import FilterInputError, check_whole_number
 from ..execution import Progress, threads_for
-from ..mesh import Floats, NormalisedMesh, check_mesh, normalised_mesh, worth_reordering
+from ..mesh import Floats, NormalisedMesh, Whole, check_mesh, normalised_mesh, worth_reordering
 from ..operators import OperatorName
 from ..topology import BorderPolicy, stars
 from .stencil import Advance, UpdateRule, explicit_stencil
@@ -38,11 +38,13 @@ class ExplicitSurface(NamedTuple):
         Raises:
             FilterInputError: a coordinate is no longer finite.
         """
-        now, free = self.mesh.points.copy(), self.mesh.points.copy()
+        now = self.mesh.new_points()
+        free = now.copy()
         with threads_for(len(now)):
             for done in range(iterations):
                 now, free = iteration(done, now, free)
                 progress((done + 1) / iterations)
+        del free
         result = self.mesh.restored(now)
         if not np.isfinite(result).all():
             raise FilterInputError(
@@ -61,6 +63,7 @@ def explicit_surface(
     iterations: int,
     steps: int,
     update: UpdateRule = "euler",
+    whole: Whole | None = None,
 ) -> ExplicitSurface:
     """Makes a mesh ready for explicit iterations: checked, normalised and, where that pays, in an order good for the memory.
 
@@ -73,18 +76,20 @@ def explicit_surface(
         iterations: how many there will be, at least 0.
         steps: how often each of them applies L.
         update: the rule of a step; see `explicit_smoothing`.
+        whole: the mesh that this is a part of; None if it is all.
 
     Raises:
         FilterInputError: not a mesh, a parameter out of range.
     """
     points, triangles = check_mesh(vertices, faces)
     count = check_whole_number("iterations", iterations, least=0)
-    mesh = normalised_mesh(points, triangles, movable)
+    mesh = normalised_mesh(points, triangles, movable, whole)
     # "robust" is assembled by a library, in the order of the faces; cotangents lose twice as much to a bad order as means do.
     sweeps = steps * count * (2 if operator in ("cotangent", "laplace_beltrami") else 1)
     reorder = operator != "robust" and worth_reordering(mesh.cells, len(mesh), sweeps)
-    star = stars(mesh.cells, len(mesh), reorder=reorder)
-    triangles, mesh = mesh.cells, mesh.in_order(star.order)
+    if reorder:
+        mesh = mesh.by_place()
+    star = stars(mesh.numbered_cells(), len(mesh), names=mesh.order)
     with threads_for(len(mesh)):
-        advance = explicit_stencil(mesh.points, triangles, star, operator, border=border, movable=mesh.movable, update=update)
+        advance = explicit_stencil(mesh, star, operator, border=border, update=update)
     return ExplicitSurface(mesh, advance)

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..checks import FilterInputError, UnstableStepError, check_choice
 from ..execution import Progress, ignore_progress
-from ..mesh import Floats, check_mesh
+from ..mesh import Floats, Whole, check_mesh
 from ..topology import BorderPolicy, edge_face_counts
 from .explicit_steps import explicit_surface
 
@@ -28,6 +28,7 @@ def taubin_fairing(
     iterations: int = 10,
     border: BorderPolicy = "along",
     movable: ArrayLike | None = None,
+    whole: Whole | None = None,
     progress: Progress = ignore_progress,
 ) -> Floats:
     """Take p to (1 + mu L)(1 + step L) p, `iterations` times: a low-pass filter that does not shrink [taubin1995].
@@ -47,6 +48,8 @@ def taubin_fairing(
         iterations: number of pairs of steps. More damp more, above the pass band alone; the time is proportional.
         border: what the vertices on borders do; see `BorderPolicy`.
         movable: (n,) bool, which vertices may move, None for all. The others stay where they are and are seen by those that do.
+        whole: the mesh that this is a part of, None if it is all. Vertices with twice `iterations` rings of faces around them
+            in the part, in the order of the whole, get the bits of the whole. For "uniform" and "cotangent".
         progress: called after every pair of steps.
 
     Returns:
@@ -62,11 +65,13 @@ def taubin_fairing(
     try:
         mu = checked_mu(step, mu, pass_band, largest_eigenvalue=2.0)
     except UnstableStepError:
-        if operator != "uniform" or not (edge_face_counts(check_mesh(vertices, faces)[1])[1] == 2).all():
+        if operator != "uniform" or whole is not None or not (edge_face_counts(check_mesh(vertices, faces)[1])[1] == 2).all():
             raise
         # Where every edge has two triangles the operator is a mean over triangles, whose eigenvalues are up to 3/2.
         mu = checked_mu(step, mu, pass_band, largest_eigenvalue=1.5)
-    surface = explicit_surface(vertices, faces, operator=operator, border=border, movable=movable, iterations=iterations, steps=2)
+    surface = explicit_surface(
+        vertices, faces, operator=operator, border=border, movable=movable, iterations=iterations, steps=2, whole=whole
+    )
 
     def back_and_forth(_: int, now: Floats, free: Floats) -> tuple[Floats, Floats]:
         surface.advance(now, free, step)

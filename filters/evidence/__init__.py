@@ -3,7 +3,7 @@
 from .calm_noise import calm_noise
 from .choose import Candidates, Choice, Looks, Trial, choose, looks
 from .held_out import far_from_border, held_out_vertices, without
-from .outlying import outlying_vertices
+from .outlying import outlying_vertices, put_where_expected
 from .patches import Sample, sample_of
 from .quadric_prediction import predicted_heights
 from .verdict import Verdict, judge
@@ -23,6 +23,7 @@ __all__ = [
     "looks",
     "outlying_vertices",
     "predicted_heights",
+    "put_where_expected",
     "sample_of",
     "without",
 ]

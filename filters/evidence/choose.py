@@ -14,16 +14,16 @@ from .verdict import judge
 
 Label = TypeVar("Label")
 
-#: Given (n, 3) vertices, one iterator a family of filters over (n, 3) results, from the first to the last of the family. They are
-#: read in threads, each only as far as is needed.
-Candidates: TypeAlias = Callable[[Floats], Sequence[Iterator[Floats]]]
+#: Given (n, 3) vertices and the numbers of those that are held out, one iterator a family of filters over (n, 3) results, from
+#: the first to the last of the family. They are read in threads, each only as far as is needed.
+Candidates: TypeAlias = Callable[[Floats, Ints], Sequence[Iterator[Floats]]]
 
 # Sets of held-out vertices, and as many more on small meshes until so many vertices were held out or so many sets are made.
 _MASKS, _ENOUGH, _MOST_MASKS = 4, 1000, 12
 # After each set only what is within so many standard errors of the best is tried further.
 _STAYS = 2.0
-# Of what is within so many standard errors of the best in the end, the flattest is chosen.
-_EQUAL = 1.5
+# Of what is within so many standard errors of the best in the end, the flattest that has not gone far is chosen.
+_EQUAL = 1.0
 
 
 class Looks(NamedTuple):
@@ -87,6 +87,7 @@ def choose(
     normals: Floats,
     scored: Bools,
     seed: int = 0,
+    stays: float = _STAYS,
     progress: Progress = ignore_progress,
 ) -> Choice[Label] | None:
     """Choose the filter that best predicts vertices which it has not seen [batson2019].
@@ -94,12 +95,12 @@ def choose(
     Noise of a vertex is independent of its neighbours', the surface is not: what predicts a vertex from the others fits
     the surface.
 
-    1. Hold out some vertices: put them where the others expect them, `without`.
+    1. Hold out some vertices: put them at the mean of their neighbours, `without`.
     2. Run every candidate, and measure n . (y - f) at the held-out vertices y; again with other vertices. After each time
        candidates that are worse than the best by more than two standard errors are dropped, the very first one apart: it is
        what the others are compared with.
-    3. Where positions cannot tell candidates apart, the flatter normals are right, but not at any price: of those within one and
-       a half standard errors of the best, see `judge`, take the one with the least product of the mean |n_f - n_g| over adjacent
+    3. Where positions cannot tell candidates apart, the flatter normals are right, but not at any price: of those within one
+       standard error of the best, see `judge`, take the one with the least product of the mean |n_f - n_g| over adjacent
        faces f, g of its result on all vertices and of their mean displacement, as [reginska1996] does for the two norms of a
        regularised solution. Filters that only slide vertices along the surface lose; doing nothing wins where it predicts as
        well.
@@ -112,6 +113,7 @@ def choose(
         normals: (n, 3) unit normals of a smoothed copy.
         scored: (n,) the vertices that may be held out; those near a border see half of their surroundings.
         seed: other vertices are held out for another number.
+        stays: candidates farther behind than so many standard errors are dropped; a huge number to hear them all to the end.
         progress: called after every family that was run; may raise to stop.
 
     Returns:
@@ -128,7 +130,7 @@ def choose(
     shares = np.concatenate([[0.0], np.linspace(0.5, 0.9, len(held))])
     for number, mask in enumerate(held):
         rows = np.zeros((len(every), len(mask)))
-        runs = candidates(without(points, rings, normals, mask))
+        runs = candidates(without(points, rings, mask), mask)
 
         def deviate(at: int, result: Floats, mask: Ints = mask, rows: Floats = rows) -> None:
             rows[at] = np.einsum("ij,ij->i", points[mask] - result[mask], normals[mask])
@@ -139,7 +141,7 @@ def choose(
         else:
             _run(runs, starts, kept, deviate, share)
         deviations.append(rows)
-        kept[kept] = judge(np.concatenate(deviations, axis=1)[kept]).within(_STAYS)
+        kept[kept] = judge(np.concatenate(deviations, axis=1)[kept]).within(stays)
         kept[0] = True
     verdict = judge(np.concatenate(deviations, axis=1)[kept])
     tried = np.flatnonzero(kept)
@@ -150,7 +152,7 @@ def choose(
     def look(at: int, result: Floats) -> None:
         seen[at] = looks(points, faces, result)
 
-    _run(candidates(points), starts, equal, look, part_of(progress, 0.9, 1.0))
+    _run(candidates(points, np.empty(0, dtype=np.int32)), starts, equal, look, part_of(progress, 0.9, 1.0))
     trials = tuple(
         Trial(every[at], float(error), float(excess), float(uncertainty), *seen.get(int(at), (None, None)))
         for at, error, excess, uncertainty in zip(tried, verdict.errors, verdict.excess, verdict.uncertainty, strict=True)

@@ -5,7 +5,6 @@ import numpy as np
 from ..geometry import mean_edge_length
 from ..mesh import Bools, Floats, Ints
 from ..topology import OneRings, border_vertices, edges
-from .quadric_prediction import predicted_heights
 
 # Each vertex asks to be held out with this probability; of two neighbours that ask, one gives in: about a ninth is left.
 _ASKS = 0.35
@@ -46,16 +45,24 @@ def held_out_vertices(points: Floats, faces: Ints, *, scored: Bools, masks: int,
     return found
 
 
-def without(points: Floats, rings: OneRings, normals: Floats, held: Ints) -> Floats:
-    """(n, 3) the points, those of the held-out vertices moved along their normals to where the others expect them.
+def without(points: Floats, rings: OneRings, held: Ints) -> Floats:
+    """(n, 3) the points, each held-out vertex at the mean of its neighbours that are not held out: it has no part in it.
 
-    The tangential place stays: it is no part of what is judged. See `predicted_heights`.
+    One that has no such neighbour stays.
     """
     hidden = np.zeros(len(points), dtype=np.bool_)
     hidden[held] = True
-    heights, _ = predicted_heights(points, rings, normals, held, hidden)
-    result = points.copy()
-    result[held] += heights[:, None] * normals[held]
+    counts = np.diff(rings.offsets)[held]
+    # The places of the neighbours of all held-out vertices, one after the other.
+    starts = np.cumsum(counts) - counts
+    places = np.arange(counts.sum()) + np.repeat(rings.offsets[held] - starts, counts)
+    owners, near = np.repeat(np.arange(len(held)), counts), rings.neighbours[places]
+    seen = ~hidden[near]
+    owners, near = owners[seen], near[seen]
+    number = np.bincount(owners, minlength=len(held))
+    result, found = points.copy(), number > 0
+    sums = np.column_stack([np.bincount(owners, points[near, axis], len(held)) for axis in range(3)])
+    result[held[found]] = sums[found] / number[found, None]
     return result
 
 

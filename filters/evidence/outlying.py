@@ -57,6 +57,16 @@ def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
     return hidden
 
 
+def put_where_expected(points: Floats, faces: Ints, normals: Floats, which: Ints) -> Floats:
+    """(n, 3) the points, some vertices moved along their normals to where the quadric through the others expects them."""
+    hidden = np.zeros(len(points), dtype=np.bool_)
+    hidden[which] = True
+    heights, _ = predicted_heights(points, one_rings(faces, len(points)), normals, which, hidden)
+    result = points.copy()
+    result[which] += heights[:, None] * normals[which]
+    return result
+
+
 def _sizes(points: Floats, rings: OneRings, normals: Floats, hidden: Bools) -> Floats:
     heights, gains = predicted_heights(points, rings, normals, np.arange(len(points), dtype=np.int32), hidden)
     return np.asarray(np.abs(heights) / np.sqrt(1.0 + gains**2))

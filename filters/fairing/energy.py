@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError, check_choice, check_positive
+from ..checks import ConvergenceError, FilterInputError, check_choice, check_positive
 from ..execution import Progress, ignore_progress, rising, threads_for
 from ..libraries import sparse
-from ..mesh import Floats, bounding_box, check_mesh, normalised_mesh
+from ..mesh import Bools, Floats, bounding_box, check_mesh, normalised_mesh, spikes, worth_reordering
 from ..operators import curve_laplacian
 from ..topology import BORDER_POLICIES, BorderPolicy, border_edges
 from .bending_energy import BendingEnergy
-from .surface_operator import surface_operator
+from .surface_operator import SurfaceOperator, evened_operator, surface_operator
 
 # Between these fourth roots of weights, on a mesh of size 1, lies all that differs from a weight of infinity or of 0.
 _SMALLEST_ROOT, _LARGEST_ROOT = 1e-6, 1e25
@@ -43,6 +44,7 @@ def bilaplacian_smoothing(
     feature_weights: ArrayLike | None = None,
     border: BorderPolicy = "along",
     movable: ArrayLike | None = None,
+    on_irregular: Callable[[int], object] = lambda count: None,
     progress: Progress = ignore_progress,
 ) -> Floats:
     """The minimiser p' of sum_i A_i (W_i |L p'_i|^2 + w |p'_i - p_i|^2): (S M^-1 W S + w M) p' = w M p [nealen2006].
@@ -63,8 +65,10 @@ def bilaplacian_smoothing(
         border: "fixed": border vertices stay. "along": the border is smoothed as a curve by the same energy first, then the
             interior between it. "free": border vertices follow the interior and their own old places.
         movable: (n,) bool, which vertices may move, None for all. The others stay and are seen by those that do.
+        on_irregular: called with the number of vertices in components whose triangles are so uneven that the energy throws
+            vertices out, if there are any: they are smoothed by their connectivity alone, see `evened_operator`.
         progress: called every few solver steps with the share that is done, which does not fall; may raise to stop. Up to 3 s
-            pass between two calls at 100,000 vertices, while factors are made.
+            pass between two calls at 100,000 vertices, while factors are made; less on larger meshes, which do without.
 
     Returns:
         (n, 3) float64. Vertices that do not move keep every bit. The others are solved for to about 1e-10 of the diagonal.
@@ -79,6 +83,8 @@ def bilaplacian_smoothing(
     features = _checked_features(feature_weights, len(points))
     check_choice("border", border, BORDER_POLICIES)
     mesh = normalised_mesh(points, triangles, movable)
+    if worth_reordering(mesh.cells, len(mesh)):
+        mesh = mesh.by_place()
     moves = np.ones(len(mesh), dtype=np.bool_) if mesh.movable is None else mesh.movable
     if not moves.any() or len(triangles) == 0:
         progress(1.0)
@@ -90,6 +96,13 @@ def bilaplacian_smoothing(
     if diagonal == 0.0:
         progress(1.0)
         return points.copy()
+
+    def minimiser(operator: SurfaceOperator, even: Bools) -> Floats:
+        # A border vertex has no whole star to take a Laplacian on; without one, where nothing else holds a border, it is free.
+        bending = np.where(at_border & ~(even & (border == "free")), 0.0, features / operator.mass)
+        quadratic = BendingEnergy(operator.dirichlet, operator.mass, bending, w)
+        return quadratic.minimiser(start, prescribed, inside, diagonal, rising(progress, 0.1, 1.0))
+
     edges = border_edges(triangles)
     at_border = np.zeros(len(start), dtype=np.bool_)
     at_border[edges] = True
@@ -104,10 +117,17 @@ def bilaplacian_smoothing(
             displacement = quadratic.minimiser(start, displacement, moves & at_border, diagonal, rising(progress, 0.0, 0.1))
         inside = moves if border == "free" else moves & ~at_border
         operator = surface_operator(start, triangles)
-        # A border vertex has no whole star to take a Laplacian on.
-        bending = np.where(at_border, 0.0, features / operator.mass)
-        quadratic = BendingEnergy(operator.dirichlet, operator.mass, bending, w)
-        displacement = quadratic.minimiser(start, displacement, inside, diagonal, rising(progress, 0.1, 1.0))
+        even, prescribed = np.zeros(len(start), dtype=np.bool_), displacement
+        thrown = ~even
+        try:
+            displacement = minimiser(operator, even)
+            thrown = spikes(start, start + displacement, diagonal)
+        except ConvergenceError:
+            pass  # then nobody knows where the trouble is
+        if thrown.any():
+            operator, even = evened_operator(operator, triangles, thrown)
+            displacement = minimiser(operator, even)
+            on_irregular(int(even.sum()))
     progress(1.0)
     return mesh.restored(start + displacement)
 

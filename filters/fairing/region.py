@@ -9,13 +9,13 @@ from typing import Literal, NamedTuple, TypeAlias, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError, check_choice
+from ..checks import ConvergenceError, FilterInputError, check_choice
 from ..execution import Progress, ignore_progress
 from ..libraries import sparse
-from ..linear_solvers import DirectMethod, laplacian_power, refined_solution
-from ..mesh import Bools, Floats, Ints, check_healthy, check_mesh, check_vertex_mask, normalised_mesh
+from ..linear_solvers import DirectMethod, RefinedSolution, laplacian_power, refined_solution
+from ..mesh import Bools, Floats, Ints, check_healthy, check_mesh, check_vertex_mask, normalised_mesh, spikes
 from ..topology import Submesh, submesh_around
-from .surface_operator import SurfaceOperator, surface_operator
+from .surface_operator import SurfaceOperator, evened_operator, surface_operator
 
 Energy: TypeAlias = Literal["membrane", "thin_plate", "minimum_variation"]
 ENERGIES: tuple[Energy, ...] = get_args(Energy)
@@ -41,6 +41,8 @@ class FairedRegion:
         refinements: how many steps of refinement that took.
         area_share: the area of the triangles with a free vertex over what it was; 1 if there was none. Near 0 the fixed vertices
             lie too close together to span the region.
+        irregular: how many vertices were placed by the connectivity of their component alone, as the equations of the surface
+            threw vertices out: see `evened_operator`.
     """
 
     vertices: Floats
@@ -49,6 +51,7 @@ class FairedRegion:
     last_correction: float
     refinements: int
     area_share: float = 1.0
+    irregular: int = 0
 
 
 def fair_region(
@@ -86,7 +89,7 @@ def fair_region(
         FilterInputError: not a mesh, an unknown energy, or a connected part of the free vertices that no fixed vertex touches, as
             when all of a closed component is selected: any surface shrunk to a point would do. Also one of which fewer than
             three fixed vertices lie within k rings: it would shrink to them or to the line between them. Also a vertex that would
-            be moved by more than twice the diagonal of the region with its rings.
+            be moved by more than twice the diagonal of the region with its rings, even by connectivity alone.
         ConvergenceError: the equations are too ill-conditioned to be solved.
     """
     points, triangles = check_mesh(vertices, faces)
@@ -101,12 +104,21 @@ def fair_region(
         progress(1.0)
         return FairedRegion(points.copy(), np.zeros(len(points), dtype=np.bool_), 0.0, 0.0, 0)
     mesh = normalised_mesh(part.points, part.faces)
-    system = _system(part._replace(points=mesh.points), order, dense)
+    operator = surface_operator(mesh.points, part.faces)
+    system = _system(operator, part._replace(points=mesh.points), order, dense)
     _check_anchored(system.dirichlet, part._replace(points=system.points), order)
     extent = float(np.linalg.norm(np.ptp(system.points, axis=0)))
-    solution = refined_solution(
-        system.matrix(), system.residual, system.points[part.free], extent=extent, method=method, progress=progress
-    )
+    thrown, irregular = np.ones(len(mesh.points), dtype=np.bool_), 0
+    try:
+        solution = system.solution(extent, method, progress)
+        thrown[:] = False
+        thrown[part.free] = spikes(system.points[part.free], solution.values, extent)
+    except ConvergenceError:
+        pass  # then nobody knows where the trouble is
+    if thrown.any():
+        operator, even = evened_operator(operator, part.faces, thrown)
+        system = _system(operator, part._replace(points=mesh.points), order, dense)
+        solution, irregular = system.solution(extent, method, progress), int((even & part.free).sum())
     progress(1.0)
     check_healthy(system.points[part.free], solution.values, extent, part.vertices[part.free], _ADVICE[energy])
     moved = points.copy()
@@ -119,7 +131,7 @@ def fair_region(
     before, after = _area(system.points, touching), _area(faired, touching)
     share = after / before if before > 0.0 else 1.0
     return FairedRegion(
-        moved, everywhere, solution.backward_error, solution.last_correction / extent, solution.refinements, share
+        moved, everywhere, solution.backward_error, solution.last_correction / extent, solution.refinements, share, irregular
     )
 
 
@@ -141,6 +153,12 @@ class _System(NamedTuple):
         product = columns.T @ scaled if self.order == 2 else scaled.T @ (self.dirichlet @ scaled)
         return sparse.csr_matrix(product)
 
+    def solution(self, extent: float, method: DirectMethod, progress: Progress) -> RefinedSolution:
+        """Where the equations put the free vertices."""
+        return refined_solution(
+            self.matrix(), self.residual, self.points[self.free], extent=extent, method=method, progress=progress
+        )
+
     def residual(self, values: Floats) -> Floats:
         """-(S M^-1)^(k-1) S p at the free vertices, in twice the precision, for their places."""
         everywhere = self.points.copy()
@@ -148,8 +166,7 @@ class _System(NamedTuple):
         return -laplacian_power(self.dirichlet, self.inverse_mass, self.order, everywhere)[self.free]
 
 
-def _system(part: Submesh, order: int, dense: bool) -> _System:
-    operator = surface_operator(part.points, part.faces)
+def _system(operator: SurfaceOperator, part: Submesh, order: int, dense: bool) -> _System:
     # In units of the mean, so that powers of it stay ordinary numbers; a common factor changes no solution. A border vertex has
     # no whole star to take a Laplacian on.
     mass = _rim_as_dense(operator, part.free) if dense and order == 2 else operator.mass

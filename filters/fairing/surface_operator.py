@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from ..libraries import sparse
-from ..mesh import Floats, Ints
+from ..mesh import Bools, Floats, Ints
 from ..operators import surface_laplacian
 
 # Masses below this share of the largest among their neighbours count as that: the slivers of a bad triangulation would spoil the
@@ -37,6 +38,39 @@ def surface_operator(points: Floats, faces: Ints) -> SurfaceOperator:
     """
     laplacian, _ = surface_laplacian(points, faces)
     return SurfaceOperator(sparse.csr_matrix(-laplacian.stiffness), _floored(laplacian.mass, faces))
+
+
+def evened_operator(operator: SurfaceOperator, faces: Ints, irregular: Bools) -> tuple[SurfaceOperator, Bools]:
+    """The operator with the connected components of irregular vertices taken by their connectivity alone.
+
+    Where edges and angles differ by orders of magnitude, the masses and weights do, too: a vertex of next to no mass costs
+    nothing wherever it lies, and an energy throws it out to save a little elsewhere. There every edge gets the weight
+    2 (cot 60) / 2 and every vertex the same mass, as if all triangles were equilateral.
+
+    Args:
+        operator: of the surface.
+        faces: (m, 3) triangles.
+        irregular: (n,) vertices that an energy with this operator has thrown out.
+
+    Returns:
+        The operator, and (n,) which vertices lie in such components.
+    """
+    n = len(operator.mass)
+    a, b, c = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])].T
+    ends = np.concatenate([a, b, c]), np.concatenate([b, c, a])
+    edges = sparse.coo_matrix((np.ones(len(ends[0])), ends), shape=(n, n)).tocsr()
+    edges = sparse.csr_matrix(edges + edges.T)
+    edges.data[:] = 1.0 / math.sqrt(3.0)
+    count, labels = sparse.csgraph.connected_components(edges, directed=False)
+    chosen = np.zeros(count, dtype=np.bool_)
+    chosen[labels[irregular]] = True
+    inside = chosen[labels]
+    even = sparse.diags_array(np.asarray(edges.sum(axis=1)).ravel()) - edges
+    share = sparse.diags_array(inside.astype(np.float64))
+    kept = sparse.diags_array((~inside).astype(np.float64))
+    means = np.bincount(labels, operator.mass, count) / np.maximum(np.bincount(labels, minlength=count), 1)
+    mass = np.where(inside, means[labels], operator.mass)
+    return SurfaceOperator(sparse.csr_matrix(share @ even + kept @ operator.dirichlet), mass), inside
 
 
 def _floored(mass: Floats, faces: Ints) -> Floats:

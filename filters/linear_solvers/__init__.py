@@ -4,15 +4,18 @@ from .cholesky import Cholesky
 from .compensated import laplacian_power
 from .conjugate_gradients import conjugate_gradients, preconditioned_norm
 from .nested_dissection import nested_dissection
-from .refined_solution import DirectMethod, refined_solution
+from .refined_solution import DirectMethod, RefinedSolution, refined_solution
 from .shifted_factors import ShiftedFactors
+from .smoothed_aggregation import SmoothedAggregation
 from .spd_solver import FINEST_TOLERANCE, SpdSolver
 
 __all__ = [
     "FINEST_TOLERANCE",
     "Cholesky",
     "DirectMethod",
+    "RefinedSolution",
     "ShiftedFactors",
+    "SmoothedAggregation",
     "SpdSolver",
     "conjugate_gradients",
     "laplacian_power",

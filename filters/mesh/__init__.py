@@ -1,9 +1,9 @@
 """A mesh as arrays: its types, the checks of what comes in, its place, size and order."""
 
 from .arrays import Bools, Floats, Ints, Longs, check_edges, check_mesh, check_movable, check_points, check_vertex_mask
-from .box import bounding_box, check_healthy, scaled_to_unit, unit_scale
-from .normalised import NormalisedMesh, normalised_mesh
-from .ordering import worth_reordering
+from .box import bounding_box, check_healthy, scaled_to_unit, spikes, unit_scale
+from .normalised import NormalisedMesh, Whole, normalised_mesh
+from .ordering import order_by_place, worth_reordering
 
 __all__ = [
     "Bools",
@@ -11,6 +11,7 @@ __all__ = [
     "Ints",
     "Longs",
     "NormalisedMesh",
+    "Whole",
     "bounding_box",
     "check_edges",
     "check_healthy",
@@ -19,7 +20,9 @@ __all__ = [
     "check_points",
     "check_vertex_mask",
     "normalised_mesh",
+    "order_by_place",
     "scaled_to_unit",
+    "spikes",
     "unit_scale",
     "worth_reordering",
 ]

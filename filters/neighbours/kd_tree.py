@@ -49,12 +49,24 @@ class KdTree:
     lowest: Longs
 
 
-def build_tree(points: Floats, progress: Progress) -> KdTree:
-    """The tree of (n, 3) finite points, n >= 1; the same for any number of threads."""
+def tree_scale(largest: float) -> float:
+    """The power of two above the largest coordinate's size, by which a tree divides the coordinates."""
+    exponent = np.frexp(largest)[1]
+    return float(2.0 ** min(max(int(exponent), -1000), 1000))
+
+
+def build_tree(points: Floats, progress: Progress, *, scale: float | None = None) -> KdTree:
+    """The tree of (n, 3) finite points, n >= 1; the same for any number of threads.
+
+    Args:
+        points: (n, 3) coordinates.
+        progress: called after every task.
+        scale: `tree_scale` of a cloud that these points are a part of; None if they are all.
+    """
     count = len(points)
     leaves = -(-count // LEAF)
-    exponent = np.frexp(max(points.max(), -points.min()))[1]
-    scale = 2.0 ** min(max(int(exponent), -1000), 1000)
+    if scale is None:
+        scale = tree_scale(max(points.max(), -points.min()))
     rows = np.full((leaves * LEAF, 4), np.nan)
     np.multiply(points, 1.0 / scale, out=rows[:count, :3])
     rows[:, _INDEX] = np.arange(len(rows))

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import check_positive
-from ..compilation import compiled
 from ..execution import Progress, ignore_progress, in_parallel, part_of
-from ..libraries import special
 from ..mesh import Floats, Ints
 from ..neighbours import LEAF, build_tree, check_cloud, leaf_ranges, search_leaves
-
-#: The difference that rounding makes between equal distances, in the unit of a tree, where the largest coordinate is 1/2 to 1.
-_ROUNDING = 32 * np.finfo(np.float64).eps
-#: And at most this share of the distance, since a cloud may be finer than that around the origin.
-_ALIKE = 1e-6
+from .factors import SPREAD_BLOCK, compare, probabilities_of, spread_of, standard_distances
 
 
 def local_outlier_probability(
@@ -54,13 +50,7 @@ def local_outlier_probability(
     """
     check_positive("extent", extent)
     factors = outlier_factors(points, neighbors=neighbors, progress=progress)
-    finite = factors[np.isfinite(factors)]
-    scale = np.abs(finite).max(initial=0.0) or 1.0  # so that no square overflows
-    spread = extent * scale * np.sqrt(np.mean((finite / scale) ** 2)) if finite.size else 0.0
-    if spread == 0.0:
-        return (factors > 0.0).astype(np.float64)
-    probabilities: Floats = np.maximum(0.0, special.erf(factors / (np.sqrt(2.0) * spread)))
-    return probabilities
+    return probabilities_of(factors, spread_of(lambda: _blocks(factors), extent))
 
 
 def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = ignore_progress) -> Floats:
@@ -77,45 +67,17 @@ def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = i
         found, squared = search_leaves(tree, first, last, k)
         rows = slice(first * LEAF, first * LEAF + len(found))
         positions[rows] = found
-        distances[rows] = np.sqrt(_row_sums(squared) / k)
+        distances[rows] = standard_distances(squared)
 
-    def compare(first: int, last: int) -> None:
-        _compare(distances, positions, tree.indices, first * LEAF, min(last * LEAF, tree.count), factors)
+    def judge(first: int, last: int) -> None:
+        compare(distances, positions, first * LEAF, min(last * LEAF, tree.count), factors)
 
     in_parallel(find, leaf_ranges(tree, k), part_of(progress, 0.2, 0.9))
-    in_parallel(compare, leaf_ranges(tree, k), part_of(progress, 0.9, 1.0))
-    return factors
+    in_parallel(judge, leaf_ranges(tree, k), part_of(progress, 0.9, 1.0))
+    by_index: Floats = np.empty(tree.count)
+    by_index[tree.indices[: tree.count]] = factors
+    return by_index
 
 
-@compiled(nogil=True)
-def _row_sums(values: Floats) -> Floats:
-    sums = np.zeros(values.shape[0])
-    for r in range(values.shape[0]):
-        for c in range(values.shape[1]):
-            sums[r] += values[r, c]
-    return sums
-
-
-@compiled(nogil=True)
-def _compare(
-    distances: Floats,
-    positions: Ints,
-    indices: Ints,
-    start: int,
-    stop: int,
-    factors: Floats,
-) -> None:
-    """Computes PLOF in place, of the points at the positions from `start` to before `stop`."""
-    k = positions.shape[1]
-    for p in range(start, stop):
-        total = 0.0
-        for i in range(k):
-            total += distances[positions[p, i]]
-        mean = total / k
-        difference = distances[p] - mean
-        if abs(difference) <= min(_ROUNDING, _ALIKE * mean):
-            factors[indices[p]] = 0.0
-        elif mean > 0.0:
-            factors[indices[p]] = difference / mean
-        else:
-            factors[indices[p]] = np.inf
+def _blocks(factors: Floats) -> Iterator[Floats]:
+    return (factors[first : first + SPREAD_BLOCK] for first in range(0, len(factors), SPREAD_BLOCK))

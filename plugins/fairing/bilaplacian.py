@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal, TypeAlias, get_args
 
-from pymeshfair.declaration import Edit, Enum, FilterClass, Float, Floats, Layer, MeshElement, mesh_filter
+from pymeshfair.declaration import Bools, Edit, Enum, FilterClass, Float, Floats, Ints, Layer, MeshElement, mesh_filter
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.execution import Progress, ignore_progress
+from pymeshfair.filters.execution import Progress, ignore_progress, part_of
 from pymeshfair.filters.fairing import (
     bilaplacian_smoothing,
     feature_weights,
@@ -15,8 +15,8 @@ from pymeshfair.filters.fairing import (
     weight_of_detail_size,
 )
 
-from ..moving_vertices import MOVES_VERTICES, Border, Selected, detail_size_parameter, movable_vertices, no_amount
-from .displacement import displacement
+from ..moving_vertices import MOVES_VERTICES, Border, Selected, detail_size_parameter, no_amount, smoothed_by_size
+from .displacement import displacement, irregular_note
 
 Features: TypeAlias = Literal["none", "curvature", "scalar"]
 FEATURES: tuple[Features, ...] = get_args(Features)
@@ -90,17 +90,30 @@ def apply_coord_bilaplacian_smoothing(
         detail_size = 2.0 * math.pi * layer.mean_edge / weight**0.25
     if detail_size == 0.0:
         raise FilterInputError("the mean edge has no length, so that a weight in mean edges says nothing; give a detail size")
-    vertices = bilaplacian_smoothing(
-        layer.vertices,
-        layer.faces,
-        detail_size=detail_size,
-        feature_weights=weights,
-        border=border,
-        movable=movable_vertices(layer, selected),
-        progress=lambda done: progress(before + (1.0 - before) * done),
-    )
+    if detail_size < 0.0 and weights is not None:
+        raise FilterInputError("detail_size 'auto' knows no features: give a size such as '6edge', or features='none'")
+    notes: set[str] = set()
+
+    def smooth(points: Floats, faces: Ints, size: float, movable: Bools | None, tell: Progress) -> Floats:
+        notes.clear()
+        return bilaplacian_smoothing(
+            points,
+            faces,
+            detail_size=size,
+            feature_weights=weights,
+            border=border,
+            movable=movable,
+            on_irregular=lambda count: notes.add(irregular_note(count)),
+            progress=tell,
+        )
+
+    done = smoothed_by_size(layer, detail_size, smooth, selected=selected, progress=part_of(progress, before, 1.0))
+    held = weight_of_detail_size(done.amount) if done.amount else math.inf
+    moved = displacement(layer.vertices, done.vertices)
     return Edit(
-        vertices=vertices, values={"weight": weight_of_detail_size(detail_size), **displacement(layer.vertices, vertices)}
+        vertices=done.vertices,
+        values={"weight": held, **moved, **done.values},
+        notes=(*notes, *done.notes) if done.amount else done.notes,
     )
 
 

@@ -14,6 +14,7 @@ from pymeshfair.filters.fairing import Energy, fair_region
 from pymeshfair.filters.holes import remesh_region
 
 from ..moving_vertices import MOVES_VERTICES
+from .displacement import irregular_note
 from .energy import FairingEnergy
 
 # A note says so if the area of a region falls below this share.
@@ -96,6 +97,8 @@ def apply_coord_region_fairing(
         notes.append(
             f"{stayed:,} of the {int(chosen.sum()):,} selected vertices lie on an open border or have no triangle, and stay."
         )
+    if found.irregular:
+        notes.append(irregular_note(found.irregular))
     if area_share < _SHRUNK:
         notes.append(
             f"The region's area shrank to {area_share:.2g} of what it was: the vertices that stay around it span less than it "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pymeshfair.declaration import Bool, Edit, Enum, FilterClass, Int, Layer, mesh_filter
+from pymeshfair.declaration import Bool, Bools, Edit, Enum, FilterClass, Floats, Int, Ints, Layer, mesh_filter
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.diffusion import (
     FLOWS,
@@ -23,6 +23,7 @@ from ..moving_vertices import (
     detail_size_parameter,
     movable_vertices,
     no_amount,
+    smoothed_by_size,
     time_step_parameter,
 )
 
@@ -102,27 +103,39 @@ def apply_coord_implicit_fairing(
     The amount is given as the size of the details that are to vanish. Unlike explicit smoothing it does not depend on the
     sampling, and no step is too long.
     """
-    if time_step == 0.0:
-        if operator not in GEOMETRIC_OPERATORS:
-            raise FilterInputError(
-                f"operator {operator!r} sees the triangulation, not lengths: give a time_step, for example 1.0"
-            )
-        if detail_size == 0.0:
-            raise no_amount("time_step")
-        time = time_step_of_detail_size(detail_size, iterations, keep_dimensions=keep_dimensions)
-    else:
+
+    def smooth(points: Floats, faces: Ints, time: float, movable: Bools | None, tell: Progress) -> Floats:
+        return implicit_fairing(
+            points,
+            faces,
+            operator=operator,
+            time_step=time,
+            iterations=iterations,
+            flow=flow,
+            preserve_volume=preserve_volume,
+            keep_dimensions=keep_dimensions,
+            border=border,
+            movable=movable,
+            progress=tell,
+        )
+
+    def time_of(size: float) -> float:
+        return time_step_of_detail_size(size, iterations, keep_dimensions=keep_dimensions)
+
+    if time_step:
         time = time_step if operator in ("uniform", "inverse_length") else time_step * layer.mean_edge**2
-    vertices = implicit_fairing(
-        layer.vertices,
-        layer.faces,
-        operator=operator,
-        time_step=time,
-        iterations=iterations,
-        flow=flow,
-        preserve_volume=preserve_volume,
-        keep_dimensions=keep_dimensions,
-        border=border,
-        movable=movable_vertices(layer, selected),
+        vertices = smooth(layer.vertices, layer.faces, time, movable_vertices(layer, selected), progress)
+        return Edit(vertices=vertices, values={"time_step": time})
+    if operator not in GEOMETRIC_OPERATORS:
+        raise FilterInputError(f"operator {operator!r} sees the triangulation, not lengths: give a time_step, for example 1.0")
+    if detail_size == 0.0:
+        raise no_amount("time_step")
+    done = smoothed_by_size(
+        layer,
+        detail_size,
+        lambda points, faces, size, movable, tell: smooth(points, faces, time_of(size), movable, tell),
+        selected=selected,
         progress=progress,
     )
-    return Edit(vertices=vertices, values={"time_step": time})
+    time = time_of(done.amount) if done.amount else 0.0
+    return Edit(vertices=done.vertices, values={"time_step": time, **done.values}, notes=done.notes)

@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any
 
-from pymeshfair.declaration import Edit, Enum, Equivalent, FilterClass, Layer, MeshElement, mesh_filter
+from pymeshfair.declaration import Bools, Edit, Enum, Equivalent, FilterClass, Floats, Int, Ints, Layer, MeshElement, mesh_filter
+from pymeshfair.filters.choosing import PASSES
 from pymeshfair.filters.diffusion import TAUBIN_OPERATORS, TaubinOperator, taubin_fairing
 from pymeshfair.filters.execution import Progress, ignore_progress
 
-from ..moving_vertices import MOVES_VERTICES, Border, Iterations, Selected, movable_vertices
+from ..moving_vertices import MOVES_VERTICES, Border, Selected, smoothed_by_amount
 from ..taubin_steps import taubin_mu, taubin_pass_band, taubin_step
 
 
 def taubin_smooth_of_meshlab(values: Mapping[str, Any]) -> Equivalent | None:
     """MeshLab's own filter, which is Taubin's on closed meshes: on a border its step goes two thirds of ours."""
-    if values["operator"] != "uniform" or values["pass_band"] or values["selected"]:
+    if values["operator"] != "uniform" or values["pass_band"] or values["selected"] or values["iterations"] < 0:
         return None
     own = {"lambda_": values["step"], "mu": values["mu"], "stepsmoothnum": values["iterations"], "selected": False}
     return Equivalent("apply_coord_taubin_smoothing", own, closed_only=True)
@@ -56,7 +57,16 @@ def apply_coord_taubin_fairing(
             "Smaller is smoother. 0: not used, mu decides. With it, mu = 1 / (pass band - 1 / lambda)."
         ),
     ] = 0.0,
-    iterations: Iterations = 10,
+    iterations: Annotated[
+        int,
+        Int(
+            label="Iterations",
+            minimum=-1,
+            maximum=100_000,
+            help="How many pairs of steps are taken. More are smoother and slower. -1: automatic, the number that best predicts "
+            "vertices which the filter has not seen.",
+        ),
+    ] = 10,
     border: Border = "along",
     selected: Selected = False,
     progress: Progress = ignore_progress,
@@ -66,16 +76,20 @@ def apply_coord_taubin_fairing(
     With the uniform operator it is MeshLab's own Taubin Smooth, except on open borders, where a step of MeshLab's goes two thirds
     of the way of ours.
     """
-    vertices = taubin_fairing(
-        layer.vertices,
-        layer.faces,
-        operator=operator,
-        step=step,
-        mu=mu,
-        pass_band=pass_band or None,
-        iterations=iterations,
-        border=border,
-        movable=movable_vertices(layer, selected),
-        progress=progress,
-    )
-    return Edit(vertices=vertices)
+
+    def smooth(points: Floats, faces: Ints, passes: float, movable: Bools | None, tell: Progress) -> Floats:
+        return taubin_fairing(
+            points,
+            faces,
+            operator=operator,
+            step=step,
+            mu=mu,
+            pass_band=pass_band or None,
+            iterations=int(passes),
+            border=border,
+            movable=movable,
+            progress=tell,
+        )
+
+    done = smoothed_by_amount(layer, iterations, smooth, PASSES, selected=selected, progress=progress)
+    return Edit(vertices=done.vertices, values=done.values, notes=done.notes)

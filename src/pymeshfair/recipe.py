@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.resources
 import os
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -54,6 +55,17 @@ class RecipeInfo:
     task: str = ""
     fits: str = ""
     judged: str = ""
+
+    @property
+    def measure(self) -> str:
+        """The measure by which it is judged, the first word of `judged`; empty if it says none."""
+        return re.match(r"\w*", self.judged)[0]  # type: ignore[index]
+
+    @property
+    def behind(self) -> str:
+        """The recipe that is better by that measure, after which this one comes: ``Judged: normals, after denoise``; or empty."""
+        found = re.search(r"\bafter (\w+)", self.judged)
+        return found[1] if found else ""
 
     @property
     def conditions(self) -> tuple[Condition, ...]:

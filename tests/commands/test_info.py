@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import numpy as np
 import pymeshlab
 import pytest
 
@@ -106,9 +107,20 @@ def test_mesh_is_told_with_its_measures_and_attributes() -> None:
     assert re.search(r"^vertices +5,051$", shown, re.MULTILINE)
     assert re.search(r"^faces +9,999$", shown, re.MULTILINE)
     assert "faces, " in shown
-    read = document(invoke("info", path, "--json").stdout)["mesh"]
+    told = document(invoke("info", path, "--json").stdout)
+    read = told["mesh"]
     assert (read["vertices"], read["faces"], read["border_edges"], read["components"]) == (5051, 9999, 109, 1)
     assert {"faces", "wedge texture coordinates", "textures"} <= set(read["attributes"])
+    assert [rim["edges"] for rim in read["rims"]] == [38, 22, 22, 19, 8]
+    assert sum(rim["edges"] for rim in read["rims"]) == read["border_edges"]
+    assert "hole of 38 edges" in shown
+    low, high = read["box"]
+    assert np.linalg.norm(np.subtract(high, low)) == pytest.approx(read["diagonal"])
+    assert read["traits"]["texture"] == 1.0
+    assert f"noise is about {read['traits']['noise']:.2g} mean edges" in shown.replace("Its ", "")
+    best = told["recipes"][0]
+    assert best["fits"]
+    assert f"   1  {best['recipe']}: " in shown
     assert set(path.parent.iterdir()) == before
 
 

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from pymeshfair.recipe import load_recipe, shipped_heads, shipped_recipes
+from pymeshfair.recipe import TASKS, load_recipe, shipped_heads, shipped_recipes
 from pymeshfair.registry import all_filters, custom_filters
 
 from .command_line import document, invoke
@@ -71,10 +71,15 @@ def test_recipes_are_listed_without_compiled_code() -> None:
     assert [(h.name, h.info, h.steps) for h in shipped_heads()] == [(r.name, r.info, len(r.script.steps)) for r in loaded]
 
 
-def test_recipes_are_named_with_their_purpose() -> None:
-    """Every shipped recipe has a title and says for which scans it is."""
+def test_recipes_are_named_with_their_purpose_by_task() -> None:
+    """Every shipped recipe has a title, says for which scans it is, and stands with those for the same task."""
     listed = document(invoke("list", "recipes", "--json").stdout)["recipes"]
-    assert [r["name"] for r in listed] == list(shipped_recipes())
-    assert all(r["title"] and r["for"] and r["steps"] > 0 for r in listed)
+    assert sorted(r["name"] for r in listed) == list(shipped_recipes())
+    assert all(r["title"] and r["for"] and r["fits"] and r["steps"] > 0 for r in listed)
+    tasks = [r["task"] for r in listed]
+    assert list(dict.fromkeys(tasks)) == [task for task in TASKS if task in tasks]
+    assert tasks == sorted(tasks, key=TASKS.index)
     shown = invoke("list", "recipes").stdout
-    assert all(r["name"] in shown and r["title"] in shown and r["for"] in shown for r in listed)
+    plain = " ".join(shown.split())
+    assert all(r["name"] in plain and r["title"] in plain and r["for"] in plain for r in listed)
+    assert max(map(len, shown.splitlines())) <= 80

@@ -67,17 +67,44 @@ def test_prediction_is_weighted_least_squares() -> None:
         np.testing.assert_allclose(gain, np.linalg.norm(row), rtol=1e-9)
 
 
-def test_what_a_held_out_vertex_is_has_no_say() -> None:
-    """Moved up and down, held-out vertices are put at the same height, and all others stay."""
-    points = _rough(0.2)
-    rings = one_rings(FLAT[1], len(points))
-    held = held_out_vertices(points, FLAT[1], scored=far_from_border(FLAT[1], len(points)), masks=4)[0]
+def test_a_held_out_vertex_is_the_mean_of_those_that_are_not() -> None:
+    """Wherever it was; of two adjacent ones neither counts for the other, one without others stays, and all others stay."""
+    points, faces = noisy(torus(12, 8), 0.1)
+    rings = one_rings(faces, len(points))
+    ring = rings.neighbours[rings.offsets[5] : rings.offsets[6]]
+    held = np.array([3, 5, ring[0]], dtype=np.int32)
     moved = points.copy()
-    moved[held, 2] += np.random.default_rng(1).normal(size=len(held))
-    first, second = without(points, rings, UP, held), without(moved, rings, UP, held)
-    np.testing.assert_allclose(second, first, atol=1e-12)
-    others = np.setdiff1d(np.arange(len(points)), held)
-    assert np.array_equal(first[others], points[others])
+    moved[held] += 7.0
+    result = without(moved, rings, held)
+    for i in held:
+        others = [j for j in rings.neighbours[rings.offsets[i] : rings.offsets[i + 1]] if j not in held]
+        np.testing.assert_allclose(result[i], points[others].mean(axis=0), rtol=1e-12)
+    rest = np.setdiff1d(np.arange(len(points)), held)
+    assert np.array_equal(result[rest], points[rest])
+    alone = np.append(ring, 5).astype(np.int32)
+    assert np.array_equal(without(moved, rings, alone)[5], moved[5])
+
+
+def test_the_errors_on_a_sheet_have_a_closed_form() -> None:
+    """Doing nothing errs by z_i less the mean of z around it; pressing the sheet flat errs by z_i; each clipped at 4 medians."""
+    points, rings = _rough(0.2), one_rings(FLAT[1], len(FLAT[0]))
+    scored = far_from_border(FLAT[1], len(points))
+
+    def candidates(vertices: Floats, held: Ints) -> list[Iterator[Floats]]:
+        return [iter([vertices]), iter([vertices * (1.0, 1.0, 0.0)])]
+
+    found = choose(points, FLAT[1], candidates, [["nothing"], ["flat"]], normals=UP, scored=scored, stays=1e12)
+    assert found is not None
+    masks = held_out_vertices(points, FLAT[1], scored=scored, masks=4)
+    if sum(map(len, masks)) < 1000:
+        wanted = min(12, -(-4000 // sum(map(len, masks))))
+        masks = held_out_vertices(points, FLAT[1], scored=scored, masks=wanted)
+    held = np.concatenate(masks)
+    height = points[:, 2]
+    around = [height[rings.neighbours[rings.offsets[i] : rings.offsets[i + 1]]].mean() for i in held]
+    sizes = np.abs([height[held] - around, height[held]])
+    squares = np.minimum(sizes, 4.0 * np.median(sizes, axis=1).min()) ** 2
+    np.testing.assert_allclose([trial.error for trial in found.trials], np.sqrt(squares.mean(axis=1)), rtol=1e-12)
 
 
 def test_held_out_vertices_are_apart_disjoint_and_of_the_geometry() -> None:
@@ -127,7 +154,7 @@ def test_the_verdict_is_that_of_clipped_squares() -> None:
 def _choose(points: Floats, faces: Ints, shrink: tuple[float, ...]) -> float:
     """Which share of the noise of a sheet the held-out vertices want to be left, from smoothing alone to nothing."""
 
-    def candidates(vertices: Floats) -> list[Iterator[Floats]]:
+    def candidates(vertices: Floats, held: Ints) -> list[Iterator[Floats]]:
         return [iter([np.column_stack([vertices[:, :2], keep * vertices[:, 2]]) for keep in shrink])]
 
     scored = far_from_border(faces, len(points))
@@ -151,7 +178,7 @@ def test_a_family_that_falls_behind_is_not_run_to_its_end() -> None:
     grow = (2.0, 4.0, 8.0, 16.0, 32.0)
     made: list[float] = []
 
-    def candidates(vertices: Floats) -> list[Iterator[Floats]]:
+    def candidates(vertices: Floats, held: Ints) -> list[Iterator[Floats]]:
         def times(factors: tuple[float, ...]) -> Iterator[Floats]:
             for factor in factors:
                 made.append(factor)
@@ -170,7 +197,7 @@ def test_nothing_can_be_said_where_no_vertex_can_be_held_out() -> None:
     """Without a scored vertex there is no choice."""
     points = _rough(0.1)
     nobody = np.zeros(len(points), dtype=np.bool_)
-    assert choose(points, FLAT[1], lambda p: [iter([p])], [["nothing"]], normals=UP, scored=nobody) is None
+    assert choose(points, FLAT[1], lambda p, _: [iter([p])], [["nothing"]], normals=UP, scored=nobody) is None
 
 
 def test_spikes_stand_out_and_the_tip_of_a_cone_does_not() -> None:

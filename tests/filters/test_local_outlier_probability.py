@@ -209,9 +209,9 @@ def test_map_coordinates() -> None:
 def test_any_number_of_threads(monkeypatch: pytest.MonkeyPatch) -> None:
     """One thread and three threads give the same bits."""
     points = cloud(80_000, 100)
-    monkeypatch.setattr(threads, "get_num_threads", lambda: 3)
+    monkeypatch.setattr(threads, "allowed_threads", lambda: 3)
     several = local_outlier_probability(points, neighbors=7)
-    monkeypatch.setattr(threads, "get_num_threads", lambda: 1)
+    monkeypatch.setattr(threads, "allowed_threads", lambda: 1)
     one = local_outlier_probability(points, neighbors=7)
     np.testing.assert_array_equal(several, one)
 

@@ -147,9 +147,9 @@ def test_far_from_the_origin() -> None:
 def test_any_number_of_threads(monkeypatch: pytest.MonkeyPatch) -> None:
     """One thread and three threads give the same bits."""
     points = np.random.default_rng(4).normal(size=(100_000, 3))
-    monkeypatch.setattr(threads, "get_num_threads", lambda: 3)
+    monkeypatch.setattr(threads, "allowed_threads", lambda: 3)
     several = nearest_neighbours(points, 5)
-    monkeypatch.setattr(threads, "get_num_threads", lambda: 1)
+    monkeypatch.setattr(threads, "allowed_threads", lambda: 1)
     one = nearest_neighbours(points, 5)
     np.testing.assert_array_equal(several[0], one[0])
     np.testing.assert_array_equal(several[1], one[1])

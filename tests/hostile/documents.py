@@ -51,7 +51,7 @@ def x3d(**changes: object) -> str:
     return X3D.format(**_HONEST["x3d"] | changes)
 
 
-def three_mf(*, last: int = 2, model: str = "", name: str = "3D/3dmodel.model", more: bytes = b"") -> bytes:
+def three_mf(*, last: float = 2, model: str = "", name: str = "3D/3dmodel.model", more: bytes = b"") -> bytes:
     """A 3MF archive of a model, and of more bytes beside it."""
     points = "".join(f'<vertex x="{x}" y="{y}" z="0"/>' for x, y in ((0, 0), (1, 0), (0, 1)))
     relations = "http://schemas.openxmlformats.org/package/2006/relationships"

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import tempfile
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import dask
 from distributed import Client, LocalCluster
@@ -28,8 +29,13 @@ _ANSWER = "10s"
 
 
 @contextlib.contextmanager
-def open_client(address: str | None, jobs: int) -> Iterator[Client]:
-    """A client of the scheduler at `address`, or if that is None of one in this process with so many scans at a time.
+def open_client(address: str | None, jobs: int, *, processes: Mapping[str, str] | None = None) -> Iterator[Client]:
+    """A client of the scheduler at `address`, or if that is None of one in this process with so many tasks at a time.
+
+    Args:
+        address: of a scheduler, or None.
+        jobs: tasks at a time on this machine.
+        processes: the environment of a process for each of them; None if they run in threads of this one.
 
     Raises:
         BatchError: no scheduler answers there.
@@ -41,7 +47,7 @@ def open_client(address: str | None, jobs: int) -> Iterator[Client]:
         stack.enter_context(warnings.catch_warnings())
         warnings.simplefilter("ignore")  # other versions of dask's own packages
         if address is None:
-            cluster = stack.enter_context(_local_cluster(jobs))
+            cluster = stack.enter_context(_local_cluster(jobs) if processes is None else _processes(jobs, processes))
             client = Client(cluster, set_as_default=False)
         else:
             try:
@@ -62,4 +68,18 @@ def _local_cluster(jobs: int) -> LocalCluster:
         worker_dashboard_address=None,
         memory_limit=0,
         silence_logs=False,
+    )
+
+
+def _processes(jobs: int, environment: Mapping[str, str]) -> LocalCluster:
+    return LocalCluster(
+        n_workers=jobs,
+        threads_per_worker=1,
+        processes=True,
+        env=dict(environment),
+        dashboard_address=None,
+        worker_dashboard_address=None,
+        memory_limit=0,
+        silence_logs=logging.CRITICAL,
+        local_directory=tempfile.gettempdir(),
     )

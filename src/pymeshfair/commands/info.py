@@ -3,23 +3,30 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from .json_document import print_document
-from .options import Debug, Json
+from .options import AllowOutside, Debug, Json, Unchecked
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
     from ..declaration import Filter
 
 
 def info(
     subject: Annotated[str, typer.Argument(metavar="FILTER|RECIPE|MESH", help="A name, or the path of an .mlx or mesh file.")],
+    allow_outside: AllowOutside = False,
+    unchecked: Unchecked = False,
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Tell everything about a filter, a recipe or a mesh file."""
+    """Tell everything about a filter, a recipe or a mesh file.
+
+    Of a mesh: its size, box, holes with their edges, pieces, noise and attributes, and the recipes that are for it.
+    """
     from ..recipe import shipped_recipes
 
     if subject in shipped_recipes() or subject.casefold().endswith(".mlx"):
@@ -33,7 +40,7 @@ def info(
     except UnknownNameError as error:
         if not Path(subject).exists():
             raise _nothing_named(subject, error.cause) from None
-        _tell_mesh(Path(subject), json=json)
+        _tell_mesh(Path(subject), json=json, allow_outside=allow_outside, unchecked=unchecked)
     else:
         _tell_filter(known, json=json)
 
@@ -75,17 +82,45 @@ def _tell_recipe(name: str, *, json: bool) -> None:
         typer.echo(recipe_page(recipe))
 
 
-def _tell_mesh(path: Path, *, json: bool) -> None:
+def _tell_mesh(path: Path, *, json: bool, allow_outside: bool, unchecked: bool) -> None:
     from ..running.inspect import inspect_mesh
+    from ..running.suitability import documents, ranked
+    from .fitting import fitting_lines, rim_lines
     from .measures_table import measures_table
     from .streams import warn
     from .tables import console
 
-    found = inspect_mesh(path)
+    found = inspect_mesh(path, traits=True, allow_outside=allow_outside, unchecked=unchecked)
+    recipes = ranked(found["traits"])
     if json:
-        print_document({"mesh": found})
+        print_document({"mesh": found, "recipes": documents(recipes)})
         return
     console().print(measures_table({path.name: found}))
-    typer.echo(f"\nIt has {', '.join(found['attributes'] or ['vertices alone'])}.")
+    for line in _more(found):
+        typer.echo(line)
+    for line in rim_lines(found["rims"]):
+        typer.echo(line)
+    typer.echo("\nRecipes for it, the best known to fit first:")
+    for line in fitting_lines([s for s in recipes if s.fits]):
+        typer.echo(line)
     for warning in found["warnings"]:
         warn(warning)
+
+
+def _more(found: Mapping[str, Any]) -> Iterator[str]:
+    """Attributes, box, noise and the number of rims of a mesh, one line each."""
+    yield f"\nIt has {', '.join(found['attributes'] or ['vertices alone'])}."
+    if found["box"]:
+        low, high = found["box"]
+        sides = " x ".join(f"{b - a:.6g}" for a, b in zip(low, high, strict=True))
+        yield f"Its box is {sides}, from {_place(low)} to {_place(high)}."
+    traits = found["traits"]
+    if "noise" in traits:
+        yield f"Its noise is about {traits['noise']:.2g} mean edges."
+    if found["rims"]:
+        holes = sum(not rim["outer"] for rim in found["rims"])
+        yield f"It has {holes:,} {'hole' if holes == 1 else 'holes'} and {len(found['rims']) - holes:,} outer borders:"
+
+
+def _place(point: Iterable[float]) -> str:
+    return "(" + ", ".join(f"{c:.6g}" for c in point) + ")"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import textwrap
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -12,9 +13,13 @@ from .options import Debug, Json
 from .streams import warn
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
 
     from ..declaration import Filter
+    from ..recipe import RecipeHead
+
+#: what stands before the words about a recipe
+_MARGIN = " " * 24
 
 app = typer.Typer(help="List filters or recipes.", rich_markup_mode=None)
 
@@ -48,15 +53,17 @@ def filters(
 
 @app.command()
 def recipes(json: Json = False, debug: Debug = False) -> None:
-    """List the recipes that pymeshfair ships."""
-    from ..recipe import shipped_heads
+    """List the recipes that pymeshfair ships, by what they are there to do."""
+    from ..recipe import TASKS, shipped_heads
 
-    found = shipped_heads()
+    found = sorted(shipped_heads(), key=lambda head: (TASKS.index(head.info.task), head.name))
     if json:
         rows = [
             {
                 "name": r.name,
                 "title": r.info.title,
+                "task": r.info.task,
+                "fits": r.info.fits,
                 "for": r.info.purpose,
                 "settings": [s.name for s in r.settings],
                 "steps": r.steps,
@@ -65,15 +72,23 @@ def recipes(json: Json = False, debug: Debug = False) -> None:
         ]
         print_document({"recipes": rows})
         return
-    from .tables import console, table
-
-    console().print(
-        table(
-            ["recipe", "title", "for", "settings"],
-            [(r.name, r.info.title, r.info.purpose, ", ".join(s.name for s in r.settings)) for r in found],
-        )
-    )
+    for line in _by_task(found):
+        typer.echo(line)
     typer.echo("\n`pymeshfair info RECIPE` tells more, `pymeshfair run RECIPE INPUT -o OUTPUT` runs it", err=True)
+
+
+def _by_task(heads: Iterable[RecipeHead]) -> Iterator[str]:
+    """The recipes in lines of 80 characters, under the tasks that they are for."""
+    task = None
+    for head in heads:
+        if head.info.task != task:
+            yield f"{'' if task is None else chr(10)}{head.info.task}"
+            task = head.info.task
+        yield textwrap.fill(f"  {head.name:<21} {head.info.title}", 80, subsequent_indent=_MARGIN)
+        yield textwrap.fill(head.info.purpose, 80, initial_indent=_MARGIN, subsequent_indent=_MARGIN)
+        if head.settings:
+            names = f"settings: {', '.join(s.name for s in head.settings)}"
+            yield textwrap.fill(names, 80, initial_indent=_MARGIN, subsequent_indent=_MARGIN)
 
 
 def _of_origin(known: Iterable[Filter], origin: str) -> list[Filter]:

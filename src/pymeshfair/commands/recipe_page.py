@@ -17,6 +17,8 @@ def recipe_document(recipe: Recipe) -> dict[str, Any]:
     return {
         "name": recipe.name,
         "title": recipe.title,
+        "task": recipe.info.task,
+        "fits": recipe.info.fits,
         "description": recipe.description,
         "settings": [{k: v for k, v in asdict(s).items() if k != "line"} for s in recipe.script.settings],
         "steps": [_step_document(step) for step in recipe.script.steps],

@@ -32,7 +32,8 @@ from .streams import printable, warn
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from ..running.job import Job, RunResult
+    from ..running.job import Event, Job, RunResult
+    from ..running.started import Start
 
 
 def run(
@@ -60,6 +61,12 @@ def run(
         Path | None,
         typer.Option(metavar="MAP.ply", help="Write the intervention map there: what was kept, moved and added, and how far."),
     ] = None,
+    tiles: Annotated[
+        bool, typer.Option("--tiles", help="Work by tiles, for clouds and meshes larger than memory; see docs/scale.md.")
+    ] = False,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="With --tiles: a dask scheduler whose workers do them.")
+    ] = None,
     report: Report = None,
     up: Up = "y",
     json: Json = False,
@@ -67,53 +74,79 @@ def run(
 ) -> None:
     """Clean a mesh file with a recipe.
 
-    Beside OUTPUT, OUTPUT.provenance.json says how it came about. OUTPUT appears whole or not at all.
+    Beside OUTPUT, OUTPUT.provenance.json says how it came about. OUTPUT appears whole or not at all. If it exists, it is replaced
+    only if it is, to the byte, what an earlier run wrote there from the same INPUT; anything else is kept, and the run refused,
+    unless --overwrite is given. A run that fails leaves it as it was.
     """
-    from ..recipe import load_recipe
-    from ..running.job import Job
-    from ..scripts.traps import traps
+    from ..running.started import EarlyProcess
 
     if report is not None:
         check_report(report, up)
-    overrides = tuple(set or ())
-    found = load_recipe(recipe, upgrade=upgrade).override(overrides)
-    limits = guards(
-        max_displacement=max_displacement, max_volume_change=max_volume_change, require=require, keep_sharp=keep_sharp
-    )
-    job = Job(
-        recipe=found,
-        input=input,
-        output=output,
-        others=tuple(others or ()),
-        warnings=(*(str(change) for change in found.changes if not change.same_meaning), *traps(found.script)),
-        overwrite=overwrite,
-        timeout=timeout,
-        memory_limit=memory_limit(memory),
-        allow_outside=allow_outside,
-        unchecked=unchecked,
-        keep_all=keep_all,
-        overrides=overrides,
-        command=tuple(sys.argv),
-        guards=limits,
-        keep_broken=keep_broken,
-        map=map,
-    )
-    if report is None:
-        carry_out(job, json=json)
-        return
-    from .run_report import reporting
+    with EarlyProcess(is_wanted=not tiles) as worker:
+        from ..recipe import load_recipe
+        from ..running.job import Job
+        from ..scripts.traps import traps
 
-    with reporting(job, report, up) as write:
-        carry_out(job, json=json, finished=write)
+        overrides = tuple(set or ())
+        found = load_recipe(recipe, upgrade=upgrade).override(overrides)
+        limits = guards(
+            max_displacement=max_displacement, max_volume_change=max_volume_change, require=require, keep_sharp=keep_sharp
+        )
+        job = Job(
+            recipe=found,
+            input=input,
+            output=output,
+            others=tuple(others or ()),
+            warnings=(*(str(change) for change in found.changes if not change.same_meaning), *traps(found.script)),
+            overwrite=overwrite,
+            timeout=timeout,
+            memory_limit=memory_limit(memory),
+            allow_outside=allow_outside,
+            unchecked=unchecked,
+            keep_all=keep_all,
+            overrides=overrides,
+            command=tuple(sys.argv),
+            guards=limits,
+            keep_broken=keep_broken,
+            map=map,
+        )
+        if tiles or scheduler is not None:
+            if not tiles or report is not None:
+                raise typer.BadParameter(
+                    "it needs --tiles" if not tiles else "--tiles makes no report, which shows the whole mesh"
+                )
+            from ..tiles.course import Tiling, run_by_tiles
+
+            carry_out(job, json=json, carry=lambda job, show: run_by_tiles(job, Tiling(scheduler), show))
+            return
+        if report is None:
+            carry_out(job, json=json, start=worker.start)
+            return
+        from .run_report import reporting
+
+        with reporting(job, report, up) as write:
+            carry_out(job, json=json, start=worker.start, finished=write)
 
 
-def carry_out(job: Job, *, json: bool, finished: Callable[[RunResult], None] = lambda result: None) -> None:
-    """Run the job with its progress on stderr, then print what came of it on stdout; `finished` is called in between."""
+def carry_out(
+    job: Job,
+    *,
+    json: bool,
+    finished: Callable[[RunResult], None] = lambda result: None,
+    carry: Callable[[Job, Callable[[Event], None]], RunResult] | None = None,
+    start: Start | None = None,
+) -> None:
+    """Run the job with its progress on stderr, then print what came of it on stdout; `finished` is called in between.
+
+    `carry` runs it, or if that is None `run_job` in a process that `start` gives.
+    """
+    from ..looking import words  # noqa: F401  # for `_show`, while the worker still loads MeshLab
     from ..running.supervise import run_job
+    from . import measures_table  # noqa: F401
     from .progress import progress
 
     with progress() as show:
-        result = run_job(job, show)
+        result = carry(job, show) if carry else run_job(job, show, start=start)
     for warning in result.warnings:
         warn(warning)
     finished(result)

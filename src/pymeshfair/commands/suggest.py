@@ -20,39 +20,57 @@ FILTER = "apply_coord_normal_filtering"
 def suggest(
     scan: Annotated[Path, typer.Argument(metavar="SCAN", help="The mesh file to look at; it is not changed.")],
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="RECIPE.mlx", help="Write the recipe there, in place of stdout.")
+        Path | None,
+        typer.Option("--output", "-o", metavar="RECIPE.mlx", help="Write there a recipe that denoises it, every value said."),
     ] = None,
     timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop after that time.", min=0.001)] = None,
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Find the recipe that denoises a scan best, by vertices that it has not seen, and print it, every value explicit.
+    """Rank all recipes for a scan, with reasons, and find how it is denoised best.
 
-    The settings that predict such vertices best are listed with their errors. The recipe does what the automatic parameters do on
-    this scan, and can be changed and used for others of its kind.
+    What is measured is compared with what each recipe says at its head under Fits. Whether there is noise to remove, and how, is
+    found by vertices that no filter has seen; with -o the settings that predict these best become a recipe, which does what
+    denoise does on this scan, and can be changed and used for others of its kind. An existing RECIPE.mlx is replaced.
     """
     from ..errors import PymeshfairError
+    from ..running.inspect import inspect_mesh
+    from ..running.suitability import documents, ranked
     from ..scripts.write import format_script, write_script
+    from .fitting import fitting_lines
 
     if output is not None and output.suffix.casefold() != ".mlx":
         raise PymeshfairError(f"{output} is no name for a recipe: it must end with .mlx")
-    values = _tried(scan, timeout)
-    recipe = _explicit(scan, values)
+    traits = inspect_mesh(scan, timeout=timeout, traits=True)["traits"]
+    values = _tried(scan, timeout) if traits["mesh"] else None
+    recipe = None if values is None else _explicit(scan, values)
     if output is not None:
         if recipe is None:
             raise PymeshfairError(f"{scan} has no noise to remove, so there is no recipe to write to {output}")
         write_script(recipe.script, output)
-    text = None if recipe is None else format_script(recipe.script)
+    recipes = ranked(_by_evidence(traits, values))
     if json:
-        print_document({"scan": scan, "found": values, "recipe": text, "output": output})
+        text = None if recipe is None else format_script(recipe.script)
+        ranking = documents(recipes)
+        print_document({"scan": scan, "traits": traits, "recipes": ranking, "found": values, "recipe": text, "output": output})
+        return
+    for line in fitting_lines(recipes):
+        typer.echo(line)
+    if values is None:
         return
     typer.echo(_words(scan, values), err=True)
     for line in _contest(values):
         typer.echo(line, err=True)
     if output is not None:
         typer.echo(f"{output}: written; `pymeshfair run {output} {scan} -o RESULT` applies it", err=True)
-    elif text is not None:
-        typer.echo(text, nl=False)
+
+
+def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dict[str, float]:
+    """The traits, where held-out vertices do not say otherwise: no noise if nothing predicts them better than the scan itself."""
+    if values is None:
+        return traits
+    noise = 0.0 if values["shape"] == "clean" else traits["noise"]
+    return traits | {"noise": noise, "camera noise": float(values["shape"] == "range map")}
 
 
 def _tried(scan: Path, timeout: float | None) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import ParameterError
-from .length import Length
+from .length import AUTOMATIC, Length
 from .names import nearest
 from .parameter import Parameter
 from .values import as_float
@@ -88,6 +88,7 @@ class Percentage(Parameter):
 
     Attributes:
         of_edges: whether mean edges are those of the layer's polylines even where it has faces, too.
+        automatic: whether it may be "auto": the function receives -1, and chooses.
     """
 
     kind = "a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units)"
@@ -96,17 +97,27 @@ class Percentage(Parameter):
     python_type = float
     minimum: float | None = 0.0
     of_edges: bool = False
+    automatic: bool = False
 
     def check(self, value: Any) -> Length:
+        if self.automatic and value in ("auto", AUTOMATIC):
+            return AUTOMATIC
         if isinstance(value, str):
             value = Length.parse(value)
+        number = as_float(value)
+        if number is not None and not isinstance(value, bool):
+            said = f"{number:g}"
+            raise ParameterError(
+                f"parameter {self.name!r} is a length, and {said} may mean three: write '{said}edge' for {said} mean edges, "
+                f"'{said}%' of the bounding box's diagonal, or '{said}' in quotes for mesh units"
+            )
         if not isinstance(value, Length) or not _at_least(value.amount, self.minimum):
             raise self.refusal(value)
         self.refuse_what_meshlab_cannot_hold(value.amount)
         return value
 
     def describe_allowed(self) -> str:
-        return self.kind + _bounds(self.minimum, None)
+        return self.kind + _bounds(self.minimum, None) + (", or 'auto'" if self.automatic else "")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,8 +11,13 @@ from numpy.typing import NDArray
 
 from .references import Texture
 
-#: of a text that declares no counts, and ends within a line
+#: of a text that ends within a line
 NO_END = "its last line has no end: if the file was cut short, so was perhaps its last number"
+
+
+def unended(text: bytes) -> tuple[str, ...]:
+    """The doubt about a text that ends within a line: its last number may be the beginning of a longer one."""
+    return () if text.endswith((b"\n", b"\r", b"\x1a")) else (NO_END,)
 
 
 @dataclass(frozen=True)

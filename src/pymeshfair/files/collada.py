@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping
 from pathlib import Path
 from urllib.parse import unquote
 from xml.etree.ElementTree import Element
@@ -15,6 +15,7 @@ from .announced import Announced
 from .errors import ContentsError
 from .given import Given, find_textures
 from .indices import check_range, indices, numbers
+from .instances import check_instances
 from .references import References, shown
 from .xml_document import formatted_tree, read_tree
 
@@ -23,6 +24,8 @@ _NAME = re.compile(r"[\w.:\-]*")
 #: kinds of primitives, and how many corners a face of each has where that is the same for all
 _PRIMITIVES = {"triangles": 3, "polylist": None, "polygons": None}
 _UNREAD = {"lines", "linestrips", "trifans", "tristrips"}
+#: how many numbers each way of placing a node takes
+_TRANSFORMS = {"matrix": 16, "rotate": 4, "scale": 3, "translate": 3, "lookat": 9, "skew": 7}
 _LOST = ("animation", "controller", "camera", "light", "extra", "physics_model")
 
 
@@ -42,6 +45,9 @@ def inspect_collada(path: Path, references: References, given: Given) -> Announc
             _check_inside(part.get(name, ""), name, part)
         if _kind(part) == "mesh":
             _check_mesh(part, parts)
+        elif _kind(part) == "node":
+            _check_transforms(part)
+    _check_places(root, parts)
     images = [image for image in root.iter() if _kind(image) == "image"]
     places = [place for image in images for place in image.iter() if _kind(place) in ("init_from", "ref") and not len(place)]
     found = set(map(id, places))
@@ -56,7 +62,7 @@ def inspect_collada(path: Path, references: References, given: Given) -> Announc
     kinds = {_kind(part) for part in root.iter()}
     return Announced(
         normals=any(part.get("semantic") == "NORMAL" for part in root.iter() if _kind(part) == "input"),
-        not_kept=tuple(f"{kind}s" for kind in _LOST if kind in kinds) + tuple(sorted(kinds & _UNREAD)),
+        not_kept=tuple(f"{kind}s" for kind in _LOST if kind in kinds) + tuple(sorted(kinds & _UNREAD)) + tuple(_frame(root)),
         side_files=tuple(t.file for t in textures if t.file),
         textures=textures,
         reading=given.write(formatted_tree(root)),
@@ -65,6 +71,15 @@ def inspect_collada(path: Path, references: References, given: Given) -> Announc
 
 def _kind(part: Element) -> str:
     return part.tag.rpartition(":")[2]
+
+
+def _frame(root: Element) -> Iterator[str]:
+    """The unit and the upright axis, of which no other format of ours has any."""
+    for part in root.iter():
+        if _kind(part) == "unit" and part.get("meter", "1").strip() not in ("1", "1.0"):
+            yield f"its unit of {shown(part.get('meter', ''), 30)} m"
+        elif _kind(part) == "up_axis" and (part.text or "").strip() != "Y_UP":
+            yield f"its upright axis {shown((part.text or '').strip(), 30)}"
 
 
 def _path_of(uri: str) -> str:
@@ -88,6 +103,27 @@ def _check_mesh(mesh: Element, parts: Mapping[str, Element]) -> None:
             raise ContentsError(f"its array {shown(array.get('id', ''))} declares {_count(array):,} numbers, but has {found:,}")
     for primitive in (p for p in mesh if _kind(p) in _PRIMITIVES):
         _check_primitive(primitive, parts)
+
+
+def _check_transforms(node: Element) -> None:
+    for part in node:
+        length = _TRANSFORMS.get(_kind(part))
+        if length is not None and len(found := numbers(part.text or "", f"a {_kind(part)}")) != length:
+            raise ContentsError(f"a {_kind(part)} of a node of it has {len(found)} numbers and not {length}")
+
+
+def _check_places(root: Element, parts: Mapping[str, Element]) -> None:
+    """Refuse nodes that are parts of themselves, or place too much."""
+    places: dict[Hashable, list[Hashable]] = {}
+    faces: dict[Hashable, int] = {}
+    for part in root.iter():
+        kind = _kind(part)
+        if kind in ("node", "visual_scene", "geometry"):
+            used = (parts.get(i.get("url", "").removeprefix("#")) for i in part if _kind(i).startswith("instance_"))
+            places[id(part)] = [id(p) for p in (*_children(part, "node"), *used) if p is not None]
+        if kind == "geometry":
+            faces[id(part)] = sum(_count(p) for p in part.iter() if _kind(p) in _PRIMITIVES)
+    check_instances(places, faces, [id(part) for part in root.iter() if _kind(part) == "visual_scene"])
 
 
 def _count(part: Element) -> int:

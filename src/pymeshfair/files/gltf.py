@@ -18,6 +18,7 @@ from .announced import Announced
 from .given import Given
 from .gltf_document import GltfError, check_document
 from .gltf_given import counts_of, losses_of, pruned
+from .instances import check_placed
 from .references import References, Texture, check_image
 
 #: of how many parts a document may be: a million take a second to read
@@ -59,6 +60,7 @@ def inspect_gltf(path: Path, references: References, given: Given) -> Announced:
     _write(given, reading.name, pruned(document, [t.given if t else None for t in textures]), buffers)
     found = tuple(t for t in textures if t is not None)
     vertices, faces = counts_of(document, meshes)
+    check_placed(len(document.get("nodes", ())), max(faces or 0, vertices or 0))
     return Announced(
         vertices=vertices,
         faces=faces,
@@ -80,13 +82,19 @@ def _parts(data: bytes) -> tuple[bytes, bytes | None]:
     version, length, text_length, kind = struct.unpack_from("<IIII", data, 4)
     if kind == _JSON and version != 2:
         raise GltfError(f"it is glTF of version {version}, not 2")
-    if length > len(data) or kind != _JSON or text_length > length - 20:
-        raise GltfError(f"it declares more than its {len(data):,} bytes hold, or holds no glTF document")
+    if kind != _JSON:
+        raise GltfError("it does not begin with a glTF document")
+    if length != len(data):
+        raise GltfError(f"it declares {length:,} bytes, but has {len(data):,}")
+    if text_length > length - 20:
+        raise GltfError(f"its document declares {text_length:,} bytes, but only {length - 20:,} follow")
     text, position = data[20 : 20 + text_length], 20 + text_length
     while position + 8 <= length:
         chunk_length, kind = struct.unpack_from("<II", data, position)
         if chunk_length > length - position - 8:
             raise GltfError(f"a part of it declares {chunk_length:,} bytes, but only {length - position - 8:,} follow")
+        if kind == _JSON:
+            raise GltfError("it has two documents")
         if kind == _BINARY:
             return text, data[position + 8 : position + 8 + chunk_length]
         position += 8 + chunk_length

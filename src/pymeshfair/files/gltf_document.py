@@ -97,6 +97,8 @@ def _checked(document: Any) -> list[Mesh]:
         _check_accessor(document, k)
     _check_images(document)
     _check_nodes(document)
+    if "scene" in document:
+        _at(document, "scenes", document["scene"])
     meshes = []
     for k, mesh in enumerate(document.get("meshes", ())):
         if not mesh["primitives"]:
@@ -186,8 +188,9 @@ def _check_nodes(document: Mapping[str, Any]) -> None:
     for k, node in enumerate(nodes):
         for name, length in (("matrix", 16), ("rotation", 4), ("scale", 3), ("translation", 3)):
             _check_numbers(node.get(name), length, f"the {name} of node {k}")
-        if "mesh" in node:
-            _at(document, "meshes", node["mesh"])
+        for name in ("mesh", "skin", "camera"):
+            if name in node:
+                _at(document, f"{name}{'es' if name == 'mesh' else 's'}", node[name])
     seen: set[int] = set()
     level = [n for scene in document.get("scenes", ()) for n in scene.get("nodes", ())]
     for _ in range(_DEEPEST):
@@ -224,4 +227,7 @@ def _primitive(document: Mapping[str, Any], k: int, p: Mapping[str, Any]) -> Mes
         accessor = _at(document, "accessors", indices)
         if accessor["type"] != "SCALAR" or accessor["componentType"] not in (5121, 5123, 5125):
             raise GltfError(f"its accessor {indices} of corners is of a type that they cannot be")
+    corners = accessor["count"] if indices is not None else counts["POSITION"]
+    if mode == _TRIANGLES and corners % 3:
+        raise GltfError(f"its mesh {k} is made of triangles, but has {corners:,} corners, which are no whole number of 3")
     return Mesh(attributes, indices if mode == _TRIANGLES else None, counts["POSITION"], document)

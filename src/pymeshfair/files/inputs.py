@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 
 from . import ply
-from .announced import NO_END, Announced
+from .announced import Announced, unended
 from .collada import inspect_collada
 from .errors import ContentsError, InputError
 from .formats import READABLE, extension, listed
@@ -28,8 +28,8 @@ from .vrml import inspect_vrml
 from .x3d import inspect_x3d
 
 
-def check_input(path: Path) -> None:
-    """Refuse what is no mesh file by its name and kind, without opening it.
+def check_input(path: Path, formats: Collection[str] = READABLE) -> None:
+    """Refuse what is no mesh file, of one of the formats, by its name and kind, without opening it.
 
     Raises:
         InputError: there is no such file; it is a folder, a pipe or a device, empty, unreadable or of an unknown format.
@@ -37,9 +37,9 @@ def check_input(path: Path) -> None:
     check_regular(path, path)
     if path.stat().st_size == 0:
         raise InputError(path, "it is empty")
-    if extension(path) not in READABLE:
+    if extension(path) not in formats:
         what = f"{path.suffix!r} is no format for meshes" if path.suffix else "it has no extension that says the format"
-        raise InputError(path, f"{what}; a run reads {listed(READABLE)}")
+        raise InputError(path, f"{what}; a run reads {listed(tuple(formats))}")
     try:
         os.fspath(path).encode("utf-8")
     except UnicodeEncodeError:
@@ -84,6 +84,8 @@ def check_magic(path: Path) -> None:
     """
     with path.open("rb") as file:
         head = file.read(4096)
+    if extension(path) not in _ANY_ENCODING and _UTF_16.match(head):
+        raise ContentsError("it is a text in UTF-16, of which MeshLab reads nothing; save it as UTF-8")
     expected, what = _MAGIC.get(extension(path), (None, ""))
     if expected is not None and not expected.match(head):
         raise ContentsError(f"it does not begin with {what}")
@@ -122,6 +124,7 @@ def _inspect_ply(path: Path, references: References, given: Given) -> Announced:
         given.link(textures)
     return Announced(
         vertices=header.element("vertex").count,
+        doubts=body.doubts,
         faces=None if grid else header.element("face").count,
         count_triangles=lambda: body.triangles,
         normals={"nx", "ny", "nz"} <= names,
@@ -139,13 +142,15 @@ def _inspect_ply(path: Path, references: References, given: Given) -> Announced:
 
 
 def _inspect_off(path: Path, references: References, given: Given) -> Announced:
-    contents = read_off(path.read_bytes())
+    data = path.read_bytes()
+    contents = read_off(data)
     return Announced(
         vertices=len(contents.points),
         faces=contents.faces,
         count_triangles=lambda: contents.triangles,
         normals=contents.normals,
         not_kept=("comments",) if contents.comments else (),
+        doubts=unended(data),
         points=contents.points,
         reading=_binary_or_text(given, ".ply", contents.binary, contents.text if contents.altered else None),
     )
@@ -175,18 +180,20 @@ def _inspect_points(path: Path, references: References, given: Given) -> Announc
         faces=0,
         normals=contents.normals is not None,
         not_kept=(f"its titles {contents.note[:60]!r}",) if contents.note else (),
-        doubts=() if contents.points is None or data.endswith((b"\n", b"\r")) else (NO_END,),
+        doubts=() if contents.points is None else unended(data),
         points=contents.points,
         reading=None if as_it_is else given.write_beside(f"{path.stem}.ply", *as_ply(contents)),
     )
 
 
 def _inspect_ptx(path: Path, references: References, given: Given) -> Announced:
-    contents, missing = read_ptx(path.read_bytes())
+    data = path.read_bytes()
+    contents, missing = read_ptx(data)
     return Announced(
         vertices=contents.count,
         faces=0,
         not_kept=(f"{missing:,} places of its grids where nothing was measured",) if missing else (),
+        doubts=unended(data),
         points=contents.points,
         reading=given.write_beside(f"{path.stem}.ply", *as_ply(contents)),
     )
@@ -194,6 +201,8 @@ def _inspect_ptx(path: Path, references: References, given: Given) -> Announced:
 
 #: how files begin, and what to call it
 _XML = (re.compile(rb"(\xef\xbb\xbf)?\s*<|\xff\xfe|\xfe\xff"), "'<'")
+#: how a text in UTF-16 begins that is one, and the formats that may be
+_UTF_16, _ANY_ENCODING = re.compile(rb"\xff\xfe[\t-~]\0|\xfe\xff\0[\t-~]"), ("gltf", "dae", "x3d")
 _MAGIC = {
     "ply": (re.compile(rb"ply\s"), "'ply'"),
     "glb": (re.compile(rb"glTF"), "'glTF'"),

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import ContentsError
 from .obj_faces import Corners, corners_of
-from .tokens import INTEGER, NOT_FINITE, REAL, Tokens, about_line, joined, plain, tokenise, word
+from .obj_values import ObjError, check_rows, fail, is_misspaced, normal_notes, texture_coordinate_notes
+from .tokens import Tokens, joined, plain, tokenise, word
 
 #: what the lines of the format's own keywords are
 KEYWORDS = {
@@ -36,10 +36,6 @@ _VERTEX = (3, 4, 6, 7)
 LARGEST_FACE = 10_000
 
 
-class ObjError(ContentsError):
-    """The text is no OBJ file, or lies; the message gives the line."""
-
-
 @dataclass
 class ObjContents:
     """What is in an OBJ file.
@@ -50,12 +46,14 @@ class ObjContents:
         material_files: what the ``mtllib`` lines name, as written there.
         triangles: how many triangles the polygons make, a polygon of k corners k - 2.
         bare_faces: faces without texture coordinates among others with them.
+        partly_bare_faces: faces with texture coordinates at some corners alone.
         edges: how many edges the polylines have.
         notes: what MeshLab does not read of it, in words.
         text: what it says, in a form that MeshLab's reader understands alike.
         altered: whether that is not the file itself.
         corners: the (m, 3) indices of its faces in pieces, from 0; None if some are no triangles of vertices alone.
         colours: (n, k) what its vertices have besides places, in pieces.
+        levels: whether its colours are whole numbers up to 255.
         exact: whether all numbers are right to the last bit.
         changes: lines of `text`, by their number from 1, that must be others for MeshLab.
     """
@@ -65,12 +63,14 @@ class ObjContents:
     material_files: list[str] = field(default_factory=list)
     triangles: int = 0
     bare_faces: int = 0
+    partly_bare_faces: int = 0
     edges: int = 0
     notes: list[str] = field(default_factory=list)
     text: bytes = b""
     altered: bool = False
     corners: list[NDArray[np.int64]] | None = field(default_factory=list)
     colours: list[NDArray[np.float64]] = field(default_factory=list)
+    levels: bool = False
     exact: bool = True
     changes: dict[int, bytes] = field(default_factory=dict)
 
@@ -87,7 +87,7 @@ def read_obj(path: Path) -> ObjContents:
         raise ObjError("it is no text")
     text = joined(data)
     pieces = list(tokenise(text, slashes=True))
-    if any(piece.oddities for piece in pieces) or _is_misspaced(pieces):
+    if any(piece.oddities for piece in pieces) or is_misspaced(pieces):
         text = plain(text)
         pieces = list(tokenise(text, slashes=True))
     contents = ObjContents(text=text, altered=text is not data, exact=all(piece.exact for piece in pieces))
@@ -98,28 +98,15 @@ def read_obj(path: Path) -> ObjContents:
         _count(piece, contents)
     for piece in pieces:
         points.append(_vertices(piece, width, contents))
-        _check_rows(piece, "vn", (3,))
-        _texture_coordinates(piece, contents)
+        for note in (*texture_coordinate_notes(piece), *normal_notes(piece)):
+            _note(contents, note)
         _faces(piece, before, contents)
         _polylines(piece, before, contents)
         for what in ("v", "vt", "vn"):
             before[what] += int((piece.keywords == word(what.encode())).sum())
     contents.points = np.concatenate(points) if points else contents.points
+    _check_colours(contents, *width[:1] or (0,))
     return contents
-
-
-def _is_misspaced(pieces: list[Tokens]) -> bool:
-    """Whether MeshLab would take blanks on the first line of a vertex for a colour: it counts them instead of words."""
-    for piece in pieces:
-        found = np.flatnonzero(piece.keywords == word(b"v"))
-        if len(found):
-            line = piece.line(int(found[0]))
-            return line.count(b" ") + line.count(b"\t") >= 6 > int(piece.lengths[found[0]]) - 1
-    return False
-
-
-def _fail(piece: Tokens, k: int, why: str) -> ObjError:
-    return ObjError(about_line(piece, k, why))
 
 
 def _count(piece: Tokens, contents: ObjContents) -> None:
@@ -131,55 +118,42 @@ def _count(piece: Tokens, contents: ObjContents) -> None:
         for k in np.flatnonzero(piece.keywords == np.uint64(code)).tolist():
             what = KEYWORDS.get(piece.line(k).split()[0].decode("latin-1"))
             if what is None:
-                raise _fail(piece, k, "begins with no keyword of the format")
+                raise fail(piece, k, "begins with no keyword of the format")
             contents.counts[what] += 1
     for k in np.flatnonzero(piece.keywords == word(b"mtllib")).tolist():
         contents.material_files.append(piece.line(k)[6:].strip().decode("utf-8", "surrogateescape"))
 
 
-def _check_rows(piece: Tokens, keyword: str, widths: tuple[int, ...]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Which lines have a keyword and of how many numbers each is made, which must be one of `widths`."""
-    lines = np.flatnonzero(piece.keywords == word(keyword.encode()))
-    counts = piece.lengths[lines] - 1
-    wrong = ~np.isin(counts, widths)
-    if wrong.any():
-        k = int(np.argmax(wrong))
-        expected = " or ".join(str(w) for w in widths)
-        raise _fail(piece, int(lines[k]), f"has {counts[k]} {'value' if counts[k] == 1 else 'values'} and not {expected}")
-    for width in np.unique(counts).tolist():
-        rows = lines[counts == width]
-        kinds = piece.kinds[piece.first[rows, None] + np.arange(1, width + 1)]
-        strange = ~np.isin(kinds, (INTEGER, REAL, NOT_FINITE)).all(axis=1)
-        if strange.any():
-            raise _fail(
-                piece, int(rows[np.argmax(strange)]), "has something else than numbers; decimals are written with a point"
-            )
-    return lines, counts
-
-
 def _vertices(piece: Tokens, width: list[int], contents: ObjContents) -> NDArray[np.float64]:
-    lines, counts = _check_rows(piece, "v", _VERTEX)
+    lines, counts = check_rows(piece, "v", _VERTEX)
     if len(lines) == 0:
         return np.empty((0, 3))
     width[:] = width or [int(counts[0])]
     if (counts != width[0]).any():
         k = int(np.argmax(counts != width[0]))
-        raise _fail(piece, int(lines[k]), f"has {counts[k]} values, while the vertices before it have {width[0]}")
+        raise fail(piece, int(lines[k]), f"has {counts[k]} values, while the vertices before it have {width[0]}")
     first = piece.first[lines]
     if width[0] == 4 and (piece.values[first + 4] != 1).any():
-        note = "weights of vertices"
-        contents.notes += [note] if note not in contents.notes else []
+        _note(contents, "weights of vertices")
     contents.colours.append(piece.values[first[:, None] + np.arange(4, width[0] + 1)])
     places: NDArray[np.float64] = piece.values[first[:, None] + np.arange(1, 4)]
     return places
 
 
-def _texture_coordinates(piece: Tokens, contents: ObjContents) -> None:
-    lines, counts = _check_rows(piece, "vt", (2, 3))
-    third = piece.values[piece.first[lines[counts == 3]] + 3]
-    note = "third texture coordinates"
-    if third.any() and note not in contents.notes:
-        contents.notes.append(note)
+def _note(contents: ObjContents, text: str) -> None:
+    if text not in contents.notes:
+        contents.notes.append(text)
+
+
+def _check_colours(contents: ObjContents, width: int) -> None:
+    """Refuse colours that are neither shares from 0 to 1 nor levels of 255: MeshLab takes what is above 1 for either."""
+    if width < 6 or not contents.colours:
+        return
+    colours = np.concatenate(contents.colours)
+    if (strange := ~((colours >= 0) & (colours <= 1)).all(axis=1)).any():
+        contents.levels = width == 6 and bool(((colours >= 0) & (colours <= 255) & (colours == np.rint(colours))).all())
+        if not contents.levels:
+            raise ObjError(f"the colour of its vertex {int(np.argmax(strange)) + 1:,} is not from 0.0 to 1.0")
 
 
 def _faces(piece: Tokens, before: Counter[str], contents: ObjContents) -> None:
@@ -194,6 +168,7 @@ def _faces(piece: Tokens, before: Counter[str], contents: ObjContents) -> None:
     else:
         contents.corners = None
     contents.bare_faces += int((corners.texture_counts == 0).sum())
+    contents.partly_bare_faces += int(((corners.texture_counts > 0) & (corners.texture_counts < corners.counts)).sum())
     if relative:
         contents.changes |= corners.absolute(piece)
 
@@ -211,13 +186,13 @@ def _polylines(piece: Tokens, before: Counter[str], contents: ObjContents) -> No
 
 def _check_corners(piece: Tokens, corners: Corners, what: str, least: int) -> None:
     if corners.strange >= 0:
-        raise _fail(piece, corners.strange, "has something else than whole numbers, joined by slashes")
+        raise fail(piece, corners.strange, "has something else than whole numbers, joined by slashes")
     for wrong, why in (
         (corners.counts < least, f"is a {what} of fewer than {least} vertices"),
         (corners.counts > LARGEST_FACE, f"is a {what} of more than {LARGEST_FACE:,} vertices"),
     ):
         if wrong.any():
-            raise _fail(piece, int(corners.lines[np.argmax(wrong)]), why)
+            raise fail(piece, int(corners.lines[np.argmax(wrong)]), why)
 
 
 def _check_indices(piece: Tokens, corners: Corners, before: Counter[str], contents: ObjContents | None = None) -> bool:
@@ -232,8 +207,7 @@ def _check_indices(piece: Tokens, corners: Corners, before: Counter[str], conten
         if len(values) == 0 or (slot and contents is None):
             continue
         if slot and contents is not None and not contents.counts[KEYWORDS[keyword]]:
-            note = f"that its faces name {KEYWORDS[keyword]}, of which it has none"
-            contents.notes += [note] if note not in contents.notes else []
+            _note(contents, f"that its faces name {KEYWORDS[keyword]}, of which it has none")
             continue
         so_far = before[keyword] + np.cumsum(piece.keywords == word(keyword.encode()))[lines]
         negative = values < 0
@@ -243,5 +217,5 @@ def _check_indices(piece: Tokens, corners: Corners, before: Counter[str], conten
             corners.values[chosen] = values
         wrong = ~((values >= 1) & (values <= so_far))
         if wrong.any():
-            raise _fail(piece, int(lines[np.argmax(wrong)]), f"names a {what} that is none of those before it")
+            raise fail(piece, int(lines[np.argmax(wrong)]), f"names a {what} that is none of those before it")
     return relative

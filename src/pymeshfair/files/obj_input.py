@@ -7,12 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from .announced import NO_END, Announced
+from .announced import Announced, unended
 from .as_binary import are_plain_triangles, mesh_as_ply
 from .given import Given, find_textures
 from .obj import ObjContents, read_obj
 from .obj_materials import Materials, find_material_files, format_materials, read_materials
-from .references import References
+from .obj_values import ObjError
+from .references import References, shown
 
 #: what MeshLab drops without a word
 _LOST = (
@@ -20,6 +21,7 @@ _LOST = (
     *("uses of maps", "map files", "display attributes"),
 )
 _MATERIALS = "materials.mtl"
+_LEVELS = "the colours of its vertices go up to 255: they are taken for levels of 255, not for shares from 0.0 to 1.0"
 
 
 def inspect_obj(path: Path, references: References, given: Given) -> Announced:
@@ -45,10 +47,16 @@ def inspect_obj(path: Path, references: References, given: Given) -> Announced:
         if found.ignored:
             lost.append(f"{', '.join(found.ignored)} of the material file {file.name}")
         materials.materials += found.materials
+    if files and (unknown := _used(contents.text) - {m.name for m in materials.materials}):
+        lost.append(f"uses of the material {shown(min(unknown))}, which its material files do not have")
     textures = find_textures(materials.textures, references)
     if contents.bare_faces and contents.counts["texture coordinates"] and contents.bare_faces < contents.counts["faces"]:
         lost.append(f"that {contents.bare_faces:,} of its faces have no texture coordinates: they get the first ones")
+    if contents.partly_bare_faces:
+        lost.append(f"that {contents.partly_bare_faces:,} of its faces have texture coordinates at some corners alone")
     reading = None if names or uses else given.offer(".ply", _binary(contents))
+    if reading is None and contents.levels:
+        raise ObjError("its colours go up to 255, which MeshLab reads only partly; divide them by 255")
     if reading is None and (names or contents.altered or contents.changes or uses):
         named = {t.name: t for t in textures}
         if materials.materials:
@@ -61,12 +69,18 @@ def inspect_obj(path: Path, references: References, given: Given) -> Announced:
         count_triangles=lambda: contents.triangles,
         normals=contents.counts["normals"] > 0,
         not_kept=tuple(lost),
-        doubts=() if contents.text.endswith((b"\n", b"\r")) else (NO_END,),
+        doubts=(*unended(contents.text), *((_LEVELS,) if contents.levels else ())),
         side_files=(*files, *(t.file for t in textures if t.file)),
         textures=textures,
         points=contents.points,
         reading=reading,
     )
+
+
+def _used(text: bytes) -> set[str]:
+    """The materials that faces use."""
+    names = set(re.findall(rb"(?m)^usemtl[ \t]+(.*?)[ \t\r]*$", text))
+    return {" ".join(name.decode("utf-8", "surrogateescape").split()) for name in names}
 
 
 def _binary(contents: ObjContents) -> list[bytes] | None:
@@ -75,9 +89,10 @@ def _binary(contents: ObjContents) -> list[bytes] | None:
     if counts["texture coordinates"] or counts["normals"] or counts["polylines"] or not contents.exact or not contents.corners:
         return None
     faces, extra = np.concatenate(contents.corners), np.concatenate(contents.colours)
-    if not are_plain_triangles(contents.points, faces) or extra.shape[1] not in (0, 3) or not ((extra >= 0) & (extra <= 1)).all():
+    if not are_plain_triangles(contents.points, faces) or extra.shape[1] not in (0, 3):
         return None
-    return mesh_as_ply(contents.points, faces, np.rint(255 * extra).astype(np.uint8) if extra.shape[1] else None)
+    levels = extra if contents.levels else np.rint(255 * extra)
+    return mesh_as_ply(contents.points, faces, levels.astype(np.uint8) if extra.shape[1] else None)
 
 
 def _normalised(contents: ObjContents, *, with_materials: bool) -> bytes:

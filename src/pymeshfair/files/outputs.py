@@ -10,7 +10,7 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -30,20 +30,26 @@ def material_path(output: Path) -> Path:
     return output.with_name(f"{output.name}.mtl")
 
 
-def check_output(output: Path, input: Path, *, overwrite: bool) -> None:
+def check_output(output: Path, input: Path, *, overwrite: bool, formats: Collection[str] = tuple(WRITABLE)) -> None:
     """Raise if an output cannot or must not be written, before any work is done.
 
     Without `overwrite` an existing file is replaced only if it is what a former run wrote: its provenance names the same input
     and its digest is the one recorded there. So the same command can be given again, and no other file is lost.
+
+    Args:
+        output: the file to write.
+        input: the file to read.
+        overwrite: whether any file may be replaced.
+        formats: the extensions that can be written.
 
     Raises:
         OutputError: an unknown format, a name that is too long, no such folder, a folder that cannot be written to, a folder in
             the way, the input itself, or a file that must not be replaced.
     """
     folder = output.parent
-    if extension(output) not in WRITABLE:
+    if extension(output) not in formats:
         what = f"{output.suffix!r} is no format for it" if output.suffix else "it has no extension that says the format"
-        raise OutputError(output, f"{what}; a run writes {listed(WRITABLE)}")
+        raise OutputError(output, f"{what}; a run writes {listed(tuple(formats))}")
     if not folder.is_dir():
         raise OutputError(output, f"the folder {folder} {'is no folder' if folder.exists() else 'does not exist; make it first'}")
     if not os.access(folder, os.W_OK | os.X_OK):

@@ -13,9 +13,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from .announced import unended
 from .as_binary import text_as_binary
 from .ply import PlyElement, PlyError, PlyHeader
-from .ply_rows import Rows, binary_rows, text_rows
+from .ply_rows import Rows, binary_rows
+from .ply_text_rows import text_rows
 
 #: the longest lists that MeshLab has room for
 _LONGEST = {"vertex_indices": 512, "vertex_index": 512, "texcoord": 32, "color": 32}
@@ -31,12 +33,14 @@ class PlyBody:
         triangles: how many triangles its faces make, a polygon of k corners k - 2.
         binary: the parts of a binary file that MeshLab reads alike and sooner, of a text; None if there is none.
         columns: (element, property) -> the values, one for each vertex or face, of those asked for that have one.
+        doubts: what makes one doubt that it is whole.
     """
 
     points: NDArray[np.float64] | None
     triangles: int
     columns: Mapping[tuple[str, str], NDArray[np.float64]] = field(default_factory=dict)
     binary: list[bytes] | None = None
+    doubts: tuple[str, ...] = ()
 
 
 def read_body(path: Path, header: PlyHeader, wanted: frozenset[tuple[str, str]]) -> PlyBody:
@@ -63,13 +67,15 @@ def read_body(path: Path, header: PlyHeader, wanted: frozenset[tuple[str, str]])
     n = header.element("vertex").count
     for element in header.elements:
         own = rows[element.name]
+        if header.format != "ascii":
+            _check_empty_lists(element, own)
         if element.name in ("face", "tristrips", "range_grid", "edge") and "vertex" not in rows.done:
             raise PlyError(f"its element {element.name!r} comes before the vertices")
         rows.done.append(element.name)
         if element.name == "vertex" and {"x", "y", "z"} <= {p.name for p in element.properties}:
             points = np.stack([own.column(c) for c in "xyz"], axis=1) if n else np.empty((0, 3))
         if element.name == "face":
-            triangles = _check_faces(element, own, n)
+            triangles = _check_faces(element, own, n, len(header.textures))
         elif element.name == "edge":
             _check_edges(element, own, n)
         elif element.name in ("tristrips", "range_grid"):
@@ -77,10 +83,22 @@ def read_body(path: Path, header: PlyHeader, wanted: frozenset[tuple[str, str]])
         columns |= {
             (element.name, name): own.exact_column(name) for e, name in wanted if e == element.name and own.has_column(name)
         }
-    return PlyBody(points, triangles, columns, text_as_binary(header, rows) if header.format == "ascii" else None)
+    if header.format != "ascii":
+        return PlyBody(points, triangles, columns)
+    return PlyBody(points, triangles, columns, text_as_binary(header, rows), unended(data[-1:].tobytes()))
 
 
-def _check_faces(element: PlyElement, rows: Rows, n: int) -> int:
+def _check_empty_lists(element: PlyElement, rows: Rows) -> None:
+    """Refuse what MeshLab's reader takes for the end of a binary file; it drops all lists but those of faces."""
+    for p in element.properties:
+        if p.count_type and element.count and not (lengths := rows.lengths(p.name)).all() and p.name not in _CORNERS:
+            raise PlyError(
+                f"the list {p.name!r} of number {int(np.argmin(lengths)) + 1:,} of its {element.name!r} is empty, at which "
+                "MeshLab's reader fails; save it without that list, or as a text"
+            )
+
+
+def _check_faces(element: PlyElement, rows: Rows, n: int, textures: int) -> int:
     for p in element.properties:
         lengths = rows.lengths(p.name) if p.count_type else None
         if lengths is not None and len(lengths) and lengths.max() > _LONGEST.get(p.name, 1 << 62):
@@ -88,15 +106,34 @@ def _check_faces(element: PlyElement, rows: Rows, n: int) -> int:
             raise PlyError(
                 f"the list {p.name!r} of its face {k + 1:,} has {lengths[k]:,} values; {_LONGEST[p.name]} are the most"
             )
-    corners = next((p.name for p in element.properties if p.name in _CORNERS and p.count_type), None)
-    if corners is None or not element.count:
+    named = [p.name for p in element.properties if p.name in _CORNERS and p.count_type]
+    if len(named) > 1:
+        raise PlyError(f"its faces have their corners twice, as {' and as '.join(map(repr, named))}")
+    if not named or not element.count:
         return 0
+    corners = named[0]
     lengths = rows.lengths(corners)
     if lengths.min() < 3:
         k = int(np.argmin(lengths))
         raise PlyError(f"its face {k + 1:,} has {lengths[k]} vertices")
     rows.check_range(corners, 0, n, "face")
+    _check_textures(element, rows, lengths, textures)
     return int((lengths - 2).sum())
+
+
+def _check_textures(element: PlyElement, rows: Rows, corners: NDArray[np.int64], textures: int) -> None:
+    """Refuse faces without two texture coordinates a corner, as MeshLab takes others, or of a texture that is not there."""
+    for p in element.properties:
+        if p.name == "texcoord" and p.count_type and (wrong := rows.lengths(p.name) != 2 * corners).any():
+            k = int(np.argmax(wrong))
+            raise PlyError(
+                f"the list 'texcoord' of its face {k + 1:,} has {rows.lengths(p.name)[k]} values for {corners[k]} corners"
+            )
+        if p.name == "texnumber" and rows.has_column(p.name):
+            numbers = rows.column(p.name)
+            if (wrong := ~((numbers >= -1) & (numbers < max(textures, 1)))).any():
+                k = int(np.argmax(wrong))
+                raise PlyError(f"its face {k + 1:,} has the texture {numbers[k]:.0f}, counted from 0, of {textures}")
 
 
 def _check_edges(element: PlyElement, rows: Rows, n: int) -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from .errors import ContentsError
 from .indices import check_range, indices, numbers
+from .instances import check_placed
 from .references import shown
 
 #: nodes that load, run or define something else
@@ -24,10 +25,17 @@ _VALUES = {
 #: fields of indices, and the nodes that they name
 _INDICES = {
     "coordIndex": ("Coordinate", "CoordinateDouble"),
+    "index": ("Coordinate", "CoordinateDouble"),
     "normalIndex": ("Normal",),
     "colorIndex": ("Color", "ColorRGBA"),
     "texCoordIndex": ("TextureCoordinate",),
 }
+#: values that are named by ``coordIndex`` without indices of their own, and the field that says they are one a face instead
+_SHARED = (
+    (("Color", "ColorRGBA"), "colorIndex", "colorPerVertex"),
+    (("Normal",), "normalIndex", "normalPerVertex"),
+    (("TextureCoordinate",), "texCoordIndex", ""),
+)
 _DEEPEST = 200
 
 
@@ -37,6 +45,7 @@ class _Node:
     name: str
     fields: dict[str, str] = field(default_factory=dict)
     counts: dict[str, int] = field(default_factory=dict)
+    placed: int = 1
 
 
 class Scene:
@@ -53,6 +62,7 @@ class Scene:
         self.kinds: set[str] = set()
         self._open: list[_Node] = []
         self._counts: dict[str, tuple[str, int]] = {}
+        self._placed: dict[str, int] = {}
 
     def begin(self, type: str, name: str = "") -> None:
         """A node begins, with the name that others may use it by.
@@ -73,6 +83,7 @@ class Scene:
 
     def use(self, name: str) -> None:
         """The innermost node has another one, by its name, as a part."""
+        self._place(self._placed.get(name, 0))
         if self._open and name in self._counts:
             type, count = self._counts[name]
             self._open[-1].counts[type] = count
@@ -86,6 +97,8 @@ class Scene:
         if not self._open:
             raise ContentsError("a node of it ends that has not begun")
         node = self._open.pop()
+        self._placed[node.name] = node.placed
+        self._place(node.placed)
         if node.type in _VALUES:
             field_name, width = _VALUES[node.type]
             values = numbers(node.fields.get(field_name, ""), f"the values of a {node.type}")
@@ -99,6 +112,12 @@ class Scene:
         for name in _INDICES.keys() & node.fields.keys():
             self._check_indices(node, name)
 
+    def _place(self, parts: int) -> None:
+        """So many nodes are parts of the innermost one."""
+        if self._open:
+            self._open[-1].placed += parts
+            check_placed(self._open[-1].placed, 0)
+
     def finish(self) -> None:
         """The document ends.
 
@@ -111,8 +130,17 @@ class Scene:
     def _check_indices(self, node: _Node, name: str) -> None:
         found = indices(node.fields[name], f"the {name} of a {node.type}")
         values = [node.counts[type] for type in _INDICES[name] if type in node.counts]
-        if len(found):
-            check_range(found, -1, values[0] if values else 0, f"the {name} of a {shown(node.type, 30)}")
+        if not len(found):
+            return
+        check_range(found, -1, values[0] if values else 0, f"the {name} of a {shown(node.type, 30)}")
+        if name != "coordIndex":
+            return
+        faces = int((found[:-1] < 0).sum()) + 1
+        for types, own, one_a_corner in _SHARED:
+            for type in (t for t in types if t in node.counts and own not in node.fields):
+                needed = faces if node.fields.get(one_a_corner, "").strip().upper() == "FALSE" else int(found.max()) + 1
+                if node.counts[type] < needed:
+                    raise ContentsError(f"a {type} of it has {node.counts[type]:,} values, but its faces take {needed:,}")
 
 
 def check_type(type: str) -> None:

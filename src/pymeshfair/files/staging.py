@@ -65,11 +65,10 @@ def hold(stage: Path) -> BinaryIO:
 def remove_folder(folder: Path) -> None:
     """Remove a staging folder, even while something still wants to put files into it."""
     gone = folder if folder.name.endswith(_GONE) else folder.with_name(f"{folder.name}{_GONE}")
-    try:
+    with contextlib.suppress(OSError):
         folder.replace(gone)
-    except OSError:
-        gone = folder
-    shutil.rmtree(gone, ignore_errors=True)
+    for path in dict.fromkeys((folder, gone)):  # whoever began may have died in between
+        shutil.rmtree(path, ignore_errors=True)
 
 
 def _remove_abandoned(parent: Path) -> None:

@@ -11,6 +11,7 @@ import lzma
 import struct
 import zipfile
 import zlib
+from collections.abc import Hashable
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
@@ -18,6 +19,7 @@ from .announced import Announced
 from .errors import ContentsError
 from .given import Given
 from .indices import check_range, indices, numbers
+from .instances import check_instances
 from .references import References, check_image, shown
 from .xml_document import parse_xml
 
@@ -32,13 +34,20 @@ _LISTS, _IMAGES = (".xml", ".rels"), (".png", ".jpg", ".jpeg", ".texture")
 
 @dataclass
 class _Model:
-    """The meshes of the models: the coordinates and corners of the one that is open, and the counts of those before."""
+    """The meshes of the models: the coordinates and corners of the one that is open, and the counts of those before.
+
+    Besides the unit, what each object is put together of, how many triangles it has itself, and what is built.
+    """
 
     coordinates: list[str] = field(default_factory=list)
     corners: list[str] = field(default_factory=list)
     counts: list[tuple[int, int]] = field(default_factory=list)
     components: int = 0
-    items: int = 0
+    items: list[str] = field(default_factory=list)
+    unit: str = "millimeter"
+    parts: dict[Hashable, list[Hashable]] = field(default_factory=dict)
+    faces: dict[Hashable, int] = field(default_factory=dict)
+    object: str = ""
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:
         """An element begins."""
@@ -48,10 +57,16 @@ class _Model:
                     self.coordinates += (attributes["x"], attributes["y"], attributes["z"])
                 case "triangle":
                     self.corners += (attributes["v1"], attributes["v2"], attributes["v3"])
+                case "model":
+                    self.unit = attributes.get("unit", self.unit)
+                case "object":
+                    self.object = attributes["id"]
+                    self.parts.setdefault(self.object, [])
                 case "component":
                     self.components += 1
+                    self.parts.setdefault(self.object, []).append(attributes["objectid"])
                 case "item":
-                    self.items += 1
+                    self.items.append(attributes["objectid"])
         except KeyError as error:
             raise ContentsError(f"a {tag} of it has no {error.args[0]}") from None
 
@@ -66,12 +81,13 @@ class _Model:
             raise ContentsError(f"a vertex or a triangle of its mesh {number} has a value that is no number")
         check_range(corners, 0, len(coordinates) // 3, f"the corners of its mesh {number}")
         self.counts.append((len(coordinates) // 3, len(corners) // 3))
+        self.faces[self.object] = self.faces.get(self.object, 0) + len(corners) // 3
         self.coordinates, self.corners = [], []
 
     @property
     def said(self) -> tuple[int | None, int | None]:
         """How many vertices and faces MeshLab must find; None where meshes are put together."""
-        single = len(self.counts) == 1 and not self.components and self.items == 1
+        single = len(self.counts) == 1 and not self.components and len(self.items) == 1
         return self.counts[0] if single else (None, None)
 
 
@@ -106,6 +122,9 @@ def inspect_3mf(path: Path, references: References, given: Given) -> Announced:
         kept[name] = data
     if not model.counts:
         raise ContentsError("it holds no mesh")
+    check_instances(model.parts, model.faces, model.items)
+    if model.unit != "millimeter":
+        lost.append(f"its unit {shown(model.unit, 30)}")
     vertices, faces = model.said
     return Announced(
         vertices=vertices,

@@ -104,3 +104,5 @@ def _look(scene: Scene, words: list[str]) -> None:
         check_type(word)
         if word == "USE" and k + 1 < len(words):
             scene.use(words[k + 1])
+        elif word.endswith("PerVertex") and k + 1 < len(words):
+            scene.field(word, words[k + 1])

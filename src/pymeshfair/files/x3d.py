@@ -14,7 +14,11 @@ from .references import References
 from .scene import Scene
 from .xml_document import formatted_tree, read_tree
 
-_FIELDS = ("point", "vector", "color", "coordIndex", "normalIndex", "colorIndex", "texCoordIndex")
+_FIELDS = (
+    *("point", "vector", "color", "coordIndex", "normalIndex", "colorIndex", "texCoordIndex", "index"),
+    *("colorPerVertex", "normalPerVertex"),
+)
+
 _TEXTS = re.compile(r'"([^"]*)"|\'([^\']*)\'|(\S+)')
 
 

@@ -13,8 +13,8 @@ from .errors import ContentsError
 
 #: levels of elements within elements; a scene of a program has some ten
 _DEEPEST = 200
-#: elements of a document that is kept as a tree: a million take a second and 1 GB
-_MOST_ELEMENTS = 1_000_000
+#: elements of a document that is kept as a tree: so many take two seconds and 300 MB
+_MOST_ELEMENTS = 500_000
 
 
 def parse_xml(
@@ -62,7 +62,9 @@ def parse_xml(
         parser.Parse(data, True)
     except expat.ExpatError as error:
         raise ContentsError(f"its line {error.lineno:,} is no XML: {expat.ErrorString(error.code)}") from None
-    except (UnicodeError, LookupError):
+    except ContentsError:
+        raise
+    except (LookupError, ValueError):
         raise ContentsError("it is written in an encoding that is not known; save it as UTF-8") from None
 
 

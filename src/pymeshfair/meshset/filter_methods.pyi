@@ -433,8 +433,9 @@ class FilterMethods:
 
         Args:
             detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay.
-                Larger is smoother. Not used when a weight is given. Takes a length such as '1%' (of the bounding box's
-                diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
+                Larger is smoother. 'auto' takes the size that best predicts vertices which the filter has not seen. Not used
+                when a weight is given. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh
+                units) of at least 0.0, or 'auto'.
             weight: How strongly vertices are held to their places, w, in one over the fourth power of mean edges. Larger stays
                 closer to the input: 0.02 smooths strongly, 0.2 mildly. 0: not used, the detail size decides. Takes a number of
                 at least 0.
@@ -959,8 +960,9 @@ class FilterMethods:
                 'robust' is the same for slivers, non-manifold meshes and point clouds; 'uniform', 'inverse_length' and
                 'scale_dependent' see the triangulation and need a time step.
             detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay.
-                Larger is smoother. For the operators 'cotangent' and 'robust'; not used when a time step is given. Takes a
-                length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
+                Larger is smoother. 'auto' takes the size that best predicts vertices which the filter has not seen. For the
+                operators 'cotangent' and 'robust'; not used when a time step is given. Takes a length such as '1%' (of the
+                bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
             time_step: The diffusion time of one iteration, in squared mean edges (a pure number for 'uniform' and
                 'inverse_length'). Larger is smoother; any value is stable. 0: not used, the detail size decides. Takes a number
                 of at least 0.
@@ -1071,7 +1073,7 @@ class FilterMethods:
         vertex_iterations: int = 0,
         outer_iterations: int = -1,
         vertex_update: Literal["auto", "sun", "ohtake", "conjugate_gradient"] = "auto",
-        outliers: Literal["auto", "keep", "replace"] = "auto",
+        outliers: Literal["auto", "keep", "replace", "only"] = "auto",
         relaxation: int = -1,
         relaxation_direction: Literal["auto", "all", "normal"] = "auto",
         choice: Literal["held_out", "fixed"] = "held_out",
@@ -1116,8 +1118,8 @@ class FilterMethods:
             vertex_update: How vertices follow: 'sun' by the mean of the projections onto their faces' planes, 'ohtake' by their
                 mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
             outliers: Vertices that stand out from all around them, as those of stray measurements: 'keep' filters them like the
-                others, 'replace' puts them first where the others expect them. Filters that keep edges keep such spikes too.
-                'auto' keeps them where the filter is said in full.
+                others, 'replace' puts them first where the others expect them, 'only' moves nothing but them. Filters that keep
+                edges keep such spikes too. 'auto' keeps them where the filter is said in full.
             relaxation: How many pairs of Taubin's steps come before, of 0.5 and -0.53. More calm noise that turns faces over,
                 and round edges, which the filter sharpens again. -1: automatic, 0 where the filter is said in full. Takes a
                 whole number from -1 to 10000.
@@ -1260,8 +1262,9 @@ class FilterMethods:
                 component, to look at.
             detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay. With
                 'enhance' and 'band_pass' the shortest wave of the band: choose it above the size of the noise. Larger is
-                smoother. Not used when a number of modes is given. Takes a length such as '1%' (of the bounding box's
-                diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
+                smoother. 'auto' takes the size that best predicts vertices which the filter has not seen. Not used when a
+                number of modes is given. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh
+                units) of at least 0.0, or 'auto'.
             largest_size: The longest wave of the band of 'enhance' and 'band_pass'. Larger takes in larger parts. 0: four
                 detail sizes. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of
                 at least 0.0.
@@ -1287,6 +1290,28 @@ class FilterMethods:
             [taubin1995], [vallet2008]
 
         In scripts: 'Spectral Filter'.
+        """
+
+    def apply_coord_spike_removal(
+        self,
+        *,
+        steepness: float = 1.5,
+        selected: bool = False,
+    ) -> dict[str, Any] | None:
+        """Puts single vertices that stand up like needles among their neighbours; all others stay to the bit.
+
+        Vertices on open borders stay. Returns the number of spikes.
+
+        Args:
+            steepness: A vertex farther from the mean of its neighbours than this many times their spread is the tip of a spike.
+                Larger removes thinner spikes alone; below 1 the corners of boxes go. Takes a number of at least 0.
+            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
+                selected, the vertices all of whose triangles are selected.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        In scripts: 'Remove Spikes'.
         """
 
     def apply_coord_tangential_smoothing(
@@ -1352,7 +1377,8 @@ class FilterMethods:
             pass_band: Frequencies below it are kept, above it damped; on the operator's scale from 0 to 2, typically 0.01 to
                 0.1. Smaller is smoother. 0: not used, mu decides. With it, mu = 1 / (pass band - 1 / lambda). Takes a number
                 from 0 to 2.
-            iterations: How many steps are taken. More are smoother and slower. Takes a whole number from 0 to 100000.
+            iterations: How many pairs of steps are taken. More are smoother and slower. -1: automatic, the number that best
+                predicts vertices which the filter has not seen. Takes a whole number from -1 to 100000.
             border: What the vertices of open borders do: 'fixed' stay; 'along' are smoothed as a curve, seeing their neighbours
                 on the border alone; 'free' move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
@@ -3612,6 +3638,28 @@ class FilterMethods:
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
+        """
+
+    def compute_selection_by_distance_from_cloud_per_vertex(
+        self,
+        *,
+        reference: int = 0,
+        spacings: float = 4.0,
+    ) -> dict[str, Any] | None:
+        """Selects what a reconstruction has made up where nobody measured, such as the balloon of Screened Poisson.
+
+        The spacing of the cloud is the median over its points of the mean distance to their six nearest neighbours. The
+        selection of vertices is replaced. Returns the number of selected vertices.
+
+        Args:
+            reference: The layer whose vertices are the points that were measured. Takes the id of a layer (a whole number).
+            spacings: Vertices farther from the nearest point than this many times the spacing of the cloud are selected. Larger
+                keeps bridges over wider gaps. Takes a number of at least 0.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        In scripts: 'Select Vertices Far from a Cloud'.
         """
 
     def compute_selection_by_edge_length(

@@ -17,7 +17,7 @@ AskMeshLab = Callable[..., Mapping[str, Any]]
 
 
 def as_length(value: Any) -> Any:
-    """A length in pymeshlab's classes or as text as a `Length`; anything else as it is.
+    """A length in pymeshlab's classes or as text as a `Length`; anything else, and "auto", as it is.
 
     pymeshlab keeps numbers in single precision; ``PercentageValue(0.1)`` becomes 0.1 %, not 0.10000000149011612 %.
     """
@@ -25,7 +25,7 @@ def as_length(value: Any) -> Any:
         return Length(shortest(value.value()), "percent")
     if isinstance(value, pymeshlab.PureValue):
         return Length(shortest(value.value()))
-    return Length.parse(value) if isinstance(value, str) else value
+    return Length.parse(value) if isinstance(value, str) and value != "auto" else value
 
 
 def shortest(single: float) -> float:

@@ -32,14 +32,15 @@ def inspect_mesh(
 ) -> dict[str, Any]:
     """The measures of a mesh file by name, under ``"attributes"`` what it has, and under ``"warnings"`` what MeshLab loses of it.
 
-    Under ``"traits"`` is what recipes ask of a scan, as far as that is known.
+    With `traits` there are three more: ``"box"``, its two corners; ``"rims"``, the largest first; and ``"traits"``, what recipes
+    ask of a scan.
 
     Args:
         path: the file.
         timeout: seconds, or None.
         allow_outside: let it name files outside its own folder.
         unchecked: let MeshLab read formats that are not checked before.
-        traits: measure the traits that take a moment, too, such as noise.
+        traits: look at the surface, too, which takes a moment: its rims, and traits such as noise.
         start: what starts the process; None starts a fresh one.
 
     Raises:
@@ -65,4 +66,4 @@ def inspect_mesh(
         )
         with WorkerProcess(assignment.to_document(), queue, start=start) as worker:
             report = Watch(job, worker, queue, lambda event: None).until_done(started)
-    return {**report["before"], **{name: report[name] for name in ("attributes", "traits", "warnings")}}
+    return {**report["before"], "attributes": report["attributes"], "warnings": report["warnings"], **report["survey"]}

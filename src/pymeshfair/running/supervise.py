@@ -15,7 +15,7 @@ from ..files.inputs import check_input
 from ..files.output_lock import output_lock
 from ..files.outputs import StagedFile, check_maps, check_output, commit, place_files, write_whole
 from ..files.provenance import formatted, provenance_path
-from ..files.staging import staging_folder
+from ..files.staging import remove_folder, staging_folder
 from ..scripts.needs import check_needs
 from .child import WorkerProcess
 from .errors import GuardBroken
@@ -63,19 +63,20 @@ def run_job(job: Job, on_event: Callable[[Event], None] = lambda event: None, *,
         with WorkerProcess(Assignment.of(job, stage).to_document(), queue, threads=job.threads, start=start) as worker:
             watch = Watch(job, worker, queue, on_event)
             report = watch.until_done(clock)
-        interrupts.check()
-        seconds = time.monotonic() - clock
-        maps = [StagedFile(Path(f["staged"]), Path(f["target"])) for f in report.get("maps", ())]
-        if "staged" not in report:
-            place_files(maps)
-            raise GuardBroken(report["breaches"], [file.target for file in maps])
-        record = record_of(job, report, watch.said, watch.warned, started=started, seconds=seconds)
-        provenance = StagedFile(stage / "provenance.json", provenance_path(job.output))
-        try:
-            write_whole(provenance.staged, formatted(record))
-        except OSError as error:
-            raise OutputError(provenance.target, (error.strerror or str(error)).lower()) from error
-        output, *side_files = (StagedFile(Path(f["staged"]), Path(f["target"])) for f in report["staged"])
-        commit(output, provenance, [*side_files, *maps], stage / "old")
+            interrupts.check()
+            seconds = time.monotonic() - clock
+            maps = [StagedFile(Path(f["staged"]), Path(f["target"])) for f in report.get("maps", ())]
+            if "staged" not in report:
+                place_files(maps)
+                raise GuardBroken(report["breaches"], [file.target for file in maps])
+            record = record_of(job, report, watch.said, watch.warned, started=started, seconds=seconds)
+            provenance = StagedFile(stage / "provenance.json", provenance_path(job.output))
+            try:
+                write_whole(provenance.staged, formatted(record))
+            except OSError as error:
+                raise OutputError(provenance.target, (error.strerror or str(error)).lower()) from error
+            output, *side_files = (StagedFile(Path(f["staged"]), Path(f["target"])) for f in report["staged"])
+            commit(output, provenance, [*side_files, *maps], stage / "old")
+            remove_folder(stage)  # while the worker lives, which removes it if this process is killed meanwhile
     result = result_of(job, record, [file.target for file in side_files], [file.target for file in maps])
     return replace(result, displacement=report.get("displacement"))

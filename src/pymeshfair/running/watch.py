@@ -77,7 +77,7 @@ class Watch:
             try:
                 kind, item = self._queue.get(timeout=min(_PULSE, deadline - now))
             except Empty:
-                if self._worker.has_ended():
+                if self._report is not None or self._failure is not None or self._worker.has_ended():
                     break  # a process that the worker started holds its pipes open
                 continue
             if kind == "signal":
@@ -122,7 +122,7 @@ class Watch:
         elif talk.level is not None and talk.text:
             (self.warned if talk.level == _WARNING else self.said)[self._speaker].append(talk.text)
             if self._speaker:
-                self._on_event(Message(talk.text, "warning" if talk.level == _WARNING else "info"))
+                self._on_event(Message(talk.text, "warning" if talk.level == _WARNING else "info", self._speaker))
 
     def _error(self) -> RunError:
         if self._failure is None:

@@ -10,10 +10,11 @@ import contextlib
 import faulthandler
 import json
 import os
+import select
 import threading
 import time
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO, TypeAlias
 
@@ -21,6 +22,7 @@ from ..errors import StepFailedError
 from ..files.errors import InputError, OutputBusyError, OutputError
 from ..files.output_lock import output_lock
 from ..files.staging import hold, remove_folder
+from ..filters.compilation import load_compiler
 from ..operating_system import this_system
 from .messages import Assignment, failure, to_line
 
@@ -32,21 +34,32 @@ Work: TypeAlias = Callable[[Mapping[str, Any], Tell], dict[str, Any]]
 
 def main(before_end: Callable[[], None] = lambda: None) -> None:
     """Carry out the assignment that stdin gives, as a run; `before_end` is called when all is done and reported."""
-    serve(_run, before_end)
+    serve(_run, before_end, (_load_session, load_compiler))
 
 
-def serve(work: Work, before_end: Callable[[], None]) -> None:
-    """Do with the document that stdin gives whatever `work` does, within its limits, and end the process."""
+def serve(work: Work, before_end: Callable[[], None], meanwhile: Sequence[Callable[[], None]] = ()) -> None:
+    """Do with the document that stdin gives whatever `work` does, within its limits, and end the process.
+
+    Args:
+        work: what to do.
+        before_end: called when all is done and reported.
+        meanwhile: called one after the other until the document comes, which may take a while.
+    """
     orders, reports = take_over_streams()
     faulthandler.enable()
+    with contextlib.suppress(Exception):  # `work` meets it again, and tells it
+        for prepare in meanwhile:
+            if select.select([orders], [], [], 0)[0]:
+                break
+            prepare()
     line = orders.readline()
     if not line.endswith(b"\n"):
         os._exit(1)
     document = json.loads(line)
     stage = Path(document["stage"])
     lock = hold(stage)
-    ending = threading.Lock()
-    threading.Thread(target=_end_with_supervisor, args=(orders, stage, document["output"], ending), daemon=True).start()
+    janitor = threading.Thread(target=_end_with_supervisor, args=(orders, stage, document["output"]), daemon=True)
+    janitor.start()
     this_system().limit_memory(document["memory_limit"])
 
     def tell(report: Mapping[str, Any]) -> None:
@@ -55,27 +68,31 @@ def serve(work: Work, before_end: Callable[[], None]) -> None:
 
     tell(_outcome(work, document, tell))
     before_end()
-    ending.acquire()  # if the supervisor is gone, the other thread has it, cleans up and ends the process
-    del lock  # the folder is in use until here
-    # Libraries that crash while they tidy up must not spoil a finished run.
-    os._exit(0)
+    reports.close()
+    silence(2)
+    janitor.join()  # the supervisor ends this process when all is in place; if it dies before that, its folder goes with it
+    lock.close()  # in use until here
 
 
 def take_over_streams() -> tuple[BinaryIO, BinaryIO]:
     """Keep stdin and stdout to ourselves: MeshLab's filters, and whatever they call, print to stdout."""
     orders = os.fdopen(os.dup(0), "rb")
     reports = os.fdopen(os.dup(1), "wb", buffering=0)
-    nothing = os.open(os.devnull, os.O_RDWR)
-    for descriptor in (0, 1):
-        os.dup2(nothing, descriptor)
-    os.close(nothing)
+    silence(0, 1)
     return orders, reports
 
 
-def _end_with_supervisor(orders: BinaryIO, stage: Path, output: str | None, ending: threading.Lock) -> None:
+def silence(*descriptors: int) -> None:
+    """Let streams read nothing and write to nowhere."""
+    nothing = os.open(os.devnull, os.O_RDWR)
+    for descriptor in descriptors:
+        os.dup2(nothing, descriptor)
+    os.close(nothing)
+
+
+def _end_with_supervisor(orders: BinaryIO, stage: Path, output: str | None) -> None:
     while orders.read(4096):
         pass
-    ending.acquire()
     remove_folder(stage)
     if output is not None:
         _remove_lock(Path(output))
@@ -94,8 +111,12 @@ def _remove_lock(output: Path) -> None:
             return
 
 
+def _load_session() -> None:
+    from . import session  # noqa: F401  # with MeshLab
+
+
 def _run(document: Mapping[str, Any], tell: Tell) -> dict[str, Any]:
-    from .session import Session  # imports MeshLab, within the limits
+    from .session import Session
 
     return Session(Assignment.from_document(document), tell).run()
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from ..declaration import Bool, Color, Enum, Float, Int, Length, Matrix, Mesh, Parameter, Percentage, Point
+from ..declaration import Bool, Color, Enum, Float, Int, Matrix, Mesh, Parameter, Percentage, Point
 
 _TRUE = frozenset({"true", "yes", "on", "1"})
 _FALSE = frozenset({"false", "no", "off", "0"})
@@ -28,9 +28,7 @@ def parse_value(parameter: Parameter, text: str) -> Any:
         value = int(plain) if re.fullmatch(r"[+-]?[0-9]{1,20}", plain) else text
     elif isinstance(parameter, Float):
         value = _number(plain)
-    elif isinstance(parameter, Percentage):
-        value = Length.parse(plain)
-    elif isinstance(parameter, Enum):
+    elif isinstance(parameter, Enum | Percentage):
         value = plain
     elif isinstance(parameter, Point | Color | Matrix):
         value = [_number(part) for part in re.split(r"[,;\s]+", plain)]

@@ -1,0 +1,114 @@
+"""The families of smoothers side by side on one scan."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Literal, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..denoising import Scan, Setting, automatic_choice
+from ..diffusion import implicit_fairing, taubin_fairing, time_step_of_detail_size
+from ..evidence import Choice
+from ..execution import Progress, ignore_progress, part_of, rising
+from ..fairing import bilaplacian_smoothing
+from ..mesh import Bools, Floats, Ints
+from ..spectral import spectral_filter
+from .amounts import DETAIL_SIZES, PASSES, Smoother, amount_on
+
+#: the families
+SmootherName: TypeAlias = Literal["taubin", "implicit", "bilaplacian", "spectral", "normal_filtering"]
+
+
+class Smoothing(NamedTuple):
+    """A smoother and how much of it.
+
+    Attributes:
+        smoother: which; None for doing nothing.
+        amount: the detail size in mean edges, or the number of pairs of Taubin's steps; 0 for normal filtering and for nothing.
+        setting: that of normal filtering, else None.
+    """
+
+    smoother: SmootherName | None = None
+    amount: float = 0.0
+    setting: Setting | None = None
+
+
+def _taubin(points: Floats, faces: Ints, amount: float, movable: Bools | None) -> Floats:
+    return taubin_fairing(points, faces, iterations=int(amount), movable=movable)
+
+
+def _implicit(points: Floats, faces: Ints, amount: float, movable: Bools | None) -> Floats:
+    return implicit_fairing(points, faces, time_step=time_step_of_detail_size(amount), movable=movable)
+
+
+def _bilaplacian(points: Floats, faces: Ints, amount: float, movable: Bools | None) -> Floats:
+    return bilaplacian_smoothing(points, faces, detail_size=amount, movable=movable)
+
+
+def _spectral(points: Floats, faces: Ints, amount: float, movable: Bools | None) -> Floats:
+    return spectral_filter(points, faces, detail_size=amount, method="polynomial", movable=movable).vertices
+
+
+#: the low-pass filters with their defaults, and the amounts that are tried
+SMOOTHERS: Mapping[SmootherName, tuple[Smoother, Sequence[float]]] = {
+    "taubin": (_taubin, PASSES),
+    "implicit": (_implicit, DETAIL_SIZES),
+    "bilaplacian": (_bilaplacian, DETAIL_SIZES),
+    "spectral": (_spectral, DETAIL_SIZES),
+}
+
+
+def compare_smoothers(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    *,
+    movable: ArrayLike | None = None,
+    seed: int = 0,
+    progress: Progress = ignore_progress,
+) -> Choice[Smoothing] | None:
+    """Which predicts unseen vertices best: nothing, one of the `SMOOTHERS`, or the setting of `automatic_choice`.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        movable: (n,) bool, which vertices may move, None for all. The others are not evidence.
+        seed: other vertices are held out for another number.
+        progress: called while smoothers are tried; may raise to stop.
+
+    Returns:
+        The winner, and of every family what comes nearest, with its error and standard error, nothing first; see `choose`. None
+        where the scan is clean, or no vertex can be held out.
+
+    Raises:
+        FilterInputError: not a mesh, or `movable` does not fit.
+    """
+    tell = rising(progress)
+    scan = Scan.of(vertices, faces, movable=movable, seed=seed)
+    if scan.clean:
+        return None
+    best = [Smoothing()]
+    for number, (name, (smooth, amounts)) in enumerate(SMOOTHERS.items()):
+        share = part_of(tell, 0.1 * number, 0.1 * (number + 1))
+        found = amount_on(replace(scan, progress=share), smooth, amounts)
+        if found is not None and found.chosen.label:
+            best.append(Smoothing(name, found.chosen.label))
+    setting = automatic_choice(vertices, faces, movable=movable, seed=seed, progress=part_of(tell, 0.4, 0.8)).setting
+    if setting != Setting():
+        best.append(Smoothing("normal_filtering", setting=setting))
+
+    def candidates(points: Floats, held: Ints) -> list[Iterator[Floats]]:
+        certain = np.zeros(len(points), dtype=np.bool_)
+        certain[held] = True
+        return [iter([_result(smoothing, points, scan, certain)]) for smoothing in best]
+
+    last = replace(scan, progress=part_of(tell, 0.8, 1.0))
+    return last.choose(candidates, [[smoothing] for smoothing in best], all_stay=True)
+
+
+def _result(smoothing: Smoothing, points: Floats, scan: Scan, certain: Bools) -> Floats:
+    if smoothing.setting is not None:
+        return smoothing.setting.apply(points, scan.faces, border="along", movable=scan.movable, certain=certain)
+    if smoothing.smoother is None:
+        return points
+    return SMOOTHERS[smoothing.smoother][0](points, scan.faces, smoothing.amount, scan.movable)

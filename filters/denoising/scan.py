@@ -1,0 +1,133 @@
+"""A scan on which filters are tried: which of its vertices are evidence, and whether they say that it is noisy at all."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeVar
+
+from numpy.typing import ArrayLike
+
+from ..evidence import Candidates, Choice, calm_noise, choose, far_from_border, sample_of
+from ..execution import Progress, ignore_progress
+from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
+from .noise_level import NoiseEstimate, estimate_noise, smooth_normals
+from .shared_noise import shared_noise
+
+Label = TypeVar("Label")
+
+# Noise that leaves the calmest parts with less than this, in mean edges, is the rounding of a file.
+_NOTHING = 1e-4
+# `shared_noise` of surfaces without noise is 0.1 to 1.3, with noise of 0.2 edges and more below 0.05, however uneven it is.
+# Between these bounds the level of the noise decides.
+_INDEPENDENT, _SURFACE = 0.05, 0.2
+# Even noise is so many times what `calm_noise` says of it: 1.2 to 1.5 on parts, figures and surfaces.
+_EVEN = 1.3
+# Vertices of clean meshes are up to so many mean edges from where their surroundings expect them, even where the mesh is calm:
+# scans smoothed or decimated have 0.007 to 0.03, the same with noise of 0.05 edges 0.04 to 0.05. With less, something must
+# predict so much better than nothing, as where a few vertices are off by far, or err by no more than so many times that: even
+# noise on a surface that is known well has 1.3 to 1.42, clean scans 1.58 and more.
+_MESHING, _FAR_BETTER, _NOISE_ALONE = 0.03, 0.7, 1.45
+
+
+@dataclass(frozen=True)
+class Scan:
+    """A mesh with a mean edge of 1, or patches of a large one.
+
+    Attributes:
+        points: (n, 3) coordinates around 0.
+        faces: (m, 3) triangles.
+        movable: (n,) which vertices may move, None for all. The others are not evidence.
+        seed: other vertices are held out for another number.
+        progress: called while filters are tried; may raise to stop.
+        replaced: (n,) outliers that were replaced and are not evidence, None for none.
+    """
+
+    points: Floats
+    faces: Ints
+    movable: Bools | None = None
+    seed: int = 0
+    progress: Progress = ignore_progress
+    replaced: Bools | None = None
+
+    @staticmethod
+    def of(
+        vertices: ArrayLike,
+        faces: ArrayLike,
+        *,
+        movable: ArrayLike | None = None,
+        seed: int = 0,
+        progress: Progress = ignore_progress,
+    ) -> "Scan":
+        """Of a mesh, see `sample_of`; its arguments are those of the attributes.
+
+        Raises:
+            FilterInputError: not a mesh, or `movable` does not fit.
+        """
+        mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
+        sample = sample_of(mesh.points, mesh.cells)
+        moves = None if mesh.movable is None else mesh.movable[sample.origin]
+        return Scan(sample.points, sample.faces, moves, seed, progress)
+
+    @cached_property
+    def noise(self) -> NoiseEstimate:
+        """How noisy it is."""
+        return estimate_noise(self.points, self.faces)
+
+    @cached_property
+    def normals(self) -> Floats:
+        """(n, 3) the unit normals of a smoothed copy."""
+        return smooth_normals(self.points, self.faces)
+
+    @cached_property
+    def scored(self) -> Bools:
+        """(n,) the vertices that are evidence."""
+        scored = far_from_border(self.faces, len(self.points))
+        for allowed in (self.movable, None if self.replaced is None else ~self.replaced):
+            scored = scored if allowed is None else scored & allowed
+        return scored
+
+    @cached_property
+    def calm(self) -> float:
+        """The noise of its calmest parts."""
+        return calm_noise(self.points, self.faces, normals=self.normals, scored=self.scored)
+
+    @cached_property
+    def agreement(self) -> float:
+        """How much neighbours agree in what is left after differences of fourth order: noise does not, a surface does."""
+        return shared_noise(self.points, self.faces)
+
+    @property
+    def clean(self) -> bool:
+        """Whether there is no noise for certain."""
+        return self.calm < _NOTHING or self.agreement > _SURFACE
+
+    def choose(
+        self, candidates: Candidates, labels: Sequence[Sequence[Label]], *, all_stay: bool = False
+    ) -> Choice[Label] | None:
+        """`choose`, on this scan; all candidates are heard to the end if `all_stay`."""
+        return choose(
+            self.points,
+            self.faces,
+            candidates,
+            labels,
+            normals=self.normals,
+            scored=self.scored,
+            seed=self.seed,
+            progress=self.progress,
+            **({"stays": 1e12} if all_stay else {}),
+        )
+
+    def or_nothing(self, choice: Choice[Label]) -> Choice[Label]:
+        """The choice, or the first of its candidates, which is to do nothing, where what predicts best is no nearer to the truth.
+
+        Where neighbours hardly agree there is noise. Otherwise, with the error e of what predicts best and the standard deviation
+        s of the noise, e^2 = s^2 + d^2, where d is how far the result is from the truth, and the scan is s from it: nothing is
+        done where e^2 >= 2 s^2, s that of `calm`. Where this is no more than that of clean meshes, what is chosen must be far
+        better than nothing, too, or leave nothing but even noise.
+        """
+        if self.agreement < _INDEPENDENT:
+            return choice
+        error, nothing = choice.chosen.error, choice.trials[0]
+        nearer = error**2 < 2.0 * (_EVEN * self.calm) ** 2
+        sure = self.calm > _MESHING or error < max(_FAR_BETTER * nothing.error, _NOISE_ALONE * self.calm)
+        return choice if nearer and sure else choice._replace(chosen=nothing)

@@ -1,0 +1,125 @@
+"""Neighbours beyond a part of a cloud: the cells that can hold them, and the nearer ones of what these hold.
+
+A cloud that does not fit into memory is cut into cells, each with its box. The points of a part (a tile) have been compared with
+each other; here they are compared with the points of other cells. Points are ordered as in `tree_search`: by computed squared
+distance, then by number. The computed distance to a box is never larger than that to a point in it, nor that to its farthest
+corner smaller, because rounding is monotonic; so no cell that matters is left out, also among ties.
+
+The boxes stand in a binary tree: node 1 is the root, the children of node i are 2 i and 2 i + 1, the last level are the cells.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..mesh import Bools, Floats, Ints, Longs
+from .cell_walks import list_cells, mark_reaching, offer, shrink_bounds
+
+
+@dataclass(frozen=True, eq=False)
+class CellTree:
+    """The boxes of all cells of a cloud.
+
+    Attributes:
+        boxes: (2 w, 2, 3) the lowest and the highest coordinates of each node's points, infinite the wrong way round of none.
+        counts: (2 w,) the points in each node.
+    """
+
+    boxes: Floats
+    counts: Longs
+
+    @classmethod
+    def over(cls, boxes: Floats, counts: Longs) -> CellTree:
+        """The tree over (c, 2, 3) boxes of cells and their (c,) numbers of points; cells in a row should be near each other."""
+        width = 1 << max(len(boxes) - 1, 0).bit_length()
+        nodes: Floats = np.empty((2 * width, 2, 3))
+        nodes[:, 0], nodes[:, 1] = np.inf, -np.inf
+        totals: Longs = np.zeros(2 * width, np.int64)
+        nodes[width : width + len(boxes)], totals[width : width + len(boxes)] = boxes, counts
+        while width > 1:
+            half = width // 2
+            nodes[half:width, 0] = nodes[width : 2 * width, 0].reshape(half, 2, 3).min(axis=1)
+            nodes[half:width, 1] = nodes[width : 2 * width, 1].reshape(half, 2, 3).max(axis=1)
+            totals[half:width] = totals[width : 2 * width].reshape(half, 2).sum(axis=1)
+            width = half
+        return cls(nodes, totals)
+
+
+class Nearest(NamedTuple):
+    """The k nearest points found so far of each of a points, by squared distance, then by number.
+
+    Attributes:
+        squared: (a, k), infinite where none has been found.
+        numbers: (a, k) which points they are.
+        slots: (a, k) where they are stored.
+    """
+
+    squared: Floats
+    numbers: Longs
+    slots: Longs
+
+    def of(self, rows: slice) -> Nearest:
+        """Those of some points, in the same memory."""
+        return Nearest(self.squared[rows], self.numbers[rows], self.slots[rows])
+
+
+def reaching_out(points: Floats, bounds: Floats, cells: CellTree, first: int, last: int) -> Bools:
+    """(n,) whether a cell outside of a tile can hold a point within the bound.
+
+    Args:
+        points: (n, 3) coordinates.
+        bounds: (n,) squared distances of the k-th nearest in the tile.
+        cells: of the whole cloud.
+        first: cell of the tile.
+        last: the cell after its last.
+    """
+    reach: Bools = np.empty(len(points), np.bool_)
+    mark_reaching(points, bounds, cells.boxes, first, last, reach)
+    return reach
+
+
+def cells_within(points: Floats, bounds: Floats, cells: CellTree, first: int, last: int, k: int) -> tuple[Longs, Ints]:
+    """The cells outside of a tile that can hold one of the k nearest of each point.
+
+    `bounds` shrink in place to what the boxes alone guarantee: a box with more than k points has k others within its farthest
+    corner. So a point far from everything does not ask for all cells that it is not much farther from.
+
+    Returns:
+        (a + 1,) offsets into the (c,) cells.
+    """
+    counts: Longs = np.zeros(len(points) + 1, np.int64)
+    shrink_bounds(points, bounds, cells.boxes, cells.counts, k)
+    list_cells(points, bounds, cells.boxes, first, last, counts[1:], np.zeros(0, np.int64), np.empty(0, np.int32))
+    offsets: Longs = np.cumsum(counts)
+    found: Ints = np.empty(int(offsets[-1]), np.int32)
+    list_cells(points, bounds, cells.boxes, first, last, counts[1:], offsets, found)
+    return offsets, found
+
+
+def offer_cells(
+    points: Floats,
+    numbers: Longs,
+    nearest: Nearest,
+    asked: tuple[Longs, Ints],
+    cells: CellTree,
+    rows: Longs,
+    offered: tuple[Floats, Longs, Longs],
+) -> None:
+    """Put the points of some cells among the nearest, in place.
+
+    Args:
+        points: (a, 3) coordinates of those who ask.
+        numbers: (a,) their own numbers; no point is a neighbour of itself.
+        nearest: of them.
+        asked: of `cells_within`.
+        cells: of the whole cloud.
+        rows: (c, 2) for every cell where its points begin and end in what is offered; both 0 if it is not.
+        offered: (r, 3) coordinates, (r,) numbers and (r,) slots.
+    """
+    squared, found, slots = nearest
+    offsets, wanted = asked
+    places, theirs, at = offered
+    offer(points, numbers, squared, found, slots, offsets, wanted, cells.boxes, rows, places, theirs, at)

@@ -1,0 +1,44 @@
+"""Which recipes a scan is for, in lines of text that fit a narrow terminal and a pipe."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ..running.suitability import Suitability
+
+#: characters of a line
+WIDTH = 80
+_INDENT = " " * 6
+
+
+def fitting_lines(found: Sequence[Suitability]) -> Iterator[str]:
+    """The recipes that fit, the best first, with reasons; then in one line each those that do not."""
+    fitting = [s for s in found if s.fits]
+    if not fitting:
+        yield "no recipe is for such a mesh"
+    for number, suited in enumerate(fitting, 1):
+        title = f"{number:>4}  {suited.recipe}: {suited.title}"
+        yield textwrap.fill(title, WIDTH, subsequent_indent=_INDENT)
+        # That there are faces goes without saying where there is more to say.
+        reasons = "; ".join(said for _, said in suited.met[len(suited.met) > 1 :])
+        yield textwrap.fill(reasons, WIDTH, initial_indent=_INDENT, subsequent_indent=_INDENT)
+    others = [s for s in found if not s.fits]
+    if others:
+        yield "not for this one:"
+    for suited in others:
+        text = f"{suited.recipe}: {suited.unmet[0][1]}" if suited.unmet else f"{suited.recipe}: does not say for what it is"
+        yield textwrap.fill(text, WIDTH, initial_indent=_INDENT, subsequent_indent=_INDENT + "  ")
+
+
+def rim_lines(rims: Sequence[Mapping[str, Any]], most: int = 12) -> Iterator[str]:
+    """The holes and outer borders of a mesh, the largest first."""
+    for rim in rims[:most]:
+        kind = "outer border" if rim["outer"] else "hole"
+        x, y, z = rim["middle"]
+        yield f"  {kind} of {rim['edges']:,} edges, {rim['length']:.4g} long, around {x:.4g}, {y:.4g}, {z:.4g}"
+    if len(rims) > most:
+        least = rims[most]["edges"]
+        yield f"  and {len(rims) - most:,} more of at most {least:,} edges"

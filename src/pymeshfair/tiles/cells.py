@@ -1,0 +1,131 @@
+"""A cloud in cells: runs of some hundred points that lie close together, each with its box, in files read by cells."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..filters.execution import ignore_progress
+from ..filters.neighbours import CellTree, build_tree
+from .columns import Column
+from .division import Bucket, Floats, Longs
+
+#: points in a cell, unless that would make too many cells for the memory of a worker
+CELL, MOST_CELLS = 512, 1 << 19
+
+
+@dataclass(frozen=True)
+class Cells:
+    """The files of a cloud; a point's place in them is its slot, its place in the input its number.
+
+    Attributes:
+        folder: of the files.
+        count: points.
+        scale: the power of two that coordinates are divided by, of `tree_scale`.
+        cell: points of a cell, the last one of a bucket may have fewer.
+    """
+
+    folder: Path
+    count: int
+    scale: float
+    cell: int = CELL
+
+    @property
+    def points(self) -> Column:
+        """Coordinates by slot, as in the input."""
+        return Column(self.folder / "points", "<f8", 3)
+
+    @property
+    def numbers(self) -> Column:
+        """Numbers by slot."""
+        return Column(self.folder / "numbers", "<i8")
+
+    @property
+    def _starts(self) -> Column:
+        return Column(self.folder / "starts", "<i8")
+
+    @property
+    def _boxes(self) -> Column:
+        return Column(self.folder / "boxes", "<f8", 6)
+
+    @classmethod
+    def make(cls, folder: Path, count: int, scale: float) -> Cells:
+        """The files, of a cloud of so many points."""
+        cell = max(CELL, -(-count // MOST_CELLS))
+        made = cls(folder, count, scale, cell)
+        made.points.create(count)
+        made.numbers.create(count)
+        return made
+
+    def fill(self, bucket: Bucket, first: int) -> tuple[Longs, Floats]:
+        """Put the points of a bucket into the slots from `first` on, and remove its file.
+
+        Returns:
+            (c,) the first slot and (c, 2, 3) the box of each of its cells.
+        """
+        places, numbers = bucket.read()
+        order = build_tree(places, ignore_progress, scale=self.scale).indices[: len(places)]
+        places, numbers = places[order], numbers[order]
+        self.points.write(first, places)
+        self.numbers.write(first, numbers)
+        bucket.path.unlink(missing_ok=True)
+        starts = np.arange(0, len(places), self.cell)
+        boxes = np.stack([np.minimum.reduceat(places, starts), np.maximum.reduceat(places, starts)], axis=1)
+        return starts + first, boxes
+
+    def index(self, found: Sequence[tuple[Longs, Floats]]) -> None:
+        """Write down where cells begin and their boxes, of all buckets in the order of their slots."""
+        starts = np.concatenate([starts for starts, _ in found])
+        boxes = np.concatenate([boxes for _, boxes in found])
+        self._starts.create(len(starts) + 1).write(0, np.append(starts, self.count))
+        self._boxes.create(len(boxes)).write(0, boxes.reshape(-1, 6))
+
+    @property
+    def starts(self) -> Longs:
+        """(c + 1,) the slot at which each cell begins."""
+        return _index(self._starts, self._boxes, self.scale)[0]
+
+    @property
+    def tree(self) -> CellTree:
+        """The boxes of the cells, in the unit of trees."""
+        return _index(self._starts, self._boxes, self.scale)[1]
+
+    def tiles(self, most: int) -> list[tuple[int, int]]:
+        """Cells from one to before another for each tile, in which there are at most so many points, or one cell."""
+        starts = self.starts
+        found, first = [], 0
+        while first < len(starts) - 1:
+            last = int(np.searchsorted(starts, starts[first] + most, "right")) - 1
+            found.append((first, max(last, first + 1)))
+            first = found[-1][1]
+        return found
+
+    def read(self, cells: NDArray[np.int64]) -> tuple[Floats, Longs, Longs, Longs]:
+        """The points of some cells, in ascending order: coordinates in the unit of trees, numbers, slots, and the cells' rows.
+
+        The rows are (c, 2) for every cell of the cloud: where its points begin and end among these, 0 and 0 of the others.
+        """
+        starts = self.starts
+        runs = np.split(cells, np.flatnonzero(np.diff(cells) > 1) + 1) if len(cells) else []
+        ranges = [(int(starts[run[0]]), int(starts[run[-1] + 1])) for run in runs]
+        places = np.concatenate([np.empty((0, 3)), *(self.points.read(*r) for r in ranges)])
+        numbers = np.concatenate([np.empty(0, np.int64), *(self.numbers.read(*r) for r in ranges)])
+        slots = np.concatenate([np.empty(0, np.int64), *(np.arange(*r) for r in ranges)])
+        rows = np.zeros((len(starts) - 1, 2), np.int64)
+        ends = np.cumsum(starts[cells + 1] - starts[cells])
+        rows[cells, 1] = ends
+        rows[cells, 0] = ends - (starts[cells + 1] - starts[cells])
+        return places / self.scale, numbers, slots, rows
+
+
+@lru_cache(maxsize=1)
+def _index(starts: Column, boxes: Column, scale: float) -> tuple[Longs, CellTree]:
+    """What is written down of all cells, read once by every process."""
+    first = starts.read(0, len(starts))
+    found = boxes.read(0, len(boxes)).reshape(-1, 2, 3) / scale
+    return first, CellTree.over(found, np.diff(first))

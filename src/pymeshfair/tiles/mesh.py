@@ -1,0 +1,214 @@
+"""A mesh by tiles: steps that move its vertices, and the result written by slices."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import FilterInputError
+from ..files.errors import ContentsError
+from ..files.ply import PlyElement, PlyProperty
+from ..filters.execution import part_of
+from ..filters.mesh import Whole, check_healthy
+from .by_number import Part, in_order
+from .cells import Cells
+from .cloud import Cloud
+from .division import Floats, Shape
+from .halo import tile_with_rings
+from .memory import slice_rows, surface_vertices
+from .moves import NORMALS, TAUBIN, apply, filtering_of, rings_of
+from .plan import Move
+from .ply_slices import CORNERS, PlySlices, header_text
+from .rounds import Rounds
+from .sources import PlyCloud
+from .surface import Surface
+from .workers import Pool
+
+#: bytes that are copied at a time
+_COPIED = 1 << 24
+
+
+@dataclass(frozen=True)
+class MeshFile:
+    """A binary PLY file of triangles."""
+
+    file: PlySlices
+
+    @property
+    def corners(self) -> str:
+        """The name of the lists of corners."""
+        return next(p.name for p in self.file.tables["face"].element.properties if p.name in CORNERS)
+
+    def check(self) -> None:
+        """Refuse what is no mesh of triangles.
+
+        Raises:
+            ContentsError: it is none.
+        """
+        self.file.vertices  # noqa: B018 - is checked
+        table = self.file.tables.get("face")
+        if table is None or not table.element.count or not any(p.name in CORNERS for p in table.element.properties):
+            raise ContentsError("it has no faces; by tiles, vertices are moved on meshes of triangles")
+        others = [e for e in self.file.header.elements if e.name not in ("vertex", "face") and e.count]
+        if others:
+            raise ContentsError(f"it has {others[0].count:,} of {others[0].name!r}; by tiles a mesh has vertices and faces alone")
+
+    def faces(self, size: int) -> Iterator[NDArray[Any]]:
+        """(m, 3) numbers of vertices, so many faces at a time."""
+        table, name = self.file.tables["face"], self.corners
+        for first in range(0, table.element.count, size):
+            yield table.read(first, min(first + size, table.element.count))[name].astype(np.int64)
+
+    def write(self, target: Path, parts: tuple[Part, ...], size: int) -> None:
+        """Write the mesh with other coordinates, which are then numbers of double precision; all else as it was."""
+        header, table = self.file.header, self.file.vertices
+        order = ">" if header.format == "binary_big_endian" else "<"
+        properties = tuple(PlyProperty(p.name, "double") if p.name in "xyz" else p for p in table.element.properties)
+        made = np.dtype([(p.name, f"{order}f8" if p.name in "xyz" else table.dtype[p.name]) for p in properties])
+        elements = tuple(PlyElement(e.name, e.count, properties) if e.name == "vertex" else e for e in header.elements)
+        with target.open("xb") as file:
+            file.write(header_text(header, elements))
+            for element in header.elements:
+                if element.name != "vertex":
+                    self._copy(element.name, file)
+                    continue
+                for rows, places in zip(self.file.rows(size), in_order(parts, len(self.file), size), strict=True):
+                    new = np.empty(len(rows), made)
+                    for p in properties:
+                        new[p.name] = places[:, "xyz".index(p.name)] if p.name in "xyz" else rows[p.name]
+                    file.write(new.tobytes())
+            file.flush()
+            os.fsync(file.fileno())
+
+    def _copy(self, name: str, file: Any) -> None:
+        table = self.file.tables[name]
+        with self.file.path.open("rb") as source:
+            source.seek(table.offset)
+            left = table.end - table.offset
+            while left:
+                data = source.read(min(left, _COPIED))
+                file.write(data)
+                left -= len(data)
+
+
+@dataclass(frozen=True)
+class MeshTiles:
+    """The tasks of moving the vertices of a mesh; each may be done twice."""
+
+    surface: Surface
+
+    def box(self, first: int, last: int) -> tuple[Floats, Floats]:
+        """The corners of the box of those vertices of some cells that a face with three different corners uses."""
+        tile = tile_with_rings(self.surface, first, last, 1)
+        a, b, c = tile.faces.T
+        used = np.zeros(len(tile.vertices), np.bool_)
+        used[tile.faces[(a != b) & (b != c) & (c != a)]] = True
+        points = tile.vertices[used & tile.own]
+        if not len(points):
+            return np.full(3, np.inf), np.full(3, -np.inf)
+        return points.min(axis=0), points.max(axis=0)
+
+    def move(self, move: Move, whole: Whole, first: int, last: int) -> tuple[Floats, Floats]:
+        """One step on the vertices of some cells; the corners of the box that they are in then."""
+        tile = tile_with_rings(self.surface, first, last, rings_of(move.filter, move.values))
+        moved = apply(move.filter, move.values, tile, whole)[tile.own]
+        check_healthy(tile.vertices[tile.own], moved, whole.diagonal, tile.numbers[tile.own].astype(np.int32))
+        begin, end = (int(self.surface.cells.starts[cell]) for cell in (first, last))
+        by_slot = np.empty((end - begin, 3))
+        by_slot[tile.slots[tile.own] - begin] = moved
+        self.surface.moved.write(begin, by_slot)
+        return by_slot.min(axis=0), by_slot.max(axis=0)
+
+    def part(self, first: int) -> Part:
+        """The final coordinates of the tile that begins with a cell."""
+        return Part(self.surface.cells.folder / f"final-{first}", "<f8", 3)
+
+    def finish(self, first: int, last: int) -> None:
+        """Write down the final coordinates of some cells by number."""
+        cells = self.surface.cells
+        begin, end = int(cells.starts[first]), int(cells.starts[last])
+        numbers = cells.numbers.read(begin, end)
+        order = np.argsort(numbers)
+        self.part(first).write(numbers[order], cells.points.read(begin, end)[order])
+
+
+def cut(
+    mesh: MeshFile,
+    folder: Path,
+    pool: Pool,
+    tile: int,
+    *,
+    costs: list[tuple[int, int]],
+    shape: Shape,
+    most: int | None,
+    progress: Callable[[float], None],
+) -> tuple[Surface, dict[str, Any]]:
+    """Cut a mesh into cells.
+
+    Args:
+        mesh: the file.
+        folder: for the files.
+        pool: of workers.
+        tile: bytes that a tile may take.
+        costs: of the steps, see `pymeshfair.tiles.moves.cost_of`.
+        shape: of tiles.
+        most: vertices of a tile, in place of what fits.
+        progress: called with the share that is done.
+
+    Returns:
+        The mesh; what is known of it.
+    """
+    cloud = Cloud(PlyCloud(mesh.file.path), folder)
+    size = slice_rows(tile, mesh.file.vertices.dtype.itemsize)
+    count, low, high = pool.run(cloud.survey, size)
+    if count > np.iinfo(np.int32).max:
+        raise FilterInputError(f"{count} vertices are more than the 2,147,483,647 that an index of 32 bits reaches")
+    each, rings = max(cost[0] for cost in costs), max(cost[1] for cost in costs)
+    vertices = surface_vertices(tile, each, rings) if most is None else most
+    buckets = pool.run(cloud.divide, count, folder, vertices, shape, size)
+    progress(0.2)
+    cells = Cells.make(folder, count, 1.0)
+    starts = np.cumsum([0, *(bucket.count for bucket in buckets)]).tolist()
+    surface = Surface(cells, tuple(starts))
+    surface.slots.create(count)
+    cells.index(pool.map(surface.fill, list(zip(buckets, starts, strict=False)), lambda share: progress(0.2 + 0.2 * share)))
+    faces = pool.run(_sort_faces, surface, mesh, size)
+    progress(0.7)
+    pool.map(surface.order_faces, [(bucket,) for bucket in range(len(buckets))], lambda share: progress(0.7 + 0.3 * share))
+    known = {"points": count, "faces": faces, "low": low.tolist(), "high": high.tolist(), "points_per_tile": vertices}
+    return surface, known
+
+
+def _sort_faces(surface: Surface, mesh: MeshFile, size: int) -> int:
+    return surface.sort_in(lambda: mesh.faces(size))
+
+
+def do_move(
+    surface: Surface, move: Move, tiles: list[tuple[int, int]], pool: Pool, progress: Callable[[float], None]
+) -> tuple[list[float], list[float]]:
+    """One step; the box of all vertices after it."""
+    filtering = filtering_of(move.values) if move.filter == NORMALS else None
+    if filtering is not None and filtering.relaxation:
+        steps = {"operator": "uniform", "step": 0.5, "mu": -0.53, "pass_band": 0.0, "border": filtering.border}
+        before = Move(move.step, TAUBIN, steps | {"iterations": filtering.relaxation, "selected": False})
+        do_move(surface, before, tiles, pool, part_of(progress, 0.0, 0.2))
+        progress = part_of(progress, 0.2, 1.0)
+    work = MeshTiles(surface)
+    boxes = pool.map(work.box, tiles, lambda share: progress(0.1 * share))
+    low, high = np.min([b[0] for b in boxes], axis=0), np.max([b[1] for b in boxes], axis=0)
+    if not np.isfinite(low).all():
+        low = high = np.zeros(3)  # no face has an area: nothing moves
+    whole, rest = Whole(low, high), part_of(progress, 0.1, 1.0)
+    if filtering is not None:
+        boxes = Rounds(surface, filtering, whole).do(tiles, pool, rest)
+    else:
+        surface.moved.create(surface.cells.count)
+        boxes = pool.map(work.move, [(move, whole, *tile) for tile in tiles], rest)
+    surface.turn()
+    return np.min([b[0] for b in boxes], axis=0).tolist(), np.max([b[1] for b in boxes], axis=0).tolist()

@@ -1,0 +1,121 @@
+"""Which filters of a mesh can be done by tiles, how many rings of faces around a tile each needs, and the call of each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from typing import Any
+
+from ..filters.denoising import FIXED, AutomaticParameters, NormalFilter, rings_of_round
+from ..filters.diffusion import explicit_smoothing, taubin_fairing
+from ..filters.mesh import Whole
+from .division import Floats
+from .halo import TileMesh
+
+EXPLICIT, TAUBIN, NORMALS = "apply_coord_explicit_smoothing", "apply_coord_taubin_fairing", "apply_coord_normal_filtering"
+#: operators whose weights need nothing but the one-ring
+_LOCAL = ("uniform", "cotangent")
+#: what stands for a parameter that is to be chosen, where that is neither 0 nor "auto"
+_AUTOMATIC = {"range_floor": -1.0, "outer_iterations": -1, "relaxation": -1}
+#: what else the filter does, where nobody says
+_DEFAULTS = {"vertex_update": "sun", "outliers": "keep", "relaxation": 0, "relaxation_direction": "all"}
+#: bytes of a vertex in a tile
+_BYTES, _BYTES_OF_NORMALS = 400, {"edge": 700, "vertex": 800, "two_ring": 1100, "three_ring": 1700}
+
+
+@dataclass(frozen=True)
+class Filtering:
+    """The parameters of normal filtering, all of them known.
+
+    Attributes:
+        settings: the filter of the normals.
+        vertex_iterations: steps of the vertices in a round.
+        outer_iterations: rounds.
+        vertex_update: how vertices follow.
+        outliers: what becomes of vertices that stand out.
+        relaxation: pairs of Taubin's steps before.
+        relaxation_direction: where they go.
+        border: what border vertices do.
+    """
+
+    settings: NormalFilter
+    vertex_iterations: int
+    outer_iterations: int
+    vertex_update: Any
+    outliers: str
+    relaxation: int
+    relaxation_direction: str
+    border: Any
+
+
+def filtering_of(values: Mapping[str, Any]) -> Filtering | None:
+    """The parameters that the filter takes without a look at the mesh; None if some are chosen for the mesh."""
+    other = ("choice", "border", "selected")
+    given = {n: v for n, v in values.items() if n not in other and v not in (_AUTOMATIC.get(n, 0), "auto")}
+    if not {f.name for f in fields(AutomaticParameters)} <= given.keys():
+        if values["choice"] != "fixed":
+            return None
+        given = asdict(FIXED) | given
+    known: dict[str, Any] = _DEFAULTS | given
+    own = {f.name: known.pop(f.name) for f in fields(NormalFilter) if f.name in known}
+    return Filtering(NormalFilter(**own), border=values["border"], **known)
+
+
+def why_not(filter: str, values: Mapping[str, Any]) -> str | None:
+    """Why a step cannot be done by tiles, or None if it can.
+
+    Args:
+        filter: its Python name.
+        values: of all its parameters.
+    """
+    if filter not in (EXPLICIT, TAUBIN, NORMALS):
+        return "needs all of the mesh at once, or has not been cut into tiles yet"
+    if values["selected"]:
+        return "moves selected vertices alone, and a file holds no selection"
+    if filter == NORMALS:
+        return _why_not_filtering(filtering_of(values))
+    if values["operator"] not in _LOCAL:
+        return f"has the operator {values['operator']!r}, which needs the whole mesh; 'uniform' and 'cotangent' do not"
+    return None
+
+
+def _why_not_filtering(filtering: Filtering | None) -> str | None:
+    if filtering is None:
+        return "chooses its parameters from the whole mesh; choice 'fixed', or what 'suggest' finds for a part, can be done"
+    settings = filtering.settings
+    for name, value, bad in (
+        ("neighborhood", settings.neighborhood, ("radius", "geodesic")),
+        ("method", settings.method, ("vertex_normals",)),
+        ("vertex_update", filtering.vertex_update, ("conjugate_gradient",)),
+        ("outliers", filtering.outliers, ("replace",)),
+        ("relaxation_direction", filtering.relaxation_direction if filtering.relaxation else "", ("normal",)),
+    ):
+        if value in bad:
+            return f"has {name} {value!r}, which needs the whole mesh"
+    return None
+
+
+def cost_of(filter: str, values: Mapping[str, Any]) -> tuple[int, int]:
+    """The bytes that a step takes for each vertex of a tile, and how many rings there are around the tile.
+
+    Measured were 209 bytes for Taubin's steps, and 900 for normals averaged over two rings of faces.
+    """
+    filtering = filtering_of(values) if filter == NORMALS else None
+    if filtering is None:
+        return _BYTES, rings_of(filter, values)
+    rings = rings_of_round(filtering.settings, filtering.vertex_iterations)
+    return _BYTES_OF_NORMALS[filtering.settings.neighborhood], max(rings, 2 * filtering.relaxation)
+
+
+def rings_of(filter: str, values: Mapping[str, Any]) -> int:
+    """How many rings of faces around a vertex decide where steps of Laplacian or of Taubin's take it."""
+    return int(values["iterations"]) * (2 if filter == TAUBIN else 1)
+
+
+def apply(filter: str, values: Mapping[str, Any], tile: TileMesh, whole: Whole) -> Floats:
+    """(n, 3) the vertices of a tile after such steps; those of the tile itself have the bits of the whole."""
+    given = {name: value for name, value in values.items() if name != "selected"}
+    if filter == EXPLICIT:
+        return explicit_smoothing(tile.vertices, tile.faces, whole=whole, **given)
+    given["pass_band"] = given["pass_band"] or None
+    return taubin_fairing(tile.vertices, tile.faces, whole=whole, **given)

@@ -1,0 +1,103 @@
+"""Which recipes can be done by tiles, and what each of their steps does there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ..scripts.problems import Problem, ScriptError
+from ..scripts.script import Script, Step
+
+_LOOP = "compute_selection_by_outlier_probability_per_vertex"
+_DELETE = "meshing_remove_selected_vertices"
+_CAN = (
+    "by tiles a recipe may select outliers of a cloud by probability (LoOP) and delete the selected vertices, or move the "
+    "vertices of a mesh by Explicit Smoothing, Taubin Fairing and Normal Filtering with fixed parameters; 'remove_outliers' is "
+    "such a recipe"
+)
+#: steps that need all of a cloud or a mesh, and why
+_WHY = {
+    "compute_selection_by_stray_points_per_vertex": "follows connected parts through the whole cloud",
+    "compute_normal_for_point_clouds": "turns normals alike from point to point, through the whole cloud",
+    "meshing_remove_duplicate_vertices": "compares all vertices with each other",
+    "apply_coord_implicit_fairing": "solves one system of equations for all vertices",
+    "apply_coord_taubin_smoothing": "is MeshLab's own, which reads the whole mesh; 'Taubin Fairing' does the same by tiles",
+    "apply_coord_laplacian_smoothing": "is MeshLab's own, which reads the whole mesh; 'Explicit Smoothing' with update "
+    "'meshlab' does the same by tiles",
+}
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Outliers of a cloud are selected, and deleted if the next step says so.
+
+    Attributes:
+        step: its number, from 1.
+        neighbors: k.
+        extent: lambda.
+        threshold: probabilities above it are selected.
+        deletes: whether the selected ones are deleted.
+    """
+
+    step: int
+    neighbors: int
+    extent: float
+    threshold: float
+    deletes: bool
+
+
+@dataclass(frozen=True)
+class Move:
+    """The vertices of a mesh are moved.
+
+    Attributes:
+        step: its number, from 1.
+        filter: the Python name.
+        values: of its parameters.
+    """
+
+    step: int
+    filter: str
+    values: Mapping[str, Any]
+
+
+def plan_of(script: Script) -> list[Selection] | list[Move]:
+    """What the steps of a recipe are by tiles: all selections, or all moves.
+
+    Raises:
+        ScriptError: a step cannot be done by tiles; it is named, and why.
+    """
+    from .moves import why_not
+
+    selections: list[Selection] = []
+    moves: list[Move] = []
+    for number, step in enumerate(script.steps, 1):
+        name, values = step.filter.python_name, step.with_defaults().values
+        if name == _LOOP and not moves:
+            selections.append(Selection(number, values["neighbors"], values["extent"], values["threshold"], deletes=False))
+        elif name == _DELETE and selections and selections[-1].step == number - 1:
+            selections[-1] = _deleting(selections[-1])
+        elif name == _DELETE and not moves:
+            raise _refusal(script, step, "deletes what a step before has selected, which must be the one right before it")
+        elif (why := why_not(name, values)) is None and not selections:
+            moves.append(Move(number, name, values))
+        elif name == _LOOP or why is None or (name == _DELETE and moves):
+            raise _refusal(script, step, "is of the other kind than the steps before it: a recipe selects, or it moves vertices")
+        else:
+            raise _refusal(script, step, _WHY.get(name, why))
+    if any(not selection.deletes for selection in selections[:-1]):
+        raise _refusal(
+            script, script.steps[selections[0].step - 1], "selects what no step deletes, and another selection follows"
+        )
+    return selections or moves
+
+
+def _deleting(selection: Selection) -> Selection:
+    return Selection(selection.step, selection.neighbors, selection.extent, selection.threshold, deletes=True)
+
+
+def _refusal(script: Script, step: Step, why: str) -> ScriptError:
+    name = "script" if script.path is None else str(script.path)
+    message = f"cannot be done by tiles: it {why}. What can: {_CAN}"
+    return ScriptError([Problem(file=name, line=step.line, filter=step.filter.name, message=message)])

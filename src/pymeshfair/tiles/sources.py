@@ -1,0 +1,103 @@
+"""Clouds in files: PLY, and LAS and LAZ if laspy is there."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..files.errors import ContentsError
+from ..files.formats import extension
+from ..files.ply import PlyElement, PlyProperty
+from .ply_slices import PlySlices, header_text
+
+#: what can be read and written as a cloud by tiles
+CLOUD_FORMATS = ("ply", "las", "laz")
+#: the scalar of a vertex
+SCALAR = "quality"
+
+
+class Source(Protocol):
+    """A cloud in a file.
+
+    Whatever is read raises `ContentsError` where it does not fit.
+    """
+
+    @property
+    def row(self) -> int:
+        """Bytes of a point in memory."""
+
+    def __len__(self) -> int:
+        """How many points it has."""
+
+    def points(self, size: int) -> Iterator[NDArray[np.float64]]:
+        """(m, 3) coordinates, so many at a time."""
+
+    def write(self, target: Path, count: int, marks: Iterable[tuple[NDArray[np.bool_], NDArray[np.float64]]], size: int) -> None:
+        """Write some of the points to another file, as they are, and a scalar of each as far as the format has one.
+
+        Args:
+            target: the file.
+            count: how many points are to be written.
+            marks: for every slice of `size` points which of them, and their scalars.
+            size: of the slices.
+        """
+
+
+class PlyCloud(PlySlices):
+    """The vertices of a binary PLY file without faces."""
+
+    @property
+    def row(self) -> int:
+        """See `Source`."""
+        return self.vertices.dtype.itemsize
+
+    def check(self) -> None:
+        """Refuse what holds more than points.
+
+        Raises:
+            ContentsError: it does.
+        """
+        self.vertices  # noqa: B018 - is checked
+        others = [e for e in self.header.elements if e.name != "vertex" and e.count]
+        if others:
+            raise ContentsError(f"it has {others[0].count:,} of {others[0].name!r}; by tiles outliers are found in clouds alone")
+
+    def write(self, target: Path, count: int, marks: Iterable[tuple[NDArray[np.bool_], NDArray[np.float64]]], size: int) -> None:
+        """See `Source`."""
+        kept = tuple(p for p in self.vertices.element.properties if p.name != SCALAR)
+        element = PlyElement("vertex", count, (*kept, PlyProperty(SCALAR, "double")))
+        with target.open("xb") as file:
+            file.write(header_text(self.header, (element,)))
+            names = [p.name for p in kept]
+            order = self.vertices.dtype["x"].byteorder
+            made = np.dtype([*((n, self.vertices.dtype[n]) for n in names), (SCALAR, ">f8" if order == ">" else "<f8")])
+            for rows, (left, scalars) in zip(self.rows(size), marks, strict=True):
+                new = np.empty(int(left.sum()), made)
+                for name in names:
+                    new[name] = rows[name][left]
+                new[SCALAR] = scalars[left]
+                file.write(new.tobytes())
+            file.flush()
+            os.fsync(file.fileno())
+
+
+def open_cloud(path: Path) -> Source:
+    """The cloud in a file.
+
+    Raises:
+        ContentsError: it cannot be read by slices.
+    """
+    if extension(path) == "ply":
+        cloud = PlyCloud(path)
+        cloud.check()
+        return cloud
+    from .las import LasCloud
+
+    las = LasCloud(path)
+    len(las)  # it can be opened
+    return las

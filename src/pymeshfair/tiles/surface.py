@@ -1,0 +1,134 @@
+"""A mesh in cells: the files of `Cells`, and the faces at the vertices of each cell, each face by the slots of its corners."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import FilterInputError
+from .cells import Cells
+from .columns import Column
+from .division import Bucket, Floats, Longs
+
+#: a face: the slots of its corners, and its number
+FACE = np.dtype([("corners", "<i4", 3), ("number", "<i8")])
+
+
+@dataclass(frozen=True)
+class Surface:
+    """The files of a mesh.
+
+    Attributes:
+        cells: of its vertices.
+        buckets: (b + 1,) the slot at which each bucket begins; the faces at its vertices are in a file of their own.
+    """
+
+    cells: Cells
+    buckets: tuple[int, ...]
+
+    @property
+    def slots(self) -> Column:
+        """The slot of each vertex, by its number."""
+        return Column(self.cells.folder / "slots", "<i4")
+
+    @property
+    def moved(self) -> Column:
+        """New coordinates by slot."""
+        return Column(self.cells.folder / "moved", "<f8", 3)
+
+    @property
+    def state(self) -> Column:
+        """Normalised coordinates by slot, between the rounds of a filter."""
+        return Column(self.cells.folder / "state", "<f8", 3)
+
+    @property
+    def next_state(self) -> Column:
+        """Those after a round."""
+        return Column(self.cells.folder / "next", "<f8", 3)
+
+    def _raw(self, bucket: int) -> Path:
+        return self.cells.folder / f"corners-{bucket}"
+
+    def _faces(self, bucket: int) -> Path:
+        return self.cells.folder / f"faces-{bucket}"
+
+    def _starts(self, bucket: int) -> Column:
+        """Where the faces of each cell of a bucket begin in its file, and where they end."""
+        return Column(self.cells.folder / f"faces-{bucket}.starts", "<i8")
+
+    def fill(self, bucket: Bucket, first: int) -> tuple[Longs, Floats]:
+        """As `Cells.fill`; writes down the slot of each vertex, too."""
+        found = self.cells.fill(bucket, first)
+        np.memmap(self.slots.path, "<i4", "r+")[self.cells.numbers.read(first, first + bucket.count)] = np.arange(
+            first, first + bucket.count, dtype=np.int32
+        )
+        return found
+
+    def sort_in(self, slices: Callable[[], Iterable[NDArray[Any]]]) -> int:
+        """Give each face to the buckets of its corners; how many faces there are.
+
+        Args:
+            slices: gives (m, 3) numbers of vertices, a slice at a time.
+
+        Raises:
+            FilterInputError: a face names a vertex that is not there.
+        """
+        slots = np.memmap(self.slots.path, "<i4", "r")
+        starts, count = np.array(self.buckets), 0
+        for corners in slices():
+            if len(corners) and (corners.min() < 0 or corners.max() >= len(slots)):
+                bad = int(((corners < 0) | (corners >= len(slots))).any(axis=1).argmax())
+                raise FilterInputError(
+                    f"face {count + bad} is {corners[bad].tolist()}, but the vertices are 0 to {len(slots) - 1}: remove it"
+                )
+            faces = np.empty(len(corners), FACE)
+            faces["corners"], faces["number"] = slots[corners], np.arange(count, count + len(corners))
+            there = np.searchsorted(starts, faces["corners"], "right") - 1
+            for bucket in np.unique(there).tolist():
+                with self._raw(bucket).open("ab") as file:
+                    file.write(faces[(there == bucket).any(axis=1)].tobytes())
+            count += len(corners)
+        return count
+
+    def order_faces(self, bucket: int) -> None:
+        """Put the faces of a bucket into the order of its cells; a face stands once with every cell that it touches."""
+        raw = self._raw(bucket)
+        faces = np.fromfile(raw, FACE) if raw.exists() else np.empty(0, FACE)
+        first, last = self.cell_range(bucket)
+        cell = np.searchsorted(self.cells.starts, faces["corners"], "right") - 1
+        cell[(cell < first) | (cell >= last)] = -1
+        cell = np.sort(cell, axis=1)
+        cell[:, 1:][cell[:, 1:] == cell[:, :-1]] = -1  # each cell of a face once
+        row, column = np.nonzero(cell >= 0)
+        order = np.argsort(cell[row, column], kind="stable")
+        self._faces(bucket).write_bytes(faces[row[order]].tobytes())
+        counts = np.bincount(cell[row, column] - first, minlength=last - first)
+        self._starts(bucket).create(last - first + 1).write(0, np.append(0, np.cumsum(counts)))
+        raw.unlink(missing_ok=True)
+
+    def cell_range(self, bucket: int) -> tuple[int, int]:
+        """The cells of a bucket, from one to before another."""
+        starts = self.cells.starts
+        return int(np.searchsorted(starts, self.buckets[bucket])), int(np.searchsorted(starts, self.buckets[bucket + 1]))
+
+    def faces_at(self, cells: NDArray[np.int64]) -> NDArray[Any]:
+        """The faces at the vertices of some cells, given in ascending order; those at several cells stand there several times."""
+        found = [np.empty(0, FACE)]
+        bucket_of = np.searchsorted(np.array(self.buckets), self.cells.starts[cells], "right") - 1
+        for bucket in np.unique(bucket_of).tolist():
+            first = self.cell_range(bucket)[0]
+            starts = self._starts(bucket).read(0, len(self._starts(bucket)))
+            own = cells[bucket_of == bucket] - first
+            for run in np.split(own, np.flatnonzero(np.diff(own) > 1) + 1):
+                begin, end = int(starts[run[0]]), int(starts[run[-1] + 1])
+                found.append(np.fromfile(self._faces(bucket), FACE, end - begin, offset=begin * FACE.itemsize))
+        return np.concatenate(found)
+
+    def turn(self) -> None:
+        """Make the new coordinates the coordinates."""
+        self.moved.path.replace(self.cells.points.path)

@@ -1,0 +1,146 @@
+"""LoOP by tiles is LoOP in one piece, to the bit, however the cloud is cut."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Any, cast
+from unittest import mock
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from pymeshfair.errors import FilterInputError
+from pymeshfair.filters.outliers import local_outlier_probability
+from pymeshfair.tiles import cells as cells_module
+from pymeshfair.tiles.cloud import Cloud, do_selection, write_cloud
+from pymeshfair.tiles.division import Shape, divide
+from pymeshfair.tiles.plan import Selection
+from pymeshfair.tiles.ply_slices import PlySlices
+from pymeshfair.tiles.sources import PlyCloud
+from pymeshfair.tiles.workers import Pool
+from tests.tiles import tiling
+
+Floats = NDArray[np.float64]
+
+
+def uneven(seed: int, count: int = 900) -> Floats:
+    """A sheet whose density falls a thousandfold from one end to the other, a clump, a haze, and points far from everything."""
+    random = np.random.default_rng(seed)
+    sheet = random.uniform(0, 1, (count, 3))
+    sheet[:, 0] **= 6
+    sheet[:, 2] = 1e-3 * random.normal(size=count)
+    clump = [0.9, 0.5, 0.05] + 1e-4 * random.normal(size=(40, 3))
+    haze = random.uniform(-2, 2, (60, 3))
+    points = np.concatenate([sheet, clump, haze, [[1e4, 0, 0], [1e4, 1, 0], [-3e3, 5, 7]]])
+    return cast("Floats", random.permutation(points))
+
+
+def lattice(seed: int) -> Floats:
+    """A lattice, in which nearly all distances are ties, with a fourth of its points there twice or five times."""
+    random = np.random.default_rng(seed)
+    points = np.stack(np.meshgrid(*[np.arange(9.0)] * 3), axis=-1).reshape(-1, 3)
+    points = np.concatenate([points, points[:180], *[points[:20]] * 3])
+    points[random.integers(len(points))] = [40.0, 3.0, 3.0]
+    return cast("Floats", random.permutation(points))
+
+
+def one_place(seed: int) -> Floats:
+    """Most points at one place, the rest around it."""
+    points = np.ones((500, 3))
+    points[:60] = np.random.default_rng(seed).normal(size=(60, 3))
+    return points
+
+
+def by_tiles(
+    points: Floats, k: int, *, most: int, cell: int = 16, shape: Shape = "boxes", order: int = 0, threshold: float = 0.5
+) -> tuple[Floats, Floats, dict[str, Any]]:
+    """The probabilities of all points, the points that are kept, and what the filter reports."""
+    with tempfile.TemporaryDirectory() as name, mock.patch.object(cells_module, "CELL", cell):
+        folder = Path(name)
+        cloud = Cloud(PlyCloud(tiling.write_cloud(folder / "in.ply", points)), folder)
+        selection = Selection(1, k, 3.0, threshold, deletes=True)
+        pool = cast("Pool", tiling.Here(order))
+        after, values, known = do_selection(cloud, selection, pool, 10**6, shape=shape, progress=lambda share: None, most=most)
+        assert known["tiles"] > 1 or most >= len(points)
+        write_cloud(after, folder / "out.ply", 100)
+        rows = PlySlices(folder / "out.ply").vertices.read(0, len(PlySlices(folder / "out.ply")))
+        np.testing.assert_array_equal(points[rows["number"]], np.stack([rows[axis] for axis in "xyz"], axis=1))
+        return cloud.scalars.read(0, len(points)), rows["number"], values
+
+
+@pytest.mark.parametrize("make", [uneven, lattice, one_place])
+@settings(max_examples=8, deadline=None)
+@given(
+    k=st.integers(1, 30),
+    most=st.integers(20, 1200),
+    cell=st.integers(2, 100),
+    shape=st.sampled_from(["boxes", "x", "y", "z"]),
+    seed=st.integers(0, 1000),
+)
+def test_tiles_change_no_bit(make: Any, k: int, most: int, cell: int, shape: Shape, seed: int) -> None:
+    """Tiles of any size and shape, in any order, give the bits of the whole: uneven density, ties and coincident points."""
+    points = make(seed)
+    whole = local_outlier_probability(points, neighbors=k, extent=3.0)
+    found, kept, values = by_tiles(points, k, most=most, cell=cell, shape=shape, order=seed)
+    np.testing.assert_array_equal(found, whole)
+    np.testing.assert_array_equal(kept, np.flatnonzero(whole <= 0.5))
+    assert values["selected_vertices"] == np.count_nonzero(whole > 0.5)
+    assert values["largest_probability"] == whole.max()
+    assert values["mean_probability"] == pytest.approx(whole.mean(), rel=1e-14)
+
+
+def test_fewer_points_in_a_tile_than_neighbours() -> None:
+    """Where a tile has no k points besides each, all neighbours come from the cells around it."""
+    points = uneven(3, 200)
+    whole = local_outlier_probability(points, neighbors=50, extent=3.0)
+    np.testing.assert_array_equal(by_tiles(points, 50, most=25, cell=5)[0], whole)
+
+
+def test_a_second_selection_sees_what_the_first_has_left(tmp_path: Path) -> None:
+    """Two stages give what LoOP gives on the points that LoOP has left; a point keeps the probability of its last stage."""
+    points = uneven(1)
+    first = local_outlier_probability(points, neighbors=10, extent=2.0)
+    left = np.flatnonzero(first <= 0.4)
+    second = local_outlier_probability(points[left], neighbors=5, extent=2.0)
+    cloud = Cloud(PlyCloud(tiling.write_cloud(tmp_path / "in.ply", points)), tmp_path)
+    pool = cast("Pool", tiling.Here())
+    for selection in (Selection(1, 10, 2.0, 0.4, deletes=True), Selection(3, 5, 2.0, 0.6, deletes=True)):
+        cloud = do_selection(cloud, selection, pool, 10**6, shape="boxes", progress=lambda share: None, most=150)[0]
+    expected = first.copy()
+    expected[left] = second
+    np.testing.assert_array_equal(cloud.scalars.read(0, len(points)), expected)
+    assert cloud.kept is not None
+    np.testing.assert_array_equal(np.flatnonzero(cloud.kept.read(0, len(points))), left[second <= 0.6])
+
+
+@pytest.mark.parametrize("make", [uneven, lattice, one_place])
+@pytest.mark.parametrize("most", [7, 64, 10_000])
+def test_a_division_has_each_point_once(make: Any, most: int, tmp_path: Path) -> None:
+    """Every bucket holds at most so many points, by ascending number; together they hold each point once, as it was."""
+    points = make(0)
+    buckets = divide(
+        lambda: ((points[at : at + 50], np.arange(at, min(at + 50, len(points)))) for at in range(0, len(points), 50)),
+        len(points),
+        tmp_path,
+        most=most,
+        shape="boxes",
+    )
+    read = [bucket.read() for bucket in buckets]
+    assert max(bucket.count for bucket in buckets) <= most
+    assert all((np.diff(numbers) > 0).all() for _, numbers in read)
+    numbers = np.concatenate([numbers for _, numbers in read])
+    np.testing.assert_array_equal(np.sort(numbers), np.arange(len(points)))
+    np.testing.assert_array_equal(np.concatenate([places for places, _ in read]), points[numbers])
+
+
+def test_points_that_are_not_finite_are_refused(tmp_path: Path) -> None:
+    """A NaN among the coordinates is named with its number."""
+    points = uneven(0)
+    points[777, 1] = np.nan
+    cloud = Cloud(PlyCloud(tiling.write_cloud(tmp_path / "in.ply", points)), tmp_path)
+    with pytest.raises(FilterInputError, match=r"point 777 is .*nan.* not finite"):
+        cloud.survey(100)

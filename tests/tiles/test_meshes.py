@@ -1,0 +1,148 @@
+"""Steps on meshes by tiles are those of the whole, to the bit, however the mesh is cut."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, cast
+from unittest import mock
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from pymeshfair.errors import FilterInputError
+from pymeshfair.filters.denoising import FIXED, normal_filtering
+from pymeshfair.filters.diffusion import explicit_smoothing, taubin_fairing
+from pymeshfair.registry import find_filter
+from pymeshfair.tiles import cells as cells_module
+from pymeshfair.tiles.division import Shape
+from pymeshfair.tiles.mesh import MeshFile, MeshTiles, cut, do_move
+from pymeshfair.tiles.moves import why_not
+from pymeshfair.tiles.plan import Move
+from pymeshfair.tiles.ply_slices import PlySlices
+from pymeshfair.tiles.workers import Pool
+from tests.meshes import icosphere
+from tests.tiles.tiling import Here, write_mesh
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int32]
+EXPLICIT, TAUBIN = "apply_coord_explicit_smoothing", "apply_coord_taubin_fairing"
+NORMALS = "apply_coord_normal_filtering"
+
+
+def awkward(seed: int) -> tuple[Floats, Ints]:
+    """A noisy sphere far from the origin, in no order, with holes, a fin, unused, coincident and wild vertices."""
+    random = np.random.default_rng(seed)
+    vertices, faces = icosphere(3)
+    vertices = vertices * [1.0, 2.0, 0.5] + random.normal(scale=0.02, size=vertices.shape) + [1000.0, -50.0, 7.0]
+    faces = np.delete(faces, random.integers(0, len(faces), 60), axis=0)
+    n = len(vertices)
+    fin = [[faces[5, 0], faces[5, 1], n], [faces[9, 0], n + 1, n + 2], [3, 3, 4]]
+    vertices = np.concatenate([vertices, vertices[:3] + 0.3, [[1e6, 0, 0]], vertices[10:12]])
+    faces = np.concatenate([faces, fin]).astype(np.int32)
+    mixed = random.permutation(len(vertices))
+    return vertices[np.argsort(mixed)], mixed[random.permutation(faces)].astype(np.int32)
+
+
+def by_tiles(vertices: Floats, faces: Ints, *moves: Move, most: int, cell: int, shape: Shape = "boxes", seed: int = 0) -> Floats:
+    """The vertices after the steps, from the file that is written."""
+    with tempfile.TemporaryDirectory() as name, mock.patch.object(cells_module, "CELL", cell):
+        folder = Path(name)
+        mesh = MeshFile(PlySlices(write_mesh(folder / "in.ply", vertices, faces)))
+        mesh.check()
+        pool = cast("Pool", Here(seed))
+        surface, known = cut(mesh, folder, pool, 10**6, costs=[(400, 5)], shape=shape, most=most, progress=lambda share: None)
+        assert known["faces"] == len(faces)
+        tiles = surface.cells.tiles(most)
+        assert len(tiles) > 1
+        for move in moves:
+            do_move(surface, move, tiles, pool, lambda share: None)
+        work = MeshTiles(surface)
+        pool.map(work.finish, tiles, lambda share: None)
+        mesh.write(folder / "out.ply", tuple(work.part(first) for first, _ in tiles), 77)
+        written = PlySlices(folder / "out.ply")
+        np.testing.assert_array_equal(np.concatenate(list(MeshFile(written).faces(100))), faces)
+        return np.concatenate(list(written.points(100)))
+
+
+@settings(max_examples=10, deadline=None)
+@given(
+    operator=st.sampled_from(["uniform", "cotangent"]),
+    border=st.sampled_from(["fixed", "along", "free"]),
+    update=st.sampled_from(["euler", "meshlab"]),
+    iterations=st.integers(0, 6),
+    most=st.integers(30, 400),
+    cell=st.integers(3, 60),
+    shape=st.sampled_from(["boxes", "x", "z"]),
+    seed=st.integers(0, 100),
+)
+def test_explicit_steps_by_tiles_change_no_bit(
+    operator: Any, border: Any, update: Any, iterations: int, most: int, cell: int, shape: Shape, seed: int
+) -> None:
+    """K steps with k rings around each tile are k steps of the whole."""
+    vertices, faces = awkward(seed)
+    values = {"operator": operator, "step": 0.4, "iterations": iterations, "update": update, "border": border}
+    move = Move(1, EXPLICIT, {**values, "selected": False})
+    try:
+        whole = explicit_smoothing(vertices, faces, **values)
+    except FilterInputError:  # MeshLab's cotangents may throw a vertex away; then tiles name the same
+        with pytest.raises(FilterInputError):
+            by_tiles(vertices, faces, move, most=most, cell=cell, shape=shape, seed=seed)
+        return
+    np.testing.assert_array_equal(by_tiles(vertices, faces, move, most=most, cell=cell, shape=shape, seed=seed), whole)
+
+
+@pytest.mark.parametrize(("most", "cell"), [(300, 40), (90, 7)])
+def test_taubin_after_explicit_steps(most: int, cell: int) -> None:
+    """A second step begins where the first has ended; Taubin's pairs need two rings each."""
+    vertices, faces = awkward(3)
+    first = {"operator": "cotangent", "step": 0.3, "iterations": 2, "update": "euler", "border": "free"}
+    second = {"operator": "uniform", "step": 0.5, "mu": -0.53, "pass_band": 0.0, "iterations": 3, "border": "along"}
+    whole = explicit_smoothing(vertices, faces, **first)  # type: ignore[arg-type]
+    whole = taubin_fairing(whole, faces, **{**second, "pass_band": None})  # type: ignore[arg-type]
+    moves = Move(1, EXPLICIT, {**first, "selected": False}), Move(2, TAUBIN, {**second, "selected": False})
+    np.testing.assert_array_equal(by_tiles(vertices, faces, *moves, most=most, cell=cell), whole)
+
+
+@pytest.mark.parametrize(
+    ("most", "cell", "settings"),
+    [
+        (250, 30, {"method": "bilateral", "neighborhood": "vertex", "normal_iterations": 2, "range_sigma": 0.4}),
+        (120, 8, {"method": "guided", "neighborhood": "edge", "normal_iterations": 1, "range_sigma": 0.3}),
+        (120, 20, {"method": "averaged", "neighborhood": "two_ring", "vertex_update": "ohtake", "border": "free"}),
+        (300, 50, {"method": "unilateral", "range_kernel": "tukey", "border": "fixed", "outer_iterations": 4}),
+        (200, 16, {"method": "mean", "neighborhood": "three_ring", "normal_iterations": 3, "relaxation": 2}),
+    ],
+)
+def test_normal_filtering_by_tiles_changes_no_bit(most: int, cell: int, settings: dict[str, Any]) -> None:
+    """Rounds by tiles, with the mean distance of centres found in a pass before each, are those of the whole."""
+    vertices, faces = awkward(most)
+    given = {"vertex_iterations": 3, "outer_iterations": 2, **settings}
+    whole = vertices
+    if "relaxation" in given:
+        whole = taubin_fairing(vertices, faces, iterations=given["relaxation"])
+    fixed = {name: value for name, value in {**asdict(FIXED), **given}.items() if name != "relaxation"}
+    whole = normal_filtering(whole, faces, **fixed)
+    values = find_filter(NORMALS).defaults | {"choice": "fixed", "border": "along"} | given
+    found = by_tiles(vertices, faces, Move(1, NORMALS, values), most=most, cell=cell)
+    np.testing.assert_array_equal(found, whole)
+    assert not np.array_equal(whole, vertices)
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({}, "chooses its parameters from the whole mesh"),
+        ({"choice": "fixed", "neighborhood": "radius"}, "neighborhood 'radius'"),
+        ({"choice": "fixed", "vertex_update": "conjugate_gradient"}, "vertex_update 'conjugate_gradient'"),
+        ({"choice": "fixed", "outliers": "replace"}, "outliers 'replace'"),
+        ({"choice": "fixed", "selected": True}, "selected vertices"),
+    ],
+)
+def test_what_needs_the_whole_mesh_is_said(values: dict[str, Any], said: str) -> None:
+    """Parameters of normal filtering that look at more than rings of faces are refused by their names."""
+    assert said in str(why_not(NORMALS, find_filter(NORMALS).defaults | values))

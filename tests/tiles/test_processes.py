@@ -1,0 +1,176 @@
+"""``pymeshfair run --tiles`` as users meet it: the result of `run`, a killed worker, Ctrl-C, a full disk, refusals."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pymeshfair.files.provenance import provenance_path
+from pymeshfair.filters.outliers import local_outlier_probability
+from pymeshfair.tiles.ply_slices import PlySlices
+from tests.batch.batches import with_module
+from tests.commands.command_line import COMMAND, invoke, run_process
+from tests.meshes import icosphere
+from tests.tiles.test_clouds import uneven
+from tests.tiles.tiling import children_of, kill, write_cloud, write_mesh
+
+LOOP = """<!DOCTYPE FilterScript>
+<FilterScript>
+<filter name="Select Outliers by Probability (LoOP)">
+<Param type="RichInt" name="neighbors" value="12"/>
+</filter>
+<filter name="Delete Selected Vertices"/>
+</FilterScript>
+"""
+#: a sitecustomize module: each tile takes some seconds more, and says in a file that it has begun
+SLOW = """
+import os, time
+import pymeshfair.tiles.outliers as outliers
+
+def find(self, *cells, find=outliers.OutlierTiles.find):
+    open(os.environ["BEGUN"], "a").close()
+    time.sleep(float(os.environ["SLOW"]))
+    return find(self, *cells)
+
+outliers.OutlierTiles.find = find
+"""
+#: with which there is one worker
+LITTLE = ("--memory", "500MB")
+
+
+@pytest.fixture
+def recipe(tmp_path: Path) -> Path:
+    """LoOP with deletion."""
+    path = tmp_path / "loop.mlx"
+    path.write_text(LOOP)
+    return path
+
+
+def started(recipe: Path, scan: Path, output: Path, *, slow: float) -> subprocess.Popen[str]:
+    """The command, once a tile is under way."""
+    begun = output.with_name("begun")
+    environment = {**os.environ, **with_module(output.parent / "slow", SLOW), "BEGUN": str(begun), "SLOW": str(slow)}
+    command = [*COMMAND, "run", recipe, scan, "-o", output, "--tiles", *LITTLE]
+    process = subprocess.Popen(
+        [str(word) for word in command], env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8"
+    )
+    deadline = time.monotonic() + 100
+    while not begun.exists() and time.monotonic() < deadline and process.poll() is None:
+        time.sleep(0.02)
+    assert begun.exists(), process.communicate()
+    return process
+
+
+def workers_of(process: subprocess.Popen[str]) -> list[int]:
+    """The processes in which tiles are done."""
+    return [p for p in children_of(process.pid) if b"spawn_main" in Path(f"/proc/{p}/cmdline").read_bytes()]
+
+
+def test_a_run_by_tiles_survives_a_killed_worker(recipe: Path, tmp_path: Path) -> None:
+    """A worker that is killed in the middle of a tile costs a second try: the output is that of `run`, and can be verified."""
+    points = uneven(5)
+    scan, output, whole = write_cloud(tmp_path / "scan.ply", points), tmp_path / "out.ply", tmp_path / "whole.ply"
+    process = started(recipe, scan, output, slow=1.5)
+    (worker,) = workers_of(process)
+    kill(worker)
+    out, err = process.communicate(timeout=120)
+    assert process.returncode == 0, err
+    assert run_process("run", recipe, scan, "-o", whole).returncode == 0
+    ours, theirs = (PlySlices(path).vertices for path in (output, whole))
+    read, expected = ours.read(0, ours.element.count), theirs.read(0, theirs.element.count)
+    for name in ("x", "y", "z", "quality", "number"):
+        np.testing.assert_array_equal(read[name], expected[name])
+    probability = local_outlier_probability(points, neighbors=12, extent=3.0)
+    np.testing.assert_array_equal(read["number"], np.flatnonzero(probability <= 0.5))
+    record, other = (json.loads(provenance_path(path).read_bytes()) for path in (output, whole))
+    assert record["steps"][0]["values"] | {"mean_probability": 0} == other["steps"][0]["values"] | {"mean_probability": 0}
+    assert record["input"] == other["input"]
+    assert record["recipe"] == other["recipe"]
+    assert record["tiles"]["memory_limit"] == 500_000_000
+    assert record["run"]["peak_memory_bytes"] < 500_000_000
+    assert "out.ply" in out
+    again = run_process("verify", output)
+    assert (again.returncode, again.stdout) == (0, f"{output}: identical\n"), again.stderr
+
+
+def test_ctrl_c_leaves_nothing(recipe: Path, tmp_path: Path) -> None:
+    """Ctrl-C ends a run by tiles, its processes and its files; an output of a former run stays."""
+    scan, output = write_cloud(tmp_path / "scan.ply", uneven(5)), tmp_path / "out.ply"
+    process = started(recipe, scan, output, slow=1000)
+    there = children_of(process.pid)
+    began = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert time.monotonic() - began < 20
+    assert not [p for p in there if Path(f"/proc/{p}/cmdline").exists() and Path(f"/proc/{p}/cmdline").read_bytes()]
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["begun", "loop.mlx", "scan.ply", "slow"]
+
+
+def test_a_full_disk_is_named(recipe: Path, tmp_path: Path) -> None:
+    """Where the files of the work find no room nothing is written, and the message says so."""
+    folder = tmp_path / "small"
+    folder.mkdir()
+    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=100k", "tmpfs", folder], capture_output=True, text=True)
+    if mounted.returncode:
+        pytest.skip(f"no file system can be mounted: {mounted.stderr}")
+    try:
+        scan = write_cloud(tmp_path / "scan.ply", uneven(5, 10_000))
+        done = run_process("run", recipe, scan, "-o", folder / "out.ply", "--tiles", *LITTLE)
+        assert done.returncode == 1
+        assert "there is no room for the files of the work: no space left on device" in done.stderr, done.stderr
+        assert list(folder.iterdir()) == []
+    finally:
+        subprocess.run(["umount", folder], check=True)
+
+
+def test_steps_that_need_the_whole_are_named(tmp_path: Path) -> None:
+    """A recipe with a step that cannot be done by tiles is refused before anything is done, with the step and the reason."""
+    scan = write_cloud(tmp_path / "scan.ply", uneven(5))
+    done = invoke("run", "clean_point_cloud", scan, "-o", tmp_path / "out.ply", "--tiles")
+    assert done.exit_code == 2
+    assert "Remove Duplicate Vertices" in done.stderr
+    assert "cannot be done by tiles" in done.stderr
+    assert not (tmp_path / "out.ply").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--max-displacement", "1edge"), "limits of the result"),
+        (("--memory", "300MB"), "300 MB are too little"),
+        (("--report", "report.html"), "--tiles makes no report"),
+        (("--with", "other.ply"), "further layers"),
+    ],
+)
+def test_what_needs_the_whole_is_refused(recipe: Path, tmp_path: Path, options: tuple[str, ...], said: str) -> None:
+    """Limits, layers and reports, which need all of a mesh, are refused, and so is too little memory."""
+    scan = write_cloud(tmp_path / "scan.ply", uneven(5))
+    done = invoke("run", recipe, scan, "-o", tmp_path / "out.ply", "--tiles", *options)
+    assert done.exit_code == 2
+    assert said in " ".join(done.stderr.replace("│", " ").split())
+
+
+def test_inputs_that_cannot_be_cut_are_refused(recipe: Path, tmp_path: Path) -> None:
+    """The input itself as the output, a mesh in place of a cloud, and a format that is not read by slices."""
+    vertices, faces = icosphere(1)
+    mesh, scan = write_mesh(tmp_path / "mesh.ply", vertices, faces), write_cloud(tmp_path / "scan.ply", uneven(5))
+    text = tmp_path / "scan.xyz"
+    text.write_bytes(b"0 0 0\n1 0 0\n")
+    for arguments, said in (
+        ((scan, "-o", scan), "it is the input"),
+        ((scan, "-o", tmp_path / "out.las"), "becomes a file of the same kind"),
+        ((text, "-o", tmp_path / "out.ply"), "'.xyz' is no format for meshes"),
+    ):
+        done = invoke("run", recipe, *arguments, "--tiles")
+        assert done.exit_code == 1
+        assert said in done.stderr
+    done = invoke("run", recipe, mesh, "-o", tmp_path / "out.ply", "--tiles")
+    assert "it has 80 of 'face'; by tiles outliers are found in clouds alone" in done.stderr
