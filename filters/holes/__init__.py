@@ -5,6 +5,7 @@ The rim of a hole is its boundary loop.
 
 from .close_holes import close_holes
 from .filling import HOLE_ENERGIES, HoleEnergy, HoleFilling, OpenRim
+from .region_remeshing import remesh_region
 from .rims import Rim, find_rims
 
 __all__ = [
@@ -15,4 +16,5 @@ __all__ = [
     "Rim",
     "close_holes",
     "find_rims",
+    "remesh_region",
 ]

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pymeshfair.declaration import Edit, FilterClass, Int, Layer, MeshElement, mesh_filter
+import numpy as np
+
+from pymeshfair.declaration import Bool, Bools, Edit, FilterClass, Int, Layer, MeshElement, mesh_filter
 from pymeshfair.errors import MeshError
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.execution import Progress, ignore_progress
-from pymeshfair.filters.fairing import fair_region
+from pymeshfair.filters.fairing import Energy, fair_region
+from pymeshfair.filters.holes import remesh_region
 
 from ..moving_vertices import MOVES_VERTICES
 from .displacement import irregular_note
@@ -22,7 +25,11 @@ _SHRUNK = 1 / 3
     name="Region Fairing",
     classes=FilterClass.SMOOTHING,
     requires=MeshElement.FACENUMBER,
-    changes=MOVES_VERTICES,
+    changes=MOVES_VERTICES
+    | MeshElement.VERTNUMBER
+    | MeshElement.FACENUMBER
+    | MeshElement.VERTFLAGSELECT
+    | MeshElement.FACEFLAGSELECT,
     references=("botsch2004",),
 )
 def apply_coord_region_fairing(
@@ -37,9 +44,19 @@ def apply_coord_region_fairing(
             maximum=100,
             advanced=True,
             help="How often, each time with the areas and angles that the one before has left. More forget the shape that was "
-            "there more fully, and come nearer to the surface of least area or bending; one is mostly enough.",
+            "there more fully, and come nearer to the surface of least area or bending; one is mostly enough. With remeshing it "
+            "is done three times at least.",
         ),
     ] = 1,
+    remesh: Annotated[
+        bool,
+        Bool(
+            label="Remesh",
+            help="Replace the triangles of the part, too, by regular ones as dense as those around: for rough damage, whose "
+            "needles and folds would remain. Colours go on from around; what the texture showed there is lost, and each new "
+            "triangle shows one place of it. Without, triangles, texture and all attributes stay.",
+        ),
+    ] = False,
     progress: Progress = ignore_progress,
 ) -> Edit:
     """Replaces the selected part of a surface by the smoothest one that continues its surroundings.
@@ -47,7 +64,8 @@ def apply_coord_region_fairing(
     What the part looked like is forgotten: for dents, scars, bad fillings and seams. The selected vertices move, or, when no
     vertex is selected, those all of whose triangles are; the others, and open borders, stay. One, two or three rings of vertices
     around the region decide, so select until the damage ends, and a ring more. Returns how many vertices moved, the backward
-    error of the solution, and a bound of the error that solving leaves as a share of the region's diagonal.
+    error of the solution, and a bound of the error that solving leaves as a share of the region's diagonal. With `remesh` the
+    selected vertices and their triangles go, new ones come last and are selected, and their numbers are returned.
     """
     try:
         chosen = layer.selected_vertices()
@@ -61,6 +79,8 @@ def apply_coord_region_fairing(
             "all vertices are selected, so that nothing around them says how the surface goes on: select the part that is to be "
             "faired and leave its surroundings (to smooth a whole mesh take Bi-Laplacian Smoothing)"
         )
+    if remesh:
+        return _remade(layer, chosen, energy, max(3, iterations), progress)
     vertices = layer.vertices
     area_share = 1.0
     for i in range(iterations):
@@ -91,6 +111,36 @@ def apply_coord_region_fairing(
             "backward_error": found.backward_error,
             "last_correction": found.last_correction,
             "refinements": found.refinements,
+        },
+        notes=tuple(notes),
+    )
+
+
+def _remade(layer: Layer, chosen: Bools, energy: Energy, rounds: int, progress: Progress) -> Edit:
+    """The selected vertices and their triangles replaced by a filling."""
+    region, filling = remesh_region(layer.vertices, layer.faces, chosen, energy=energy, rounds=rounds, progress=progress)
+    n, m = len(layer.vertices), len(layer.faces)
+    a, b = len(filling.new_vertices), len(filling.new_faces)
+    lower = sum(used != energy for used in filling.energies)
+    notes = []
+    if stayed := int((chosen & ~region).sum()):
+        notes.append(
+            f"{stayed:,} of the {int(chosen.sum()):,} selected vertices are at an open border or have no triangle, and stay."
+        )
+    if lower:
+        notes.append(f"{lower} of {len(filling.closed)} parts were placed with a lower energy than {energy!r}.")
+    return Edit(
+        added_vertices=filling.new_vertices,
+        added_faces=filling.new_faces,
+        delete_vertices=np.concatenate([region, np.zeros(a, dtype=np.bool_)]),
+        vertex_selection=np.arange(n + a) >= n,
+        face_selection=np.arange(m + b) >= m,
+        values={
+            "deleted_vertices": int(region.sum()),
+            "deleted_faces": int(region[layer.faces].any(axis=1).sum()),
+            "new_vertices": a,
+            "new_faces": b,
+            "parts": len(filling.closed),
         },
         notes=tuple(notes),
     )

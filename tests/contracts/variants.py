@@ -47,8 +47,9 @@ COMPANIONS: dict[tuple[str, str | None], dict[str, Any]] = {
     ("apply_coord_implicit_fairing", "operator=uniform"): {"time_step": 1.0},
 }
 
-#: Tried in ways of their own: what is selected by test_selection, and `clouds_only`, which refuses the scenes, by test_outliers.
-OTHERWISE = ("selected", "clouds_only")
+#: Tried in ways of their own: what is selected by test_selection, `clouds_only`, which refuses the scenes, by test_outliers, and
+#: `remesh`, which deletes vertices in the middle of all, so that the others change their numbers, by tests/plugins/test_fairing.
+OTHERWISE = ("selected", "clouds_only", "remesh")
 
 
 @dataclass(frozen=True, eq=False)

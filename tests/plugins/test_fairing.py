@@ -17,12 +17,26 @@ from pymeshfair.filters.fairing.feature_weights import feature_weights, scalar_f
 from pymeshfair.filters.fairing.region import ENERGIES, Energy, fair_region
 from pymeshfair.filters.fairing.tangential import improve_triangles, tangential_smoothing
 from pymeshfair.filters.geometry import mean_edge_length
+from pymeshfair.filters.holes import remesh_region
 from pymeshfair.filters.inspection.surface_measures import surface_measures
 from pymeshfair.filters.topology import border_vertices
 from pymeshfair.plugins import fairing
 from tests.filters.test_blend import two_opened_spheres, two_tubes
 from tests.host.snapshots import NORMALS, add_attributes, differences, everything
-from tests.meshes import AWKWARD, Floats, Mesh, cube, icosphere, irregular_grid, noisy, sample_path, subdivided, tube, two_spheres
+from tests.meshes import (
+    AWKWARD,
+    Floats,
+    Mesh,
+    cube,
+    icosphere,
+    irregular_grid,
+    noisy,
+    rotation,
+    sample_path,
+    subdivided,
+    tube,
+    two_spheres,
+)
 
 REGION = "apply_coord_region_fairing"
 ENERGY = "apply_coord_bilaplacian_smoothing"
@@ -421,3 +435,85 @@ def test_awkward_meshes_go_through_every_filter(name: str) -> None:
         ), said
         assert np.isfinite(vertices_of(meshes)).all()
         np.testing.assert_array_equal(vertices_of(meshes)[~chosen], before[~chosen])
+
+
+def test_a_remade_region_has_good_triangles_and_the_rest_keeps_every_bit() -> None:
+    """A crumpled cap of a sphere is smooth and regular when it is remade; faired alone it keeps bad triangles."""
+    vertices, faces = icosphere(4)
+    edge = mean_edge_length(vertices, faces)
+    crumpled = vertices[:, 2] > 0.85
+    damaged = vertices + edge * np.random.default_rng(2).normal(size=vertices.shape) * crumpled[:, None]
+    chosen = crumpled.copy()
+    chosen[faces[crumpled[faces].any(axis=1)]] = True
+    qualities = []
+    for remesh in (False, True):
+        meshes = mesh_set((damaged, faces), v_scalar_array=chosen.astype(float))
+        select(meshes, "q > 0.5")
+        values = meshes.apply_coord_region_fairing(energy="minimum_variation", remesh=remesh)
+        mesh = meshes.current_mesh()
+        measures = surface_measures(mesh.vertex_matrix(), mesh.face_matrix())
+        assert measures.border_edges == 0
+        new = mesh.vertex_selection_array()
+        at = new[mesh.face_matrix()].any(axis=1)
+        qualities.append(qualities_of(mesh.vertex_matrix(), mesh.face_matrix()[at]))
+    assert values is not None
+    assert np.array_equal(mesh.vertex_matrix()[~new], damaged[~chosen])
+    assert (values["deleted_vertices"], values["new_vertices"]) == (chosen.sum(), new.sum())
+    # As dense as around: edges within a factor of sqrt(2).
+    assert 0.5 * chosen.sum() < new.sum() < 2 * chosen.sum()
+    assert qualities[1].min() > 0.3 > qualities[0].min()
+    assert qualities[1].mean() > 0.8
+    # The cap of a sphere, continued in its curvature from a rim that is on it.
+    assert np.abs(np.linalg.norm(mesh.vertex_matrix(), axis=1) - 1.0).max() < 0.05
+
+
+def test_a_remade_region_does_not_depend_on_place_size_numbers_and_stray_vertices() -> None:
+    """Turned, scaled and renumbered, with a vertex that no face uses, the new vertices are the same to what solving leaves."""
+    vertices, faces = noisy(icosphere(3), 0.02)
+    order = np.random.default_rng(1).permutation(len(vertices) + 1)
+    turn = rotation(1)
+    everything_moved = 3.7 * np.concatenate([vertices, [[9.0, 9.0, 9.0]]]) @ turn.T + 2.0
+    moved = np.empty_like(everything_moved)
+    moved[order] = everything_moved
+    chosen = vertices[:, 2] > 0.6
+    expected = remesh_region(vertices, faces, chosen).filling.new_vertices
+    elsewhere = np.zeros(len(order), dtype=np.bool_)
+    elsewhere[order[:-1]] = chosen
+    found = remesh_region(moved, order[faces], elsewhere).filling.new_vertices
+    back = (found - 2.0) / 3.7 @ turn
+    apart = np.linalg.norm(back[:, None] - expected, axis=2)
+    assert len(back) == len(expected)
+    # 1e-11 is what fairing is solved to, in three rounds.
+    assert apart.min(axis=1).max() < 1e-9
+
+
+def qualities_of(vertices: Floats, faces: Any) -> Floats:
+    """4 sqrt(3) area over the sum of the squared edges of each triangle, 1 for equilateral ones."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    squares = ((b - a) ** 2 + (c - b) ** 2 + (a - c) ** 2).sum(axis=1)
+    return np.asarray(2.0 * np.sqrt(3.0) * np.linalg.norm(np.cross(b - a, c - a), axis=1) / squares)
+
+
+def test_regions_that_cannot_be_remade_are_refused() -> None:
+    """At an open border triangles stay; of a whole component nothing says where new surface belongs."""
+    for mesh, condition, message in (
+        (tube(), "z < 0.6", "all of the region lies at an open border"),
+        (two_spheres(), "x < 2", "a whole component is selected"),
+    ):
+        meshes = mesh_set(mesh)
+        select(meshes, condition)
+        with pytest.raises(pymeshlab.PyMeshLabException, match=message):
+            meshes.apply_coord_region_fairing(remesh=True)
+
+
+def test_a_region_that_reaches_a_border_is_remade_up_to_the_triangles_there() -> None:
+    """A wall of a tube selected from end to end: both borders and the triangles at them keep every bit."""
+    vertices, faces = tube(24, 16)
+    meshes = mesh_set((vertices, faces))
+    select(meshes, "x > 0.5")
+    values = meshes.apply_coord_region_fairing(remesh=True)
+    mesh = meshes.current_mesh()
+    assert values is not None
+    assert values["deleted_vertices"] == ((vertices[:, 0] > 0.5) & (vertices[:, 2] > 0.3) & (vertices[:, 2] < 2.7)).sum()
+    assert surface_measures(mesh.vertex_matrix(), mesh.face_matrix()).border_edges == 48
+    assert np.array_equal(mesh.vertex_matrix()[:48], vertices[:48])

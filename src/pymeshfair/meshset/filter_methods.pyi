@@ -1204,6 +1204,7 @@ class FilterMethods:
         *,
         energy: Literal["membrane", "thin_plate", "minimum_variation"] = "thin_plate",
         iterations: int = 1,
+        remesh: bool = False,
     ) -> dict[str, Any] | None:
         """Replaces the selected part of a surface by the smoothest one that continues its surroundings.
 
@@ -1211,14 +1212,19 @@ class FilterMethods:
         no vertex is selected, those all of whose triangles are; the others, and open borders, stay. One, two or three rings of
         vertices around the region decide, so select until the damage ends, and a ring more. Returns how many vertices moved,
         the backward error of the solution, and a bound of the error that solving leaves as a share of the region's diagonal.
+        With `remesh` the selected vertices and their triangles go, new ones come last and are selected, and their numbers are
+        returned.
 
         Args:
             energy: 'membrane' spans it like a soap film, and meets its surroundings with a crease; 'thin_plate' bends least and
                 continues their tangent planes; 'minimum_variation' continues their curvatures too, so that what is round stays
                 round.
             iterations: How often, each time with the areas and angles that the one before has left. More forget the shape that
-                was there more fully, and come nearer to the surface of least area or bending; one is mostly enough. Takes a
-                whole number from 1 to 100.
+                was there more fully, and come nearer to the surface of least area or bending; one is mostly enough. With
+                remeshing it is done three times at least. Takes a whole number from 1 to 100.
+            remesh: Replace the triangles of the part, too, by regular ones as dense as those around: for rough damage, whose
+                needles and folds would remain. Colours go on from around; what the texture showed there is lost, and each new
+                triangle shows one place of it. Without, triangles, texture and all attributes stay.
 
         Returns:
             What the filter reports, by name; None if it reports nothing.

@@ -1,0 +1,84 @@
+"""A region of a surface remade: its triangles go, and a filling as regular and as smooth as what is around takes their place."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..checks import FilterInputError, check_choice
+from ..execution import Progress, ignore_progress
+from ..fairing import ENERGIES, Energy
+from ..mesh import Bools, check_mesh, check_vertex_mask
+from ..topology import border_vertices, connected_components
+from .close_holes import close_holes
+from .filling import HoleFilling
+
+#: The most edges of the rim of a region.
+LARGEST_RIM = 10_000
+
+
+class RemadeRegion(NamedTuple):
+    """A region that was remade.
+
+    Attributes:
+        region: (n,) the vertices to delete with their faces: those asked for, but for those in a triangle at an open border.
+        filling: what to add to the mesh without them, in the numbers of the whole mesh.
+    """
+
+    region: Bools
+    filling: HoleFilling
+
+
+def remesh_region(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    region: ArrayLike,
+    *,
+    energy: Energy = "thin_plate",
+    rounds: int = 3,
+    progress: Progress = ignore_progress,
+) -> RemadeRegion:
+    """Fills what is left when the vertices of a region are deleted with their triangles, by `close_holes`.
+
+    `fair_region` keeps the triangles, so that over rough damage needles and folds remain, and pull at the solution. Here neither
+    the places nor the triangles of the region matter, but for the vertices around it.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        region: (n,) bool, the vertices to delete. Those in a triangle with a vertex on a border stay, so that borders do.
+        energy: as for `fair_region`.
+        rounds: as for `close_holes`.
+        progress: called with the share that is done; may raise to stop.
+
+    Raises:
+        FilterInputError: not a mesh; a region that is a whole component or all at borders, or whose rim cannot be closed.
+    """
+    points, triangles = check_mesh(vertices, faces)
+    check_choice("energy", energy, ENERGIES)
+    chosen = check_vertex_mask("region", region, len(points))
+    border = border_vertices(triangles, len(points))
+    beside = np.zeros(len(points), dtype=np.bool_)
+    beside[triangles[border[triangles].any(axis=1)]] = True
+    chosen = chosen & ~beside
+    chosen[np.setdiff1d(np.arange(len(points)), triangles)] = False
+    if not chosen.any():
+        raise FilterInputError("nothing can be remade: all of the region lies at an open border, whose triangles stay")
+    labels, count = connected_components(triangles, len(points))
+    used = np.zeros(len(points), dtype=np.bool_)
+    used[triangles] = True
+    kept = np.bincount(labels[used & ~chosen], minlength=count) > 0
+    if not kept[labels[used & chosen]].all():
+        raise FilterInputError("a whole component is selected, so that nothing says where it belongs: select less than that")
+    gone = chosen[triangles].any(axis=1)
+    rim = np.zeros(len(points), dtype=np.bool_)
+    rim[triangles[gone]] = True
+    rim &= ~chosen & ~border
+    rest = triangles[~gone]
+    filling = close_holes(
+        points, rest, max_edges=LARGEST_RIM, energy=energy, rounds=rounds, selected=rim if rim.any() else None, progress=progress
+    )
+    for left in filling.left_open:
+        if left.reason != "selection" and rim[left.vertices].any():
+            raise FilterInputError(f"the region cannot be remade: {left.message}; select a ring more or less")
+    return RemadeRegion(chosen, filling)
