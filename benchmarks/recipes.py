@@ -38,7 +38,6 @@ RECIPES = (
     "denoise_smooth",
     "denoise_kinect",
     "smooth_implicit",
-    "smooth_keep_features",
     "smooth_laplacian",
     "spectral_low_pass",
 )

@@ -35,6 +35,7 @@ def test_pages_are_current(name: str) -> None:
         "docs/robust.md",
         "docs/batch.md",
         "docs/looking.md",
+        "docs/performance.md",
         "docs/solvers.md",
         "docs/trust.md",
     ],

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from pymeshfair.commands.demo import sample_scan
 from pymeshfair.declaration import Filter
+from pymeshfair.errors import PymeshfairError
 from pymeshfair.filters.compilation import ahead, loaded_kernels, signatures_of
 from pymeshfair.meshset import MeshSet
 from pymeshfair.recipe import Recipe, load_recipe, shipped_recipes
@@ -45,7 +46,10 @@ def _run(recipe: Recipe, scan: Path, folder: Path) -> None:
     guards = Guards.parse({"max_displacement": "1000%", "keep_sharp": "0%"})
     job = Job(recipe, scan, folder / "out.ply", guards=guards, map=folder / "map.ply")
     print(recipe.name, scan.name, file=sys.stderr)
-    Session(Assignment.of(job, stage), lambda document: None).run()
+    try:
+        Session(Assignment.of(job, stage), lambda document: None).run()
+    except PymeshfairError as error:  # what it used until then counts
+        print(f"  {recipe.name} on {scan.name}: {error}", file=sys.stderr)
 
 
 def _apply(filter: Filter, scan: Path) -> None:

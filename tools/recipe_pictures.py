@@ -144,7 +144,6 @@ SHOWN: dict[str, tuple[Callable[[], Scene], dict[str, Any]]] = {
     "show_harmonics": (bunny, {"color": "own"}),
     "smooth_contours": (noisy_statue, WHOLE),
     "smooth_implicit": (slightly_noisy_statue, EAR),
-    "smooth_keep_features": (noisy_chest, CORNER),
     "smooth_laplacian": (slightly_noisy_statue, EAR),
     "smooth_section": (noisy_statue, WHOLE),
     "smooth_taubin": (slightly_noisy_statue, EAR),

@@ -115,7 +115,7 @@ def implicit_fairing(
     reorder = operator != "robust" and worth_reordering(mesh.cells, len(mesh))
     if reorder:
         mesh = mesh.by_place()
-    star = stars(mesh.cells, len(mesh))
+    edges = stars(mesh.cells, len(mesh)).border_edges()
     t = time_step if operator in _WITHOUT_UNIT else time_step * mesh.scale * mesh.scale
     with threads_for(len(mesh)):
         process = ImplicitFlow(
@@ -126,7 +126,7 @@ def implicit_fairing(
             steps=steps,
             flow=flow,
             border=border,
-            border_edges=star.border_edges(),
+            border_edges=edges,
             movable=mesh.movable,
         )
         volumes = enclosed_volumes(mesh.points, mesh.cells, process.components, mesh.movable) if preserve_volume else None

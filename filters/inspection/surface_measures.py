@@ -18,6 +18,9 @@ from ..neighbours import nearest_neighbours
 from .connectivity import Connectivity, connectivity
 from .face_measures import dihedral_angles, face_measures
 
+#: Products are taken of so many faces at a time, so that what they are taken of stays in the cache.
+_BLOCK = 1 << 16
+
 
 @dataclass(frozen=True)
 class SurfaceMeasures:
@@ -120,18 +123,19 @@ def measures_and_connectivity(
     if known is None or not known.is_of(n_vertices, triangles, segments):
         known = connectivity(n_vertices, triangles, segments)
 
-    lengths = edge_lengths(points, known.pairs)
-    mean_edge = float(lengths.mean()) * unit if len(lengths) else None
-    del lengths
+    mean_edge = _mean(edge_lengths(points, known.pairs))
     normals, doubled, quality = face_measures(points, known.proper)
+    area, degenerate, shape = float(doubled.sum()) / 2, n_faces - int((doubled > 0).sum()), float(quality.sum())
+    del doubled, quality  # a scan of millions of vertices is to fit into little memory
     angles, agree = dihedral_angles(known.proper, normals, known.neighbours, known.shared)
-    closed, oriented = known.closed, bool(agree.all())
+    closed, oriented, roughness = known.closed, bool(agree.all()), _roughness(angles)
+    del angles, agree
     measures = SurfaceMeasures(
         vertices=n_vertices,
         faces=n_faces,
         edges=len(known.pairs),
         unreferenced_vertices=known.unreferenced,
-        degenerate_faces=n_faces - int((doubled > 0).sum()),
+        degenerate_faces=degenerate,
         border_edges=known.border,
         non_manifold_edges=known.crowded,
         non_manifold_vertices=known.pinched,
@@ -141,11 +145,11 @@ def measures_and_connectivity(
         euler_characteristic=known.euler,
         genus=known.components - known.euler // 2 if closed and oriented and not known.pinched else None,
         diagonal=diagonal,
-        area=float(doubled.sum()) / 2 * unit * unit,
+        area=area * unit * unit,
         volume=_volume(points, known.proper, normals) * unit * unit * unit if closed and oriented else None,
-        mean_edge=mean_edge,
-        roughness=_roughness(angles),
-        triangle_quality=float(quality.sum()) / n_faces if n_faces else None,
+        mean_edge=None if mean_edge is None else mean_edge * unit,
+        roughness=roughness,
+        triangle_quality=shape / n_faces if n_faces else None,
         mean_spacing=float(nearest_neighbours(points, 1)[0].mean()) * unit
         if n_faces == len(segments) == 0 and n_vertices > 1
         else None,
@@ -164,7 +168,15 @@ def _diagonal(points: Floats) -> float:
 
 def _volume(points: Floats, faces: Ints, normals: Floats) -> float:
     """Sum of det(a, b, c) / 6 = a . ((b - a) x (c - a)) / 6."""
-    return float(np.einsum("ij,ij->i", points[faces[:, 0]], normals).sum()) / 6
+    products = np.empty(len(faces))
+    for start in range(0, len(faces), _BLOCK):
+        part = slice(start, start + _BLOCK)
+        np.einsum("ij,ij->i", points[faces[part, 0]], normals[part], out=products[part])
+    return float(products.sum()) / 6
+
+
+def _mean(lengths: Floats) -> float | None:
+    return float(lengths.mean()) if len(lengths) else None
 
 
 def _roughness(angles: Floats) -> float | None:

@@ -38,7 +38,9 @@ class EdgeFaces(NamedTuple):
 def edge_faces(faces: Ints) -> EdgeFaces:
     """What `edge_face_counts` and `face_adjacency` give, in one go."""
     offsets, keys = faces_by_edge(np.ascontiguousarray(faces, dtype=np.int32), vertex_bound(faces))
-    return EdgeFaces(*listed_edges(offsets, keys), *_two_faced(offsets, keys))
+    pairs, counts = listed_edges(offsets, keys)
+    neighbours, shared = _two_faced(offsets, keys)
+    return EdgeFaces(pairs, counts, neighbours, pairs if len(shared) == len(pairs) else shared)  # the same, kept once
 
 
 def faces_across(faces: Ints) -> Ints:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from .declaration import nearest
 from .errors import ParameterError, UnknownNameError
+from .mlx_scripts import WITHDRAWN
 from .scripts.changes import Change
 from .scripts.fits import Condition, parse_fits
 from .scripts.head import paragraphs, read_head
@@ -150,7 +151,8 @@ def load_recipe(name_or_path: str | os.PathLike[str], *, upgrade: bool = False) 
     `changes` say how.
 
     Raises:
-        UnknownNameError: no recipe of that name is shipped, and there is no such file.
+        UnknownNameError: no recipe of that name is shipped, and there is no such file. Of one that was shipped once, it says what
+            to take instead.
         ScriptError: something in the script is wrong; lists every problem.
     """
     text = os.fspath(name_or_path)
@@ -164,6 +166,8 @@ def load_recipe(name_or_path: str | os.PathLike[str], *, upgrade: bool = False) 
             upgraded = upgrade_file(path)
             return Recipe(path.stem, upgraded.script, upgraded.changes)
         return Recipe(path.stem, read_script(path))
+    if text in WITHDRAWN:
+        raise UnknownNameError(f"the recipe {text!r} is shipped no more: {WITHDRAWN[text]}")
     near = nearest(text, shipped)
     hint = f"; did you mean {near!r}?" if near else ""
     names = ", ".join(sorted(shipped)) or "none"

@@ -109,20 +109,22 @@ SCANNER: Mapping[str, tuple[str, list[float]]] = {
     "gps_time": ("double", [1.7e9 + 1 / 3, 1.7e9 + 2 / 3, 0.1, 1e-300]),
     "scan_angle": ("short", [-3, 7, 0, 32767]),
     "label": ("uchar", [0, 255, 3, 4]),
+    "radius": ("double", [0.1, 3.4e38, 1e-300, 7.0]),
+    "flags": ("int", [1, 0, 1, -7]),
 }
 
 
 @pytest.mark.parametrize("steps", [(), (SMOOTH,), (("apply_coord_taubin_fairing", {}),)], ids=["read", "built-in", "ours"])
 def test_scanner_properties_travel(tmp_path: Path, steps: Any) -> None:
-    """Intensity, confidence, time, angle and label come through filters into PLY with every bit, and need no warning but one."""
+    """What MeshLab passes over or misreads, as a radius of double precision and flags, comes through filters with every bit."""
     path = tmp_path / "scan.ply"
     path.write_bytes(_ply(*((kind, name, values) for name, (kind, values) in SCANNER.items())))
     staged = staged_files(session_report(path, tmp_path / "out.ply", *steps))["out.ply"]
     header = read_header(staged)
     written = read_body(staged, header, frozenset(("vertex", p.name) for p in header.element("vertex").properties)).columns
     for name, (kind, values) in SCANNER.items():
-        kept = f"kept_{name}" if name in ("intensity", "confidence") else name
-        expected = np.array(values, {"float": "f4", "short": "i2", "uchar": "u1"}.get(kind, "f8")).astype(float)
+        kept = f"kept_{name}" if name in ("intensity", "confidence", "radius", "flags") else name
+        expected = np.array(values, {"float": "f4", "short": "i2", "uchar": "u1", "int": "i4"}.get(kind, "f8")).astype(float)
         np.testing.assert_array_equal(written["vertex", kept], expected)
 
 

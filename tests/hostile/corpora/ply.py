@@ -12,6 +12,7 @@ FR = "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n"
 
 #: name, what it says, and what the refusal says or how many vertices and faces are read and what the warnings say
 ROWS = (
+    ("utf_16.ply", (H + V + F + VR + FR).encode("utf-16"), "it is a text in UTF-16"),
     (
         "nothing.ply",
         H + V + F.replace("element face", "element nothing 4000000000\nelement face") + VR + FR,
