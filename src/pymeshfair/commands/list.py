@@ -56,7 +56,7 @@ def recipes(json: Json = False, debug: Debug = False) -> None:
     """List the recipes that pymeshfair ships, by what they are there to do."""
     from ..recipe import TASKS, shipped_heads
 
-    found = sorted(shipped_heads(), key=lambda head: (TASKS.index(head.info.task), head.name))
+    found = sorted(shipped_heads(), key=lambda head: (*(head.info.task != task for task in TASKS), head.name))
     if json:
         rows = [
             {
