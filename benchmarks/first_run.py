@@ -53,7 +53,7 @@ def main() -> None:
             if any(word in recipe for word in options.only.split() or [""]):
                 found["recipes"][recipe] = row = measured(command, recipe, scans[scan_of(recipe)], folder)
                 print(recipe, json.dumps(row), flush=True)
-    SAVED.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+                SAVED.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")  # a part is worth something, too
 
 
 def installed(environment: Path, folder: Path) -> dict[str, float]:
