@@ -83,7 +83,7 @@ def main() -> int:
     """Measure, print, write; 1 if a ratio fell."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--quick", action="store_true", help="10k and 100k alone")
-    parser.add_argument("--sizes", default="10k,100k,1M,5M")
+    parser.add_argument("--sizes", default="10k,100k,500k,1M,5M")
     parser.add_argument("--orders", default=",".join(ORDERS))
     parser.add_argument("--only", default="", help="contests whose name has these words")
     parser.add_argument("--rounds", type=int, default=3)
@@ -101,7 +101,8 @@ def main() -> int:
                 for order in (o for o in contest.orders if o in options.orders.split(",")):
                     for size in (s for s in contest.sizes if s in sizes):
                         path = kept_subject(Path(folder), contest.subject, size, order)
-                        run.blocks.append(measured(contest, size, order, path, options.rounds))
+                        small = kept_subject(Path(folder), contest.subject, contest.tiny, "scan")
+                        run.blocks.append(measured(contest, size, order, path, small, options.rounds))
                         fell |= tell(run.blocks[-1], saved)
         run.together_with(saved).saved(SAVED)
     PAGE.write_text(page(run, None), encoding="utf-8")

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from pymeshfair.filters.diffusion.explicit import explicit_smoothing
 from pymeshfair.filters.diffusion.taubin import taubin_fairing
 from pymeshfair.filters.geometry import mean_edge_length
-from pymeshfair.filters.topology import stars
+from pymeshfair.filters.mesh import order_by_place
 
 Mesh = tuple[NDArray[np.float64], NDArray[np.int32]]
 
@@ -86,11 +86,7 @@ def make_mesh(n_vertices: int, order: str) -> Mesh:
     vertices = vertices + rng.normal(0.0, 0.15 * mean_edge_length(vertices, faces), vertices.shape)
     if order == "loop":
         return vertices, faces
-    if order == "place":
-        permutation = stars(faces, len(vertices), reorder=True).order
-        assert permutation is not None
-    else:
-        permutation = rng.permutation(len(vertices)).astype(np.int32)
+    permutation = order_by_place(vertices, faces) if order == "place" else rng.permutation(len(vertices)).astype(np.int32)
     new = np.empty_like(permutation)
     new[permutation] = np.arange(len(permutation), dtype=np.int32)
     faces = new[faces]

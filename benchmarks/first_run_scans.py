@@ -17,9 +17,11 @@ SCANS: Mapping[str, str] = {
     "blend_parts": "tubes",
     "clean_point_cloud": "cloud",
     "clean_range_map": "sheet",
+    "cloud_to_mesh": "cloud",
     "denoise_kinect": "sheet",
     "fair_selection": "painted",
     "fill_holes_smoothly": "tubes",
+    "register_ready": "sheet",
     "smooth_contours": "contours",
 }
 

@@ -6,10 +6,10 @@ from typing import Annotated
 
 import numpy as np
 
-from pymeshfair.declaration import Bool, Edit, FilterClass, Float, Int, Layer, MeshElement, mesh_filter
+from pymeshfair.declaration import Arity, Bool, Edit, FilterClass, Float, Int, Layer, Mesh, MeshElement, mesh_filter
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.execution import Progress, ignore_progress
-from pymeshfair.filters.outliers import local_outlier_probability, stray_points
+from pymeshfair.filters.outliers import far_from_points, local_outlier_probability, stray_points
 
 
 @mesh_filter(
@@ -128,4 +128,33 @@ def compute_selection_by_stray_points_per_vertex(
     selected = stray_points(
         layer.vertices, neighbors=neighbors, sparseness=sparseness, smallest_part=smallest_part, progress=progress
     )
+    return Edit(vertex_selection=selected, values={"selected_vertices": int(np.count_nonzero(selected))})
+
+
+@mesh_filter(
+    name="Select Vertices Far from a Cloud",
+    classes=FilterClass.SELECTION | FilterClass.CLEANING | FilterClass.REMESHING,
+    changes=MeshElement.VERTFLAGSELECT,
+    arity=Arity.FIXED,
+)
+def compute_selection_by_distance_from_cloud_per_vertex(
+    layer: Layer,
+    *,
+    reference: Annotated[int, Mesh(label="Cloud", help="The layer whose vertices are the points that were measured.")] = 0,
+    spacings: Annotated[
+        float,
+        Float(
+            label="Spacings",
+            minimum=0,
+            help="Vertices farther from the nearest point than this many times the spacing of the cloud are selected. Larger "
+            "keeps bridges over wider gaps.",
+        ),
+    ] = 4.0,
+) -> Edit:
+    """Selects what a reconstruction has made up where nobody measured, such as the balloon of Screened Poisson.
+
+    The spacing of the cloud is the median over its points of the mean distance to their six nearest neighbours. The selection of
+    vertices is replaced. Returns the number of selected vertices.
+    """
+    selected = far_from_points(layer.vertices, layer.other(reference).vertices, spacings=spacings)
     return Edit(vertex_selection=selected, values={"selected_vertices": int(np.count_nonzero(selected))})

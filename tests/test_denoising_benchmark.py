@@ -5,13 +5,11 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import denoising
 import numpy as np
 import pymeshlab
 import pytest
 from denoising_findings import chest
-
-pytest.importorskip("matplotlib", reason="the benchmark draws; matplotlib comes with the `report` extra")
-import denoising
 from denoising_methods import Method, normal_filtering, taubin
 from denoising_metrics import errors
 from denoising_trials import OUR_TRIALS

@@ -5,6 +5,9 @@ from pathlib import Path
 
 import pytest
 from pages import PAGES
+from PIL import Image
+
+from pymeshfair.recipe import shipped_recipes
 
 PROJECT = Path(__file__).parents[1]
 DOCS = PROJECT / "docs"
@@ -32,6 +35,7 @@ def test_pages_are_current(name: str) -> None:
         "docs/robust.md",
         "docs/batch.md",
         "docs/looking.md",
+        "docs/performance.md",
         "docs/solvers.md",
         "docs/trust.md",
     ],
@@ -62,3 +66,13 @@ def test_the_diagram_of_the_host_is_complete() -> None:
     host = PROJECT / "src/pymeshfair"
     there = {p.stem for p in host.iterdir() if p.suffix == ".py" or (p / "__init__.py").exists()}
     assert drawn == there - {"__init__", "__main__", "filters", "plugins", "mlx_scripts", "__pycache__"}
+
+
+@pytest.mark.parametrize("name", shipped_recipes())
+def test_every_recipe_has_a_small_picture_of_before_and_after(name: str) -> None:
+    """It is there, 480 pixels wide and smaller than 60 kB, and the page shows it."""
+    path = DOCS / "pictures/recipes" / f"{name}.png"
+    assert path.stat().st_size < 60_000
+    with Image.open(path) as picture:
+        assert picture.width == 480
+    assert f"(pictures/recipes/{name}.png)" in (DOCS / "recipes.md").read_text(encoding="utf-8")

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pymeshlab
 import pytest
-from denoising_findings import chest
 
 from pymeshfair import MeshSet
 from pymeshfair.filters.geometry import edge_lengths
@@ -21,7 +20,7 @@ from tests.meshes import Floats, Mesh, icosphere, noisy
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
-RECIPES = ("fair_selection", "improve_triangles", "smooth_keep_features", "blend_parts")
+RECIPES = ("fair_selection", "improve_triangles", "blend_parts")
 
 
 def mesh_set(mesh: Mesh, **attributes: Floats) -> MeshSet:
@@ -88,18 +87,6 @@ def test_triangles_get_better_on_the_same_ball() -> None:
     # A triangle of longest edge h lies up to h^2 / 6 below the unit sphere: its circumradius is h / sqrt(3) if it is equilateral.
     h = edge_lengths(vertices, edges(faces)).max()
     assert np.abs(np.linalg.norm(found, axis=1) - 1).max() < h**2 / 6
-
-
-def test_edges_of_a_noisy_box_are_kept() -> None:
-    """Of noise of 0.3 mean edges a third stays at most, and at the edges two thirds of what smoothing without weights leaves."""
-    box = chest(16)
-    found = apply("smooth_keep_features", mesh_set((box.noisy, box.faces)))
-    plain = mesh_set((box.noisy, box.faces))
-    plain.apply_filter("apply_coord_bilaplacian_smoothing", detail_size="6edge")
-    everywhere = plain.current_mesh().vertex_matrix()
-    assert box.mad(found) < box.mad(box.noisy) / 3
-    assert box.mad_at_features(found) < box.mad_at_features(everywhere) * 2 / 3
-    assert box.mad(found) < box.mad(everywhere) * 3 / 4
 
 
 def test_two_tubes_in_two_layers_become_one() -> None:

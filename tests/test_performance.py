@@ -51,7 +51,8 @@ def test_a_failing_peer_costs_nobody_else_their_time() -> None:
         "Nothing.",
         {"failing": type(peer)(fail, "numpy"), "missing": type(peer)(fail, "no_such_module")},  # type: ignore[arg-type]
     )
-    timings = measurement.turns(broken, 500, make_subject("mesh", 500, "scan"), rounds=2)
+    subject = subject_of("mesh", 1_000, "random")
+    timings = measurement.turns(broken, 500, subject, subject, rounds=2)
     assert timings["failing"].error == "MemoryError: too large"
     assert timings["missing"].error == "no_such_module is not installed"
     assert timings[OURS].rounds == 2

@@ -11,6 +11,7 @@ import pytest
 from pymeshfair import recipe as recipe_module
 from pymeshfair.declaration import Bool, Color, Enum, Float, Int, Length, Matrix, Mesh, Parameter, Percentage, Point, Shot, String
 from pymeshfair.errors import ParameterError, UnknownNameError
+from pymeshfair.mlx_scripts import WITHDRAWN
 from pymeshfair.recipe import Recipe, RecipeInfo, load_recipe, shipped_recipes
 from pymeshfair.scripts import ScriptError, format_script, parse_script
 from pymeshfair.scripts.value_text import parse_value
@@ -78,6 +79,15 @@ def test_the_recipes_of_the_first_release_are_there() -> None:
     assert {"clean_range_map", "clean_point_cloud", "smooth_taubin", "smooth_laplacian", "smooth_implicit"} <= set(
         shipped_recipes()
     )
+
+
+@pytest.mark.parametrize("name", sorted(WITHDRAWN))
+def test_a_withdrawn_recipe_is_answered_with_what_to_take(name: str) -> None:
+    """The name is not among those that are shipped, and the error names a recipe that is."""
+    assert name not in shipped_recipes()
+    with pytest.raises(UnknownNameError, match="is shipped no more: take") as raised:
+        load_recipe(name)
+    assert any(repr(other) in str(raised.value) for other in shipped_recipes())
 
 
 def test_the_head_comment_is_taken_apart() -> None:

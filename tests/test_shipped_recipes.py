@@ -73,6 +73,19 @@ def test_clean_point_cloud_removes_strays_and_gives_normals() -> None:
     assert mesh.vertex_scalar_array().max() <= 0.99
 
 
+def test_remove_outliers_keeps_the_surface() -> None:
+    """Of a sphere of 4,000 points and 40 strays around it, nearly all strays go and nearly all points stay."""
+    random = np.random.default_rng(20262)
+    surface, strays = random.normal(size=(4000, 3)), random.normal(size=(40, 3))
+    surface /= np.linalg.norm(surface, axis=1, keepdims=True)
+    strays *= random.uniform(1.3, 2.0, size=(40, 1)) / np.linalg.norm(strays, axis=1, keepdims=True)
+    mesh = after_recipe("remove_outliers", np.concatenate([surface, strays])).current_mesh()
+    radii = np.linalg.norm(mesh.vertex_matrix(), axis=1)
+    assert (radii > 1.2).sum() <= 4
+    assert (radii < 1.2).sum() >= 3990
+    assert mesh.vertex_scalar_array().max() <= 0.9
+
+
 def test_smooth_implicit_smooths_and_keeps_the_volume() -> None:
     """Noise of a fifth of an edge on the bunny is more than halved in roughness while the volume stays to 1e-9."""
     vertices, faces = bunny()

@@ -7,9 +7,9 @@ import sys
 import tempfile
 from pathlib import Path
 
-from first_run_scans import scan_of, write_scans
-
 from pymeshfair.commands.demo import sample_scan
+from pymeshfair.declaration import Filter
+from pymeshfair.errors import PymeshfairError
 from pymeshfair.filters.compilation import ahead, loaded_kernels, signatures_of
 from pymeshfair.meshset import MeshSet
 from pymeshfair.recipe import Recipe, load_recipe, shipped_recipes
@@ -24,6 +24,9 @@ LIST = ahead.LIST
 
 def list_text() -> str:
     """Run everything in this process, and write down what was compiled or loaded for it."""
+    sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+    from first_run_scans import scan_of, write_scans
+
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         scans = write_scans(folder)
@@ -32,7 +35,7 @@ def list_text() -> str:
         _run(load_recipe("clean_range_map"), sample_scan(), folder)
         for filter in custom_filters():
             for scan in scans.values():
-                _apply(filter.python_name, scan)
+                _apply(filter, scan)
     return json.dumps(signatures_of(loaded_kernels("pymeshfair")), indent=1) + "\n"
 
 
@@ -43,20 +46,22 @@ def _run(recipe: Recipe, scan: Path, folder: Path) -> None:
     guards = Guards.parse({"max_displacement": "1000%", "keep_sharp": "0%"})
     job = Job(recipe, scan, folder / "out.ply", guards=guards, map=folder / "map.ply")
     print(recipe.name, scan.name, file=sys.stderr)
-    Session(Assignment.of(job, stage), lambda document: None).run()
+    try:
+        Session(Assignment.of(job, stage), lambda document: None).run()
+    except PymeshfairError as error:  # what it used until then counts
+        print(f"  {recipe.name} on {scan.name}: {error}", file=sys.stderr)
 
 
-def _apply(filter: str, scan: Path) -> None:
+def _apply(filter: Filter, scan: Path) -> None:
     """The filter with its defaults, for all vertices and for some, where the scan has what it needs."""
-    for some in (False, True):
+    can_select = "selected" in filter.defaults
+    for some in (False, True) if can_select else (False,):
         meshes = MeshSet()
         meshes.load_new_mesh(str(scan))
-        parameters = {}
         if some:
             meshes.compute_selection_by_condition_per_vertex(condselect="x > 1")
-            parameters = {"selected": True}
         try:
-            meshes.apply_filter(filter, **parameters)
+            meshes.apply_filter(filter.python_name, **({"selected": True} if some else {}))
             meshes.current_mesh()
         except Exception as error:  # not for such scans
-            print(f"  {filter} on {scan.name}: {type(error).__name__}", file=sys.stderr)
+            print(f"  {filter.python_name} on {scan.name}: {type(error).__name__}", file=sys.stderr)

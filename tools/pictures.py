@@ -1,7 +1,7 @@
 """Draws the pictures of the README and of the pages: ``python tools/pictures.py [pymeshfair_demo]``.
 
-Those of the README and of docs/looking.md are drawn only if the folder is given that ``pymeshfair demo`` writes. The spectrum
-needs the `report` extra. The pictures of docs/examples.md are drawn by the scripts in examples/.
+Those of the README and of docs/looking.md are drawn only if the folder is given that ``pymeshfair demo`` writes. The pictures of
+docs/examples.md are drawn by the scripts in examples/, those of docs/recipes.md by tools/recipe_pictures.py.
 """
 
 from __future__ import annotations

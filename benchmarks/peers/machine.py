@@ -10,10 +10,10 @@ import platform
 import time
 from pathlib import Path
 
-import numba
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
+
+from pymeshfair.filters.compilation import allowed_threads, compiled, prange
 
 #: Other work on so many processors is too much for a measurement by the clock.
 QUIET = 0.5
@@ -43,7 +43,7 @@ def busy_seconds() -> float | None:
     return (user + nice + system + interrupts + soft) / _TICKS
 
 
-def load_of_others(seconds: float = 0.5) -> float:
+def load_of_others(seconds: float = 0.3) -> float:
     """How many processors others keep busy while this process sleeps.
 
     The system's load average would not do: it goes on counting the block that has just been measured.
@@ -58,7 +58,7 @@ def load_of_others(seconds: float = 0.5) -> float:
     return (after - before) / (time.perf_counter() - start)
 
 
-@njit(parallel=True)
+@compiled(parallel=True)
 def _triad(a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64], s: float) -> None:
     for i in prange(a.shape[0]):
         a[i] = b[i] + s * c[i]
@@ -78,7 +78,7 @@ def triad_bandwidth() -> float:
 
 def threads() -> int:
     """How many threads our kernels may use."""
-    return int(numba.get_num_threads())
+    return allowed_threads()
 
 
 def start_of_peak() -> float:

@@ -15,11 +15,11 @@ import numpy as np
 from . import machine
 from .contest import Contest, Floats, Preparation, Subject
 from .every import CONTESTS
-from .subjects import loaded_subject, make_subject
+from .subjects import loaded_subject
 
 OURS = "ours"
 #: A contestant gets no further round once its rounds have taken so many seconds.
-PATIENCE = 8.0
+PATIENCE = 5.0
 #: Seconds after which a block is given up.
 _LIMIT = 900.0
 
@@ -73,11 +73,22 @@ class Block:
         return max(self.load_before, self.load_during) <= machine.QUIET
 
 
-def measured(contest: Contest, size: int, order: str, path: Path, rounds: int) -> Block:
-    """A block, in a fresh process; a contestant that kills it costs the block."""
+def measured(contest: Contest, size: int, order: str, path: Path, small: Path, rounds: int) -> Block:
+    """A block, in a fresh process; a contestant that kills it costs the block.
+
+    Args:
+        contest: what is measured.
+        size: of the subject.
+        order: of its vertices.
+        path: its file.
+        small: the file of a small one, on which everybody compiles and loads.
+        rounds: that count.
+    """
     block = Block(contest.name, size, order, machine.load_of_others())
     receiving, sending = multiprocessing.Pipe(duplex=False)
-    child = multiprocessing.get_context("spawn").Process(target=_in_child, args=(contest.name, size, str(path), rounds, sending))
+    child = multiprocessing.get_context("spawn").Process(
+        target=_in_child, args=(contest.name, size, path, small, rounds, sending)
+    )
     busy, start = machine.busy_seconds(), time.perf_counter()
     child.start()
     sending.close()
@@ -97,12 +108,12 @@ def measured(contest: Contest, size: int, order: str, path: Path, rounds: int) -
     return block
 
 
-def _in_child(name: str, size: int, path: str, rounds: int, answer: Connection) -> None:
-    timings = turns(CONTESTS[name], size, loaded_subject(Path(path)), rounds)
+def _in_child(name: str, size: int, path: Path, small: Path, rounds: int, answer: Connection) -> None:
+    timings = turns(CONTESTS[name], size, loaded_subject(path), loaded_subject(small), rounds)
     answer.send(({name: asdict(timing) for name, timing in timings.items()}, time.process_time()))
 
 
-def turns(contest: Contest, size: int, subject: Subject, rounds: int) -> dict[str, Timing]:
+def turns(contest: Contest, size: int, subject: Subject, small: Subject, rounds: int) -> dict[str, Timing]:
     """Each contestant in turn, round by round; the first round measures memory and does not count unless it takes long."""
     ways: dict[str, Preparation] = {OURS: contest.ours}
     timings: dict[str, Timing] = {OURS: Timing()}
@@ -111,7 +122,6 @@ def turns(contest: Contest, size: int, subject: Subject, rounds: int) -> dict[st
             timings[name] = Timing() if peer.is_installed() else Timing(error=f"{peer.needs} is not installed")
             if peer.is_installed():
                 ways[name] = peer.prepare
-    small = make_subject(contest.subject, contest.tiny, "scan")
     taken: dict[str, list[tuple[float, float]]] = {name: [] for name in ways}
     result: Floats | None = None
     for done in range(rounds + 1):

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from .contest import ORDERS, Contest, Peer
 from .every import CONTESTS
+from .first_runs import first_runs
 from .measurement import OURS, Block
 from .results import Run, bandwidth_share, fallen, ratio, slope
 
@@ -50,6 +51,7 @@ def page(run: Run, saved: Run | None) -> str:
     head = _HEAD.format(machine=run.machine, date=run.date, threads=run.threads, bandwidth=run.bandwidth / 1e9, load=load)
     parts = [head, "## Ratios\n", *_ratios(run, saved), "\n## Ours\n", *_ours(run)]
     parts += ["\n## Where a peer is faster\n", *_behind(run), "\n## What bounds each operation\n", *_bounds(run)]
+    parts += first_runs()
     return "\n".join([*parts, "\n## Versions\n", _versions(run)]) + "\n"
 
 

@@ -3,7 +3,7 @@
 from .ahead import compile_ahead, listed_signatures, signatures_of
 from .kernel import compiled, loaded_kernels, prange
 from .notices import Compilation, on_compilation
-from .numba_threads import allowed_threads, single_thread
+from .numba_threads import allowed_threads, load_compiler, single_thread
 from .store import Stored, stored
 
 __all__ = [
@@ -13,6 +13,7 @@ __all__ = [
     "compile_ahead",
     "compiled",
     "listed_signatures",
+    "load_compiler",
     "loaded_kernels",
     "on_compilation",
     "prange",

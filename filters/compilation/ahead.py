@@ -8,10 +8,8 @@ from __future__ import annotations
 
 import importlib
 import json
-import multiprocessing
 import os
 from collections.abc import Callable, Iterable, Mapping
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -55,6 +53,9 @@ def compile_ahead(
         processes: how many at a time; None is one a processor.
         progress: called with the share that is done.
     """
+    import multiprocessing
+    from concurrent.futures import ProcessPoolExecutor, as_completed
+
     tasks = [(module, name, tuple(types)) for module, kernels in signatures.items() for name, types in kernels.items()]
     failures = []
     count = processes or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -19,6 +20,28 @@ def load_numba() -> Any:
         config: Any = numba.config
         config.THREADING_LAYER_PRIORITY = ["omp", "tbb", "workqueue"]
     return numba
+
+
+def load_compiler() -> None:
+    """Load numba and its tables of types now, rather than when the first kernel is called.
+
+    Only while this is the one thread that imports: numba asks whether scipy's linear algebra is there by importing all of it, and
+    is told here that it is. A kernel that uses it loads it then.
+    """
+    load_numba()
+    name = "scipy.linalg.cython_blas"
+    if name not in sys.modules and "numba.np.arraymath" not in sys.modules:
+        blocked: Any = None
+        sys.modules[name] = blocked
+        try:
+            from numba.np import arraymath
+        finally:
+            del sys.modules[name]
+        tables: Any = arraymath
+        tables._HAVE_BLAS = True
+    from numba.core.registry import cpu_target
+
+    cpu_target.target_context.refresh()
 
 
 def allowed_threads() -> int:

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..geometry import CENTRE, measure_faces
-from ..mesh import Bools, Floats, Ints, NormalisedMesh, worth_reordering
-from ..topology import VertexFaces, border_vertices, stars, vertex_faces
+from ..mesh import Bools, Floats, Ints, NormalisedMesh, order_by_place, worth_reordering
+from ..topology import VertexFaces, border_vertices, vertex_faces
 from .face_neighbourhoods import FaceNeighbourhoods, Neighborhood, face_neighbourhoods, mean_centre_distance
 
 
@@ -31,8 +31,7 @@ class Surroundings:
     @staticmethod
     def of(mesh: NormalisedMesh) -> "Surroundings":
         """Of a mesh of triangles."""
-        reorder = worth_reordering(mesh.cells, len(mesh))
-        places = stars(mesh.cells, len(mesh), reorder=True).order if reorder else None
+        places = order_by_place(mesh.points, mesh.cells) if worth_reordering(mesh.cells, len(mesh)) else None
         faces = mesh.in_order(places).cells
         return Surroundings(places, faces, vertex_faces(faces, len(mesh)), border_vertices(faces, len(mesh)))
 

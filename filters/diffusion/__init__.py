@@ -4,6 +4,7 @@ from .anisotropic import EDGE_STOPS, EdgeStop, longest_step, perona_malik
 from .explicit import explicit_smoothing
 from .flows import FLOWS, Flow
 from .implicit import IMPLICIT_OPERATORS, ImplicitOperator, implicit_fairing, time_step_of_detail_size
+from .spikes import remove_spikes
 from .stencil import UPDATE_RULES, UpdateRule
 from .taubin import TAUBIN_OPERATORS, TaubinOperator, mu_of_pass_band, taubin_fairing, transfer_function
 
@@ -23,6 +24,7 @@ __all__ = [
     "longest_step",
     "mu_of_pass_band",
     "perona_malik",
+    "remove_spikes",
     "taubin_fairing",
     "time_step_of_detail_size",
     "transfer_function",

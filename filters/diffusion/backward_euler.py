@@ -88,9 +88,9 @@ class BackwardEulerStep:
             return self._solve(self._solver, start, prescribed, extent, diagonal, progress)
 
     def _assemble(self) -> SpdSolver:
-        matrix = self._stiffness * -self._stiffness_share
-        if not self._all_free:
-            matrix = matrix[self._free][:, self._free]
+        stiffness = self._stiffness if self._all_free else self._stiffness[self._free][:, self._free]
+        entries = stiffness.data * -self._stiffness_share, stiffness.indices, stiffness.indptr
+        matrix = sparse.csr_matrix(entries, shape=stiffness.shape)
         # A little more on the diagonal, no more than rounding, outweighs the rounding errors of its row.
         matrix.setdiag(matrix.diagonal() * (1.0 + _ROUNDING) + self._mass)
         return SpdSolver(matrix, solves=self._steps)

@@ -38,11 +38,13 @@ class ExplicitSurface(NamedTuple):
         Raises:
             FilterInputError: a coordinate is no longer finite.
         """
-        now, free = self.mesh.points.copy(), self.mesh.points.copy()
+        now = self.mesh.new_points()
+        free = now.copy()
         with threads_for(len(now)):
             for done in range(iterations):
                 now, free = iteration(done, now, free)
                 progress((done + 1) / iterations)
+        del free
         result = self.mesh.restored(now)
         if not np.isfinite(result).all():
             raise FilterInputError(
@@ -85,8 +87,9 @@ def explicit_surface(
     # "robust" is assembled by a library, in the order of the faces; cotangents lose twice as much to a bad order as means do.
     sweeps = steps * count * (2 if operator in ("cotangent", "laplace_beltrami") else 1)
     reorder = operator != "robust" and worth_reordering(mesh.cells, len(mesh), sweeps)
-    star = stars(mesh.cells, len(mesh), reorder=reorder)
-    triangles, mesh = mesh.cells, mesh.in_order(star.order)
+    if reorder:
+        mesh = mesh.by_place()
+    star = stars(mesh.numbered_cells(), len(mesh), names=mesh.order)
     with threads_for(len(mesh)):
-        advance = explicit_stencil(mesh.points, triangles, star, operator, border=border, movable=mesh.movable, update=update)
+        advance = explicit_stencil(mesh, star, operator, border=border, update=update)
     return ExplicitSurface(mesh, advance)

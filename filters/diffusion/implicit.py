@@ -112,8 +112,10 @@ def implicit_fairing(
     if keep_dimensions and len(points) and not len(triangles):
         raise FilterInputError("keep_dimensions needs triangles, whose normals it moves vertices along: a point cloud has none")
     mesh = normalised_mesh(points, triangles, movable)
-    star = stars(mesh.cells, len(mesh), reorder=operator != "robust" and worth_reordering(mesh.cells, len(mesh)))
-    mesh = mesh.in_order(star.order)
+    reorder = operator != "robust" and worth_reordering(mesh.cells, len(mesh))
+    if reorder:
+        mesh = mesh.by_place()
+    edges = stars(mesh.cells, len(mesh)).border_edges()
     t = time_step if operator in _WITHOUT_UNIT else time_step * mesh.scale * mesh.scale
     with threads_for(len(mesh)):
         process = ImplicitFlow(
@@ -124,7 +126,7 @@ def implicit_fairing(
             steps=steps,
             flow=flow,
             border=border,
-            border_edges=star.border_edges(),
+            border_edges=edges,
             movable=mesh.movable,
         )
         volumes = enclosed_volumes(mesh.points, mesh.cells, process.components, mesh.movable) if preserve_volume else None

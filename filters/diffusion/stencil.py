@@ -6,7 +6,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from ..checks import FilterInputError, check_choice
-from ..mesh import Bools, Floats, Ints, Longs
+from ..mesh import Floats, Ints, Longs, NormalisedMesh
 from ..operators import CURVE_OPERATOR, OPERATOR_NAMES, SHORTEST_EDGE, Laplacian, OperatorName, build_laplacian, curve_laplacian
 from ..topology import BorderPolicy, Stars
 from .cotangent_steps import BY_AREA, MESHLAB, NORMALISED, element_bound, irregular_step, star_step
@@ -24,24 +24,20 @@ Advance: TypeAlias = Callable[[Floats, Floats, float], float]
 
 
 def explicit_stencil(
-    points: Floats,
-    faces: Ints,
+    mesh: NormalisedMesh,
     star: Stars,
     operator: OperatorName,
     *,
     border: BorderPolicy,
-    movable: Bools | None,
     update: UpdateRule = "euler",
 ) -> Advance:
     """The step of `operator` on a mesh, its weights taken from the points of the moment ("robust": from those given here).
 
     Args:
-        points: (n, 3) coordinates of ordinary size (see `NormalisedMesh`), in the order of the stars.
-        faces: (m, 3) triangles, or (0, 3) for a point cloud.
-        star: the stars of the faces, for "robust" in the given order.
+        mesh: n points and triangles, or no triangles for a point cloud. Only what the operator needs of it is computed.
+        star: the stars of its triangles.
         operator: see `build_laplacian`.
         border: see `BorderPolicy`.
-        movable: (n,) which vertices may move, in the order of the stars; None for all.
         update: "meshlab" for the operators "uniform" and "cotangent" alone; the step is then not used.
 
     Raises:
@@ -51,29 +47,31 @@ def explicit_stencil(
     check_choice("update", update, UPDATE_RULES)
     if update == "meshlab" and operator not in ("uniform", "cotangent"):
         raise FilterInputError(f"MeshLab's update rule knows the operators 'uniform' and 'cotangent', not {operator!r}")
-    if len(faces) == 0 and len(points) > 0:
+    if len(mesh.cells_in_vertices) == 0 and len(mesh) > 0:
         if operator != "robust":
             raise FilterInputError(f"operator {operator!r} needs triangles and there are none; for a point cloud take 'robust'")
-        all_points = np.arange(len(points), dtype=np.int32) if movable is None else np.flatnonzero(movable).astype(np.int32)
-        return _assembled(build_laplacian(points, faces, operator), all_points)
-    moving = moving_vertices(star, border, movable)
+        free = np.ones(len(mesh), dtype=np.bool_) if mesh.movable is None else mesh.movable
+        return _assembled(build_laplacian(mesh.points, mesh.cells, operator), np.flatnonzero(free).astype(np.int32))
+    moving = moving_vertices(star, border, mesh.movable)
     if update == "meshlab":
         surface = _uniform_of_meshlab(star, moving) if operator == "uniform" else _cotangent(star, moving, MESHLAB)
-        curve = _curve_of_meshlab(moving)
     else:
-        surface = _surface(points, faces, operator, star, moving)
-        curve = curve_stencil(points, operator, moving.curve, moving.curve_offsets, moving.curve_neighbours)
+        surface = _surface(mesh, operator, star, moving)
     if len(moving.curve) == 0:
         return surface
+    if update == "euler":
+        curve = curve_stencil(mesh.points, operator, moving.curve, moving.curve_offsets, moving.curve_neighbours)
+    else:
+        curve = _curve_of_meshlab(moving)
     return lambda now, out, step: max(surface(now, out, step), curve(now, out, step))
 
 
-def _surface(points: Floats, faces: Ints, operator: OperatorName, star: Stars, moving: MovingVertices) -> Advance:
+def _surface(mesh: NormalisedMesh, operator: OperatorName, star: Stars, moving: MovingVertices) -> Advance:
     which = moving.surface
     if operator == "uniform":
         return _uniform(which, star.offsets, star.neighbours)
     if operator == "inverse_length" or operator == "scale_dependent":
-        return _lengths(points, which, star.offsets, star.neighbours, operator == "scale_dependent")
+        return _lengths(mesh.points, which, star.offsets, star.neighbours, operator == "scale_dependent")
     if operator == "cotangent":
         return _cotangent(star, moving, NORMALISED)
     if operator == "laplace_beltrami":
@@ -84,11 +82,10 @@ def _surface(points: Floats, faces: Ints, operator: OperatorName, star: Stars, m
             if step * bound <= 2.0:
                 return bound
             # The sharper bound costs a pass over the triangles: only where it can make a difference.
-            triangles: Ints = faces if star.order is None else np.argsort(star.order).astype(np.int32)[faces]
-            return min(bound, float(element_bound(now, triangles)))
+            return min(bound, float(element_bound(now, mesh.cells)))
 
         return advance
-    return _assembled(build_laplacian(points, faces, operator), which)
+    return _assembled(build_laplacian(mesh.points, mesh.cells, operator), which)
 
 
 def curve_stencil(points: Floats, operator: OperatorName, which: Ints, offsets: Longs, neighbours: Ints) -> Advance:

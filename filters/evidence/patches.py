@@ -1,13 +1,15 @@
 """A sample of a large mesh: patches grown from faces that lie anywhere."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from ..compilation import compiled
-from ..geometry import mean_edge_length
+from ..execution import over_range
+from ..geometry import mean_edge_length, squared_length
 from ..mesh import Floats, Ints, Longs
-from ..topology import edges, vertex_faces
+from ..topology import referenced_vertices, vertex_faces
 
 # Larger meshes are sampled by so many patches of about so many faces: ten large ones have misled, since shapes differ from place
 # to place.
@@ -36,13 +38,12 @@ def sample_of(vertices: Floats, faces: Ints) -> Sample:
     A patch is whole rings around a face. The faces are those with the least random numbers, made of their perimeters over the
     mean edge: renumbering, moving, turning and scaling the mesh changes none of them by more than rounding.
     """
-    pairs = edges(faces)
-    used = np.unique(pairs)
     if len(faces) <= _WHOLE:
         chosen, origin = faces, np.arange(len(vertices), dtype=np.int32)
+        used = np.flatnonzero(referenced_vertices(faces, len(vertices)))
     else:
-        chosen, origin = _grown(vertices, faces, mean_edge_length(vertices, pairs))
-        used = origin
+        chosen, origin = _grown(vertices, faces, mean_edge_length(vertices, faces))
+        used = origin.astype(np.int64)
     middle = vertices[used].mean(axis=0) if len(used) else np.zeros(3)
     edge = mean_edge_length(vertices[origin], chosen)
     # A mesh without a size is not to be scaled.
@@ -52,9 +53,9 @@ def sample_of(vertices: Floats, faces: Ints) -> Sample:
 def _grown(vertices: Floats, faces: Ints, edge: float) -> tuple[Ints, Ints]:
     """The faces of the patches, by numbers of their own, and the vertex that each of these numbers stands for."""
     at_vertices = vertex_faces(faces, len(vertices))
-    sides = vertices[faces] - vertices[np.roll(faces, -1, axis=1)]
-    perimeters = np.linalg.norm(sides, axis=2).sum(axis=1) / edge
-    seeds = np.argsort((perimeters * _MULTIPLE) % 1.0, kind="stable")[:_PATCHES]
+    perimeters = np.empty(len(faces))
+    over_range(_measure_perimeters, len(faces), vertices, faces, perimeters)
+    seeds = _least(((perimeters / edge) * _MULTIPLE) % 1.0, _PATCHES)
     marks = np.full(len(faces), -1, dtype=np.int32)
     parts, origins, count = [], [], 0
     for number, seed in enumerate(seeds):
@@ -64,6 +65,22 @@ def _grown(vertices: Floats, faces: Ints, edge: float) -> tuple[Ints, Ints]:
         origins.append(origin.astype(np.int32))
         count += len(origin)
     return np.concatenate(parts), np.concatenate(origins)
+
+
+def _least(numbers: Floats, count: int) -> Longs:
+    """Where the least numbers are, ascending; of equal ones the first come first."""
+    candidates = np.flatnonzero(numbers <= np.partition(numbers, count - 1)[count - 1])
+    return candidates[np.argsort(numbers[candidates], kind="stable")][:count]
+
+
+@compiled(nogil=True)
+def _measure_perimeters(vertices: Floats, faces: Ints, perimeters: Floats, first: int, last: int) -> None:
+    for f in range(first, last):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        p = math.sqrt(squared_length(vertices, a, b))
+        q = math.sqrt(squared_length(vertices, b, c))
+        r = math.sqrt(squared_length(vertices, c, a))
+        perimeters[f] = p + q + r
 
 
 @compiled

@@ -11,11 +11,13 @@ from ..checks import ConvergenceError
 from ..execution import Progress
 from ..libraries import sparse
 from ..linear_solvers import DirectMethod, laplacian_power, refined_solution
-from ..mesh import Bools, Floats
-from .half_factors import FloatingComponents, HalfFactors, InnerSolver
+from ..mesh import Bools, Floats, Longs
+from .half_factors import FloatingComponents, Halves, InnerSolver
 
 # Feature weights that vary by more than this share are uneven, and up to so many unknowns all is factorised then.
 _EVEN, _FACTORISED = 0.05, 400_000
+# In no component does a root mean square error of this share of its diagonal count.
+_ENOUGH = 1e-12
 
 
 class BendingEnergy(NamedTuple):
@@ -50,9 +52,10 @@ class BendingEnergy(NamedTuple):
         count, labels = sparse.csgraph.connected_components(self.dirichlet, directed=False)
         anchored = np.bincount(labels[~free], minlength=count) > 0
         loose = np.where(anchored[labels[free]], -1, labels[free])
-        floating = FloatingComponents(loose, data, count)
-        half = partial(HalfFactors, columns[free], self.mass[free], self.weight, unit)
-        quick = InnerSolver(matrix, half, floating, progress)
+        floating = FloatingComponents.of(loose, data, count)
+        half = partial(Halves, columns if free.all() else columns[free], self.mass[free], self.weight, unit)
+        enough = _ENOUGH * _smallest_norm(start[free], data, labels[free], count)
+        quick = InnerSolver(matrix, half, floating, enough, progress)
         # Where the weights vary much, the halves are a poor guide and the factors of the whole are faster.
         uneven = float((self.bending * self.mass)[free].min()) < _EVEN * float((self.bending * self.mass)[free].max())
         methods: list[DirectMethod | InnerSolver] = [quick, "superlu"]
@@ -65,3 +68,16 @@ class BendingEnergy(NamedTuple):
             solution = refined_solution(matrix, residual, zero, extent=diagonal, method=methods[1], progress=progress)
         moved[free] = solution.values
         return moved
+
+
+def _smallest_norm(points: Floats, data: Floats, labels: Longs, count: int) -> float:
+    """The least norm of a shift of a component by its own diagonal: sqrt(sum of data) times that.
+
+    The energy norm of an error e is at least the root of the sum of data e^2.
+    """
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(low, labels, points)
+    np.maximum.at(high, labels, points)
+    sums = np.bincount(labels, data, count)
+    there = sums > 0.0
+    return float((np.linalg.norm(high[there] - low[there], axis=1) * np.sqrt(sums[there])).min())

@@ -1,10 +1,12 @@
 """Values carried on from where they are known into the rest of a mesh: harmonic functions on its graph."""
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import sparse
 
 from ..checks import FilterInputError
+from ..libraries import sparse
 from ..linear_solvers import Cholesky
 from ..mesh import Floats, check_vertex_mask
 from ..topology import edges

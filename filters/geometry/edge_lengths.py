@@ -1,7 +1,11 @@
 """Lengths of edges and of other vectors."""
 
+import math
+
 import numpy as np
 
+from ..compilation import compiled
+from ..execution import over_range
 from ..mesh import Floats, Ints
 from ..topology import edges
 
@@ -24,7 +28,20 @@ def mean_edge_length(vertices: Floats, faces_or_edges: Ints) -> float:
 
 def edge_lengths(vertices: Floats, pairs: Ints) -> Floats:
     """(e,) the length of each of the (e, 2) edges, of whatever size."""
-    return vector_lengths(vertices[pairs[:, 1]] - vertices[pairs[:, 0]])
+    lengths = np.empty(len(pairs))
+    points, ends = np.ascontiguousarray(vertices, dtype=np.float64), np.ascontiguousarray(pairs, dtype=np.int32)
+    over_range(_measure, len(pairs), points, ends, lengths)
+    if len(pairs) and not _SQUARED[0] < lengths.max() < _SQUARED[1]:
+        return vector_lengths(vertices[pairs[:, 1]] - vertices[pairs[:, 0]])
+    return lengths
+
+
+@compiled(nogil=True)
+def _measure(vertices: Floats, pairs: Ints, lengths: Floats, first: int, last: int) -> None:
+    for e in range(first, last):
+        a, b = pairs[e, 0], pairs[e, 1]
+        x, y, z = vertices[b, 0] - vertices[a, 0], vertices[b, 1] - vertices[a, 1], vertices[b, 2] - vertices[a, 2]
+        lengths[e] = math.sqrt(x * x + y * y + z * z)
 
 
 def vector_lengths(vectors: Floats) -> Floats:

@@ -1,9 +1,11 @@
 """Larger triangles in the middle of a very large hole, so that memory and time stay bounded."""
 
+from __future__ import annotations
+
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ..geometry import cross_products
+from ..libraries import spatial
 from ..mesh import Floats, Ints
 
 #: A hole gets triangles as small as those at its rim all over if these are about so many vertices at most.
@@ -40,7 +42,7 @@ class Growth:
 
     def __init__(self, rim: Floats, uniform: float) -> None:
         """For a rim of (k, 3) points, and a band of this width in edges where they do not grow."""
-        self._tree = cKDTree(rim) if np.isfinite(uniform) else None
+        self._tree = spatial.cKDTree(rim) if np.isfinite(uniform) else None
         self._uniform = uniform
 
     def at(self, points: Floats, sizes: Floats) -> Floats:

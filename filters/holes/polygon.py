@@ -1,13 +1,14 @@
 """The polygon that is triangulated to close a hole: its rim, with the islands in it joined to it by cuts."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
-from scipy import sparse
-from scipy.spatial import cKDTree
 
 from ..execution import Progress
 from ..geometry import side_lengths
+from ..libraries import sparse, spatial
 from ..mesh import Floats, Ints, Longs
 from ..topology import BoundaryLoop, OneRings
 from .triangulation import triangulate_rim
@@ -41,7 +42,7 @@ def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> P
     while rest:
         best = (np.inf, 0, 0, 0)
         places, same_as = np.unique(points[vertices], axis=0, return_index=True)
-        tree = cKDTree(places)
+        tree = spatial.cKDTree(places)
         for which, island in enumerate(rest):
             apart, nearest = tree.query(points[island.vertices])
             j = int(apart.argmin())

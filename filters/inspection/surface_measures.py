@@ -13,12 +13,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..geometry import edge_lengths
-from ..libraries import sparse
-from ..mesh import Bools, Floats, Ints, bounding_box, check_edges, check_mesh, normalised_mesh, unit_scale
+from ..mesh import Floats, Ints, bounding_box, check_edges, check_mesh, normalised_mesh, unit_scale
 from ..neighbours import nearest_neighbours
-from ..topology import connected_components, edge_face_counts, face_adjacency, referenced_vertices
+from .connectivity import Connectivity, connectivity
 from .face_measures import dihedral_angles, face_measures
-from .vertex_fans import fan_counts
+
+#: Products are taken of so many faces at a time, so that what they are taken of stays in the cache.
+_BLOCK = 1 << 16
 
 
 @dataclass(frozen=True)
@@ -93,6 +94,23 @@ def surface_measures(vertices: ArrayLike, faces: ArrayLike, *, edges: ArrayLike 
     Raises:
         FilterInputError: a coordinate that is not finite, or an index that names no vertex.
     """
+    return measures_and_connectivity(vertices, faces, edges=edges)[0]
+
+
+def measures_and_connectivity(
+    vertices: ArrayLike, faces: ArrayLike, *, edges: ArrayLike = (), known: Connectivity | None = None
+) -> tuple[SurfaceMeasures, Connectivity]:
+    """As `surface_measures`, and how the mesh is connected, which takes half of the time.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) indices of vertices.
+        edges: (e, 2) indices of vertices.
+        known: how another mesh is connected, such as this one before its vertices moved; taken over if it is the same.
+
+    Raises:
+        FilterInputError: a coordinate that is not finite, or an index that names no vertex.
+    """
     points, triangles = check_mesh(vertices, faces)
     n_vertices, n_faces = len(points), len(triangles)
     segments = check_edges(edges, n_vertices)
@@ -102,63 +120,41 @@ def surface_measures(vertices: ArrayLike, faces: ArrayLike, *, edges: ArrayLike 
     if len(mesh) < n_vertices:
         points = np.zeros((n_vertices, 3))
         points[mesh.used] = mesh.points
+    if known is None or not known.is_of(n_vertices, triangles, segments):
+        known = connectivity(n_vertices, triangles, segments)
 
-    a, b, c = triangles.T
-    proper = triangles[(a != b) & (b != c) & (c != a)]
-    pairs, face_counts = edge_face_counts(proper)
-    used = referenced_vertices(proper, n_vertices)
-    components = connected_components(proper, n_vertices)[1]
-    neighbours, shared = face_adjacency(proper)
-
-    border, crowded = int((face_counts == 1).sum()), int((face_counts > 2).sum())
-    pinched = fan_counts(proper, neighbours, shared, n_vertices) > 1
-    pinched[pairs[face_counts > 2]] = True
-    closed = len(proper) > 0 and border == 0 and crowded == 0
-
-    if n_faces == 0:
-        ordered = np.sort(segments[segments[:, 0] != segments[:, 1]], axis=1)
-        pairs = np.unique(ordered, axis=0)
-        used[pairs] = True
-        components = _components_of_curves(pairs, used)
-    euler = int(used.sum()) - len(pairs) + len(proper)
-    used[segments] = True
-
-    normals, doubled, quality = face_measures(points, proper)
-    angles, agree = dihedral_angles(proper, normals, neighbours, shared)
-    oriented = bool(agree.all())
-    lengths = edge_lengths(points, pairs)
-    return SurfaceMeasures(
+    mean_edge = _mean(edge_lengths(points, known.pairs))
+    normals, doubled, quality = face_measures(points, known.proper)
+    area, degenerate, shape = float(doubled.sum()) / 2, n_faces - int((doubled > 0).sum()), float(quality.sum())
+    del doubled, quality  # a scan of millions of vertices is to fit into little memory
+    angles, agree = dihedral_angles(known.proper, normals, known.neighbours, known.shared)
+    closed, oriented, roughness = known.closed, bool(agree.all()), _roughness(angles)
+    del angles, agree
+    measures = SurfaceMeasures(
         vertices=n_vertices,
         faces=n_faces,
-        edges=len(pairs),
-        unreferenced_vertices=n_vertices - int(used.sum()),
-        degenerate_faces=n_faces - int((doubled > 0).sum()),
-        border_edges=border,
-        non_manifold_edges=crowded,
-        non_manifold_vertices=int(pinched.sum()),
-        components=components,
+        edges=len(known.pairs),
+        unreferenced_vertices=known.unreferenced,
+        degenerate_faces=degenerate,
+        border_edges=known.border,
+        non_manifold_edges=known.crowded,
+        non_manifold_vertices=known.pinched,
+        components=known.components,
         closed=closed,
         oriented=oriented,
-        euler_characteristic=euler,
-        genus=components - euler // 2 if closed and oriented and not pinched.any() else None,
+        euler_characteristic=known.euler,
+        genus=known.components - known.euler // 2 if closed and oriented and not known.pinched else None,
         diagonal=diagonal,
-        area=float(doubled.sum()) / 2 * unit * unit,
-        volume=_volume(points, proper, normals) * unit * unit * unit if closed and oriented else None,
-        mean_edge=float(lengths.mean()) * unit if len(lengths) else None,
-        roughness=_roughness(angles),
-        triangle_quality=float(quality.sum()) / n_faces if n_faces else None,
+        area=area * unit * unit,
+        volume=_volume(points, known.proper, normals) * unit * unit * unit if closed and oriented else None,
+        mean_edge=None if mean_edge is None else mean_edge * unit,
+        roughness=roughness,
+        triangle_quality=shape / n_faces if n_faces else None,
         mean_spacing=float(nearest_neighbours(points, 1)[0].mean()) * unit
         if n_faces == len(segments) == 0 and n_vertices > 1
         else None,
     )
-
-
-def _components_of_curves(pairs: Ints, used: Bools) -> int:
-    """The number of parts that the edges connect; vertices that are not `used` are none."""
-    if not len(pairs):
-        return 0
-    graph = sparse.csr_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(used), len(used)))
-    return int(sparse.csgraph.connected_components(graph, directed=False)[0]) - int((~used).sum())
+    return measures, known
 
 
 def _diagonal(points: Floats) -> float:
@@ -172,7 +168,15 @@ def _diagonal(points: Floats) -> float:
 
 def _volume(points: Floats, faces: Ints, normals: Floats) -> float:
     """Sum of det(a, b, c) / 6 = a . ((b - a) x (c - a)) / 6."""
-    return float(np.einsum("ij,ij->i", points[faces[:, 0]], normals).sum()) / 6
+    products = np.empty(len(faces))
+    for start in range(0, len(faces), _BLOCK):
+        part = slice(start, start + _BLOCK)
+        np.einsum("ij,ij->i", points[faces[part, 0]], normals[part], out=products[part])
+    return float(products.sum()) / 6
+
+
+def _mean(lengths: Floats) -> float | None:
+    return float(lengths.mean()) if len(lengths) else None
 
 
 def _roughness(angles: Floats) -> float | None:

@@ -3,31 +3,27 @@
 import numpy as np
 
 from ..compilation import compiled
-from ..mesh import Ints, Longs
+from ..mesh import Ints
 
 
 def fan_counts(faces: Ints, neighbours: Ints, shared: Ints, n_vertices: int) -> Ints:
     """(n,) the number of fans that the faces of a vertex form, linked through edges with two faces."""
-    fans: Ints = np.bincount(_first_corners(faces, neighbours, shared), minlength=n_vertices).astype(np.int32)
+    fans = np.zeros(n_vertices, dtype=np.int32)
+    _count_fans(faces, neighbours, shared, np.arange(3 * len(faces), dtype=np.int32), fans)
     return fans
 
 
-@compiled
-def _first_corners(faces: Ints, neighbours: Ints, shared: Ints) -> Ints:
-    """For every fan its vertex. Union-find over the corners 3 f + k of the faces."""
-    parent = np.arange(3 * faces.shape[0])
+@compiled(nogil=True)
+def _count_fans(faces: Ints, neighbours: Ints, shared: Ints, parent: Ints, fans: Ints) -> None:
+    """Union-find over the corners 3 f + k of the faces, each of which is its own parent before."""
     for p in range(neighbours.shape[0]):
         for vertex in shared[p]:
             i = _root(parent, _corner(faces, neighbours[p, 0], vertex))
             j = _root(parent, _corner(faces, neighbours[p, 1], vertex))
             parent[max(i, j)] = min(i, j)
-    vertices = np.empty(3 * faces.shape[0], dtype=np.int32)
-    found = 0
     for i in range(parent.shape[0]):
         if parent[i] == i:
-            vertices[found] = faces[i // 3, i % 3]
-            found += 1
-    return vertices[:found].copy()
+            fans[faces[i // 3, i % 3]] += 1
 
 
 @compiled
@@ -39,7 +35,7 @@ def _corner(faces: Ints, face: int, vertex: int) -> int:
 
 
 @compiled
-def _root(parent: Longs, i: int) -> int:
+def _root(parent: Ints, i: int) -> int:
     while parent[i] != i:
         parent[i] = parent[parent[i]]
         i = parent[i]

@@ -6,6 +6,7 @@ from .conjugate_gradients import conjugate_gradients, preconditioned_norm
 from .nested_dissection import nested_dissection
 from .refined_solution import DirectMethod, RefinedSolution, refined_solution
 from .shifted_factors import ShiftedFactors
+from .smoothed_aggregation import SmoothedAggregation
 from .spd_solver import FINEST_TOLERANCE, SpdSolver
 
 __all__ = [
@@ -14,6 +15,7 @@ __all__ = [
     "DirectMethod",
     "RefinedSolution",
     "ShiftedFactors",
+    "SmoothedAggregation",
     "SpdSolver",
     "conjugate_gradients",
     "laplacian_power",

@@ -90,6 +90,17 @@ class SmoothedAggregation:
         """About A^-1 residual, (n, 3)."""
         return self._cycle(0, residual)
 
+    def iterated(self, right_side: Floats, cycles: int) -> Floats:
+        """A^-1 right_side after so many cycles, (n, 3), each on the residual that the one before has left."""
+        x = self(right_side).copy()
+        if not self._levels:
+            return x  # by the factors of the matrix itself
+        matrix, residual = self._levels[0].matrix, np.empty_like(x)
+        for _ in range(cycles - 1):
+            _add_product(-1.0, matrix.indptr, matrix.indices, matrix.data, x, right_side, residual)
+            x += self(residual)
+        return x
+
     def _cycle(self, depth: int, right_side: Floats) -> Floats:
         if depth == len(self._levels):
             return right_side if self._coarsest is None else self._coarsest.solve(right_side)

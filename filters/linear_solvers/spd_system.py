@@ -44,7 +44,8 @@ class SpdSystem(NamedTuple):
             what = f"diagonal entry {bad[0]} is {diagonal[bad[0]]}" if len(bad) else "an entry is not finite"
             raise FilterInputError(f"the matrix of a system must be positive definite, but {what}; leave such unknowns out")
         scale = 1.0 / np.sqrt(diagonal)
-        norm = float((scale * (abs(csr) @ scale)).max(initial=0.0))
+        sizes = sparse.csr_matrix((np.abs(csr.data), csr.indices, csr.indptr), shape=csr.shape)
+        norm = float((scale * (sizes @ scale)).max(initial=0.0))
         total = float(diagonal.sum())
         smoothness = float((csr @ np.ones(len(scale))).sum()) / total if total > 0.0 else 1.0
         return cls(csr, scale, norm, max(smoothness, np.finfo(float).tiny))

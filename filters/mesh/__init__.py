@@ -3,7 +3,7 @@
 from .arrays import Bools, Floats, Ints, Longs, check_edges, check_mesh, check_movable, check_points, check_vertex_mask
 from .box import bounding_box, check_healthy, scaled_to_unit, spikes, unit_scale
 from .normalised import NormalisedMesh, Whole, normalised_mesh
-from .ordering import worth_reordering
+from .ordering import order_by_place, worth_reordering
 
 __all__ = [
     "Bools",
@@ -20,6 +20,7 @@ __all__ = [
     "check_points",
     "check_vertex_mask",
     "normalised_mesh",
+    "order_by_place",
     "scaled_to_unit",
     "spikes",
     "unit_scale",

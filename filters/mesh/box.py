@@ -53,10 +53,14 @@ def check_healthy(before: Floats, after: Floats, diagonal: float, numbers: Ints 
     Raises:
         FilterInputError: one lies too far, or nowhere; the message names it.
     """
-    if diagonal == 0.0:
-        return
-    k, length = _furthest(before, after)
-    if length <= FURTHEST * diagonal:
+    squares = np.square(after - before).sum(axis=1)
+    k = int(squares.argmax()) if len(squares) else 0  # the first NaN, if there is one
+    refuse_spike(k, math.sqrt(squares[k]) if len(squares) else 0.0, diagonal, numbers, advice)
+
+
+def refuse_spike(k: int, length: float, diagonal: float, numbers: Ints | None = None, advice: str = "") -> None:
+    """Raises the error of `check_healthy` if vertex k, which moves furthest, moves too far by `length`."""
+    if diagonal == 0.0 or length <= FURTHEST * diagonal:
         return
     raise FilterInputError(
         f"vertex {k if numbers is None else int(numbers[k])} would be moved by {length / diagonal:.3g} diagonals of the mesh "
@@ -69,20 +73,6 @@ def spikes(before: Floats, after: Floats, diagonal: float) -> Bools:
     """(n,) which vertices `check_healthy` refuses."""
     with np.errstate(over="ignore", invalid="ignore"):
         return np.asarray(~(np.linalg.norm(after - before, axis=1) <= FURTHEST * diagonal))
-
-
-@compiled
-def _furthest(before: Floats, after: Floats) -> tuple[int, float]:
-    """The point that moves furthest, or the first that moves to nowhere, and its distance; 0 and 0 without points."""
-    furthest, most = 0, 0.0
-    for i in range(before.shape[0]):
-        x, y, z = after[i, 0] - before[i, 0], after[i, 1] - before[i, 1], after[i, 2] - before[i, 2]
-        squared = x * x + y * y + z * z
-        if not squared <= most:
-            furthest, most = i, squared
-            if squared != squared:  # NaN
-                break
-    return furthest, math.sqrt(most)
 
 
 @compiled

@@ -1,5 +1,6 @@
 """The entrance of every filter of vertices: the mesh as techniques compute on it."""
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -8,8 +9,12 @@ from numpy.typing import ArrayLike
 
 from ..compilation import compiled, prange
 from ..execution import threads_for
-from .arrays import Bools, Floats, Ints, check_movable
-from .box import bounding_box, check_healthy, unit_scale
+from .arrays import Bools, Floats, Ints, Longs, check_movable
+from .box import bounding_box, refuse_spike, unit_scale
+from .ordering import faces_by_place, order_by_place
+
+#: Points whose furthest move is found together.
+_BLOCK = 4096
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +51,8 @@ class NormalisedMesh:
         order: (k,) the vertex of each point; None if the points are all vertices in the given order.
         cells_in_vertices: (m, 3) triangles or (e, 2) edges, in numbers of vertices; none names a vertex without a point.
         movable_vertices: (n,) which vertices may move; None for all.
+        diagonal: of the box of the points, 0 if there are none.
+        has_sorted_cells: whether the cells stand in the order of their lowest points, by and large, or as they came in.
         is_part: whether it was cut from a larger mesh; then the vertices around its cut are of no use, and not checked.
     """
 
@@ -55,11 +62,17 @@ class NormalisedMesh:
     order: Ints | None
     cells_in_vertices: Ints
     movable_vertices: Bools | None
+    diagonal: float
+    has_sorted_cells: bool = False
     is_part: bool = False
 
     @cached_property
     def points(self) -> Floats:
-        """(k, 3) the points."""
+        """(k, 3) the points, kept."""
+        return self.new_points()
+
+    def new_points(self) -> Floats:
+        """(k, 3) the points in an array of the caller's own."""
         points = np.empty((len(self), 3))
         with threads_for(len(points)):
             _normalise(self.vertices, self.middle, self.scale, self._listed, points)
@@ -67,13 +80,19 @@ class NormalisedMesh:
 
     @cached_property
     def cells(self) -> Ints:
-        """(m, 3) triangles or (e, 2) edges, in numbers of points."""
+        """(m, 3) triangles or (e, 2) edges, in numbers of points; kept."""
+        return self.numbered_cells()
+
+    def numbered_cells(self) -> Ints:
+        """The cells for a caller who needs them once."""
         if self.order is None:
             return self.cells_in_vertices
         number = np.empty(len(self.vertices), dtype=np.int32)
         number[self.order] = np.arange(len(self.order), dtype=np.int32)
-        cells: Ints = number[self.cells_in_vertices]
-        return cells
+        cells = np.empty_like(self.cells_in_vertices)
+        with threads_for(len(self)):
+            _renumber(number, self.cells_in_vertices, cells)
+        return faces_by_place(cells, len(self)) if self.has_sorted_cells else cells
 
     @cached_property
     def movable(self) -> Bools | None:
@@ -91,6 +110,10 @@ class NormalisedMesh:
     def __len__(self) -> int:
         """The number k of points."""
         return len(self.vertices) if self.order is None else len(self.order)
+
+    def by_place(self) -> "NormalisedMesh":
+        """The same mesh of triangles, neighbouring points and triangles near each other in memory."""
+        return replace(self.in_order(order_by_place(self.points, self.cells)), has_sorted_cells=True)
 
     def in_order(self, places: Ints | None) -> "NormalisedMesh":
         """The same mesh, its point k the point ``places[k]`` of this one; None changes nothing.
@@ -111,13 +134,15 @@ class NormalisedMesh:
         Raises:
             FilterInputError: a point has moved by more than `box.FURTHEST` diagonals, or to nowhere.
         """
-        if len(self) and not self.is_part:
-            low, high = bounding_box(self.points)
-            check_healthy(self.points, points, float(np.linalg.norm(high - low)), self.order)
         everything_moves = len(self) == len(self.vertices)
         result = np.empty_like(self.vertices) if everything_moves else self.vertices.copy()
         with threads_for(len(points)):
-            _restore(self.vertices, self.points, points, self.scale, self._listed, result)
+            blocks = -(-len(points) // _BLOCK)
+            furthest, squares = np.zeros(blocks, dtype=np.int64), np.zeros(blocks)
+            _restore(self.vertices, self.middle, self.scale, self._listed, points, result, furthest, squares)
+        if len(points) and not self.is_part:
+            block = int(squares.argmax())  # the first NaN, if there is one
+            refuse_spike(int(furthest[block]), math.sqrt(squares[block]), self.diagonal, self.order)
         return result
 
     @property
@@ -148,12 +173,14 @@ def normalised_mesh(
             order = np.flatnonzero(used).astype(np.int32)
             cells = cells[used[cells].all(axis=1)]
     if len(vertices) == 0 or (order is not None and len(order) == 0):
-        return NormalisedMesh(vertices, np.zeros(3), 1.0, order, cells, mask)
+        return NormalisedMesh(vertices, np.zeros(3), 1.0, order, cells, mask, 0.0)
     if whole is None:
         low, high = bounding_box(vertices if order is None else vertices[order])
     else:
         low, high = whole.low, whole.high
-    return NormalisedMesh(vertices, low * 0.5 + high * 0.5, unit_scale(low, high), order, cells, mask, whole is not None)
+    middle, scale = low * 0.5 + high * 0.5, unit_scale(low, high)
+    diagonal = float(np.linalg.norm((high - middle) * scale - (low - middle) * scale))
+    return NormalisedMesh(vertices, middle, scale, order, cells, mask, diagonal, is_part=whole is not None)
 
 
 @compiled
@@ -183,10 +210,32 @@ def _normalise(vertices: Floats, middle: Floats, scale: float, order: Ints, poin
 
 
 @compiled(parallel=True)
-def _restore(vertices: Floats, before: Floats, after: Floats, scale: float, order: Ints, result: Floats) -> None:
-    for k in prange(before.shape[0]):
-        i = order[k] if order.shape[0] else np.int32(k)
-        for c in range(3):
-            moved = after[k, c] - before[k, c]
-            # Adding 0 would turn a coordinate of -0.0 into 0.0.
-            result[i, c] = vertices[i, c] + moved / scale if moved != 0.0 else vertices[i, c]
+def _renumber(number: Ints, cells: Ints, renumbered: Ints) -> None:
+    for f in prange(cells.shape[0]):
+        for k in range(cells.shape[1]):
+            renumbered[f, k] = number[cells[f, k]]
+
+
+@compiled(parallel=True)
+def _restore(
+    vertices: Floats,
+    middle: Floats,
+    scale: float,
+    order: Ints,
+    after: Floats,
+    result: Floats,
+    furthest: Longs,
+    squares: Floats,
+) -> None:
+    """Writes the vertices; and of every block of points the one that moves furthest, or the first to nowhere, and its way."""
+    for block in prange(squares.shape[0]):
+        for k in range(block * _BLOCK, min((block + 1) * _BLOCK, after.shape[0])):
+            i = order[k] if order.shape[0] else np.int32(k)
+            squared = 0.0
+            for c in range(3):
+                moved = after[k, c] - (vertices[i, c] - middle[c]) * scale
+                squared += moved * moved
+                # Adding 0 would turn a coordinate of -0.0 into 0.0.
+                result[i, c] = vertices[i, c] + moved / scale if moved != 0.0 else vertices[i, c]
+            if not squared <= squares[block] and squares[block] == squares[block]:
+                furthest[block], squares[block] = k, squared

@@ -1,8 +1,9 @@
-"""Nearest neighbours of points."""
+"""Nearest neighbours of points, and balls that touch a surface."""
 
 from .cells import CellTree, Nearest, cells_within, offer_cells, reaching_out
 from .kd_tree import LEAF, build_tree, tree_scale
 from .nearest import check_cloud, leaf_ranges, nearest_neighbours
+from .touching_balls import touching_balls
 from .tree_search import search_leaves
 
 __all__ = [
@@ -17,5 +18,6 @@ __all__ = [
     "offer_cells",
     "reaching_out",
     "search_leaves",
+    "touching_balls",
     "tree_scale",
 ]

@@ -6,18 +6,13 @@ import math
 
 import numpy as np
 
-from ..compilation import compiled, prange
+from ..compilation import compiled
 from ..execution import threads_for
 from ..libraries import sparse
-from ..mesh import Floats, Ints, Longs, scaled_to_unit
-from ..topology import OneRings, one_rings, position, ring_ends
-from .laplacian import Laplacian, assemble_stiffness, ring_sums
-from .mass import mixed_voronoi_areas
-
-#: A triangle whose doubled area is below this share of the sum of its squared edges is given that area in the cotangents, which
-#: keeps them below 1e10. A triangle of three coincident vertices contributes nothing.
-SMALLEST_AREA = 1e-10
-_NEVER_ZERO = 1e-300
+from ..mesh import Floats, Ints, scaled_to_unit
+from ..topology import ring_ends
+from .cotangent_rows import NEVER_ZERO, SMALLEST_AREA, count_entries, fill_rows, sum_sizes
+from .laplacian import Laplacian, csr_of_rows, row_starts
 
 
 def cotangent_stiffness(vertices: Floats, faces: Ints) -> sparse.csr_matrix:
@@ -31,8 +26,7 @@ def cotangent_stiffness(vertices: Floats, faces: Ints) -> sparse.csr_matrix:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
     """
-    rings, weights = _ring_weights(vertices, faces)
-    return assemble_stiffness(rings, weights)
+    return _assembled(vertices, faces, np.empty(0))
 
 
 def cotangent_laplacian(vertices: Floats, faces: Ints) -> Laplacian:
@@ -47,8 +41,11 @@ def cotangent_laplacian(vertices: Floats, faces: Ints) -> Laplacian:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
     """
-    rings, weights = _ring_weights(vertices, faces)
-    return Laplacian(assemble_stiffness(rings, weights), ring_sums(rings, np.abs(weights)))
+    stiffness = cotangent_stiffness(vertices, faces)
+    sums = np.empty(len(vertices))
+    with threads_for(len(vertices)):
+        sum_sizes(stiffness.indptr, stiffness.indices, stiffness.data, sums)
+    return Laplacian(stiffness, sums)
 
 
 def laplace_beltrami(vertices: Floats, faces: Ints) -> Laplacian:
@@ -63,16 +60,24 @@ def laplace_beltrami(vertices: Floats, faces: Ints) -> Laplacian:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
     """
-    return Laplacian(cotangent_stiffness(vertices, faces), mixed_voronoi_areas(vertices, faces))
+    areas = np.empty(len(vertices))
+    stiffness = _assembled(vertices, faces, areas)
+    _, scale = scaled_to_unit(vertices)
+    return Laplacian(stiffness, areas / scale / scale)
 
 
-def _ring_weights(vertices: Floats, faces: Ints) -> tuple[OneRings, Floats]:
-    rings = one_rings(faces, len(vertices))
-    weights = np.zeros(len(rings.neighbours))
+def _assembled(vertices: Floats, faces: Ints, areas: Floats) -> sparse.csr_matrix:
+    """The stiffness; the areas are written on the way, for the mesh of ordinary size, if there is room for them."""
+    n = len(vertices)
     points, _ = scaled_to_unit(vertices)
-    with threads_for(len(vertices)):
-        _add_cotangents(points, *ring_ends(faces, len(vertices)), rings.offsets, rings.neighbours, weights)
-    return rings, weights
+    end_offsets, ends = ring_ends(faces, n)
+    sizes = np.zeros(n + 1, dtype=np.int64)
+    with threads_for(n):
+        count_entries(end_offsets, ends, sizes)
+        starts = row_starts(np.cumsum(sizes))
+        columns, data = np.empty(starts[-1], dtype=starts.dtype), np.empty(starts[-1])
+        fill_rows(points, end_offsets, ends, starts, columns, data, areas)
+    return csr_of_rows(starts, columns, data)
 
 
 @compiled
@@ -82,44 +87,6 @@ def halved_cotangents(
     """Half the cotangents at u and at v of the triangle (0, u, v), given also the squared lengths of u and v."""
     dx, dy, dz = vx - ux, vy - uy, vz - uz
     cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    smallest = SMALLEST_AREA * (uu + vv + (dx * dx + dy * dy + dz * dz)) + _NEVER_ZERO
+    smallest = SMALLEST_AREA * (uu + vv + (dx * dx + dy * dy + dz * dz)) + NEVER_ZERO
     half = 0.5 / max(math.sqrt(cx * cx + cy * cy + cz * cz), smallest)
     return -(ux * dx + uy * dy + uz * dz) * half, (vx * dx + vy * dy + vz * dz) * half
-
-
-@compiled
-def _doubled_area(points: Floats, a: int, b: int, c: int) -> float:
-    """Twice the area of a triangle, at least `SMALLEST_AREA` of its squares, the same to the bit for its corners in any order.
-
-    On a thin cap the rounding of three cross products taken at its three corners differs by more than its smallest height allows:
-    only one area for all three cotangents keeps the stiffness semidefinite.
-    """
-    i, j, k = np.int64(a), np.int64(b), np.int64(c)  # numba makes a float of an unsigned and a signed integer
-    low, middle = (i, j) if i < j else (j, i)
-    middle, high = (middle, k) if middle < k else (k, middle)
-    low, middle = (low, middle) if low < middle else (middle, low)
-    ux, uy, uz = points[middle, 0] - points[low, 0], points[middle, 1] - points[low, 1], points[middle, 2] - points[low, 2]
-    vx, vy, vz = points[high, 0] - points[low, 0], points[high, 1] - points[low, 1], points[high, 2] - points[low, 2]
-    dx, dy, dz = vx - ux, vy - uy, vz - uz
-    cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    squares = (ux * ux + uy * uy + uz * uz) + (vx * vx + vy * vy + vz * vz) + (dx * dx + dy * dy + dz * dz)
-    doubled: float = max(math.sqrt(cx * cx + cy * cy + cz * cz), SMALLEST_AREA * squares + _NEVER_ZERO)
-    return doubled
-
-
-@compiled
-def _halved_cotangent(points: Floats, corner: int, i: int, j: int) -> float:
-    """Half the cotangent at a corner of the triangle (corner, i, j), the same to the bit for (corner, j, i)."""
-    ux, uy, uz = points[i, 0] - points[corner, 0], points[i, 1] - points[corner, 1], points[i, 2] - points[corner, 2]
-    vx, vy, vz = points[j, 0] - points[corner, 0], points[j, 1] - points[corner, 1], points[j, 2] - points[corner, 2]
-    half: float = 0.5 * (ux * vx + uy * vy + uz * vz) / _doubled_area(points, corner, i, j)
-    return half
-
-
-@compiled(parallel=True)
-def _add_cotangents(points: Floats, end_offsets: Longs, ends: Ints, offsets: Longs, neighbours: Ints, weights: Floats) -> None:
-    for i in prange(offsets.shape[0] - 1):
-        for k in range(end_offsets[i], end_offsets[i + 1], 2):
-            a, b = ends[k], ends[k + 1]
-            weights[position(neighbours, offsets[i], offsets[i + 1], b)] += _halved_cotangent(points, a, i, b)
-            weights[position(neighbours, offsets[i], offsets[i + 1], a)] += _halved_cotangent(points, b, i, a)

@@ -55,17 +55,26 @@ class Laplacian:
 def assemble_stiffness(rings: OneRings, weights: Floats) -> sparse.csr_matrix:
     """C, (n, n), with ``C[i, neighbours[k]] = weights[k]`` for the entries k of i's one-ring and rows that sum to 0."""
     n = len(rings.offsets) - 1
-    size = len(rings.neighbours) + n
-    index_type: Any = np.int32 if size < np.iinfo(np.int32).max else np.int64
-    starts = (rings.offsets + np.arange(n + 1)).astype(index_type)
-    columns = np.empty(size, dtype=index_type)
-    data = np.empty(size)
+    starts = row_starts(rings.offsets + np.arange(n + 1))
+    columns, data = np.empty(starts[-1], dtype=starts.dtype), np.empty(starts[-1])
     with threads_for(n):
         _fill_rows(rings.offsets, rings.neighbours, weights, columns, data)
-    stiffness = sparse.csr_matrix((data, columns, starts), shape=(n, n))
-    stiffness.has_sorted_indices = True
-    stiffness.has_canonical_format = True
-    return stiffness
+    return csr_of_rows(starts, columns, data)
+
+
+def row_starts(starts: Longs) -> Ints | Longs:
+    """(n + 1,) where the rows of a matrix begin, in 32 bits where these suffice."""
+    index_type: Any = np.int32 if starts[-1] < np.iinfo(np.int32).max else np.int64
+    return starts.astype(index_type)
+
+
+def csr_of_rows(starts: Ints | Longs, columns: Ints | Longs, data: Floats) -> sparse.csr_matrix:
+    """The (n, n) matrix of rows whose columns ascend, each once."""
+    n = len(starts) - 1
+    matrix = sparse.csr_matrix((data, columns, starts), shape=(n, n))
+    matrix.has_sorted_indices = True
+    matrix.has_canonical_format = True
+    return matrix
 
 
 def ring_sums(rings: OneRings, weights: Floats) -> Floats:

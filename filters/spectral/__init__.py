@@ -1,5 +1,6 @@
 """Spectral filters: a surface with some of its wavelengths removed, kept or made stronger."""
 
+from .detail_enhancement import EnhancedDetails, enhance_details
 from .eigenpairs import lowest_eigenpairs
 from .harmonics import ManifoldHarmonics, manifold_harmonics
 from .one_harmonic import OneHarmonic, one_harmonic
@@ -14,6 +15,7 @@ __all__ = [
     "RESPONSE_NAMES",
     "SPECTRAL_METHODS",
     "SPECTRAL_OPERATORS",
+    "EnhancedDetails",
     "ManifoldHarmonics",
     "OneHarmonic",
     "Response",
@@ -25,6 +27,7 @@ __all__ = [
     "Spectrum",
     "band_pass",
     "enhance",
+    "enhance_details",
     "low_pass",
     "lowest_eigenpairs",
     "manifold_harmonics",

@@ -1,6 +1,6 @@
 """Connectivity from triangle lists: edges, one-rings, stars, faces at vertices and across edges, flips, boundary loops, parts."""
 
-from .adjacency import face_adjacency, faces_across
+from .adjacency import EdgeFaces, edge_faces, face_adjacency, faces_across
 from .ascending_slices import position, sort_slice
 from .border import BORDER_POLICIES, BorderPolicy, border_edges, border_vertices
 from .boundary import Boundary, BoundaryLoop, BrokenBorder, boundary_loops, is_seam
@@ -23,6 +23,7 @@ __all__ = [
     "Boundary",
     "BoundaryLoop",
     "BrokenBorder",
+    "EdgeFaces",
     "OneRings",
     "Stars",
     "Submesh",
@@ -34,6 +35,7 @@ __all__ = [
     "corner_at",
     "diamond",
     "edge_face_counts",
+    "edge_faces",
     "edges",
     "face_adjacency",
     "faces_across",

@@ -1,10 +1,12 @@
 """The two faces of every interior edge."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..compilation import compiled
 from ..mesh import Ints, Longs
-from .ascending_slices import sort_slice
+from .edge_keys import count_edges, faces_by_edge, listed_edges
 from .edge_lists import vertex_bound
 
 
@@ -13,9 +15,32 @@ def face_adjacency(faces: Ints) -> tuple[Ints, Ints]:
 
     The rows are in ascending order of the edge. Two faces that share two edges appear twice.
     """
-    offsets, keys = _faces_by_edge(np.ascontiguousarray(faces, dtype=np.int32), vertex_bound(faces))
-    pairs, shared = _two_faced_edges(offsets, keys)
-    return pairs, shared
+    offsets, keys = faces_by_edge(np.ascontiguousarray(faces, dtype=np.int32), vertex_bound(faces))
+    return _two_faced(offsets, keys)
+
+
+class EdgeFaces(NamedTuple):
+    """Every edge of a triangle list, and the faces at those with two.
+
+    Attributes:
+        pairs: (e, 2) every edge once, lower vertex first, rows ascending.
+        counts: (e,) the number of faces at each.
+        neighbours: (k, 2) the faces of the edges with exactly two, lower face first.
+        shared: (k, 2) these edges.
+    """
+
+    pairs: Ints
+    counts: Ints
+    neighbours: Ints
+    shared: Ints
+
+
+def edge_faces(faces: Ints) -> EdgeFaces:
+    """What `edge_face_counts` and `face_adjacency` give, in one go."""
+    offsets, keys = faces_by_edge(np.ascontiguousarray(faces, dtype=np.int32), vertex_bound(faces))
+    pairs, counts = listed_edges(offsets, keys)
+    neighbours, shared = _two_faced(offsets, keys)
+    return EdgeFaces(pairs, counts, neighbours, pairs if len(shared) == len(pairs) else shared)  # the same, kept once
 
 
 def faces_across(faces: Ints) -> Ints:
@@ -30,36 +55,16 @@ def faces_across(faces: Ints) -> Ints:
     return across
 
 
-@compiled
-def _faces_by_edge(faces: Ints, n_vertices: int) -> tuple[Longs, Longs]:
-    """The edges of all faces by their lower vertex; the key of each is (higher vertex) * 2^32 + face, ascending at a vertex."""
-    offsets = np.zeros(n_vertices + 1, dtype=np.int64)
-    for f in range(faces.shape[0]):
-        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        if a != b and b != c and c != a:
-            offsets[min(a, b) + 1] += 1
-            offsets[min(b, c) + 1] += 1
-            offsets[min(c, a) + 1] += 1
-    for i in range(n_vertices):
-        offsets[i + 1] += offsets[i]
-    cursor = offsets[:-1].copy()
-    keys = np.empty(offsets[n_vertices], dtype=np.int64)
-    for f in range(faces.shape[0]):
-        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        if a != b and b != c and c != a:
-            for u, v in ((a, b), (b, c), (c, a)):
-                low = min(u, v)
-                keys[cursor[low]] = (np.int64(max(u, v)) << 32) | f
-                cursor[low] += 1
-    for i in range(n_vertices):
-        sort_slice(keys, offsets[i], offsets[i + 1])
-    return offsets, keys
+def _two_faced(offsets: Longs, keys: Longs) -> tuple[Ints, Ints]:
+    """The pairs of faces at edges with two, and these edges."""
+    count = count_edges(offsets, keys)[1]
+    pairs, shared = np.empty((count, 2), dtype=np.int32), np.empty((count, 2), dtype=np.int32)
+    _two_faced_edges(offsets, keys, pairs, shared)
+    return pairs, shared
 
 
-@compiled
-def _two_faced_edges(offsets: Longs, keys: Longs) -> tuple[Ints, Ints]:
-    pairs = np.empty((keys.shape[0] // 2, 2), dtype=np.int32)
-    shared = np.empty((keys.shape[0] // 2, 2), dtype=np.int32)
+@compiled(nogil=True)
+def _two_faced_edges(offsets: Longs, keys: Longs, pairs: Ints, shared: Ints) -> None:
     found = 0
     for i in range(offsets.shape[0] - 1):
         start, stop = offsets[i], offsets[i + 1]
@@ -74,7 +79,6 @@ def _two_faced_edges(offsets: Longs, keys: Longs) -> tuple[Ints, Ints]:
                 shared[found, 1] = keys[start] >> 32
                 found += 1
             start = end
-    return pairs[:found].copy(), shared[:found].copy()
 
 
 @compiled

@@ -7,7 +7,7 @@ collapsed triangle share an edge. An edge with exactly one face is a border edge
 import numpy as np
 
 from ..mesh import Bools, Ints
-from .rings import one_rings
+from .edge_keys import faces_by_edge, listed_edges
 
 
 def edges(faces: Ints) -> Ints:
@@ -17,11 +17,7 @@ def edges(faces: Ints) -> Ints:
 
 def edge_face_counts(faces: Ints) -> tuple[Ints, Ints]:
     """(e, 2) every edge once, lower vertex first, rows ascending; and (e,) the number of faces at each."""
-    n_vertices = vertex_bound(faces)
-    rings = one_rings(faces, n_vertices)
-    low = np.repeat(np.arange(n_vertices, dtype=np.int32), np.diff(rings.offsets))
-    once = low < rings.neighbours
-    return np.column_stack([low[once], rings.neighbours[once]]), rings.face_counts[once]
+    return listed_edges(*faces_by_edge(np.ascontiguousarray(faces, dtype=np.int32), vertex_bound(faces)))
 
 
 def non_manifold_edges(faces: Ints) -> Ints:

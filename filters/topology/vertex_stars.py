@@ -11,29 +11,27 @@ import numpy as np
 from ..execution import threads_for
 from ..mesh import Ints, Longs
 from .lists_by_vertex import ring_ends
-from .star_lists import find_ends, write_breadth_first, write_stars
+from .star_lists import find_ends, write_stars
 from .star_order import IRREGULAR, OPEN, Kinds, measure_irregular, order_ends
 
 
 class Stars(NamedTuple):
     """The neighbours of every vertex i: ``neighbours[offsets[i]:offsets[i + 1]]``, each once.
 
-    A star depends neither on the order of the faces, nor on their orientation, nor on `order`.
+    A star depends neither on the order of the faces nor on their orientation.
 
     Attributes:
-        order: None, or (n,) a permutation: vertex i here is vertex ``order[i]`` of the faces.
         kinds: (n,) uint8, one of `NO_STAR`, `CLOSED`, `OPEN`, `IRREGULAR`.
         offsets: (n + 1,) int64.
         neighbours: (2 e,) int32. Closed: round the vertex from its lowest neighbour, towards the lower of the two beside that.
             Open: from border to border, the lower end first. Irregular (non-manifold edges, several fans, more than 64
-            triangles): ascending. Low and high by the numbers in the faces.
+            triangles): ascending. Low and high by the names of the vertices.
         irregular: int32 the vertices with an irregular star.
         end_offsets: int64, one more than irregular vertices.
         ends: int64, for each face of vertex ``irregular[k]`` the indices in `neighbours` of its other two vertices, from
             ``end_offsets[k]`` to ``end_offsets[k + 1]``.
     """
 
-    order: Ints | None
     kinds: Kinds
     offsets: Longs
     neighbours: Ints
@@ -63,35 +61,29 @@ class Stars(NamedTuple):
         return edges
 
 
-def stars(faces: Ints, n_vertices: int, *, reorder: bool = False) -> Stars:
+def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
     """The star of every vertex, empty at vertices that no face uses.
 
     Args:
         faces: (m, 3) triangles.
         n_vertices: n.
-        reorder: whether to renumber the vertices breadth first, so that neighbours lie near each other in memory. See
-            `worth_reordering`.
+        names: (n,) int32, a different one for every vertex, from which each star's first vertex and direction follow; None for
+            the numbers of the vertices. Vertices that are numbered anew and keep their names keep their stars.
     """
     ring_offsets, ring = ring_ends(faces, n_vertices)
-    own_kinds: Kinds = np.empty(n_vertices, dtype=np.uint8)
-    own_sizes: Ints = np.empty(n_vertices, dtype=np.int32)
+    del faces  # a list that nobody else holds makes room for what follows
+    kinds: Kinds = np.empty(n_vertices, dtype=np.uint8)
+    sizes: Ints = np.empty(n_vertices, dtype=np.int32)
     with threads_for(n_vertices):
-        order_ends(ring_offsets, ring, own_kinds, own_sizes)
-        measure_irregular(ring_offsets, ring, np.flatnonzero(own_kinds == IRREGULAR).astype(np.int32), own_sizes)
+        order_ends(ring_offsets, ring, kinds, sizes)
+        irregular = np.flatnonzero(kinds == IRREGULAR).astype(np.int32)
+        measure_irregular(ring_offsets, ring, irregular, sizes)
         offsets = np.zeros(n_vertices + 1, dtype=np.int64)
-        neighbours = np.empty(own_sizes.sum(dtype=np.int64), dtype=np.int32)
-        order, kinds = None, own_kinds
-        if reorder:
-            order, places = np.empty(n_vertices, dtype=np.int32), np.full(n_vertices, -1, dtype=np.int32)
-            write_breadth_first(ring_offsets, ring, own_kinds, own_sizes, order, places, offsets, neighbours)
-            kinds = own_kinds[order]
-        else:
-            np.cumsum(own_sizes, out=offsets[1:])
-            write_stars(ring_offsets, ring, kinds, offsets, neighbours)
-    irregular = np.flatnonzero(kinds == IRREGULAR).astype(np.int32)
-    own = irregular if order is None else order[irregular]
-    end_offsets = np.zeros(len(own) + 1, dtype=np.int64)
-    np.cumsum(np.diff(ring_offsets)[own], out=end_offsets[1:])
+        np.cumsum(sizes, out=offsets[1:])
+        neighbours = np.empty(offsets[-1], dtype=np.int32)
+        write_stars(ring_offsets, ring, kinds, np.empty(0, dtype=np.int32) if names is None else names, offsets, neighbours)
+    end_offsets = np.zeros(len(irregular) + 1, dtype=np.int64)
+    np.cumsum(ring_offsets[irregular + 1] - ring_offsets[irregular], out=end_offsets[1:])
     ends = np.empty(end_offsets[-1], dtype=np.int64)
-    find_ends(own, ring_offsets, ring, offsets[irregular], end_offsets, ends)
-    return Stars(order, kinds, offsets, neighbours, irregular, end_offsets, ends)
+    find_ends(irregular, ring_offsets, ring, offsets[irregular], neighbours, end_offsets, ends)
+    return Stars(kinds, offsets, neighbours, irregular, end_offsets, ends)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .authoring import Recipe
+    from .authoring import Recipe, run
     from .meshset import MeshSet
     from .meshset.listing import filter_list, print_filter_list, print_filter_parameter_list, search
     from .registry import reload_plugins
@@ -24,12 +24,14 @@ __all__ = [
     "print_filter_list",
     "print_filter_parameter_list",
     "reload_plugins",
+    "run",
     "search",
 ]
 
 _OURS = {
     "MeshSet": "meshset",
     "Recipe": "authoring",
+    "run": "authoring",
     "reload_plugins": "registry",
     **dict.fromkeys(("filter_list", "print_filter_list", "print_filter_parameter_list", "search"), "meshset.listing"),
 }

@@ -17,6 +17,10 @@ from typing import IO, Any
 FORCE_PORTABLE = "PYMESHFAIR_PORTABLE"
 
 
+#: bytes; the largest limit that a system takes
+_ALL = (1 << 63) - 1
+
+
 class Portable:
     """What every system can do that Python runs on."""
 
@@ -98,7 +102,7 @@ class Posix(Portable):
             # On Linux RLIMIT_DATA counts what is really the process's own; RLIMIT_AS also counts what is only reserved.
             kind = resource.RLIMIT_DATA if Path("/proc/self/status").exists() else resource.RLIMIT_AS
             with contextlib.suppress(OSError, ValueError):
-                resource.setrlimit(kind, (most, most))
+                resource.setrlimit(kind, (min(most, _ALL), min(most, _ALL)))
 
     def peak_memory(self) -> int | None:
         """As there; known on Linux."""

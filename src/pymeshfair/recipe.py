@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.resources
 import os
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from .declaration import nearest
 from .errors import ParameterError, UnknownNameError
+from .mlx_scripts import WITHDRAWN
 from .scripts.changes import Change
 from .scripts.fits import Condition, parse_fits
 from .scripts.head import paragraphs, read_head
@@ -53,6 +55,17 @@ class RecipeInfo:
     task: str = ""
     fits: str = ""
     judged: str = ""
+
+    @property
+    def measure(self) -> str:
+        """The measure by which it is judged, the first word of `judged`; empty if it says none."""
+        return re.match(r"\w*", self.judged)[0]  # type: ignore[index]
+
+    @property
+    def behind(self) -> str:
+        """The recipe that is better by that measure, after which this one comes: ``Judged: normals, after denoise``; or empty."""
+        found = re.search(r"\bafter (\w+)", self.judged)
+        return found[1] if found else ""
 
     @property
     def conditions(self) -> tuple[Condition, ...]:
@@ -138,7 +151,8 @@ def load_recipe(name_or_path: str | os.PathLike[str], *, upgrade: bool = False) 
     `changes` say how.
 
     Raises:
-        UnknownNameError: no recipe of that name is shipped, and there is no such file.
+        UnknownNameError: no recipe of that name is shipped, and there is no such file. Of one that was shipped once, it says what
+            to take instead.
         ScriptError: something in the script is wrong; lists every problem.
     """
     text = os.fspath(name_or_path)
@@ -152,6 +166,8 @@ def load_recipe(name_or_path: str | os.PathLike[str], *, upgrade: bool = False) 
             upgraded = upgrade_file(path)
             return Recipe(path.stem, upgraded.script, upgraded.changes)
         return Recipe(path.stem, read_script(path))
+    if text in WITHDRAWN:
+        raise UnknownNameError(f"the recipe {text!r} is shipped no more: {WITHDRAWN[text]}")
     near = nearest(text, shipped)
     hint = f"; did you mean {near!r}?" if near else ""
     names = ", ".join(sorted(shipped)) or "none"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 from .command_line import document, invoke, run_process
@@ -22,6 +24,17 @@ def bad_script(folder: Path) -> Path:
     path = folder / "bad.mlx"
     path.write_text(THREE_PROBLEMS, encoding="utf-8")
     return path
+
+
+def test_a_check_imports_neither_numba_nor_scipy_nor_meshlab() -> None:
+    """What filters declare is read without what carries them out, which would take a second."""
+    slow = ("numba", "scipy", "pymeshlab", "igl", "cholespy")
+    program = (
+        "import sys\nfrom pymeshfair.commands.app import main\nsys.argv = ['pymeshfair', 'check', 'denoise', 'clean_range_map']\n"
+        f"try: main()\nexcept SystemExit as end: print(end.code, [m for m in {slow} if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    assert done.stdout.splitlines()[-1] == "0 []", done.stderr
 
 
 def test_valid_recipes_are_ok_with_their_number_of_steps() -> None:

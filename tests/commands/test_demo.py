@@ -21,7 +21,8 @@ def test_demo_cleans_the_range_map_and_names_what_to_try_next(tmp_path: Path) ->
     done = run_process("demo", "-o", folder)
     assert done.returncode == 0, done.stderr
     written = folder / "face_clean.ply"
-    assert {p.name for p in folder.iterdir()} == {written.name, f"{written.name}.provenance.json"}
+    assert {p.name for p in folder.iterdir()} == {"face.ply", written.name, f"{written.name}.provenance.json"}
+    assert (folder / "face.ply").read_bytes() == sample_scan().read_bytes()
     assert str(written) in done.stdout
     before, after = re.search(r"^vertices +([\d,]+) +([\d,]+)", done.stdout, re.MULTILINE).groups()  # type: ignore[union-attr]
     assert before == "85,849"
@@ -40,7 +41,7 @@ def test_commands_to_try_next_can_be_copied(tmp_path: Path, monkeypatch: pytest.
     from pymeshfair.commands import demo
 
     jobs = []
-    monkeypatch.setattr(demo, "carry_out", lambda job, *, json: jobs.append(job))
+    monkeypatch.setattr(demo, "carry_out", lambda job, *, json, start: jobs.append(job))
     folder = tmp_path / "a folder"
     done = invoke("demo", "-o", folder)
     assert done.exit_code == 0

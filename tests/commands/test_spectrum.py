@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
 from pathlib import Path
 
@@ -99,16 +98,6 @@ def test_the_picture_is_drawn_whole(scan: Path, tmp_path: Path, extension: str) 
     assert contents[0].startswith(begins)
     assert contents[0] == contents[-1]
     assert list(tmp_path.iterdir()) == [picture]
-
-
-def test_without_matplotlib_the_message_says_what_to_install(scan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It comes before anything is computed, and names the extra."""
-    found = importlib.util.find_spec
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name, *more: None if name == "matplotlib" else found(name, *more))
-    done = invoke("spectrum", scan, "-o", tmp_path / "spectrum.png")
-    assert done.exit_code == 1
-    assert "pip install 'pymeshfair[report]'" in done.stderr
-    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(

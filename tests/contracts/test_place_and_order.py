@@ -34,7 +34,9 @@ POWERS: dict[str | tuple[str, str | None], int] = {
     "energy": 2,
     "frequencies": -1,
     "frequency": -1,
+    "height": 1,
     "largest_displacement": 1,
+    "largest_size": 1,
     "mean_edge": 1,
     "time_step": 2,
     ("time_step", "operator=inverse_length"): 0,
@@ -57,10 +59,14 @@ OF_ERRORS = {"backward_error", "error", "last_correction", "refinements"}
 #: reported values that belong to the axes or to a unit: the box, and bands at frequencies that are the same for every mesh
 OF_A_FRAME = {"band_edges", "band_energies", "diagonal"}
 #: reported values that are measured on the coordinates of the result, after their last rounding
-OF_THE_RESULT = {"drift", "largest_displacement", "triangle_quality_after"}
+OF_THE_RESULT = {"drift", "height", "largest_displacement", "triangle_quality_after"}
 #: to what share of the diagonal a filter's coordinates are solved for: 1e-10 in the mean of all vertices; to a millionth of steps
-#: that are half an edge long at most
-SOLVED_TO = {"apply_coord_implicit_fairing": 1e-9, "apply_coord_tangential_smoothing": 1e-6}
+#: that are half an edge long at most; low passes to 1e-12, a gain and two differences away
+SOLVED_TO = {
+    "apply_coord_detail_enhancement": 1e-11,
+    "apply_coord_implicit_fairing": 1e-9,
+    "apply_coord_tangential_smoothing": 1e-6,
+}
 #: filters that count from the vertex with the lowest number: the rows of a neck from the rim that comes first
 BY_NUMBER = {"meshing_bridge_rims_by_fairing"}
 

@@ -17,7 +17,7 @@ def takes_selection(declared: Filter) -> bool:
 
 
 #: chosen by evidence, of which a small selection has little
-MAY_DO_NOTHING = {"apply_coord_normal_filtering"}
+MAY_DO_NOTHING = {"apply_coord_normal_filtering", "apply_coord_spike_removal"}
 
 
 @pytest.mark.parametrize("variant", [v for v in VARIANTS if takes_selection(v.declared)], ids=lambda v: v.name)

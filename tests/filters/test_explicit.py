@@ -369,7 +369,7 @@ def test_the_order_and_turn_of_faces_makes_no_difference_to_the_bits() -> None:
 
 @pytest.mark.parametrize("operator", OPERATOR_NAMES)
 def test_threads_and_reordering_make_no_difference_to_the_bits(operator: OperatorName, monkeypatch: pytest.MonkeyPatch) -> None:
-    """One thread, all threads, and a breadth-first renumbering of a mesh in random order give the same bits."""
+    """One thread, all threads, and new numbers for a mesh in random order give the same bits."""
     vertices, faces, _ = renumbered(noisy(tube(40, 30), 0.01))
     # A non-manifold and an unused vertex too.
     vertices = np.concatenate([vertices, [[5.0, 5, 5], [6.0, 5, 5]]])

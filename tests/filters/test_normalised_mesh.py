@@ -5,8 +5,8 @@ import pytest
 
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.inspection.surface_measures import surface_measures
-from pymeshfair.filters.mesh import normalised_mesh
-from tests.meshes import icosphere
+from pymeshfair.filters.mesh import check_mesh, normalised_mesh
+from tests.meshes import grid, icosphere, renumbered
 
 STRAYS = [np.array([1e9, 0.0, 0.0]), np.array([0.0, -1e16, 0.0]), np.array([1e300, 1e300, 0.0]), np.zeros(3)]
 
@@ -84,3 +84,23 @@ def test_a_stray_vertex_changes_no_measure_but_its_own(distance: float) -> None:
     assert {k: v for k, v in vars(more).items() if k not in own} == {k: v for k, v in vars(alone).items() if k not in own}
     assert more.unreferenced_vertices == 1
     assert more.diagonal == pytest.approx(np.hypot(distance + 1.0, np.sqrt(8.0)), rel=1e-12)
+
+
+def test_points_by_place_lie_near_their_neighbours() -> None:
+    """Of a grid in random order: a permutation, in which the ends of an edge are a few rows apart, where they were anywhere."""
+    side = 100
+    vertices, faces, _ = renumbered(grid(side, side))
+    mesh = normalised_mesh(*check_mesh(vertices, faces)).by_place()
+    assert mesh.order is not None
+    assert sorted(mesh.order.tolist()) == list(range(len(vertices)))
+    assert np.abs(np.diff(mesh.cells.astype(np.int64), axis=1)).max() < 8 * side
+    assert sorted(map(sorted, mesh.order[mesh.cells].tolist())) == sorted(map(sorted, faces.tolist()))
+
+
+def test_a_few_far_points_do_not_spoil_the_order_by_place() -> None:
+    """One vertex a million times as far away changes nothing for the others."""
+    vertices, faces, _ = renumbered(grid(100, 100))
+    far = np.concatenate([vertices, [[1e6, 0.0, 0.0]]])
+    more = np.concatenate([faces, [[*faces[0, :2], len(vertices)]]])
+    mesh = normalised_mesh(*check_mesh(far, more)).by_place()
+    assert np.quantile(np.abs(np.diff(mesh.cells.astype(np.int64), axis=1)), 0.999) < 800

@@ -74,6 +74,19 @@ def test_rooms_import_downwards(path: Path) -> None:
     assert {other for other, _ in imported(path)} <= allowed
 
 
+#: libraries that take long to import, so that nothing imports them but when they are needed
+SLOW = {"numba", "scipy", "igl", "cholespy", "robust_laplacian", "threadpoolctl"}
+
+
+@pytest.mark.parametrize("path", [p for p in MODULES if room(p) not in ("libraries", "compilation")])
+def test_slow_libraries_are_imported_when_they_are_used(path: Path) -> None:
+    """Kernels are marked by `compilation`, and libraries come from `libraries`: importing a filter costs next to nothing."""
+    tree = ast.parse(path.read_text("utf-8"))
+    named = {a.name for node in tree.body if isinstance(node, ast.Import) for a in node.names}
+    named |= {node.module or "" for node in tree.body if isinstance(node, ast.ImportFrom) and not node.level}
+    assert not {name.partition(".")[0] for name in named} & SLOW
+
+
 @pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(FILTERS)))
 def test_the_foundation_is_entered_by_its_front_door(path: Path) -> None:
     """What others need of a foundation package is imported from the package, so that its modules may move."""

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import IO, Any, NoReturn
 
 from pymeshfair.commands.app import main
-from pymeshfair.running import started
+from pymeshfair.running import child, started
 
 
 @dataclass(frozen=True)
@@ -30,14 +30,12 @@ class Ended:
         status: its exit code, or minus the number of the signal that killed it.
         stdout, stderr: what it printed.
         seconds: of processor time that it and its worker took.
-        memory: bytes that the worker held at most, or None if it did not come to report that.
     """
 
     status: int
     stdout: str
     stderr: str
     seconds: float
-    memory: int | None
 
     @property
     def document(self) -> dict[str, Any]:
@@ -68,10 +66,7 @@ def run_command(folder: Path, *arguments: object, patience: float = 120.0) -> En
     after = os.times()
     seconds = after.children_user + after.children_system - before.children_user - before.children_system
     printed = [(folder / name).read_text("utf-8", "replace") for name in ("stdout", "stderr")]
-    memory = folder / "memory"
-    return Ended(
-        os.waitstatus_to_exitcode(status), printed[0], printed[1], seconds, int(memory.read_text()) if memory.exists() else None
-    )
+    return Ended(os.waitstatus_to_exitcode(status), printed[0], printed[1], seconds)
 
 
 def _waited(pid: int, patience: float) -> tuple[int, int]:
@@ -101,8 +96,7 @@ def _become(folder: Path, arguments: Sequence[str]) -> NoReturn:
             os.dup2(os.open(name, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), target)
         sys.stdin, sys.stdout, sys.stderr = _standard_streams()
         sys.argv = ["pymeshfair", *arguments]
-        started.FreshProcess = ForkedWorker  # type: ignore[misc, assignment]
-        sys.modules["pymeshfair.running.child"].FreshProcess = ForkedWorker  # type: ignore[attr-defined]
+        vars(child)["FreshProcess"] = ForkedWorker
         main()
     except SystemExit as end:
         code = end.code if isinstance(end.code, int) else 0 if end.code is None else 1

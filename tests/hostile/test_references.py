@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import struct
+import zlib
 from pathlib import Path
 
 import pytest
@@ -128,6 +130,32 @@ def test_textures_of_scenes_within_the_folder(folder: Path) -> None:
     assert announced.reading is not None
     assert "secret" not in announced.reading.read_text()
     assert [t.file for t in announced.textures] == [folder / "t.png"]
+
+
+def _png(size: int) -> bytes:
+    """A black square of one bit a pixel."""
+
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    rows = zlib.compress(bytes((size // 8 + 1) * size), 9)
+    head = struct.pack(">IIBBBBB", size, size, 1, 0, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", rows) + chunk(b"IEND", b"")
+
+
+@pytest.mark.parametrize(
+    ("size", "why"), [(4000, None), (9600, "in .* bytes, which no picture has"), (20_000, "too large an image")]
+)
+def test_images_of_few_bytes_and_many_pixels(folder: Path, size: int, why: str | None) -> None:
+    """An image that would take a thousand times its file in memory is refused by its head, a small one of a colour is not."""
+    path = folder / "mesh.ply"
+    path.write_bytes(ply_bytes(xyz(), head="comment TextureFile bomb.png"))
+    (folder / "bomb.png").write_bytes(_png(size))
+    if why is None:
+        assert inspect_input(path, folder / "given").textures[0].file == folder / "bomb.png"
+        return
+    with pytest.raises(InputError, match=why):
+        inspect_input(path, folder / "given")
 
 
 def test_outside_files_are_read_if_allowed(folder: Path) -> None:

@@ -173,13 +173,15 @@ def test_the_low_pass_recipe_takes_noise_and_keeps_the_size() -> None:
 
 
 def test_the_enhancing_recipe_doubles_bumps() -> None:
-    """Bumps of a sphere, of 30 mean edges, come out nearly twice as high."""
-    vertices, faces = icosphere(5)  # 30 edges of 0.037 are a wavelength of 1.1: l = 5 or so
-    l5 = 63 * vertices[:, 2] ** 5 - 70 * vertices[:, 2] ** 3 + 15 * vertices[:, 2]
-    bumpy = vertices * (1 + 2e-4 * l5[:, None])
+    """Bumps of a sphere, of 9 mean edges, come out nearly twice as high, and the sphere keeps its size."""
+    vertices, faces = icosphere(5)
+    # Waves of 9 edges of 0.037 have l (l + 1) = (2 pi / 0.33)^2: l = 18.
+    legendre = np.polynomial.legendre.Legendre.basis(18)(vertices[:, 2])
+    bumpy = vertices * (1 + 2e-3 * legendre[:, None])
     found = run("enhance_details", (bumpy, faces)).current_mesh().vertex_matrix()
     before, after = np.linalg.norm(bumpy, axis=1) - 1, np.linalg.norm(found, axis=1) - 1
     assert before @ after / (before @ before) == pytest.approx(1.9, abs=0.2)
+    assert np.ptp(found, axis=0) == pytest.approx(np.ptp(bumpy, axis=0), rel=0.005)
 
 
 def test_the_harmonics_recipe_colours_a_mode() -> None:

@@ -52,6 +52,14 @@ def test_where_no_recipe_for_the_task_fits_none_is_made_up() -> None:
     assert "take" not in text.partition(":")[2].partition("take away")[0]
 
 
+def test_a_recipe_for_clean_scans_sends_noisy_ones_to_denoising_first() -> None:
+    """Where noise alone is in the way, the recipe that takes it off comes before, and does not replace what was wanted."""
+    printing = head("print", "mesh, noise up to 0.04 edges", task="prepare")
+    traits = {"mesh": 1.0, "noise": 0.2, "sharpness": 0.1}
+    text = unsuitable("print", printing.info, traits, ranked(traits, [*HEADS, printing]))
+    assert text == "print is for noise up to 0.04 edges, and here noise is 0.2 edges: run some first"
+
+
 def test_only_what_conditions_ask_for_is_measured() -> None:
     """A recipe for meshes with borders needs no look at the surface."""
     assert needed(parse_fits("mesh, open, faces up to 9")) == set()

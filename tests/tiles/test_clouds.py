@@ -73,7 +73,7 @@ def by_tiles(
 
 
 @pytest.mark.parametrize("make", [uneven, lattice, one_place])
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(
     k=st.integers(1, 30),
     most=st.integers(20, 1200),

@@ -55,7 +55,7 @@ def by_tiles(vertices: Floats, faces: Ints, *moves: Move, most: int, cell: int, 
         mesh = MeshFile(PlySlices(write_mesh(folder / "in.ply", vertices, faces)))
         mesh.check()
         pool = cast("Pool", Here(seed))
-        surface, known = cut(mesh, folder, pool, 10**6, shape=shape, most=most, progress=lambda share: None)
+        surface, known = cut(mesh, folder, pool, 10**6, costs=[(400, 5)], shape=shape, most=most, progress=lambda share: None)
         assert known["faces"] == len(faces)
         tiles = surface.cells.tiles(most)
         assert len(tiles) > 1
@@ -69,7 +69,7 @@ def by_tiles(vertices: Floats, faces: Ints, *moves: Move, most: int, cell: int, 
         return np.concatenate(list(written.points(100)))
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(
     operator=st.sampled_from(["uniform", "cotangent"]),
     border=st.sampled_from(["fixed", "along", "free"]),

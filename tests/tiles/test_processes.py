@@ -74,7 +74,7 @@ def workers_of(process: subprocess.Popen[str]) -> list[int]:
 
 
 def test_a_run_by_tiles_survives_a_killed_worker(recipe: Path, tmp_path: Path) -> None:
-    """A worker that is killed in the middle of a tile costs a second try: the output is that of `run`, with its provenance."""
+    """A worker that is killed in the middle of a tile costs a second try: the output is that of `run`, and can be verified."""
     points = uneven(5)
     scan, output, whole = write_cloud(tmp_path / "scan.ply", points), tmp_path / "out.ply", tmp_path / "whole.ply"
     process = started(recipe, scan, output, slow=1.5)
@@ -95,7 +95,9 @@ def test_a_run_by_tiles_survives_a_killed_worker(recipe: Path, tmp_path: Path) -
     assert record["recipe"] == other["recipe"]
     assert record["tiles"]["memory_limit"] == 500_000_000
     assert record["run"]["peak_memory_bytes"] < 500_000_000
-    assert "scan.ply" in out or "out.ply" in out
+    assert "out.ply" in out
+    again = run_process("verify", output)
+    assert (again.returncode, again.stdout) == (0, f"{output}: identical\n"), again.stderr
 
 
 def test_ctrl_c_leaves_nothing(recipe: Path, tmp_path: Path) -> None:

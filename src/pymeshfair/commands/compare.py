@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from .json_document import print_document
-from .options import Debug, Json
+from .options import AllowOutside, Debug, Json, Unchecked
 from .report_file import Report, Up, check_report, compared_files, write_report
 from .streams import warn
 
@@ -25,6 +26,8 @@ def compare(
     report: Report = None,
     up: Up = "y",
     timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop after that time a mesh.", min=0.001)] = None,
+    allow_outside: AllowOutside = False,
+    unchecked: Unchecked = False,
     json: Json = False,
     debug: Debug = False,
 ) -> None:
@@ -38,7 +41,8 @@ def compare(
 
     if report is not None:
         check_report(report, up)
-    meshes = [read_mesh(path, self_intersections=self_intersections, timeout=timeout) for path in (before, after)]
+    read = partial(read_mesh, timeout=timeout, allow_outside=allow_outside, unchecked=unchecked)
+    meshes = [read(path, self_intersections=self_intersections) for path in (before, after)]
     warnings = list(dict.fromkeys(w for mesh in meshes for w in mesh.warnings))
     for warning in warnings:
         warn(warning)

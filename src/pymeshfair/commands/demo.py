@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import shutil
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -23,19 +24,26 @@ def demo(
 ) -> None:
     """Clean a real range map, and say what to try next.
 
-    It is the face of 85,849 vertices from a laser scanner that the pymeshlab wheel carries.
+    It is the face of 85,849 vertices from a laser scanner that the pymeshlab wheel carries. FOLDER gets a copy of it, face.ply,
+    and the result, face_clean.ply, in place of that of an earlier demo.
     """
-    from ..files.errors import OutputError
-    from ..recipe import load_recipe
-    from ..running.job import Job
+    from ..running.started import EarlyProcess
 
-    scan = sample_scan()
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(folder, error.strerror or str(error)) from error
-    typer.echo(f"cleaning {scan} with the recipe {_RECIPE}", err=True)
-    carry_out(Job(load_recipe(_RECIPE), scan, folder / "face_clean.ply", command=tuple(sys.argv)), json=json)
+    with EarlyProcess() as worker:
+        from ..files.errors import OutputError
+        from ..recipe import load_recipe
+        from ..running.job import Job
+
+        scan = sample_scan()
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            if not (folder / "face.ply").exists():
+                shutil.copyfile(scan, folder / "face.ply")
+        except OSError as error:
+            raise OutputError(folder, error.strerror or str(error)) from error
+        typer.echo(f"cleaning {scan} with the recipe {_RECIPE}", err=True)
+        job = Job(load_recipe(_RECIPE), scan, folder / "face_clean.ply", command=tuple(sys.argv))
+        carry_out(job, json=json, start=worker.start)
     typer.echo(
         f"\nTry next:\n  pymeshfair info {_RECIPE}\n"
         f"  pymeshfair run {_RECIPE} {_quoted(scan)} -o {_quoted(folder / 'smoother.ply')} --set detail_size=10edge\n"

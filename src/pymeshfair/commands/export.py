@@ -13,7 +13,7 @@ from .options import Debug, Json
 
 def export(
     recipe: Annotated[str, typer.Argument(metavar="RECIPE", help="A shipped name or the path of an .mlx file.")],
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="PLAIN.mlx", help="The script to write.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="PLAIN.mlx", help="The script to write, or replace.")],
     mesh: Annotated[
         Path | None, typer.Option("--for", metavar="MESH", help="The mesh whose size makes relative lengths mesh units.")
     ] = None,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .json_document import print_document
-from .options import Debug, Json
+from .options import AllowOutside, Debug, Json, Unchecked
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 def info(
     subject: Annotated[str, typer.Argument(metavar="FILTER|RECIPE|MESH", help="A name, or the path of an .mlx or mesh file.")],
+    allow_outside: AllowOutside = False,
+    unchecked: Unchecked = False,
     json: Json = False,
     debug: Debug = False,
 ) -> None:
@@ -38,7 +40,7 @@ def info(
     except UnknownNameError as error:
         if not Path(subject).exists():
             raise _nothing_named(subject, error.cause) from None
-        _tell_mesh(Path(subject), json=json)
+        _tell_mesh(Path(subject), json=json, allow_outside=allow_outside, unchecked=unchecked)
     else:
         _tell_filter(known, json=json)
 
@@ -80,7 +82,7 @@ def _tell_recipe(name: str, *, json: bool) -> None:
         typer.echo(recipe_page(recipe))
 
 
-def _tell_mesh(path: Path, *, json: bool) -> None:
+def _tell_mesh(path: Path, *, json: bool, allow_outside: bool, unchecked: bool) -> None:
     from ..running.inspect import inspect_mesh
     from ..running.suitability import documents, ranked
     from .fitting import fitting_lines, rim_lines
@@ -88,7 +90,7 @@ def _tell_mesh(path: Path, *, json: bool) -> None:
     from .streams import warn
     from .tables import console
 
-    found = inspect_mesh(path, traits=True)
+    found = inspect_mesh(path, traits=True, allow_outside=allow_outside, unchecked=unchecked)
     recipes = ranked(found["traits"])
     if json:
         print_document({"mesh": found, "recipes": documents(recipes)})

@@ -30,7 +30,7 @@ Others = Annotated[
 ]
 Upgrade = Annotated[bool, typer.Option("--upgrade", help="Bring a script of an older MeshLab up to date first.")]
 AllowOutside = Annotated[
-    bool, typer.Option("--allow-outside", help="Let INPUT name textures, materials and buffers outside its folder.")
+    bool, typer.Option("--allow-outside", help="Let mesh files name textures, materials and buffers outside their folders.")
 ]
 Unchecked = Annotated[
     bool, typer.Option("--unchecked", help="Let MeshLab read formats that are not checked before (.3ds, .ctm, .e57 ...).")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from .json_document import print_document
-from .options import Debug, Json
+from .options import AllowOutside, Debug, Json, Unchecked
 
 if TYPE_CHECKING:
     from ..running.read import ReadMesh
@@ -18,7 +18,9 @@ PICTURES = (".png", ".jpg", ".jpeg", ".webp")
 
 def picture(
     meshes: Annotated[list[Path], typer.Argument(metavar="MESH...", help="The mesh files to draw; none is changed.")],
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="PICTURE", help="A .png, .jpg or .webp file to write.")],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="PICTURE", help="A .png, .jpg or .webp file to write or replace.")
+    ],
     color: Annotated[
         str,
         typer.Option(
@@ -47,6 +49,8 @@ def picture(
     ] = None,
     stripes: Annotated[float, typer.Option(help="Reflection lines all round; more show smaller defects.", min=1)] = 8.0,
     timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop after that time a mesh.", min=0.001)] = None,
+    allow_outside: AllowOutside = False,
+    unchecked: Unchecked = False,
     json: Json = False,
     debug: Debug = False,
 ) -> None:
@@ -72,7 +76,7 @@ def picture(
         raise ParameterError(f"{len(title)} titles for {len(meshes)} meshes: give one --title for each, or none")
     # While another process reads the first mesh, this one would only wait.
     threading.Thread(target=_prepare, daemon=True).start()
-    found = [read_mesh(path, timeout=timeout) for path in meshes]
+    found = [read_mesh(path, timeout=timeout, allow_outside=allow_outside, unchecked=unchecked) for path in meshes]
     from ..looking.picture import Appearance, draw_meshes
 
     for warning in dict.fromkeys(w for mesh in found for w in mesh.warnings):

@@ -52,7 +52,7 @@ class ProgressLines:
             elif time.monotonic() - self._silent_since > _PATIENCE:
                 self._say(f"  {_COMPILING}: {event.seconds:.0f} s so far")
         elif isinstance(event, Message) and event.level == "info":
-            self._say(f"  {event.text}")
+            self._say(f"  step {event.step}: {event.text}" if event.step else f"  {event.text}")
 
     def _say(self, text: str) -> None:
         typer.echo(printable(text), err=True)
@@ -104,7 +104,8 @@ class ProgressBar:
             so_far = f"{self._doing}: {_COMPILING}, {event.seconds:.0f} s so far"
             self._bar.update(self._task, description=so_far if event.is_going_on else self._doing)
         elif event.level == "info":
-            self._print(f"{'':17}{event.text}")
+            about = f"step {event.step}: " if event.step else ""
+            self._print(f"{'':17}{about}{event.text}")
 
     def _print(self, text: str) -> None:
         self._bar.console.print(printable(text), markup=False)

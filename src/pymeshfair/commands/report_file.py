@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 Report = Annotated[
     Path | None,
     typer.Option(
-        "--report", metavar="OUT.html", help="Write a page there that needs no network: pictures, 3D, numbers, charts, steps."
+        "--report",
+        metavar="OUT.html",
+        help="Write, or replace, a page that needs no network: pictures, 3D, numbers, charts, steps.",
     ),
 ]
 Up = Annotated[str, typer.Option("--up", metavar="y|z", help="The upright axis in the pictures of the report.")]

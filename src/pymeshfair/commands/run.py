@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from ..running.job import Event, Job, RunResult
+    from ..running.started import Start
 
 
 def run(
@@ -73,51 +74,58 @@ def run(
 ) -> None:
     """Clean a mesh file with a recipe.
 
-    Beside OUTPUT, OUTPUT.provenance.json says how it came about. OUTPUT appears whole or not at all.
+    Beside OUTPUT, OUTPUT.provenance.json says how it came about. OUTPUT appears whole or not at all. If it exists, it is replaced
+    only if it is, to the byte, what an earlier run wrote there from the same INPUT; anything else is kept, and the run refused,
+    unless --overwrite is given. A run that fails leaves it as it was.
     """
-    from ..recipe import load_recipe
-    from ..running.job import Job
-    from ..scripts.traps import traps
+    from ..running.started import EarlyProcess
 
     if report is not None:
         check_report(report, up)
-    overrides = tuple(set or ())
-    found = load_recipe(recipe, upgrade=upgrade).override(overrides)
-    limits = guards(
-        max_displacement=max_displacement, max_volume_change=max_volume_change, require=require, keep_sharp=keep_sharp
-    )
-    job = Job(
-        recipe=found,
-        input=input,
-        output=output,
-        others=tuple(others or ()),
-        warnings=(*(str(change) for change in found.changes if not change.same_meaning), *traps(found.script)),
-        overwrite=overwrite,
-        timeout=timeout,
-        memory_limit=memory_limit(memory),
-        allow_outside=allow_outside,
-        unchecked=unchecked,
-        keep_all=keep_all,
-        overrides=overrides,
-        command=tuple(sys.argv),
-        guards=limits,
-        keep_broken=keep_broken,
-        map=map,
-    )
-    if tiles or scheduler is not None:
-        if not tiles or report is not None:
-            raise typer.BadParameter("it needs --tiles" if not tiles else "--tiles makes no report, which shows the whole mesh")
-        from ..tiles.course import Tiling, run_by_tiles
+    with EarlyProcess(is_wanted=not tiles) as worker:
+        from ..recipe import load_recipe
+        from ..running.job import Job
+        from ..scripts.traps import traps
 
-        carry_out(job, json=json, carry=lambda job, show: run_by_tiles(job, Tiling(scheduler), show))
-        return
-    if report is None:
-        carry_out(job, json=json)
-        return
-    from .run_report import reporting
+        overrides = tuple(set or ())
+        found = load_recipe(recipe, upgrade=upgrade).override(overrides)
+        limits = guards(
+            max_displacement=max_displacement, max_volume_change=max_volume_change, require=require, keep_sharp=keep_sharp
+        )
+        job = Job(
+            recipe=found,
+            input=input,
+            output=output,
+            others=tuple(others or ()),
+            warnings=(*(str(change) for change in found.changes if not change.same_meaning), *traps(found.script)),
+            overwrite=overwrite,
+            timeout=timeout,
+            memory_limit=memory_limit(memory),
+            allow_outside=allow_outside,
+            unchecked=unchecked,
+            keep_all=keep_all,
+            overrides=overrides,
+            command=tuple(sys.argv),
+            guards=limits,
+            keep_broken=keep_broken,
+            map=map,
+        )
+        if tiles or scheduler is not None:
+            if not tiles or report is not None:
+                raise typer.BadParameter(
+                    "it needs --tiles" if not tiles else "--tiles makes no report, which shows the whole mesh"
+                )
+            from ..tiles.course import Tiling, run_by_tiles
 
-    with reporting(job, report, up) as write:
-        carry_out(job, json=json, finished=write)
+            carry_out(job, json=json, carry=lambda job, show: run_by_tiles(job, Tiling(scheduler), show))
+            return
+        if report is None:
+            carry_out(job, json=json, start=worker.start)
+            return
+        from .run_report import reporting
+
+        with reporting(job, report, up) as write:
+            carry_out(job, json=json, start=worker.start, finished=write)
 
 
 def carry_out(
@@ -126,16 +134,19 @@ def carry_out(
     json: bool,
     finished: Callable[[RunResult], None] = lambda result: None,
     carry: Callable[[Job, Callable[[Event], None]], RunResult] | None = None,
+    start: Start | None = None,
 ) -> None:
     """Run the job with its progress on stderr, then print what came of it on stdout; `finished` is called in between.
 
-    `carry` runs it, or if that is None `run_job`.
+    `carry` runs it, or if that is None `run_job` in a process that `start` gives.
     """
+    from ..looking import words  # noqa: F401  # for `_show`, while the worker still loads MeshLab
     from ..running.supervise import run_job
+    from . import measures_table  # noqa: F401
     from .progress import progress
 
     with progress() as show:
-        result = (carry or run_job)(job, show)
+        result = carry(job, show) if carry else run_job(job, show, start=start)
     for warning in result.warnings:
         warn(warning)
     finished(result)

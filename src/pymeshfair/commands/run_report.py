@@ -37,7 +37,7 @@ def reporting(job: Job, path: Path, up: str) -> Iterator[Callable[[RunResult], N
         path: the file to write.
         up: the upright axis.
     """
-    before = state_of(read_mesh(job.input, self_intersections=True))
+    before = state_of(read_mesh(job.input, self_intersections=True, allow_outside=job.allow_outside, unchecked=job.unchecked))
     try:
         yield lambda result: _write(job, result, before, path, up, kept=True)
     except GuardBroken:

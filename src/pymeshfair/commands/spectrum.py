@@ -24,7 +24,9 @@ def spectrum(
     mesh: Annotated[Path, typer.Argument(metavar="MESH", help="The mesh file to look at; it is not changed.")],
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="PICTURE", help="Draw the spectrum there: a .png, .svg or .pdf file."),
+        typer.Option(
+            "--output", "-o", metavar="PICTURE", help="Draw the spectrum there: a .png, .svg or .pdf file, which is replaced."
+        ),
     ] = None,
     after: Annotated[
         Path | None, typer.Option(metavar="MESH2", help="Compare with this mesh, for example the same one cleaned.")
@@ -86,17 +88,10 @@ def spectrum(
 
 def _check_picture(path: Path) -> None:
     """Whether it can be drawn, before anything is computed."""
-    import importlib.util
-
     from ..errors import PymeshfairError
 
     if path.suffix.casefold() not in PICTURES:
         raise PymeshfairError(f"{path} is no name for a picture: it must end with one of {', '.join(PICTURES)}")
-    if importlib.util.find_spec("matplotlib") is None:
-        raise PymeshfairError(
-            "drawing needs matplotlib, which is not installed: `python -m pip install 'pymeshfair[report]'` installs it; without "
-            "-o the spectrum is printed as a table, with --json as numbers"
-        )
     if not path.absolute().parent.is_dir():
         raise PymeshfairError(f"{path.absolute().parent} is no folder: make it first")
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 def upgrade(
     script: Annotated[Path, typer.Argument(metavar="OLD.mlx", help="A script of any MeshLab since 2010.")],
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="NEW.mlx", help="The script to write.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="NEW.mlx", help="The script to write, or replace.")],
     accept: Annotated[bool, typer.Option("--accept", help="Write it even if its meaning changes.")] = False,
     relative_to: Annotated[
         Path | None,

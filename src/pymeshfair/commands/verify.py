@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from .json_document import print_document
 from .options import Debug, Json
 from .streams import printable
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from ..running.job import Event, Job
 
 #: what the command exits with, by the verdict
 EXIT_CODES = {
@@ -44,7 +49,7 @@ def verify(
 
     limit = None if memory is None else parse_memory(memory)
     with progress() as show:
-        found = verify_output(output, recorded=recorded, timeout=timeout, memory_limit=limit, on_event=show)
+        found = verify_output(output, recorded=recorded, timeout=timeout, memory_limit=limit, on_event=show, by_tiles=_by_tiles)
     if json:
         print_document({"output": output, "verdict": found.verdict, "findings": found.findings, "notes": found.notes})
     else:
@@ -52,3 +57,9 @@ def verify(
         for text in (*found.findings, *found.notes):
             typer.echo(f"  {printable(text)}")
     raise typer.Exit(EXIT_CODES[found.verdict])
+
+
+def _by_tiles(job: Job, on_event: Callable[[Event], None]) -> None:
+    from ..tiles.course import AS_FITS, run_by_tiles
+
+    run_by_tiles(job, AS_FITS, on_event)

@@ -104,6 +104,13 @@ class Percentage(Parameter):
             return AUTOMATIC
         if isinstance(value, str):
             value = Length.parse(value)
+        number = as_float(value)
+        if number is not None and not isinstance(value, bool):
+            said = f"{number:g}"
+            raise ParameterError(
+                f"parameter {self.name!r} is a length, and {said} may mean three: write '{said}edge' for {said} mean edges, "
+                f"'{said}%' of the bounding box's diagonal, or '{said}' in quotes for mesh units"
+            )
         if not isinstance(value, Length) or not _at_least(value.amount, self.minimum):
             raise self.refusal(value)
         self.refuse_what_meshlab_cannot_hold(value.amount)

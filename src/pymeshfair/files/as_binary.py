@@ -60,7 +60,8 @@ def text_as_binary(header: PlyHeader, rows: AllRows) -> list[bytes] | None:
     parts = []
     for element in header.elements:
         own = rows[element.name]
-        if any(len(np.unique(own.lengths(p.name))) != 1 for p in element.properties if p.count_type):
+        lists = [own.lengths(p.name) for p in element.properties if p.count_type]
+        if not all(len(lengths) and lengths[0] and (lengths == lengths[0]).all() for lengths in lists):
             return None
         if not all(np.isfinite(own.values[p.name]).all() for p in element.properties):
             return None

@@ -84,6 +84,8 @@ def check_magic(path: Path) -> None:
     """
     with path.open("rb") as file:
         head = file.read(4096)
+    if extension(path) not in _ANY_ENCODING and _UTF_16.match(head):
+        raise ContentsError("it is a text in UTF-16, of which MeshLab reads nothing; save it as UTF-8")
     expected, what = _MAGIC.get(extension(path), (None, ""))
     if expected is not None and not expected.match(head):
         raise ContentsError(f"it does not begin with {what}")
@@ -199,6 +201,8 @@ def _inspect_ptx(path: Path, references: References, given: Given) -> Announced:
 
 #: how files begin, and what to call it
 _XML = (re.compile(rb"(\xef\xbb\xbf)?\s*<|\xff\xfe|\xfe\xff"), "'<'")
+#: how a text in UTF-16 begins that is one, and the formats that may be
+_UTF_16, _ANY_ENCODING = re.compile(rb"\xff\xfe[\t-~]\0|\xfe\xff\0[\t-~]"), ("gltf", "dae", "x3d")
 _MAGIC = {
     "ply": (re.compile(rb"ply\s"), "'ply'"),
     "glb": (re.compile(rb"glTF"), "'glTF'"),

@@ -16,6 +16,8 @@ from .tokens import joined, plain
 
 #: material files are short; a longer one is something else
 MATERIAL_LIMIT = 16 << 20
+#: a mesh with a texture for every house of a city has thousands
+MOST_MATERIALS = 20_000
 #: how many numbers follow what MeshLab reads
 _NUMBERS = {"Ka": 3, "Kd": 3, "Ks": 3, "d": 1, "Tr": 1, "Ns": 1, "illum": 1}
 #: how many words follow each option of a map, at most; those of ``-o``, ``-s`` and ``-t`` are numbers and may be fewer
@@ -80,6 +82,8 @@ def read_materials(path: Path, mesh: Path) -> Materials:
         if not keyword:
             continue
         if keyword == "newmtl":
+            if len(materials.materials) == MOST_MATERIALS:
+                raise InputError(mesh, f"the material file {shown(path.name)} has more than {MOST_MATERIALS:,} materials")
             materials.materials.append(Material(rest))
         elif not materials.materials or not _read(materials.materials[-1], keyword, rest, materials):
             materials.ignored[keyword] = None

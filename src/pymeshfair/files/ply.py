@@ -151,6 +151,8 @@ def _check_size(header: PlyHeader, file_size: int) -> None:
     """Refuse counts that the rest of the file cannot hold: every value of a text takes a digit and a blank."""
     left = file_size - header.size
     for element in header.elements:
+        if element.count and not element.properties:
+            raise PlyError(f"its header declares {element.count:,} of {element.name[:40]!r}, which have no properties")
         row = 2 * len(element.properties) if header.format == "ascii" else element.smallest_row
         needed = element.count * row - (header.format == "ascii")
         if needed > left:

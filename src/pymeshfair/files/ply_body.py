@@ -67,6 +67,8 @@ def read_body(path: Path, header: PlyHeader, wanted: frozenset[tuple[str, str]])
     n = header.element("vertex").count
     for element in header.elements:
         own = rows[element.name]
+        if header.format != "ascii":
+            _check_empty_lists(element, own)
         if element.name in ("face", "tristrips", "range_grid", "edge") and "vertex" not in rows.done:
             raise PlyError(f"its element {element.name!r} comes before the vertices")
         rows.done.append(element.name)
@@ -84,6 +86,16 @@ def read_body(path: Path, header: PlyHeader, wanted: frozenset[tuple[str, str]])
     if header.format != "ascii":
         return PlyBody(points, triangles, columns)
     return PlyBody(points, triangles, columns, text_as_binary(header, rows), unended(data[-1:].tobytes()))
+
+
+def _check_empty_lists(element: PlyElement, rows: Rows) -> None:
+    """Refuse what MeshLab's reader takes for the end of a binary file; it drops all lists but those of faces."""
+    for p in element.properties:
+        if p.count_type and element.count and not (lengths := rows.lengths(p.name)).all() and p.name not in _CORNERS:
+            raise PlyError(
+                f"the list {p.name!r} of number {int(np.argmin(lengths)) + 1:,} of its {element.name!r} is empty, at which "
+                "MeshLab's reader fails; save it without that list, or as a text"
+            )
 
 
 def _check_faces(element: PlyElement, rows: Rows, n: int, textures: int) -> int:

@@ -14,6 +14,9 @@ from .announced import Announced
 from .errors import InputError
 from .formats import extension
 
+#: how many losses are named one by one, and how many letters of each: a file may say a million
+_MOST_LOSSES, _LONGEST_LOSS = 50, 200
+
 
 @contextmanager
 def unchanged(path: Path) -> Iterator[None]:
@@ -66,7 +69,12 @@ def load_mesh(meshes: Any, path: Path, announced: Announced) -> list[str]:
     if mesh.vertex_number() > 1 and not np.ptp(mesh.vertex_matrix(), axis=0).any():
         warnings.append(f"all {mesh.vertex_number():,} vertices of {path.name} are at one place")
     if announced.not_kept:
-        warnings.append(f"MeshLab does not keep of {path.name}: {'; '.join(announced.not_kept)}")
+        more = len(announced.not_kept) - _MOST_LOSSES
+        told = [
+            text if len(text) <= _LONGEST_LOSS else f"{text[:_LONGEST_LOSS]}..." for text in announced.not_kept[:_MOST_LOSSES]
+        ]
+        told += [f"and {more:,} more"] if more > 0 else []
+        warnings.append(f"MeshLab does not keep of {path.name}: {'; '.join(told)}")
     return warnings
 
 

@@ -19,6 +19,8 @@ from .errors import InputError
 IMAGES = ("PNG", "JPEG", "BMP", "GIF", "TIFF", "PPM", "XBM", "XPM", "WEBP")
 #: pixels of the largest texture, 16,384 x 16,384: as pixels in memory it takes 1 GB
 LARGEST_IMAGE = 1 << 28
+#: above so many pixels, 128 MB in memory, a file has at least a byte for so many of them, unless it is of one colour
+_SMALL_IMAGE, _PIXELS_A_BYTE = 1 << 25, 256
 
 
 @dataclass(frozen=True)
@@ -121,6 +123,11 @@ def check_image(source: Path | BinaryIO, mesh: Path, name: str) -> None:
         raise InputError(mesh, f"the texture {shown(name)} is no image that MeshLab reads ({', '.join(IMAGES)})") from error
     if width * height > LARGEST_IMAGE:
         raise InputError(mesh, f"the texture {shown(name)} has {width:,} x {height:,} pixels; {LARGEST_IMAGE:,} are the most")
+    size = source.stat().st_size if isinstance(source, Path) else source.seek(0, os.SEEK_END)
+    if width * height > max(_SMALL_IMAGE, _PIXELS_A_BYTE * size):
+        raise InputError(
+            mesh, f"the texture {shown(name)} declares {width:,} x {height:,} pixels in {size:,} bytes, which no picture has"
+        )
 
 
 def shown(name: str, length: int = 80) -> str:

@@ -13,8 +13,8 @@ from .errors import ContentsError
 
 #: levels of elements within elements; a scene of a program has some ten
 _DEEPEST = 200
-#: elements of a document that is kept as a tree: a million take a second and 1 GB
-_MOST_ELEMENTS = 1_000_000
+#: elements of a document that is kept as a tree: so many take two seconds and 300 MB
+_MOST_ELEMENTS = 500_000
 
 
 def parse_xml(

@@ -31,3 +31,7 @@ def reason(error: Exception) -> str:
     """What went wrong, as the end of a sentence; an error that nobody foresaw is named."""
     foreseen = isinstance(error, PymeshfairError | PyMeshLabException)
     return str(error) if foreseen else f"{type(error).__name__}: {error}"
+
+
+class ForeignMeshError(PymeshfairError, TypeError):
+    """What was to be added is no mesh that pymeshfair knows, or has elements that MeshLab has not."""

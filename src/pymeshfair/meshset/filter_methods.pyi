@@ -747,6 +747,48 @@ class FilterMethods:
             What the filter reports, by name; None if it reports nothing.
         """
 
+    def apply_coord_detail_enhancement(
+        self,
+        *,
+        gain: float = 2.0,
+        detail_size: LengthLike = "0",
+        largest_size: LengthLike = "0",
+        most: float = 0.05,
+        operator: Literal["auto", "cotangent", "robust"] = "auto",
+        selected: bool = False,
+    ) -> dict[str, Any] | None:
+        """Makes the relief of a surface higher, such as worn letters, and leaves its shape, its size and its borders.
+
+        Vertices move along the normals of the shape, by the waves of the relief: shorter ones, noise among them, and longer
+        ones stay as they are. Open borders stay, and what is near them changes less. Thin parts change less, too. Returns the
+        two wavelengths, the height of the relief as it was (root mean square), the largest displacement, and the share of the
+        vertices that the thickness has held back by half or more.
+
+        Args:
+            gain: How many times as high the relief becomes. Larger makes it stronger, below 1 flatter; 1 changes nothing. Takes
+                a number from 0 to 10.
+            detail_size: The shortest wave of the relief: choose it above the size of the noise. Larger takes in larger details
+                alone. 0: where the spectrum of the surface rises above its noise, at least five mean edges. Takes a length such
+                as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
+            largest_size: The longest wave of the relief; what is larger is shape and stays. Larger takes in larger parts. 0:
+                four detail sizes. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units)
+                of at least 0.0.
+            most: How far a vertex may move, as a share of the thickness of the body there, or of the gap in front of it if that
+                is less. Larger lets thin parts change more. Takes a number from 0.001 to 0.5.
+            operator: 'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same for slivers and
+                non-manifold meshes; 'auto' takes the robust one where it is needed.
+            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
+                selected, the vertices all of whose triangles are selected.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        References:
+            [vallet2008], [ma2012]
+
+        In scripts: 'Detail Enhancement'.
+        """
+
     def apply_coord_developability_of_mesh(
         self,
         *,
@@ -1242,6 +1284,28 @@ class FilterMethods:
             [taubin1995], [vallet2008]
 
         In scripts: 'Spectral Filter'.
+        """
+
+    def apply_coord_spike_removal(
+        self,
+        *,
+        steepness: float = 1.5,
+        selected: bool = False,
+    ) -> dict[str, Any] | None:
+        """Puts single vertices that stand up like needles among their neighbours; all others stay to the bit.
+
+        Vertices on open borders stay. Returns the number of spikes.
+
+        Args:
+            steepness: A vertex farther from the mean of its neighbours than this many times their spread is the tip of a spike.
+                Larger removes thinner spikes alone; below 1 the corners of boxes go. Takes a number of at least 0.
+            selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
+                selected, the vertices all of whose triangles are selected.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        In scripts: 'Remove Spikes'.
         """
 
     def apply_coord_tangential_smoothing(
@@ -3568,6 +3632,28 @@ class FilterMethods:
 
         Returns:
             What the filter reports, by name; None if it reports nothing.
+        """
+
+    def compute_selection_by_distance_from_cloud_per_vertex(
+        self,
+        *,
+        reference: int = 0,
+        spacings: float = 4.0,
+    ) -> dict[str, Any] | None:
+        """Selects what a reconstruction has made up where nobody measured, such as the balloon of Screened Poisson.
+
+        The spacing of the cloud is the median over its points of the mean distance to their six nearest neighbours. The
+        selection of vertices is replaced. Returns the number of selected vertices.
+
+        Args:
+            reference: The layer whose vertices are the points that were measured. Takes the id of a layer (a whole number).
+            spacings: Vertices farther from the nearest point than this many times the spacing of the cloud are selected. Larger
+                keeps bridges over wider gaps. Takes a number of at least 0.
+
+        Returns:
+            What the filter reports, by name; None if it reports nothing.
+
+        In scripts: 'Select Vertices Far from a Cloud'.
         """
 
     def compute_selection_by_edge_length(

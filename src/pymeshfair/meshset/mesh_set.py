@@ -11,6 +11,8 @@ import pymeshlab
 
 from ..scripts.script import Step
 from ..write_back import after_failure
+from .conveniences import Conveniences
+from .exchange import as_meshlab
 from .filter_methods import FilterMethods
 from .filter_runner import FilterRunner
 from .layers import Layers
@@ -20,7 +22,7 @@ from .script_log import ScriptLog
 _BASE = pymeshlab.MeshSet
 
 
-class MeshSet(FilterMethods, pymeshlab.MeshSet):  # type: ignore[misc]
+class MeshSet(Conveniences, FilterMethods, pymeshlab.MeshSet):  # type: ignore[misc]
     """A set of meshes that filters are applied to, a drop-in for `pymeshlab.MeshSet`.
 
     Filters of plugins, pymeshfair's own among them, behave as MeshLab's do: each is a method, a name for `apply_filter`, and a
@@ -169,6 +171,10 @@ class MeshSet(FilterMethods, pymeshlab.MeshSet):  # type: ignore[misc]
         self._layers.check(new_curr_id)
         _BASE.set_current_mesh(self, new_curr_id)
 
+    def add_mesh(self, mesh: Any, mesh_name: str = "", set_as_current: bool = True) -> Any:
+        """Add a mesh as a layer: pymeshlab's, or one of trimesh, Open3D or meshio; see `to_trimesh` for the way back."""
+        return _settled(self, _BASE.add_mesh, as_meshlab(mesh), mesh_name, set_as_current)
+
     def save_current_mesh(self, file_name: str, *args: Any, **kwargs: Any) -> None:
         """Save the current mesh as pymeshlab does; a note says so if it has edges that are not in the file.
 
@@ -222,7 +228,6 @@ def _settling(name: str) -> Callable[..., Any]:
 for _name in (
     "__getitem__",
     "__iter__",
-    "add_mesh",
     "current_mesh",
     "load_new_mesh",
     "load_new_raster",

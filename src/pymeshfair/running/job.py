@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
+from ..files.provenance import read_provenance
 from ..recipe import Recipe
 from ..scripts.guards import NO_GUARDS, Guards
 
@@ -109,10 +110,17 @@ class StepFinished:
 
 @dataclass(frozen=True)
 class Message:
-    """Something a user wants to know: a filter's words (``"info"``), or what a run could not keep (``"warning"``)."""
+    """Something a user wants to know: a filter's words (``"info"``), or what a run could not keep (``"warning"``).
+
+    Attributes:
+        text: a sentence.
+        level: see above.
+        step: the number of the step that it is about, 0 if it is about none; words may arrive after the step has ended.
+    """
 
     text: str
     level: Literal["info", "warning"] = "info"
+    step: int = 0
 
 
 @dataclass(frozen=True)
@@ -192,3 +200,8 @@ class RunResult:
     breaches: tuple[Mapping[str, Any], ...] = ()
     maps: tuple[Path, ...] = ()
     displacement: Mapping[str, Any] | None = None
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The provenance document, read from its file; empty if that is gone."""
+        return read_provenance(self.output) or {}

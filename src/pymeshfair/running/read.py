@@ -66,7 +66,13 @@ class ReadMesh:
 
 
 def read_mesh(
-    path: Path, *, self_intersections: bool = False, timeout: float | None = None, start: Start | None = None
+    path: Path,
+    *,
+    self_intersections: bool = False,
+    timeout: float | None = None,
+    allow_outside: bool = False,
+    unchecked: bool = False,
+    start: Start | None = None,
 ) -> ReadMesh:
     """Read a mesh file.
 
@@ -74,8 +80,10 @@ def read_mesh(
         path: the file.
         self_intersections: whether to find the faces that cut others, too. If MeshLab crashes over that, the mesh is read
             without, and a warning says so.
-        timeout: seconds, or None.
-        start: what starts the process; None starts a fresh one.
+        timeout: seconds that it may take, or None.
+        allow_outside: see `pymeshfair.running.job.Job`.
+        unchecked: see there.
+        start: what starts the process, or None for a fresh one.
 
     Raises:
         InputError: it cannot be read.
@@ -85,16 +93,18 @@ def read_mesh(
     """
     path = Path(path).absolute()
     check_input(path)
+    limits = {"allow_outside": allow_outside, "unchecked": unchecked}
     try:
-        return _read(path, self_intersections, timeout, start, ())
+        return _read(path, self_intersections, timeout, start, (), **limits)
     except WorkerDied:
         if not self_intersections:
             raise
-    return _read(path, False, timeout, start, (f"MeshLab crashed while it looked for self-intersections of {path.name}",))
+    told = f"MeshLab crashed while it looked for self-intersections of {path.name}"
+    return _read(path, False, timeout, start, (told,), **limits)
 
 
 def _read(
-    path: Path, self_intersections: bool, timeout: float | None, start: Start | None, warnings: tuple[str, ...]
+    path: Path, self_intersections: bool, timeout: float | None, start: Start | None, warnings: tuple[str, ...], **limits: bool
 ) -> ReadMesh:
     started = time.monotonic()
     queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
@@ -102,7 +112,14 @@ def _read(
     with Interrupts(queue), staging_folder(Path(tempfile.gettempdir()) / "reading") as stage:
         arrays = stage / "arrays.npz"
         assignment = Assignment(
-            (), path, stage, memory_limit=default_memory(), arrays=arrays, self_intersections=self_intersections
+            (),
+            path,
+            stage,
+            memory_limit=default_memory(),
+            arrays=arrays,
+            self_intersections=self_intersections,
+            allow_outside=limits["allow_outside"],
+            unchecked=limits["unchecked"],
         )
         with WorkerProcess(assignment.to_document(), queue, start=start) as worker:
             report = Watch(job, worker, queue, lambda event: None).until_done(started)

@@ -6,7 +6,6 @@ The only module of a run in which MeshLab is at work.
 from __future__ import annotations
 
 import os
-import shutil
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
@@ -22,8 +21,9 @@ from ..files.inputs import inspect_input
 from ..files.provenance import described_file, read_provenance
 from ..files.reading import apply_matrix, load_mesh, unchanged
 from ..files.saving import attributes_of, save_mesh
-from ..filters.compilation import Compilation, on_compilation
-from ..filters.inspection.surface_measures import SurfaceMeasures, surface_measures
+from ..filters.compilation import on_compilation
+from ..filters.inspection.connectivity import Connectivity
+from ..filters.inspection.surface_measures import SurfaceMeasures, measures_and_connectivity
 from ..meshset import MeshSet
 from ..scripts.script import Script
 from ..scripts.traps import lengths_out_of_proportion
@@ -57,6 +57,7 @@ class Session:
         self._notes: list[str] = []
         self._told = 0.0
         self._warnings: list[str] = []
+        self._connectivity: Connectivity | None = None
 
     def run(self) -> dict[str, Any]:
         """Carry the assignment out; the report for the supervisor.
@@ -64,13 +65,13 @@ class Session:
         Raises:
             InputError, OutputError, StepFailedError, MemoryError: each as the class says.
         """
-        on_compilation(self._compiling)
+        on_compilation(lambda so_far: self._event(Compiling(**vars(so_far))))
         self._event(PhaseStarted("reading"))
         announced, source = self._load(self._assignment.input)
         current = self._meshes.current_mesh_id()
         source["others"] = [self._load(path)[1] for path in self._assignment.others]
         self._meshes.set_current_mesh(current)
-        before = self._measured(InputError(self._assignment.input, "it has coordinates that are not finite"))
+        original, before = self._measured(InputError(self._assignment.input, "it has coordinates that are not finite"))
         for text in lengths_out_of_proportion(Script(self._assignment.steps), diagonal=before.diagonal):
             self._warn(text)
         present = attributes_of(self._meshes, announced)
@@ -84,7 +85,6 @@ class Session:
         traits, unsuited = traits_asked_for(self._assignment, self._meshes.current_mesh(), before, present)
         if unsuited:
             self._warn(unsuited)
-        original = mesh_of(self._meshes.current_mesh())
         if self._assignment.is_followed:
             mark_origins(self._meshes.current_mesh())
         with self._meshes.deferred():
@@ -95,7 +95,7 @@ class Session:
     def _load(self, path: Path) -> tuple[Announced, dict[str, Any]]:
         """Check a file and load it as the current layer; what it declares, and which file it was."""
         told = self._assignment
-        given = told.stage / "given"
+        given = told.stage / f"given-{self._meshes.mesh_number()}"
         with unchanged(path):
             try:
                 announced = inspect_input(path, given, allow_outside=told.allow_outside, unchecked=told.unchecked)
@@ -105,7 +105,8 @@ class Session:
             self._lose(load_mesh(self._meshes, path, announced), InputError, path)
         for doubt in announced.doubts:
             self._warn(f"{path.name}: {doubt}")
-        shutil.rmtree(given, ignore_errors=True)
+        for file in set(given.glob("*")) - {texture.file for texture in announced.textures}:
+            file.unlink()  # but textures that were within the input go to the output
         return announced, described
 
     # --------------------------------------------------------------------------------------------------------------- steps
@@ -144,7 +145,7 @@ class Session:
 
     def _note(self, text: str) -> None:
         self._notes.append(text)
-        self._event(Message(text))
+        self._event(Message(text, step=self._number))
 
     def _progress(self, fraction: float) -> None:
         if self._number and abs(fraction - self._told) >= _SMALLEST_PROGRESS:
@@ -167,8 +168,7 @@ class Session:
             raise self._failed("nothing is left of the mesh after the last step")
         if gone := [a for a in ATTRIBUTES if a in present - attributes_of(self._meshes, announced, present)]:
             self._lose([f"after the steps the mesh has no {' and no '.join(gone)} any more"], OutputError, output)
-        after = self._measured(self._failed("the result has coordinates that are not finite"))
-        result = mesh_of(self._meshes.current_mesh())
+        result, after = self._measured(self._failed("the result has coordinates that are not finite"))
         change = shape_change(original, result, (before, after))
         for text in warnings_of(change):
             self._warn(text)
@@ -222,15 +222,17 @@ class Session:
         maps = [] if target is None else stage_map(self._assignment.stage / "new", target, *result, original, origins)
         return said | {"breaches": [plain(asdict(breach)) for breach in found], "maps": maps}
 
-    def _measured(self, refusal: Exception) -> SurfaceMeasures:
+    def _measured(self, refusal: Exception) -> tuple[InputMesh, SurfaceMeasures]:
+        """The current mesh and its measures; how it is connected is not found anew if that has not changed."""
         mesh = self._meshes.current_mesh()
         try:
-            return surface_measures(mesh.vertex_matrix(), mesh.face_matrix(), edges=mesh.edge_matrix())
+            arrays = mesh_of(mesh)
+            measures, self._connectivity = measures_and_connectivity(
+                arrays.vertices, arrays.faces, edges=mesh.edge_matrix(), known=self._connectivity
+            )
+            return arrays, measures
         except FilterInputError as error:
             raise refusal from error
-
-    def _compiling(self, so_far: Compilation) -> None:
-        self._event(Compiling(so_far.kernels, so_far.seconds, so_far.is_going_on))
 
     def _event(self, event: Event) -> None:
         self._tell(encode_event(event))

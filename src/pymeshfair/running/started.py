@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections.abc import Callable
+from types import TracebackType
 from typing import IO, Protocol, TypeAlias
 
 from ..operating_system import this_system
@@ -80,3 +81,31 @@ class FreshProcess:
         """See `Started`."""
         if self._process.returncode is None:  # else it has been waited for, and another process may have its number by now
             self._system.kill(self._process)
+
+
+class EarlyProcess:
+    """A fresh process that loads MeshLab and numba while its assignment is still being checked; a context manager.
+
+    If nobody takes it, it is ended with the context.
+    """
+
+    def __init__(self, *, is_wanted: bool = True) -> None:
+        """See the class; nothing is started before the context is entered, nor then unless it is wanted."""
+        self._is_wanted = is_wanted
+        self._waiting: FreshProcess | None = None
+
+    def __enter__(self) -> EarlyProcess:
+        self._waiting = FreshProcess(None) if self._is_wanted else None
+        return self
+
+    def start(self) -> Started:
+        """The process, for whoever gives it its assignment and ends it."""
+        process, self._waiting = self._waiting, None
+        return process or FreshProcess(None)
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        if self._waiting is not None:
+            self._waiting.kill()
+            self._waiting.wait()
+            for stream in (self._waiting.stdin, self._waiting.stdout, self._waiting.stderr):
+                stream.close()

@@ -89,11 +89,26 @@ def judged(name: str, info: RecipeInfo, traits: Mapping[str, float]) -> Suitabil
 def ranked(traits: Mapping[str, float], heads: Sequence[RecipeHead] | None = None) -> list[Suitability]:
     """All shipped recipes, those first that fit, and of these first the ones that are made for most of what the scan is.
 
-    A recipe is the better known to fit the more conditions it sets; among equals the order is that of the tasks. Recipes that do
-    not fit come by how little is in the way.
+    A recipe is the better known to fit the more conditions it sets; among equals the order is that of the tasks. One that says
+    that it is judged after another comes after that, if it fits too. Recipes that do not fit come by how little is in the way.
     """
-    found = [judged(head.name, head.info, traits) for head in (shipped_heads() if heads is None else heads)]
-    return sorted(found, key=lambda s: (not s.fits, len(s.unmet), -len(s.met), _place(s.task), s.recipe))
+    heads = shipped_heads() if heads is None else heads
+    behind = {head.name: head.info.behind for head in heads}
+    found = {head.name: judged(head.name, head.info, traits) for head in heads}
+
+    def key(suited: Suitability) -> tuple[bool, int, int, int]:
+        return not suited.fits, len(suited.unmet), -len(suited.met), _place(suited.task)
+
+    def place(suited: Suitability) -> tuple[tuple[bool, int, int, int], bool, int, str]:
+        better = found.get(behind[suited.recipe])
+        after = better is not None and better.fits and suited.fits
+        # What is made for more of the scan lifts the better one, too.
+        lifted = [key(found[name]) for name in found if behind[name] == suited.recipe and found[name].fits and suited.fits]
+        leader = better if after and better is not None else suited
+        group = min([key(leader), *lifted, *([key(suited)] if after else [])])
+        return group, after, -len(suited.met), suited.recipe
+
+    return sorted(found.values(), key=place)
 
 
 def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others: Iterable[Suitability]) -> str | None:
@@ -111,6 +126,9 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
     wrong = "; ".join(f"{name} is for {_asked(text)}, and here {found}" for text, found in verdict.unmet[:2])
     fitting = [other for other in others if other.fits and other.recipe != name]
     alike = _ALIKE if info.task in _ALIKE else (info.task,)
+    first = next((other for other in fitting if other.task == "denoise"), None)
+    if info.task not in _ALIKE and first is not None and all(found.startswith("noise is") for _, found in verdict.unmet):
+        return f"{wrong}: run {first.recipe} first"
     same = [other for other in fitting if other.task in alike and len(other.met) > 1]
     if same:
         return f"{wrong}: take {same[0].recipe}"

@@ -61,6 +61,7 @@ def verify_output(
     timeout: float | None = None,
     memory_limit: int | None = None,
     on_event: Callable[[Event], None] = lambda event: None,
+    by_tiles: Callable[[Job, Callable[[Event], None]], object] = run_job,
 ) -> Verification:
     """Check an output against its provenance, and make it again from what that says.
 
@@ -70,6 +71,7 @@ def verify_output(
         timeout: seconds for the run, or None.
         memory_limit: bytes that the run may take, or None for a share of the machine's.
         on_event: called with each event of the run.
+        by_tiles: carries a job out that was done by tiles.
 
     Raises:
         OutputError: it has no provenance, or one that cannot be understood.
@@ -87,7 +89,11 @@ def verify_output(
             raise OutputError(provenance_path(output), f"it cannot be understood ({type(error).__name__}: {error})") from error
         if isinstance(planned, Verification):
             return planned
-        run_job(replace(planned.job, timeout=timeout, memory_limit=memory_limit), on_event)
+        if "tiles" in record:
+            run, memory_limit = by_tiles, memory_limit or record["tiles"].get("memory_limit")
+        else:
+            run = run_job
+        run(replace(planned.job, timeout=timeout, memory_limit=memory_limit), on_event)
         return _compared(output, again, planned)
 
 

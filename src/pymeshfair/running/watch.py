@@ -122,7 +122,7 @@ class Watch:
         elif talk.level is not None and talk.text:
             (self.warned if talk.level == _WARNING else self.said)[self._speaker].append(talk.text)
             if self._speaker:
-                self._on_event(Message(talk.text, "warning" if talk.level == _WARNING else "info"))
+                self._on_event(Message(talk.text, "warning" if talk.level == _WARNING else "info", self._speaker))
 
     def _error(self) -> RunError:
         if self._failure is None:

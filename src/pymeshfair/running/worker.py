@@ -10,10 +10,11 @@ import contextlib
 import faulthandler
 import json
 import os
+import select
 import threading
 import time
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO, TypeAlias
 
@@ -21,6 +22,7 @@ from ..errors import StepFailedError
 from ..files.errors import InputError, OutputBusyError, OutputError
 from ..files.output_lock import output_lock
 from ..files.staging import hold, remove_folder
+from ..filters.compilation import load_compiler
 from ..operating_system import this_system
 from .messages import Assignment, failure, to_line
 
@@ -32,13 +34,24 @@ Work: TypeAlias = Callable[[Mapping[str, Any], Tell], dict[str, Any]]
 
 def main(before_end: Callable[[], None] = lambda: None) -> None:
     """Carry out the assignment that stdin gives, as a run; `before_end` is called when all is done and reported."""
-    serve(_run, before_end)
+    serve(_run, before_end, (_load_session, load_compiler))
 
 
-def serve(work: Work, before_end: Callable[[], None]) -> None:
-    """Do with the document that stdin gives whatever `work` does, within its limits, and end the process."""
+def serve(work: Work, before_end: Callable[[], None], meanwhile: Sequence[Callable[[], None]] = ()) -> None:
+    """Do with the document that stdin gives whatever `work` does, within its limits, and end the process.
+
+    Args:
+        work: what to do.
+        before_end: called when all is done and reported.
+        meanwhile: called one after the other until the document comes, which may take a while.
+    """
     orders, reports = take_over_streams()
     faulthandler.enable()
+    with contextlib.suppress(Exception):  # `work` meets it again, and tells it
+        for prepare in meanwhile:
+            if select.select([orders], [], [], 0)[0]:
+                break
+            prepare()
     line = orders.readline()
     if not line.endswith(b"\n"):
         os._exit(1)
@@ -98,8 +111,12 @@ def _remove_lock(output: Path) -> None:
             return
 
 
+def _load_session() -> None:
+    from . import session  # noqa: F401  # with MeshLab
+
+
 def _run(document: Mapping[str, Any], tell: Tell) -> dict[str, Any]:
-    from .session import Session  # imports MeshLab, within the limits
+    from .session import Session
 
     return Session(Assignment.from_document(document), tell).run()
 

@@ -12,7 +12,6 @@ import secrets
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
-from xml.sax.saxutils import quoteattr
 
 from ..declaration import Bool, Color, Enum, FileOpen, Float, Matrix, Parameter, Percentage, Point
 from ..errors import PymeshfairError
@@ -27,6 +26,10 @@ NOMINAL_EDGE = 0.25
 
 #: what no XML document can hold, not even escaped
 _UNWRITABLE = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+#: what an attribute of XML cannot hold as it is; xml.sax.saxutils would do the same, and import http for it
+_ESCAPES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"})
 
 
 def format_script(
@@ -115,7 +118,10 @@ def number_text(number: float) -> str:
 
 def _quoted(text: str) -> str:
     _check_writable(text)
-    return quoteattr(text)
+    escaped = text.translate(_ESCAPES)
+    if '"' in escaped and "'" not in escaped:
+        return f"'{escaped}'"
+    return '"' + escaped.replace('"', "&quot;") + '"'
 
 
 def _comment(text: str) -> str:

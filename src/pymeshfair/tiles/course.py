@@ -29,6 +29,7 @@ from .cloud import Cloud, do_selection, write_cloud
 from .division import Shape
 from .memory import Budget, budget, slice_rows
 from .mesh import MeshFile, MeshTiles, cut, do_move
+from .moves import cost_of
 from .plan import Move, Selection, plan_of
 from .ply_slices import PlySlices
 from .sources import open_cloud
@@ -157,7 +158,7 @@ class _Course:
                 progress, start = self._progress(move.step), 0.0
                 if move is plan[0]:
                     start, cutting = 0.4, part_of(progress, 0.0, 0.4)
-                    surface, known = self._cut(mesh, folder, cutting)
+                    surface, known = self._cut(mesh, folder, plan, cutting)
                     tiles = surface.cells.tiles(known["points_per_tile"])
                 box = do_move(surface, move, tiles, self._pool, part_of(progress, start, 1.0))
         self._on_event(PhaseStarted("writing"))
@@ -171,9 +172,12 @@ class _Course:
             steps, _measures(*counts, known["low"], known["high"]), _measures(*counts, *box), {"stages": [told] * len(plan)}
         )
 
-    def _cut(self, mesh: MeshFile, folder: Path, progress: Callable[[float], None]) -> tuple[Surface, dict[str, Any]]:
+    def _cut(
+        self, mesh: MeshFile, folder: Path, plan: list[Move], progress: Callable[[float], None]
+    ) -> tuple[Surface, dict[str, Any]]:
         shape, most = self._tiling.shape, self._tiling.most
-        return cut(mesh, folder, self._pool, self._share.tile, shape=shape, most=most, progress=progress)
+        costs = [cost_of(move.filter, move.values) for move in plan]
+        return cut(mesh, folder, self._pool, self._share.tile, costs=costs, shape=shape, most=most, progress=progress)
 
     def _report(
         self, steps: list[dict[str, Any]], before: dict[str, Any], after: dict[str, Any], tiles: dict[str, Any]

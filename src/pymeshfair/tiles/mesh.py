@@ -139,7 +139,15 @@ class MeshTiles:
 
 
 def cut(
-    mesh: MeshFile, folder: Path, pool: Pool, tile: int, *, shape: Shape, most: int | None, progress: Callable[[float], None]
+    mesh: MeshFile,
+    folder: Path,
+    pool: Pool,
+    tile: int,
+    *,
+    costs: list[tuple[int, int]],
+    shape: Shape,
+    most: int | None,
+    progress: Callable[[float], None],
 ) -> tuple[Surface, dict[str, Any]]:
     """Cut a mesh into cells.
 
@@ -148,6 +156,7 @@ def cut(
         folder: for the files.
         pool: of workers.
         tile: bytes that a tile may take.
+        costs: of the steps, see `pymeshfair.tiles.moves.cost_of`.
         shape: of tiles.
         most: vertices of a tile, in place of what fits.
         progress: called with the share that is done.
@@ -160,7 +169,8 @@ def cut(
     count, low, high = pool.run(cloud.survey, size)
     if count > np.iinfo(np.int32).max:
         raise FilterInputError(f"{count} vertices are more than the 2,147,483,647 that an index of 32 bits reaches")
-    vertices = surface_vertices(tile) if most is None else most
+    each, rings = max(cost[0] for cost in costs), max(cost[1] for cost in costs)
+    vertices = surface_vertices(tile, each, rings) if most is None else most
     buckets = pool.run(cloud.divide, count, folder, vertices, shape, size)
     progress(0.2)
     cells = Cells.make(folder, count, 1.0)

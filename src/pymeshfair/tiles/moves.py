@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from typing import Any
 
-from ..filters.denoising import FIXED, AutomaticParameters, NormalFilter
+from ..filters.denoising import FIXED, AutomaticParameters, NormalFilter, rings_of_round
 from ..filters.diffusion import explicit_smoothing, taubin_fairing
 from ..filters.mesh import Whole
 from .division import Floats
@@ -19,6 +19,8 @@ _LOCAL = ("uniform", "cotangent")
 _AUTOMATIC = {"range_floor": -1.0, "outer_iterations": -1, "relaxation": -1}
 #: what else the filter does, where nobody says
 _DEFAULTS = {"vertex_update": "sun", "outliers": "keep", "relaxation": 0, "relaxation_direction": "all"}
+#: bytes of a vertex in a tile
+_BYTES, _BYTES_OF_NORMALS = 400, {"edge": 700, "vertex": 800, "two_ring": 1100, "three_ring": 1700}
 
 
 @dataclass(frozen=True)
@@ -91,6 +93,18 @@ def _why_not_filtering(filtering: Filtering | None) -> str | None:
         if value in bad:
             return f"has {name} {value!r}, which needs the whole mesh"
     return None
+
+
+def cost_of(filter: str, values: Mapping[str, Any]) -> tuple[int, int]:
+    """The bytes that a step takes for each vertex of a tile, and how many rings there are around the tile.
+
+    Measured were 209 bytes for Taubin's steps, and 900 for normals averaged over two rings of faces.
+    """
+    filtering = filtering_of(values) if filter == NORMALS else None
+    if filtering is None:
+        return _BYTES, rings_of(filter, values)
+    rings = rings_of_round(filtering.settings, filtering.vertex_iterations)
+    return _BYTES_OF_NORMALS[filtering.settings.neighborhood], max(rings, 2 * filtering.relaxation)
 
 
 def rings_of(filter: str, values: Mapping[str, Any]) -> int:

@@ -26,9 +26,11 @@ from .columns import Column
 from .division import Floats, Longs
 
 #: points of the cells around a tile that are in memory at once, as a share of the points of a tile
-_AROUND = 0.25
+_AROUND = 0.125
 #: and at least
 _LEAST_AROUND = 1 << 15
+#: points whose neighbours in the tile are put into order at once
+_AT_ONCE = 4096
 
 
 @dataclass(frozen=True)
@@ -115,13 +117,18 @@ class OutlierTiles:
         shape = len(asking), self.k
         if few:
             return Nearest(np.full(shape, np.inf), np.full(shape, np.iinfo(np.int64).max), np.full(shape, -1))
-        theirs = index[positions[asking]]
-        apart = places[theirs] - places[index[asking]][:, None]
-        x, y, z = apart[..., 0], apart[..., 1], apart[..., 2]
-        squared = x * x + y * y + z * z
-        order = np.lexsort((theirs, squared), axis=1)
-        theirs, squared = np.take_along_axis(theirs, order, axis=1), np.take_along_axis(squared, order, axis=1)
-        return Nearest(np.ascontiguousarray(squared), numbers[theirs], slots[theirs])
+        nearest = Nearest(np.empty(shape), np.empty(shape, np.int64), np.empty(shape, np.int64))
+        for first in range(0, len(asking), _AT_ONCE):
+            rows = slice(first, first + _AT_ONCE)
+            theirs = index[positions[asking[rows]]]
+            apart = places[theirs] - places[index[asking[rows]]][:, None]
+            x, y, z = apart[..., 0], apart[..., 1], apart[..., 2]
+            squared = x * x + y * y + z * z
+            order = np.lexsort((theirs, squared), axis=1)
+            theirs = np.take_along_axis(theirs, order, axis=1)
+            nearest.squared[rows] = np.take_along_axis(squared, order, axis=1)
+            nearest.numbers[rows], nearest.slots[rows] = numbers[theirs], slots[theirs]
+        return nearest
 
     def _ask_around(self, places: Floats, names: Longs, bounds: Floats, nearest: Nearest, own: tuple[int, int]) -> None:
         """Put the nearer points of all cells but the `own` among the nearest; `names` are the numbers of those who ask."""

@@ -13,7 +13,8 @@ _LOOP = "compute_selection_by_outlier_probability_per_vertex"
 _DELETE = "meshing_remove_selected_vertices"
 _CAN = (
     "by tiles a recipe may select outliers of a cloud by probability (LoOP) and delete the selected vertices, or move the "
-    "vertices of a mesh by Explicit Smoothing, Taubin Fairing and Normal Filtering with fixed parameters"
+    "vertices of a mesh by Explicit Smoothing, Taubin Fairing and Normal Filtering with fixed parameters; 'remove_outliers' is "
+    "such a recipe"
 )
 #: steps that need all of a cloud or a mesh, and why
 _WHY = {

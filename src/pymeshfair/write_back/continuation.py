@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from ..declaration import Bools, Floats, Ints
+from ..filters.libraries import spatial
 
 #: Added faces show the texture of old ones that are at most so many rings away from them.
 _RINGS = 4
@@ -79,7 +79,7 @@ def continued_texture(
     wanted = _blend(mean, faces[givers], added_faces, known, mean[np.minimum(nearest, len(givers) - 1)])
     # Of faces with much the same middle, one whose colour is the same all over is not mistaken for an edge of the picture.
     unlike = np.abs(shown - shown[:, :1]).max(axis=1)
-    _, chosen = cKDTree(np.concatenate([shown[:, 0], 0.5 * unlike], axis=1)).query(np.pad(wanted, ((0, 0), (0, 3))))
+    _, chosen = spatial.cKDTree(np.concatenate([shown[:, 0], 0.5 * unlike], axis=1)).query(np.pad(wanted, ((0, 0), (0, 3))))
     return np.asarray(middles[givers[chosen]])
 
 

@@ -6,6 +6,18 @@ O = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"  # noqa: E741
 
 #: name, what it says, and what the refusal says or how many vertices and faces are read and what the warnings say
 ROWS = (
+    ("utf_16.obj", (O + "f 1 2 3\n").encode("utf-16"), "it is a text in UTF-16"),
+    ("continued_a_million_times.obj", O + "f 1 2 3 " + "\\\n" * 1_000_000 + "\n", (3, 1)),
+    (
+        "levels.obj",
+        "v 0 0 0 0 0 0\nv 1 0 0 255 0 0\nv 0 1 0 0 128 0\nf 1 2 3\n",
+        (3, 1, "they are taken for levels of 255"),
+    ),
+    (
+        "levels_with_materials.obj",
+        "mtllib a.mtl\nv 0 0 0 0 0 0\nv 1 0 0 255 0 0\nv 0 1 0 0 128 0\nf 1 2 3\n",
+        "its colours go up to 255, which MeshLab reads only partly; divide them by 255",
+    ),
     (
         "nan.obj",
         O.replace("1 0 0", "nan 0 0") + "f 1 2 3\n",

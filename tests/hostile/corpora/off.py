@@ -6,6 +6,7 @@ OF = "0 0 0\n1 0 0\n0 1 0\n"
 
 #: name, what it says, and what the refusal says or how many vertices and faces are read and what the warnings say
 ROWS = (
+    ("utf_16.off", ("OFF\n3 1 0\n" + OF + "3 0 1 2\n").encode("utf-16"), "it is a text in UTF-16"),
     ("binary.off", "OFF BINARY\n" + "\x00" * 40, "it is no text; MeshLab reads no binary OFF files"),
     ("one_line_head.off", "OFF 3 1 0\n" + OF + "3 0 1 2\n", (3, 1)),
     ("no_edges.off", "OFF\n3 1\n" + OF + "3 0 1 2\n", "it does not say how many edges it has (0 will do)"),

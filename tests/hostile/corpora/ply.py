@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from ...running.runs import TETRAHEDRON, ply_bytes, xyz
+
 H = "ply\nformat ascii 1.0\n"
 V = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
 F = "element face 4\nproperty list uchar int vertex_indices\nend_header\n"
@@ -10,6 +12,27 @@ FR = "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n"
 
 #: name, what it says, and what the refusal says or how many vertices and faces are read and what the warnings say
 ROWS = (
+    ("utf_16.ply", (H + V + F + VR + FR).encode("utf-16"), "it is a text in UTF-16"),
+    (
+        "nothing.ply",
+        H + V + F.replace("element face", "element nothing 4000000000\nelement face") + VR + FR,
+        "which have no properties",
+    ),
+    (
+        "empty_list.ply",
+        ply_bytes([*xyz(), ("list uchar int", "views", [[1], [], [2], [3]])], TETRAHEDRON[1].tolist()),
+        "the list 'views' of number 2 of its 'vertex' is empty",
+    ),
+    (
+        "empty_list_in_text.ply",
+        H + V + "property list uchar int views\n" + F + "0 0 0 0\n1 0 0 1 5\n0 1 0 0\n0 0 1 0\n" + FR,
+        (4, 4, "vertex property 'list int views'"),
+    ),
+    (
+        "empty_lists_in_text.ply",
+        H + V + "property list uchar int views\n" + F + VR.replace("\n", " 0\n") + FR,
+        (4, 4, "vertex property 'list int views'"),
+    ),
     (
         "more_faces_than_declared.ply",
         H + V + F.replace("face 4", "face 2") + VR + FR,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 #: name, what it says, and what the refusal says or how many vertices and faces are read and what the warnings say
 ROWS = (
+    ("utf_16.xyz", b"\xfe\xff" + "1 2 3\n".encode("utf-16-be"), "it is a text in UTF-16"),
     ("csv.xyz", "1,2,3\n4,5,6\n7,8,9\n", (3, 0)),
     ("semi.xyz", "1;2;3\n4;5;6\n", (2, 0)),
     ("csvsp.xyz", "1, 2, 3\n4, 5, 6\n", (2, 0)),

@@ -6,6 +6,7 @@ FC = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n
 
 #: name, what it says, and what the refusal says or how many vertices and faces are read and what the warnings say
 ROWS = (
+    ("utf_16.stl", ("solid a\n" + FC + "endsolid\n").encode("utf-16"), "it is a text in UTF-16"),
     (
         "nan.stl",
         "solid a\n" + FC.replace("1 0 0", "nan 0 0") + "endsolid\n",

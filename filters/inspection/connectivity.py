@@ -1,0 +1,108 @@
+"""What measures take from faces and edges alone, wherever the vertices are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..libraries import sparse
+from ..mesh import Bools, Ints
+from ..topology import connected_components, edge_faces, proper_faces, referenced_vertices
+from .vertex_fans import fan_counts
+
+
+@dataclass(frozen=True, eq=False)
+class Connectivity:
+    """How the vertices of a mesh are connected.
+
+    Attributes:
+        n_vertices: how many there are.
+        faces: (m, 3) all faces.
+        segments: (e, 2) edges of polylines.
+        proper: (p, 3) the faces that name three different vertices.
+        pairs: (k, 2) pairs of vertices that a face joins, or in a mesh without faces an edge, each once.
+        neighbours: (q, 2) the faces of `proper` that share an edge with exactly two.
+        shared: (q, 2) these edges.
+        used: how many vertices a proper face, or in a mesh without faces an edge, uses.
+        unreferenced: how many no face and no edge uses.
+        border: how many edges have exactly one face.
+        crowded: how many have more than two.
+        pinched: how many vertices have such an edge, or faces that form more than one fan.
+        components: parts that faces connect, or in a mesh without faces edges.
+    """
+
+    n_vertices: int
+    faces: Ints
+    segments: Ints
+    proper: Ints
+    pairs: Ints
+    neighbours: Ints
+    shared: Ints
+    used: int
+    unreferenced: int
+    border: int
+    crowded: int
+    pinched: int
+    components: int
+
+    @property
+    def closed(self) -> bool:
+        """Whether there are faces and every edge has two."""
+        return len(self.proper) > 0 and self.border == 0 and self.crowded == 0
+
+    @property
+    def euler(self) -> int:
+        """Vertices of the edges - edges + faces."""
+        return self.used - len(self.pairs) + len(self.proper)
+
+    def is_of(self, n_vertices: int, faces: Ints, segments: Ints) -> bool:
+        """Whether another mesh is connected in the same way."""
+        return n_vertices == self.n_vertices and np.array_equal(faces, self.faces) and np.array_equal(segments, self.segments)
+
+
+def connectivity(n_vertices: int, faces: Ints, segments: Ints) -> Connectivity:
+    """How faces and edges connect vertices.
+
+    Args:
+        n_vertices: n.
+        faces: (m, 3) int32.
+        segments: (e, 2) int32.
+    """
+    all_proper = proper_faces(faces)
+    proper = faces if all_proper.all() else faces[all_proper]
+    pairs, face_counts, neighbours, shared = edge_faces(proper)
+    used = referenced_vertices(proper, n_vertices)
+    components = connected_components(proper, n_vertices)[1]
+    pinched = fan_counts(proper, neighbours, shared, n_vertices) > 1
+    pinched[pairs[face_counts > 2]] = True
+    if len(faces) == 0:
+        ordered = np.sort(segments[segments[:, 0] != segments[:, 1]], axis=1)
+        pairs = np.unique(ordered, axis=0)
+        used[pairs] = True
+        components = _components_of_curves(pairs, used)
+    count = int(used.sum())
+    used[segments] = True
+    return Connectivity(
+        n_vertices,
+        faces,
+        segments,
+        proper,
+        pairs,
+        neighbours,
+        shared,
+        used=count,
+        unreferenced=n_vertices - int(used.sum()),
+        border=int((face_counts == 1).sum()),
+        crowded=int((face_counts > 2).sum()),
+        pinched=int(pinched.sum()),
+        components=components,
+    )
+
+
+def _components_of_curves(pairs: Ints, used: Bools) -> int:
+    """The number of parts that the edges connect; vertices that are not `used` are none."""
+    if not len(pairs):
+        return 0
+    graph = sparse.csr_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(used), len(used)))
+    return int(sparse.csgraph.connected_components(graph, directed=False)[0]) - int((~used).sum())

@@ -1,0 +1,56 @@
+"""How thick a body is at each point of its surface: the largest ball inside that touches the surface there."""
+
+import numpy as np
+
+from ..execution import Progress, ignore_progress
+from ..libraries import spatial
+from ..mesh import Floats
+
+#: A ball counts if it touches two places that its centre sees at least this far apart, in radians: those of two sides. Places
+#: nearer to each other tell of the curvature or the noise of one side.
+LEAST_ANGLE = np.pi / 3.0
+_MOST_STEPS = 30
+_SAME = 1e-6
+
+
+def touching_balls(points: Floats, normals: Floats, *, largest: Floats, progress: Progress = ignore_progress) -> Floats:
+    """The radii of the largest balls that touch a surface at each point from the side that the normals turn away from [ma2012].
+
+    A ball of the largest radius touches the point p with normal n, its centre p - r n. While another point q lies in the ball, it
+    is replaced by the ball that touches both, r = |p - q|^2 / (2 n . (p - q)). The last of these counts whose centre sees p and q
+    at least `LEAST_ANGLE` apart.
+
+    Args:
+        points: (n, 3) samples of the surface.
+        normals: (n, 3) unit normals; 0 for points that get the largest ball.
+        largest: (n,) the largest radius at each point, from 0: as large as matters, since small balls are found faster.
+        progress: called now and then with the share that is done; may raise to stop.
+
+    Returns:
+        (n,) radii, of at most `largest`. Half of the thickness where two sides face each other.
+    """
+    radii, current = largest.copy(), largest.copy()
+    active = np.flatnonzero((normals != 0.0).any(axis=1) & (radii > 0.0))
+    if len(active) == 0:
+        return radii
+    tree = spatial.cKDTree(points)
+    for step in range(_MOST_STEPS):
+        progress(step / _MOST_STEPS)
+        bound = (1.0 - _SAME) * current[active]
+        centres = points[active] - current[active, None] * normals[active]
+        distance, nearest = tree.query(centres, distance_upper_bound=bound.max())
+        inside = distance < bound
+        active, nearest = active[inside], nearest[inside]
+        way = points[active] - points[nearest]
+        rise = (way * normals[active]).sum(axis=1)
+        # A point in the ball has a positive rise, but for rounding.
+        active, way, rise = active[rise > 0.0], way[rise > 0.0], rise[rise > 0.0]
+        if len(active) == 0:
+            break
+        current[active] = np.minimum((way * way).sum(axis=1) / (2.0 * rise), current[active])
+        # From the centre, p is at r n and q at r n - (p - q).
+        to_first = current[active, None] * normals[active]
+        wide = (to_first * (to_first - way)).sum(axis=1) <= np.cos(LEAST_ANGLE) * current[active] ** 2
+        radii[active[wide]] = current[active[wide]]
+    progress(1.0)
+    return radii

@@ -1,0 +1,166 @@
+"""Relief made higher on a shape that stays: waves of a band, along the normals, held at borders, bounded by the thickness."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..checks import FilterInputError, check_finite, check_positive
+from ..execution import Progress, ignore_progress, part_of
+from ..geometry import mean_edge_length, vertex_normals_by_area
+from ..libraries import sparse
+from ..mesh import Floats, Ints, NormalisedMesh, check_mesh, normalised_mesh
+from ..neighbours import touching_balls
+from ..topology import border_vertices, edges
+from .eigenvector_free import filter_without_eigenvectors
+from .problem import SpectralOperator, spectral_problem
+from .relief_band import OCTAVES, ReliefBand, relief_band
+from .responses import cutoff_frequency, low_pass
+
+#: Thickness is measured up to that at which the bound takes 2 % of the displacement: 1 - tanh(x) / x for x = 1/4.
+_FREE = 4.0
+# And at least as if the displacement were this share of the largest, so that no bound is 0.
+_NONE = 1e-3
+# Of the low passes: differences of what they leave are taken.
+_TOLERANCE = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class EnhancedDetails:
+    """A surface with its relief enhanced.
+
+    Attributes:
+        vertices: (n, 3) the new coordinates.
+        detail_size: the shortest wave of the band, in mesh units; 0 where there is nothing to enhance.
+        largest_size: the longest.
+        height: the root mean square of the heights of the relief as it was, over the vertices, in mesh units.
+        largest_displacement: in mesh units.
+        bounded: the share of the vertices whose displacement the thickness has halved at least.
+    """
+
+    vertices: Floats
+    detail_size: float = 0.0
+    largest_size: float = 0.0
+    height: float = 0.0
+    largest_displacement: float = 0.0
+    bounded: float = 0.0
+
+
+def enhance_details(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    *,
+    gain: float = 2.0,
+    detail_size: float | None = None,
+    largest_size: float | None = None,
+    most: float = 0.05,
+    operator: SpectralOperator = "auto",
+    movable: ArrayLike | None = None,
+    progress: Progress = ignore_progress,
+) -> EnhancedDetails:
+    """Moves vertices along the normals of the shape, p' = p + f((gain - 1) s h) n, by the heights h of the relief.
+
+    1. K_d is the low pass that halves waves of length d, see `low_pass`. n are the normals of the shape K_long p.
+    2. h = n . (K_short p - K_long p), less its own long waves: h - K_long h. Without them a bulge would grow as a whole.
+    3. s goes from 0 at open borders to 1 at a distance of the longest wave, as 3 x^2 - 2 x^3.
+    4. f(x) = b tanh(x / b), b a share of the thickness of the shape, inside or outside, whichever is less (`touching_balls`). So
+       thin parts do not swell, and two sides of a gap do not meet.
+
+    Waves longer than the band and shorter than it, noise too, stay as they are, and with gain 1 all do.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles; at least one unless there are no vertices.
+        gain: how many times as high the relief becomes, from 0. Below 1 it is flattened.
+        detail_size: the shortest wave of the relief, in mesh units; None for the one that `relief_band` measures. Choose it above
+            the size of the noise.
+        largest_size: the longest wave, above `detail_size`; None for four times as long.
+        most: the largest displacement as a share of the thickness, above 0. Larger lets thin parts change more; at 1/2 two sides
+            may meet.
+        operator: "cotangent", "robust", or "auto": robust where the mesh is not manifold.
+        movable: (n,) bool, which vertices may move, None for all.
+        progress: told the share that is done; may raise to stop.
+
+    Returns:
+        The coordinates and the band. Vertices that do not move keep every bit: those on borders, those of no face with an area,
+        those not `movable`. Deterministic to the bit.
+
+    Raises:
+        FilterInputError: not a mesh, a parameter out of range, a point cloud.
+    """
+    points, triangles = check_mesh(vertices, faces)
+    factor = check_finite("gain", gain, least=0.0) - 1.0
+    check_positive("most", most)
+    if detail_size is not None:
+        cutoff_frequency("detail_size", detail_size)
+    if largest_size is not None:
+        cutoff_frequency("largest_size", largest_size)
+    if len(triangles) == 0 and len(points):
+        raise FilterInputError("the mesh has no triangles: relief is that of a surface; triangulate a point cloud first")
+    mesh = normalised_mesh(points, triangles, movable)
+    if len(mesh) == 0:
+        return EnhancedDetails(points.copy())
+    problem = spectral_problem(mesh.points, mesh.cells, operator=operator)
+    if len(problem.mass) == 0:
+        return EnhancedDetails(points.copy())
+    band = _band(mesh, detail_size, largest_size)
+    short, long = low_pass(band.shortest), low_pass(band.longest)
+    here = mesh.points[problem.vertices]
+    fine = filter_without_eigenvectors(problem, here, short, tolerance=_TOLERANCE, progress=part_of(progress, 0.0, 0.2)).values
+    shape = filter_without_eigenvectors(problem, here, long, tolerance=_TOLERANCE, progress=part_of(progress, 0.2, 0.4)).values
+    everywhere = mesh.points.copy()
+    everywhere[problem.vertices] = shape
+    normals = vertex_normals_by_area(everywhere, mesh.cells)[problem.vertices]
+    heights = ((fine - shape) * normals).sum(axis=1)
+    heights -= filter_without_eigenvectors(
+        problem, heights, long, tolerance=_TOLERANCE, progress=part_of(progress, 0.4, 0.6)
+    ).values
+    wanted = factor * heights * _away_from_borders(mesh, band.longest)[problem.vertices]
+    reach = float(np.abs(wanted).max())
+    if mesh.movable is not None:
+        wanted[~mesh.movable[problem.vertices]] = 0.0
+    found = wanted
+    if reach > 0.0:
+        largest = _FREE / (2.0 * most) * np.maximum(np.abs(wanted), _NONE * reach)
+        inside = touching_balls(shape, normals, largest=largest, progress=part_of(progress, 0.6, 0.8))
+        outside = touching_balls(shape, -normals, largest=largest, progress=part_of(progress, 0.8, 1.0))
+        bound = most * 2.0 * np.minimum(inside, outside)
+        found = bound * np.tanh(wanted / bound)
+    after = mesh.points.copy()
+    after[problem.vertices] += found[:, None] * normals
+    progress(1.0)
+    return EnhancedDetails(
+        mesh.restored(after),
+        band.shortest / mesh.scale,
+        band.longest / mesh.scale,
+        float(np.sqrt((heights**2).mean())) / mesh.scale,
+        float(np.abs(found).max()) / mesh.scale,
+        float((np.abs(found) < 0.5 * np.abs(wanted)).mean()),
+    )
+
+
+def _band(mesh: NormalisedMesh, detail_size: float | None, largest_size: float | None) -> ReliefBand:
+    """The band asked for, or measured, in the unit of the points."""
+    if detail_size is None:
+        shortest = relief_band(mesh.points, mesh.cells, mean_edge_length(mesh.points, mesh.cells)).shortest
+    else:
+        shortest = detail_size * mesh.scale
+    longest = OCTAVES * shortest if largest_size is None else largest_size * mesh.scale
+    if not longest > shortest:
+        raise FilterInputError(
+            f"largest_size {largest_size} is not above detail_size {shortest / mesh.scale:.6g}: no wave is in between"
+        )
+    return ReliefBand(shortest, longest)
+
+
+def _away_from_borders(mesh: NormalisedMesh, width: float) -> Floats:
+    """(k,) 3 x^2 - 2 x^3 of the distance from the nearest border vertex along edges, as a share x of the width, at most 1."""
+    border: Ints = np.flatnonzero(border_vertices(mesh.cells, len(mesh))).astype(np.int32)
+    if len(border) == 0:
+        return np.ones(len(mesh))
+    ends = edges(mesh.cells)
+    lengths = np.linalg.norm(mesh.points[ends[:, 0]] - mesh.points[ends[:, 1]], axis=1)
+    graph = sparse.csr_array((np.maximum(lengths, 1e-300), (ends[:, 0], ends[:, 1])), shape=(len(mesh), len(mesh)))
+    distance = sparse.csgraph.dijkstra(graph, directed=False, indices=border, min_only=True, limit=width)
+    share = np.minimum(distance / width, 1.0)
+    return np.asarray(share**2 * (3.0 - 2.0 * share))

@@ -1,0 +1,57 @@
+"""What a run shows while filters are compiled."""
+
+from __future__ import annotations
+
+import pytest
+
+from pymeshfair.commands.progress import ProgressBar, ProgressLines
+from pymeshfair.running.job import Compiling, StepStarted
+from pymeshfair.running.messages import decode_event, encode_event
+from pymeshfair.running.started import EarlyProcess
+
+EVENTS = (StepStarted(1, 2, "Implicit Fairing"), Compiling(1, 0.0, True), Compiling(1, 2.5, False), Compiling(2, 2.5, True))
+
+
+def test_lines_say_that_filters_are_compiled_and_in_the_end_how_long_it_took(capfd: pytest.CaptureFixture[str]) -> None:
+    """Compiling is told once when it begins, and its seconds once when the run is over."""
+    with ProgressLines() as show:
+        for event in (*EVENTS, Compiling(2, 4.25, False)):
+            show(event)
+    said = capfd.readouterr().err
+    assert said.count("compiling filters for this machine, once") == 1
+    assert "4.2 s of that went into compiling" in said
+
+
+def test_the_bar_says_that_filters_are_compiled_as_long_as_they_are() -> None:
+    """The words beside the bar name the step, and how long compiling has taken so far; then the step alone."""
+    with ProgressBar() as show:
+        for event in EVENTS:
+            show(event)
+        assert show._bar.tasks[0].description == (
+            "step 1 of 2: Implicit Fairing: compiling filters for this machine, once, 2 s so far"
+        )
+        show(Compiling(2, 4.25, False))
+        assert show._bar.tasks[0].description == "step 1 of 2: Implicit Fairing"
+
+
+def test_compiling_is_told_by_the_worker_as_it_is() -> None:
+    """The event comes out of its document as it went in."""
+    assert [decode_event(encode_event(event)) for event in EVENTS] == list(EVENTS)
+
+
+def test_a_worker_that_nobody_takes_is_ended() -> None:
+    """A recipe that turns out to be wrong leaves no process behind; one that is taken lives on."""
+    with EarlyProcess() as early:
+        waiting = early._waiting
+        assert waiting is not None
+    assert waiting.wait() is not None  # it was killed, and waited for
+    assert waiting.stdin.closed
+    with EarlyProcess() as early:
+        taken = early.start()
+    assert not taken.has_ended()
+    taken.kill()
+    taken.wait(10.0)
+    for stream in (taken.stdin, taken.stdout, taken.stderr):
+        stream.close()
+    with EarlyProcess(is_wanted=False) as none:
+        assert none._waiting is None

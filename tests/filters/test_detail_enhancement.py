@@ -1,0 +1,111 @@
+"""Relief made higher: what changes and what does not, in closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pymeshfair.filters.checks import FilterInputError
+from pymeshfair.filters.geometry import mean_edge_length
+from pymeshfair.filters.neighbours import touching_balls
+from pymeshfair.filters.spectral import enhance, enhance_details
+from pymeshfair.filters.spectral.relief_band import SHORTEST, relief_band
+from pymeshfair.filters.topology import border_vertices
+from tests.meshes import Mesh, grid, icosphere, torus
+
+Floats = NDArray[np.float64]
+
+
+def waves(count: int, wavelength: float, height: float) -> Mesh:
+    """A flat square of unit steps with waves along x."""
+    vertices, faces = grid(count, count)
+    vertices[:, :2] *= 1.0 / mean_step(vertices)
+    vertices[:, 2] = height * np.cos(2.0 * np.pi * vertices[:, 0] / wavelength)
+    return vertices, faces
+
+
+def mean_step(vertices: Floats) -> float:
+    """The distance of two columns of a grid."""
+    return float(np.diff(np.unique(vertices[:, 0])).mean())
+
+
+def test_waves_of_the_band_grow_by_the_response_and_the_border_stays() -> None:
+    """In the middle of a flat sheet waves of height a become a (1 + (gain - 1) B (1 - K)), B and K the band and the low pass."""
+    height, wavelength, detail, largest = 0.05, 12.0, 6.0, 24.0
+    vertices, faces = waves(80, wavelength, height)
+    found = enhance_details(vertices, faces, gain=3.0, detail_size=detail, largest_size=largest)
+    assert np.array_equal(found.vertices[border_vertices(faces, len(vertices))], vertices[border_vertices(faces, len(vertices))])
+    middle = (np.abs(vertices[:, :2] - vertices[:, :2].mean(axis=0)) < 12.0).all(axis=1)
+    omega = np.array([2.0 * np.pi / wavelength])
+    band = float(enhance(detail, largest)(omega)[0]) - 1.0
+    slow = 2.0 ** -((wavelength / largest) ** -4)
+    expected = 1.0 + 2.0 * band * (1.0 - slow)
+    grown = (found.vertices[middle, 2] @ vertices[middle, 2]) / (vertices[middle, 2] @ vertices[middle, 2])
+    # Twelve edges a wave: the operator's eigenvalue is (pi / 12)^2 / 3, 2.3 %, below the wave's; the border is not far.
+    assert grown == pytest.approx(expected, rel=0.05)
+    assert found.largest_displacement < 2.1 * height
+
+
+def test_a_sphere_stays_and_keeps_its_size() -> None:
+    """A sphere is all shape: its heights over the smoothed one are the same everywhere, so that they are long waves."""
+    vertices, faces = icosphere(4)
+    edge = mean_edge_length(vertices, faces)
+    found = enhance_details(vertices, faces, gain=5.0, detail_size=6 * edge, largest_size=24 * edge)
+    radii = np.linalg.norm(found.vertices, axis=1)
+    smoothed = 1.0 - 2.0 ** -((2.0 / (2 * np.pi / (24 * edge)) ** 2) ** 2)
+    assert np.abs(radii - 1.0).max() < 0.05 * 4.0 * smoothed
+
+
+def test_nothing_moves_by_more_than_the_share_of_the_thickness() -> None:
+    """A torus with a tube of radius 0.3 under ten times its relief moves by a share of 0.6, and its roughness."""
+    vertices, faces = torus(90, 36, minor=0.3)
+    rng = np.random.default_rng(1)
+    rough = vertices + 0.02 * rng.normal(size=vertices.shape)
+    for most in (0.02, 0.1):
+        found = enhance_details(rough, faces, gain=10.0, detail_size=0.1, largest_size=0.6, most=most)
+        moved = np.linalg.norm(found.vertices - rough, axis=1).max()
+        assert moved < most * 0.65
+        assert moved > 0.3 * most * 0.6
+
+
+def test_gain_one_changes_no_bit_and_wrong_bands_are_refused() -> None:
+    """The displacement has the factor gain - 1; a band needs two lengths in order."""
+    vertices, faces = icosphere(2)
+    assert np.array_equal(enhance_details(vertices, faces, gain=1.0, detail_size=0.5).vertices, vertices)
+    with pytest.raises(FilterInputError, match=r"largest_size 0.5 is not above detail_size 0.5"):
+        enhance_details(vertices, faces, detail_size=0.5, largest_size=0.5)
+    with pytest.raises(FilterInputError, match="no triangles"):
+        enhance_details(vertices, np.empty((0, 3), dtype=np.int32))
+
+
+def test_balls_of_a_slab_have_half_its_thickness_and_those_of_a_sphere_its_radius() -> None:
+    """Two planes at distance 1 have balls of radius 1/2 between, the largest outside; a sphere has its own ball inside."""
+    x, y = np.meshgrid(np.linspace(-3.0, 3.0, 61), np.linspace(-3.0, 3.0, 61))
+    flat = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+    slab = np.concatenate([flat, flat + np.array([0.0, 0.0, 1.0])])
+    normals = np.repeat([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]], len(flat), axis=0)
+    most = np.full(len(slab), 2.0)
+    np.testing.assert_allclose(touching_balls(slab, normals, largest=most), 0.5, rtol=1e-6)
+    assert np.array_equal(touching_balls(slab, -normals, largest=most), most)
+    vertices, _ = icosphere(3)
+    inside = touching_balls(vertices, vertices, largest=np.full(len(vertices), 3.0))
+    # The sphere has samples opposite each, or next to there: the ball through two points of a sphere with its centre on the
+    # radius of one of them is the sphere's own.
+    np.testing.assert_allclose(inside, 1.0, rtol=1e-6)
+
+
+def test_the_band_begins_where_waves_rise_above_the_noise() -> None:
+    """Noise of 0.01, 0.04 and 0.16 edges on a sphere with bumps of many sizes: the relief begins at longer waves each time."""
+    vertices, faces = icosphere(5)
+    edge = mean_edge_length(vertices, faces)
+    rng = np.random.default_rng(3)
+    directions = rng.normal(size=(40, 3)) * np.geomspace(2.0, 24.0, 40)[:, None]
+    bumps = (np.cos(vertices @ directions.T) / np.linalg.norm(directions, axis=1) ** 2).sum(axis=1)
+    shape = vertices * (1.0 + 0.2 * bumps)[:, None]
+    starts = []
+    for noise in (0.01, 0.04, 0.16):
+        band = relief_band(shape + noise * edge * rng.normal(size=(len(shape), 1)) * vertices, faces, edge)
+        assert band.longest == pytest.approx(4.0 * band.shortest)
+        starts.append(band.shortest / edge)
+    assert SHORTEST <= starts[0] < starts[1] < starts[2]

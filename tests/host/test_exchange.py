@@ -1,0 +1,150 @@
+"""Meshes of other packages go into a mesh set and come back; recipes by name; how a mesh set shows itself."""
+
+from __future__ import annotations
+
+import sys
+from types import ModuleType, SimpleNamespace
+
+import numpy as np
+import pymeshlab
+import pytest
+import trimesh
+
+from pymeshfair import MeshSet
+from pymeshfair.errors import UnknownNameError
+from pymeshfair.meshset.errors import ForeignMeshError
+from tests.meshes import icosphere, noisy, torus
+
+
+def taken(mesh: object) -> pymeshlab.Mesh:
+    """The current mesh of a mesh set to which a mesh was added."""
+    meshes = MeshSet()
+    meshes.add_mesh(mesh, "mine")
+    assert meshes.current_mesh().label() == "mine"
+    return meshes.current_mesh()
+
+
+def test_trimesh_meshes_keep_geometry_and_colours_both_ways() -> None:
+    """Vertices and faces to the bit, colours of vertices and of faces in their eight bits, and the numbering."""
+    vertices, faces = torus()
+    colors = np.random.default_rng(0).integers(0, 256, size=(len(vertices), 4), dtype=np.uint8)
+    meshes = MeshSet()
+    meshes.add_mesh(trimesh.Trimesh(vertices, faces, vertex_colors=colors, process=False))
+    back = meshes.to_trimesh()
+    np.testing.assert_array_equal(back.vertices, vertices)
+    np.testing.assert_array_equal(back.faces, faces)
+    np.testing.assert_array_equal(back.visual.vertex_colors, colors)
+    shades = np.random.default_rng(1).integers(0, 256, size=(len(faces), 4), dtype=np.uint8)
+    found = taken(trimesh.Trimesh(vertices, faces, face_colors=shades, process=False))
+    np.testing.assert_allclose(255 * found.face_color_matrix(), shades, atol=0.01)
+    cloud = MeshSet()
+    cloud.add_mesh(trimesh.PointCloud(vertices, colors=colors))  # type: ignore[no-untyped-call]
+    np.testing.assert_array_equal(cloud.to_trimesh().vertices, vertices)
+    np.testing.assert_array_equal(cloud.to_trimesh().colors, colors)
+
+
+def test_texture_coordinates_of_trimesh_are_kept() -> None:
+    """One pair for each vertex."""
+    vertices, faces = icosphere(1)
+    uv = np.random.default_rng(2).random((len(vertices), 2))
+    looks = trimesh.visual.TextureVisuals(uv=uv)  # type: ignore[no-untyped-call]
+    mesh = trimesh.Trimesh(vertices, faces, process=False, visual=looks)
+    np.testing.assert_allclose(taken(mesh).vertex_tex_coord_matrix(), uv, rtol=1e-6)
+
+
+def test_open3d_meshes_and_clouds_are_known_by_their_looks() -> None:
+    """What has triangles, or points with normals and colours, is taken with both, tensors through their legacy form."""
+    vertices, faces = icosphere(2)
+    colors = np.random.default_rng(3).random((len(vertices), 3))
+    mesh = SimpleNamespace(vertices=vertices, triangles=faces, vertex_normals=vertices, vertex_colors=colors)
+    for given in (mesh, SimpleNamespace(to_legacy=lambda: mesh)):
+        found = taken(given)
+        np.testing.assert_array_equal(found.vertex_matrix(), vertices)
+        np.testing.assert_array_equal(found.face_matrix(), faces)
+        np.testing.assert_allclose(found.vertex_color_matrix()[:, :3], colors, atol=1 / 255)
+    cloud = taken(SimpleNamespace(points=vertices, normals=-vertices, colors=np.zeros((0, 3))))
+    assert cloud.face_number() == 0
+    np.testing.assert_allclose(cloud.vertex_normal_matrix(), -vertices, atol=1e-12)
+
+
+def test_open3d_gets_its_mesh_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The attributes that Open3D's classes have are set to its vectors; a mesh without faces becomes a cloud."""
+    o3d = ModuleType("open3d")
+    o3d.geometry = SimpleNamespace(TriangleMesh=SimpleNamespace, PointCloud=SimpleNamespace)  # type: ignore[attr-defined]
+    o3d.utility = SimpleNamespace(Vector3dVector=np.array, Vector3iVector=np.array)  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "open3d", o3d)
+    vertices, faces = icosphere(1)
+    meshes = MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
+    back = meshes.to_open3d()
+    np.testing.assert_array_equal(back.vertices, vertices)
+    np.testing.assert_array_equal(back.triangles, faces)
+    np.testing.assert_allclose(np.linalg.norm(back.vertex_normals, axis=1), 1.0)
+    meshes.add_mesh(pymeshlab.Mesh(vertices))
+    np.testing.assert_array_equal(meshes.to_open3d().points, vertices)
+
+
+def test_meshio_meshes_give_triangles_quads_and_lines(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A quad is two triangles, flat points lie in the plane z = 0, and cells that are no surface are refused by name."""
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    blocks = [SimpleNamespace(type="quad", data=np.array([[0, 1, 2, 3]])), ("line", np.array([[0, 2]]))]
+    found = taken(SimpleNamespace(points=square, cells=blocks))
+    assert found.face_matrix().tolist() == [[0, 1, 2], [0, 2, 3]]
+    assert found.edge_matrix().tolist() == [[0, 2]]
+    assert found.vertex_matrix()[:, 2].tolist() == [0.0] * 4
+    with pytest.raises(ForeignMeshError, match="'tetra'"):
+        taken(SimpleNamespace(points=square, cells=[("tetra", np.array([[0, 1, 2, 3]]))]))
+    meshio = ModuleType("meshio")
+    meshio.Mesh = lambda points, cells, point_data: (points, cells, point_data)  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "meshio", meshio)
+    meshes = MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(*icosphere(0)))
+    points, cells, data = meshes.to_meshio()
+    assert points.shape == data["normals"].shape == (12, 3)
+    assert [(kind, len(rows)) for kind, rows in cells] == [("triangle", 20)]
+
+
+def test_what_is_no_mesh_is_refused_by_its_type() -> None:
+    """The message names the type and the packages that are known."""
+    with pytest.raises(TypeError, match=r"trimesh, Open3D or meshio, got a builtins\.str"):
+        MeshSet().add_mesh("scan.ply")
+
+
+def test_a_recipe_is_applied_by_its_name() -> None:
+    """The result is that of its steps with these settings, one report a step, and the filter script stays empty."""
+    vertices, faces = noisy(icosphere(3), 0.01)
+    first, second = MeshSet(), MeshSet()
+    for meshes in (first, second):
+        meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
+    assert len(first.apply_recipe("smooth_implicit")) == 1
+    assert not np.array_equal(first.current_mesh().vertex_matrix(), vertices)
+    reports = second.apply_recipe("denoise_meshlab_only", rounds=2)
+    assert len(reports) == 3
+    assert not np.array_equal(first.current_mesh().vertex_matrix(), second.current_mesh().vertex_matrix())
+    with pytest.raises(UnknownNameError, match="did you mean 'denoise'"):
+        first.apply_recipe("denoize")
+
+
+def test_a_mesh_set_says_what_is_in_it() -> None:
+    """One line a layer, the current one marked, in text and as a table; names are never read as HTML."""
+    meshes = MeshSet()
+    assert str(meshes) == "MeshSet of 0 layers"
+    meshes.add_mesh(pymeshlab.Mesh(*icosphere(1)), "<ball>")
+    meshes.add_mesh(pymeshlab.Mesh(icosphere(2)[0]), "cloud")
+    assert str(meshes).splitlines() == [
+        "MeshSet of 2 layers",
+        "  0    <ball>: 42 vertices, 80 faces",
+        "  1*   cloud: 162 vertices",
+    ]
+    table = meshes._repr_html_()
+    assert "&lt;ball&gt;" in table
+    assert "<b>cloud</b>" in table
+
+
+def test_a_bare_number_for_a_length_is_answered_with_what_it_may_mean() -> None:
+    """Six mean edges, percent or mesh units: the message has each as it is written."""
+    meshes = MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(*icosphere(2)))
+    said = r"'detail_size' is a length.*'6edge' for 6 mean edges, '6%' .* or '6' in quotes"
+    with pytest.raises(pymeshlab.PyMeshLabException, match=said):
+        meshes.apply_coord_implicit_fairing(detail_size=6)

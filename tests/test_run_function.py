@@ -1,0 +1,30 @@
+"""`pymeshfair.run`: a mesh file through a recipe in one call of Python."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pymeshlab
+
+import pymeshfair
+from tests.meshes import icosphere, noisy
+
+
+def test_a_file_goes_through_a_recipe_with_its_settings_and_record(tmp_path: Path) -> None:
+    """The output and its record are there, the setting took effect, and a recipe that is given as an object stays as it was."""
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(*noisy(icosphere(3), 0.01)))
+    meshes.save_current_mesh(str(tmp_path / "ball.ply"))
+    recipe = pymeshfair.Recipe.load("denoise_meshlab_only")
+    before = recipe.script
+    result = pymeshfair.run(recipe, tmp_path / "ball.ply", tmp_path / "clean.ply", settings={"rounds": 3})
+    assert result.output == tmp_path / "clean.ply"
+    assert result.output.is_file()
+    assert result.provenance.is_file()
+    assert recipe.script == before
+    assert result.record["recipe"]["name"] == "denoise_meshlab_only"
+    assert result.record["measures"]["after"]["vertices"] == result.after["vertices"] == 642
+    assert len(result.steps) == len(result.record["steps"]) == 3
+    assert "rounds" in {s.name for s in recipe.script.settings}
+    again = pymeshfair.run("denoise_meshlab_only", tmp_path / "ball.ply", tmp_path / "clean.ply", set=["rounds=3"])
+    assert again.record["output"]["sha256"] == result.record["output"]["sha256"]
