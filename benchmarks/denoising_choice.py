@@ -1,14 +1,14 @@
 """How near the setting that held-out vertices choose comes to the best of all that are tried, found with the truth at hand.
 
     python benchmarks/denoising_choice.py [--half looked_at|unseen|clean] [--scans FOLDER] [--only text,text] [--seeds N]
-                                          [--without clip,masks,flatness,equal,normal,outliers]
+                                          [--ablations] [--without clip,masks,flatness,equal,normal,outliers]
 
 Prints, for every noisy mesh of `denoising_pairs`, the mean angle to the true normals of the best setting, and over it those of
 nothing, of the best number of Taubin's steps, and of the choice; and the mean displacement of the vertices in mean edges.
 --seeds repeats the choice with other vertices held out.
 --without leaves a step of the method out: outliers are not clipped (clip), only one set is held out (masks), the least error of
 held-out vertices decides alone (equal), or among those as good the least movement (flatness), Taubin's steps go in all directions
-(normal), spikes are kept (outliers).
+(normal), spikes are kept (outliers). --ablations adds a column for each of these. Seconds are of the processor.
 "clean" denoises meshes without noise and prints how far they are moved.
 """
 
@@ -17,9 +17,11 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from denoising_holdouts import SAMPLES, measured, taken
@@ -38,7 +40,7 @@ from pymeshfair.filters.denoising import (
     settings,
 )
 from pymeshfair.filters.denoising.noise_level import smooth_normals
-from pymeshfair.filters.evidence import Looks, choose, judge
+from pymeshfair.filters.evidence import choose, judge, looks
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.mesh import Bools
 
@@ -68,43 +70,63 @@ def of_settings(pair: NoisyPair) -> dict[Setting, tuple[float, float]]:
     return found
 
 
-def leave_out(step: str) -> None:
-    """Change the method by one step."""
-    rule, automatic = vars(sys.modules[choose.__module__]), vars(sys.modules[automatic_choice.__module__])
-    if step == "clip":
-        vars(sys.modules[judge.__module__])["_CLIP"] = np.inf
-    elif step == "masks":
-        rule.update(_MASKS=1, _ENOUGH=0)
-    elif step == "equal":
-        rule["_EQUAL"] = 0.0
-    elif step == "flatness":
-        Looks.product = property(lambda looks: looks.movement)  # type: ignore[assignment,method-assign]
-    elif step == "normal":
-        automatic["direction_for"] = lambda _: "all"
-    elif step == "outliers":
-        automatic["_IMPULSIVE"] = 1.0
-    else:
-        raise SystemExit(f"--without {step}: no such step")
+def steps() -> dict[str, tuple[dict[str, Any], dict[str, Any]]]:
+    """For every step of the method the module that has it, and what stands there without it."""
+    rule, automatic, verdict = (vars(sys.modules[f.__module__]) for f in (choose, automatic_choice, judge))
+    return {
+        "clip": (verdict, {"_CLIP": np.inf}),
+        "masks": (rule, {"_MASKS": 1, "_ENOUGH": 0}),
+        "equal": (rule, {"_EQUAL": 0.0}),
+        "flatness": (rule, {"looks": lambda *mesh: looks(*mesh)._replace(flatness=1.0)}),
+        "normal": (automatic, {"direction_for": lambda _: "all"}),
+        "outliers": (automatic, {"_IMPULSIVE": 1.0}),
+    }
 
 
-def contest(pairs: Iterable[NoisyPair], seeds: int) -> None:
+@contextmanager
+def left_out(names: Iterable[str]) -> Iterator[None]:
+    """The method without some steps."""
+    known, before = steps(), []
+    for name in names:
+        if name not in known:
+            raise SystemExit(f"--without {name}: no such step")
+        module, others = known[name]
+        before.append((module, {key: module[key] for key in others}))
+        module.update(others)
+    try:
+        yield
+    finally:
+        for module, values in reversed(before):
+            module.update(values)
+
+
+def of_choice(pair: NoisyPair, found: dict[Setting, tuple[float, float]], seed: int) -> tuple[float, float]:
+    """What the choice leaves."""
+    setting = automatic_choice(pair.noisy, pair.faces, seed=seed).setting
+    if setting in found and setting.outliers == "keep":
+        return found[setting]
+    return measured(setting.apply(pair.noisy, pair.faces, border="along", movable=None), pair.truth, pair.faces)
+
+
+def contest(pairs: Iterable[NoisyPair], seeds: int, ablations: bool) -> None:
     """Print a row for every pair and seed, and the means."""
     rows = []
-    print("mesh                faces   best " + " ".join(f"{name:>8}" for name in COLUMNS) + "     s")
+    columns = (*COLUMNS, *steps()) if ablations else COLUMNS
+    print("mesh                faces   best " + " ".join(f"{name:>8}" for name in columns) + "     s")
     for pair in pairs:
         found = of_settings(pair)
         best, its = min(found.values())
         taubin = min(angle for s, (angle, _) in found.items() if s.parameters is None and s.outliers == "keep")
         nothing = found[Setting()][0]
         for seed in range(seeds):
-            start = time.perf_counter()
-            setting = automatic_choice(pair.noisy, pair.faces, seed=seed).setting
-            seconds = time.perf_counter() - start
-            if setting not in found or setting.outliers != "keep":
-                result = setting.apply(pair.noisy, pair.faces, border="along", movable=None)
-                found[setting] = measured(result, pair.truth, pair.faces)
-            angle, moved = found[setting]
-            rows.append((nothing / best, taubin / best, angle / best, moved, its))
+            start = time.process_time()
+            angle, moved = of_choice(pair, found, seed)
+            seconds = time.process_time() - start
+            row = [nothing / best, taubin / best, angle / best, moved, its]
+            for step in columns[len(COLUMNS) :]:
+                with left_out([step]):
+                    row.append(of_choice(pair, found, seed)[0] / best)
+            rows.append(row)
             shown = " ".join(f"{value:8.3f}" for value in rows[-1])
             print(f"{pair.name:18} {len(pair.faces):6} {best:6.2f} {shown} {seconds:5.1f}", flush=True)
     if not rows:
@@ -134,14 +156,14 @@ def main() -> int:
     parser.add_argument("--only", default="", help="parts of names, with commas; all by default")
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--without", default="", help="steps of the method, with commas")
+    parser.add_argument("--ablations", action="store_true", help="more columns: the choice without each step")
     options = parser.parse_args()
-    for step in filter(None, options.without.split(",")):
-        leave_out(step)
-    if options.half == "clean":
-        clean_meshes(options.scans)
-        return 0
-    shapes = {"looked_at": looked_at, "unseen": unseen}[options.half](options.scans)
-    contest(made(shapes, [text for text in options.only.split(",") if text]), options.seeds)
+    with left_out(filter(None, options.without.split(","))):
+        if options.half == "clean":
+            clean_meshes(options.scans)
+            return 0
+        shapes = {"looked_at": looked_at, "unseen": unseen}[options.half](options.scans)
+        contest(made(shapes, [text for text in options.only.split(",") if text]), options.seeds, options.ablations)
     return 0
 
 

@@ -28,7 +28,7 @@ from .shared_noise import neighbours_share_noise
 RANGE_MAP = Setting(parameters=AutomaticParameters("averaged", "gaussian", 0.4, 0.0, 2.5, "two_ring", 20, 40))
 
 # More vertices than this stand out of impulsive noise: of Gaussian noise up to 0.003, of clean meshes up to 0.007.
-_IMPULSIVE = 0.015
+_IMPULSIVE = 0.01
 
 
 class AutomaticChoice(NamedTuple):

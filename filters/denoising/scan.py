@@ -15,18 +15,15 @@ from .shared_noise import shared_noise
 
 Label = TypeVar("Label")
 
-# Noise that leaves the calmest parts with less than this, in mean edges, is the rounding of a file.
-_NOTHING = 1e-4
 # `shared_noise` of surfaces without noise is 0.1 to 1.3, with noise of 0.2 edges and more below 0.05, however uneven it is.
-# Between these bounds the level of the noise decides.
 _INDEPENDENT, _SURFACE = 0.05, 0.2
+# Meshes as they come have up to so much noise, in mean edges, by `calm_noise`; scans smoothed or decimated, whose neighbours
+# agree somewhat, up to the second. Noise of 0.05 edges has 0.036 to 0.053, of 0.1 edges 0.06 and more.
+_MESHING, _SMOOTHED = 0.03, 0.045
 # Even noise is so many times what `calm_noise` says of it: 1.2 to 1.5 on parts, figures and surfaces.
 _EVEN = 1.3
-# Vertices of clean meshes are up to so many mean edges from where their surroundings expect them, even where the mesh is calm:
-# scans smoothed or decimated have 0.007 to 0.03, the same with noise of 0.05 edges 0.04 to 0.05. With less, something must
-# predict so much better than nothing, as where a few vertices are off by far, or err by no more than so many times that: even
-# noise on a surface that is known well has 1.3 to 1.42, clean scans 1.58 and more.
-_MESHING, _FAR_BETTER, _NOISE_ALONE = 0.03, 0.7, 1.45
+# A vertex of a plane with even noise s is sqrt(1 + 1/6) s from the mean of its six neighbours, and s from the plane: 0.93 of it.
+_BETTER = 0.95
 
 
 @dataclass(frozen=True)
@@ -98,8 +95,8 @@ class Scan:
 
     @property
     def clean(self) -> bool:
-        """Whether there is no noise for certain."""
-        return self.calm < _NOTHING or self.agreement > _SURFACE
+        """Whether there is no noise to speak of: hardly any where it is calmest, or what is left is surface."""
+        return self.calm < _MESHING or self.agreement > _SURFACE or (self.agreement > _INDEPENDENT and self.calm < _SMOOTHED)
 
     def choose(
         self, candidates: Candidates, labels: Sequence[Sequence[Label]], *, all_stay: bool = False
@@ -122,12 +119,10 @@ class Scan:
 
         Where neighbours hardly agree there is noise. Otherwise, with the error e of what predicts best and the standard deviation
         s of the noise, e^2 = s^2 + d^2, where d is how far the result is from the truth, and the scan is s from it: nothing is
-        done where e^2 >= 2 s^2, s that of `calm`. Where this is no more than that of clean meshes, what is chosen must be far
-        better than nothing, too, or leave nothing but even noise.
+        done where e^2 >= 2 s^2, s that of `calm`, or where doing nothing predicts nearly as well.
         """
         if self.agreement < _INDEPENDENT:
             return choice
         error, nothing = choice.chosen.error, choice.trials[0]
         nearer = error**2 < 2.0 * (_EVEN * self.calm) ** 2
-        sure = self.calm > _MESHING or error < max(_FAR_BETTER * nothing.error, _NOISE_ALONE * self.calm)
-        return choice if nearer and sure else choice._replace(chosen=nothing)
+        return choice if nearer and error < _BETTER * nothing.error else choice._replace(chosen=nothing)

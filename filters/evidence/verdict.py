@@ -8,6 +8,8 @@ from ..mesh import Bools, Floats
 
 # Deviations count up to so many times the least median deviation: outliers are no evidence.
 _CLIP = 4.0
+# But at least up to this, in mean edges: where most of a mesh is exact planes the median is 0, and would leave no evidence.
+_LEAST = 0.005
 
 
 class Verdict(NamedTuple):
@@ -31,17 +33,17 @@ class Verdict(NamedTuple):
 
 
 def judge(deviations: Floats) -> Verdict:
-    """Judge (k, h) deviations of k candidates at h held-out vertices.
+    """Judge (k, h) deviations of k candidates at h held-out vertices, in mean edges.
 
-    With m the least of the candidates' median |r|, the squares are q = min(|r|, 4 m)^2. The best candidate b has the least mean
-    q; the excess of candidate k is the mean of q_k - q_b, vertex by vertex, and its standard error that of a mean of such
-    differences.
+    With m the least of the candidates' median |r|, the squares are q = min(|r|, max(4 m, 0.005))^2. The best candidate b has the
+    least mean q; the excess of candidate k is the mean of q_k - q_b, vertex by vertex, and its standard error that of a mean of
+    such differences.
     """
     sizes = np.abs(deviations)
     if sizes.shape[1] == 0:
         nothing = np.zeros(len(sizes))
         return Verdict(nothing, nothing, nothing, 0)
-    squares = np.minimum(sizes, _CLIP * np.median(sizes, axis=1).min()) ** 2
+    squares = np.minimum(sizes, max(_LEAST, _CLIP * float(np.median(sizes, axis=1).min()))) ** 2
     means = squares.mean(axis=1)
     best = int(means.argmin())
     differences = squares - squares[best]
