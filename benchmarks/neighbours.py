@@ -18,7 +18,6 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 from outliers import scanned_torus
-from pykdtree.kdtree import KDTree
 from scipy.spatial import cKDTree
 
 from pymeshfair.filters.neighbours import nearest_neighbours

@@ -9,8 +9,12 @@ from typing import Any
 
 import pytest
 
+from pymeshfair.filters.compilation import allowed_threads
+
 # Processes that run tests side by side are told the width of a terminal; the commands under test write to pipes.
 os.environ.pop("COLUMNS", None)
+# Numba is loaded as pymeshfair does it, before a test imports it: it would warn of an old threading library otherwise.
+allowed_threads()
 
 
 @pytest.fixture

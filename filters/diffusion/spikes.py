@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import check_finite
+from ..execution import Progress, ignore_progress
 from ..libraries import sparse
 from ..mesh import Bools, Floats, check_mesh, normalised_mesh
 from ..topology import border_vertices, edges
@@ -15,7 +16,12 @@ _PASSES = 10
 
 
 def remove_spikes(
-    vertices: ArrayLike, faces: ArrayLike, *, steepness: float = 1.5, movable: ArrayLike | None = None
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    *,
+    steepness: float = 1.5,
+    movable: ArrayLike | None = None,
+    progress: Progress = ignore_progress,
 ) -> tuple[Floats, Bools]:
     """Put vertices that are farther from the mean m of their neighbours than these spread around it to m.
 
@@ -29,6 +35,7 @@ def remove_spikes(
         faces: (m, 3) triangles.
         steepness: k, above 0. Larger removes thinner spikes alone; below 1, corners of cubes go.
         movable: (n,) bool, which vertices may move, None for all.
+        progress: called with the share that is done; may raise to stop.
 
     Returns:
         vertices: (n, 3) float64; all but the tips, and those on borders, keep every bit.
@@ -47,7 +54,8 @@ def remove_spikes(
     degrees = np.maximum(np.bincount(rows, minlength=n), 1)[:, None]
     allowed = ~border_vertices(mesh.cells, n)
     allowed &= True if mesh.movable is None else mesh.movable
-    for _ in range(_PASSES):
+    for done in range(_PASSES):
+        progress(done / _PASSES)
         means = (neighbours @ points) / degrees
         # sum |p_j - m|^2 = sum |p_j|^2 - k |m|^2 would lose the digits of small stars.
         spread = np.bincount(rows, ((points[columns] - means[rows]) ** 2).sum(axis=1), minlength=n) / degrees[:, 0]
@@ -61,4 +69,6 @@ def remove_spikes(
         spikes |= tips
     found = np.zeros(len(mesh.vertices), dtype=np.bool_)
     found[mesh.used] = spikes
-    return mesh.restored(points), found
+    result = mesh.restored(points)
+    progress(1.0)
+    return result, found

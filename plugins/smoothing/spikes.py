@@ -8,6 +8,7 @@ import numpy as np
 
 from pymeshfair.declaration import Edit, FilterClass, Float, Layer, MeshElement, mesh_filter
 from pymeshfair.filters.diffusion import remove_spikes
+from pymeshfair.filters.execution import Progress, ignore_progress
 
 from ..moving_vertices import MOVES_VERTICES, Selected, movable_vertices
 
@@ -31,10 +32,13 @@ def apply_coord_spike_removal(
         ),
     ] = 1.5,
     selected: Selected = False,
+    progress: Progress = ignore_progress,
 ) -> Edit:
     """Puts single vertices that stand up like needles among their neighbours; all others stay to the bit.
 
     Vertices on open borders stay. Returns the number of spikes.
     """
-    vertices, spikes = remove_spikes(layer.vertices, layer.faces, steepness=steepness, movable=movable_vertices(layer, selected))
+    vertices, spikes = remove_spikes(
+        layer.vertices, layer.faces, steepness=steepness, movable=movable_vertices(layer, selected), progress=progress
+    )
     return Edit(vertices=vertices, values={"spikes": int(np.count_nonzero(spikes))})

@@ -63,6 +63,7 @@ OF_THE_RESULT = {"drift", "height", "largest_displacement", "triangle_quality_af
 #: to what share of the diagonal a filter's coordinates are solved for: 1e-10 in the mean of all vertices; to a millionth of steps
 #: that are half an edge long at most; low passes to 1e-12, a gain and two differences away
 SOLVED_TO = {
+    "apply_coord_bilaplacian_smoothing": 1e-10,
     "apply_coord_detail_enhancement": 1e-11,
     "apply_coord_implicit_fairing": 1e-9,
     "apply_coord_tangential_smoothing": 1e-6,

@@ -6,6 +6,7 @@ import inspect
 import math
 import re
 from collections.abc import Callable, Iterator
+from types import CodeType
 from typing import Any
 
 import numpy as np
@@ -55,9 +56,9 @@ def test_a_mesh_set_names_filter_parameter_and_value(declared: Filter, parameter
             assert isinstance(caught.value, PymeshfairError)
             said = str(caught.value)
             assert said.startswith(f"{declared.python_name}: ")
-            if not (
-                isinstance(parameter, Percentage) and isinstance(value, str)
-            ):  # a text that is no length says how to write one
+            if isinstance(parameter, Percentage) and isinstance(value, float):
+                assert f"parameter {parameter.name!r} is a length, and {value} may mean three" in said
+            elif not (isinstance(parameter, Percentage) and isinstance(value, str)):  # which says how to write a length
                 assert f"parameter {parameter.name!r} takes {parameter.describe_allowed()}, got " in said
                 assert said.endswith(repr(value)) or "; did you mean" in said or "single precision" in said
     assert differences(before, everything(meshes)) == []
@@ -91,6 +92,14 @@ ALONG: dict[tuple[str, str | None], dict[str, Any]] = {
 INFINITE = {("bilaplacian_smoothing", "weight")}
 
 
+def names_in(code: CodeType) -> Iterator[str]:
+    """The names that a function uses, those inside of it included."""
+    yield from code.co_names
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from names_in(constant)
+
+
 def functions_of(declared: Filter) -> Iterator[Callable[..., Any]]:
     """The functions of arrays in `pymeshfair.filters` that the filter calls, itself or through functions of plugins."""
     assert declared.function is not None
@@ -101,7 +110,7 @@ def functions_of(declared: Filter) -> Iterator[Callable[..., Any]]:
         if not inspect.isfunction(caller) or caller in seen:
             continue
         seen.add(caller)
-        for name in caller.__code__.co_names:
+        for name in names_in(caller.__code__):
             called = caller.__globals__.get(name)
             if not inspect.isfunction(called):
                 continue
