@@ -38,6 +38,8 @@ def by_scipy(points: Points, k: int) -> Indices:
 
 def by_pykdtree(points: Points, k: int) -> Indices:
     """Pykdtree's, on all cores, with the point itself dropped."""
+    from pykdtree.kdtree import KDTree
+
     return np.asarray(KDTree(points).query(points, k=k + 1)[1][:, 1:], dtype=np.int64)
 
 
