@@ -148,6 +148,8 @@ def test_steps_that_need_the_whole_are_named(tmp_path: Path) -> None:
         (("--memory", "300MB"), "300 MB are too little"),
         (("--report", "report.html"), "--tiles makes no report"),
         (("--with", "other.ply"), "further layers"),
+        (("--timeout", "60"), "--timeout and --keep-all"),
+        (("--keep-all",), "--timeout and --keep-all"),
     ],
 )
 def test_what_needs_the_whole_is_refused(recipe: Path, tmp_path: Path, options: tuple[str, ...], said: str) -> None:

@@ -37,6 +37,11 @@ def check(job: Job, plan: list[Selection] | list[Move]) -> None:
         raise ParameterError(
             "limits of the result, an intervention map and further layers need the whole mesh at once; leave them out, or --tiles"
         )
+    if job.timeout is not None or job.keep_all:
+        raise ParameterError(
+            "--timeout and --keep-all are not known to a run by tiles: leave them out. It writes all that the input has, and may be "
+            "stopped with Ctrl-C"
+        )
     check_input(job.input, formats)
     try:
         check_magic(job.input)
