@@ -39,8 +39,8 @@ def check(job: Job, plan: list[Selection] | list[Move]) -> None:
         )
     if job.timeout is not None or job.keep_all:
         raise ParameterError(
-            "--timeout and --keep-all are not known to a run by tiles: leave them out. It writes all that the input has, and Ctrl-C "
-            "stops it"
+            "--timeout and --keep-all are not known to a run by tiles: leave them out. "
+            "It writes all that the input has, and Ctrl-C stops it"
         )
     check_input(job.input, formats)
     try:
