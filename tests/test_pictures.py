@@ -71,5 +71,6 @@ def test_every_picture_is_shown_and_small() -> None:
     shown = {
         name for page in pages for name in re.findall(r"!\[[^\]]{20,}\]\((?:docs/)?pictures/([^)]+)\)", page.read_text("utf-8"))
     }
-    assert {path.name for path in REFERENCES.iterdir()} == shown
-    assert not [path.name for path in REFERENCES.iterdir() if path.stat().st_size > 300_000]
+    kept = {path.relative_to(REFERENCES).as_posix(): path for path in REFERENCES.rglob("*.*")}
+    assert set(kept) == shown
+    assert not [name for name, path in kept.items() if path.stat().st_size > 300_000]

@@ -100,6 +100,7 @@ def test_a_run_by_tiles_survives_a_killed_worker(recipe: Path, tmp_path: Path) -
     assert (again.returncode, again.stdout) == (0, f"{output}: identical\n"), again.stderr
 
 
+@pytest.mark.usefixtures("terminal_signals")
 def test_ctrl_c_leaves_nothing(recipe: Path, tmp_path: Path) -> None:
     """Ctrl-C ends a run by tiles, its processes and its files; an output of a former run stays."""
     scan, output = write_cloud(tmp_path / "scan.ply", uneven(5)), tmp_path / "out.ply"
