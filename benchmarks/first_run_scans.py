@@ -15,12 +15,15 @@ SIDE = 71
 #: by recipe, the scan that it is for, where that is not the ring
 SCANS: Mapping[str, str] = {
     "blend_parts": "tubes",
+    "clean_photogrammetry": "torn",
     "clean_point_cloud": "cloud",
     "clean_range_map": "sheet",
     "cloud_to_mesh": "cloud",
     "denoise_kinect": "sheet",
     "fair_selection": "painted",
-    "fill_holes_smoothly": "tubes",
+    "fill_holes_smoothly": "torn",
+    "prepare_for_print": "torn",
+    "prepare_for_simulation": "torn",
     "register_ready": "sheet",
     "smooth_contours": "contours",
 }
@@ -44,6 +47,7 @@ def write_scans(folder: Path) -> dict[str, Path]:
     scans = {
         "ring": _ply(ring, ring_faces),
         "painted": _ply(ring, ring_faces, colors=red),
+        "torn": _ply(ring, ring_faces[np.linalg.norm(ring[ring_faces[:, 0]] - ring[0], axis=1) > 0.4]),
         "sheet": _ply(sheet, sheet_faces),
         "tubes": _ply(tubes, np.concatenate([tube_faces, tube_faces + len(near)])),
         "cloud": _ply(np.concatenate([ring, strays])),
