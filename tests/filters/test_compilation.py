@@ -84,11 +84,12 @@ def test_what_one_process_compiles_the_next_ones_load(tmp_path: Path) -> None:
     """With an empty store kernels are compiled and that is told; the next process compiles none, nor does one to which the
     store came with a package that it cannot write to.
     """
-    first, second = (run({"NUMBA_CACHE_DIR": str(tmp_path / "store")}, "-c", PROGRAM) for _ in range(2))
+    source = copied_tree(tmp_path / "copy")  # an installation has its kernels already
+    environment = {"PYTHONPATH": str(source), "NUMBA_CACHE_DIR": str(tmp_path / "store")}
+    first, second = (run(environment, "-c", PROGRAM) for _ in range(2))
     assert first.stdout.startswith(f"{EDGES} "), first.stderr
     assert int(first.stdout.split()[-2]) > 0
     assert second.stdout.startswith(f"{EDGES} 0 "), second.stderr
-    source = copied_tree(tmp_path / "copy")
     shutil.copytree(tmp_path / "store/pymeshfair", tmp_path / "copy/filters/compilation/kernels")
     installed = run({"PYTHONPATH": str(source), "NUMBA_CACHE_DIR": str(tmp_path / "empty")}, "-c", PROGRAM)
     assert installed.stdout.startswith(f"{EDGES} 0 "), installed.stderr
@@ -96,9 +97,10 @@ def test_what_one_process_compiles_the_next_ones_load(tmp_path: Path) -> None:
 
 def test_a_damaged_file_in_the_store_is_compiled_again(tmp_path: Path) -> None:
     """What a full disk has cut off is no reason to fail."""
-    environment = {"NUMBA_CACHE_DIR": str(tmp_path)}
+    source, store = copied_tree(tmp_path / "copy"), tmp_path / "store"
+    environment = {"PYTHONPATH": str(source), "NUMBA_CACHE_DIR": str(store)}
     run(environment, "-c", PROGRAM)
-    for file in tmp_path.glob("pymeshfair/*/*"):
+    for file in store.glob("pymeshfair/*/*"):
         file.write_bytes(file.read_bytes()[:100])
     done = run(environment, "-c", PROGRAM)
     assert done.stdout.startswith(f"{EDGES} "), done.stderr
