@@ -19,6 +19,8 @@ DENSITY = np.sqrt(2.0)
 # between the sides of a crack a new vertex has no room to move.
 _CRACK = 0.25
 _MOST_ROUNDS = 60
+# A patch is not split into more vertices: only one that fairing has thrown far out on a broken mesh comes near.
+_MOST_POINTS = 300_000
 # After so many rounds half of the work counts as done: how many there will be is not known before.
 _HALF = 8
 
@@ -54,7 +56,7 @@ def refined_patch(
     opposite angles sum to more than pi: the local Delaunay criterion of the two triangles unfolded into a plane. A flip is not
     made if it would fold the surface over, double an edge or not lessen the sum. In the end the edges that still join two
     vertices of the rim are split at their middles, except in cracks: a triangle between such an edge and the rim would have no
-    vertex that fairing could move. Edges of the rim stay.
+    vertex that fairing could move. Edges of the rim stay. A patch of 300,000 vertices is not split any further.
 
     Args:
         patch: a patch with points on the rim alone, or a refined patch whose points have moved.
@@ -75,7 +77,7 @@ def refined_patch(
     for done in range(_MOST_ROUNDS):
         progress(done / (done + _HALF))
         split = np.flatnonzero(_too_large(points, targets, triangles, density)).astype(np.int32)
-        if len(split) == 0:
+        if len(split) == 0 or len(points) + len(split) > _MOST_POINTS:
             break
         centres = points[triangles[split]].mean(axis=1)
         sizes = np.concatenate([sizes, means := sizes[triangles[split]].mean(axis=1)])

@@ -157,3 +157,10 @@ def test_a_graded_patch_has_fewer_vertices_and_the_same_rim() -> None:
     growth = 1 + SLOPE * (np.array([0.6, 1.1]) * 120 / (2 * np.pi) - 2)
     assert growth[0] / 2 < lengths[1] / lengths[0] < growth[1]
     assert len(non_manifold_edges(graded.triangles)) == 0
+
+
+def test_a_patch_that_was_thrown_out_is_not_split_for_ever() -> None:
+    """Sides of a billionth of what the triangles measure would need 10^19 vertices; it gets at most 300,000, and soon."""
+    patch = disc(12)
+    refined = refined_patch(patch._replace(sizes=patch.sizes * 1e-9))
+    assert 10_000 < len(refined.points) <= 300_000 + patch.n_rim**2  # middles of edges between vertices of the rim
