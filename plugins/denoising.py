@@ -170,7 +170,6 @@ def apply_coord_normal_filtering(
     if given or choice == "fixed":
         effective, found = _completed(layer, given, choice)
         vertices = _filtered(layer, effective, border, movable, progress)
-        progress(1.0)  # also where there was nothing to filter
     else:
         vertices, made = denoise_automatically(layer.vertices, layer.faces, border=border, movable=movable, progress=progress)
         effective, found = _parameters(made.setting), _findings(made)

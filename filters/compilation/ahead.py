@@ -58,7 +58,7 @@ def compile_ahead(
 
     tasks = [(module, name, tuple(types)) for module, kernels in signatures.items() for name, types in kernels.items()]
     failures = []
-    count = processes or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    count = processes or (len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count())
     with ProcessPoolExecutor(count, multiprocessing.get_context("spawn")) as pool:
         for done, future in enumerate(as_completed([pool.submit(_compile, *task) for task in tasks]), 1):
             failures += future.result()

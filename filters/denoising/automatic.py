@@ -123,9 +123,7 @@ def denoise_automatically(
     choice = automatic_choice(vertices, faces, border=border, movable=movable, progress=part_of(progress, 0.0, 0.8))
     points, triangles = check_mesh(vertices, faces)
     moves = None if movable is None else check_movable(movable, len(points))
-    result = choice.setting.apply(points, triangles, border=border, movable=moves, progress=part_of(progress, 0.8, 1.0))
-    progress(1.0)
-    return result, choice
+    return choice.setting.apply(points, triangles, border=border, movable=moves, progress=part_of(progress, 0.8, 1.0)), choice
 
 
 class _Trial(NamedTuple):

@@ -62,4 +62,6 @@ def denoised(
             return fair
         return normal_filtering(fair, faces, **filtering, border=border, movable=moves, progress=part_of(tell, share, 1.0))
 
-    return without_outliers(vertices, faces, outliers, smooth, movable=movable, certain=certain)
+    result = without_outliers(vertices, faces, outliers, smooth, movable=movable, certain=certain)
+    progress(1.0)  # also where there was nothing to do
+    return result

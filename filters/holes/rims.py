@@ -2,9 +2,9 @@
 
 from typing import NamedTuple
 
-import numpy as np
 from numpy.typing import ArrayLike
 
+from ..geometry import side_lengths
 from ..mesh import Floats, check_mesh, normalised_mesh
 from ..topology import boundary_loops
 from .islands import outer_borders
@@ -43,6 +43,6 @@ def find_rims(vertices: ArrayLike, faces: ArrayLike) -> list[Rim]:
     found = []
     for loop, kind in zip(loops, outer, strict=True):
         places = mesh.points[loop.vertices]
-        length = float(np.linalg.norm(places - np.roll(places, -1, axis=0), axis=1).sum()) / mesh.scale
+        length = float(side_lengths(places).sum()) / mesh.scale
         found.append(Rim(len(places), length, places.mean(axis=0) / mesh.scale + mesh.middle, kind != "no"))
     return sorted(found, key=lambda rim: -rim.edges)

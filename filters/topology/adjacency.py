@@ -6,7 +6,7 @@ import numpy as np
 
 from ..compilation import compiled
 from ..mesh import Ints, Longs
-from .edge_keys import count_edges, faces_by_edge, listed_edges
+from .edge_keys import count_edges, end_of_edge, faces_by_edge, listed_edges
 from .edge_lists import vertex_bound
 
 
@@ -69,9 +69,7 @@ def _two_faced_edges(offsets: Longs, keys: Longs, pairs: Ints, shared: Ints) -> 
     for i in range(offsets.shape[0] - 1):
         start, stop = offsets[i], offsets[i + 1]
         while start < stop:
-            end = start + 1
-            while end < stop and keys[end] >> 32 == keys[start] >> 32:
-                end += 1
+            end = end_of_edge(keys, start, stop)
             if end - start == 2:
                 pairs[found, 0] = keys[start] & 0xFFFFFFFF
                 pairs[found, 1] = keys[start + 1] & 0xFFFFFFFF

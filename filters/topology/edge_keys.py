@@ -49,15 +49,22 @@ def _fill_keys(faces: Ints, offsets: Longs, keys: Longs) -> None:
 
 
 @compiled(nogil=True)
+def end_of_edge(keys: Longs, start: int, stop: int) -> int:
+    """The place after the last key of the edge whose first key is at `start`; the keys of its lower vertex end before `stop`."""
+    end = start + 1
+    while end < stop and keys[end] >> 32 == keys[start] >> 32:
+        end += 1
+    return end
+
+
+@compiled(nogil=True)
 def count_edges(offsets: Longs, keys: Longs) -> tuple[int, int]:
     """How many edges there are, and how many of them have two faces."""
     count, two_faced = 0, 0
     for i in range(offsets.shape[0] - 1):
         start, stop = offsets[i], offsets[i + 1]
         while start < stop:
-            end = start + 1
-            while end < stop and keys[end] >> 32 == keys[start] >> 32:
-                end += 1
+            end = end_of_edge(keys, start, stop)
             count += 1
             two_faced += int(end - start == 2)
             start = end

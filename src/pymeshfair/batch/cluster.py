@@ -47,7 +47,7 @@ def open_client(address: str | None, jobs: int, *, processes: Mapping[str, str] 
         stack.enter_context(warnings.catch_warnings())
         warnings.simplefilter("ignore")  # other versions of dask's own packages
         if address is None:
-            cluster = stack.enter_context(_local_cluster(jobs) if processes is None else _processes(jobs, processes))
+            cluster = stack.enter_context(_local_cluster(jobs, processes))
             client = Client(cluster, set_as_default=False)
         else:
             try:
@@ -58,28 +58,10 @@ def open_client(address: str | None, jobs: int, *, processes: Mapping[str, str] 
         yield client
 
 
-def _local_cluster(jobs: int) -> LocalCluster:
-    return LocalCluster(
-        n_workers=1,
-        threads_per_worker=jobs,
-        processes=False,
-        protocol="inproc://",
-        dashboard_address=None,
-        worker_dashboard_address=None,
-        memory_limit=0,
-        silence_logs=False,
-    )
-
-
-def _processes(jobs: int, environment: Mapping[str, str]) -> LocalCluster:
-    return LocalCluster(
-        n_workers=jobs,
-        threads_per_worker=1,
-        processes=True,
-        env=dict(environment),
-        dashboard_address=None,
-        worker_dashboard_address=None,
-        memory_limit=0,
-        silence_logs=logging.CRITICAL,
-        local_directory=tempfile.gettempdir(),
-    )
+def _local_cluster(jobs: int, processes: Mapping[str, str] | None) -> LocalCluster:
+    if processes is None:
+        kind = {"n_workers": 1, "threads_per_worker": jobs, "processes": False, "protocol": "inproc://", "silence_logs": False}
+    else:
+        kind = {"n_workers": jobs, "threads_per_worker": 1, "processes": True, "env": dict(processes)}
+        kind |= {"silence_logs": logging.CRITICAL, "local_directory": tempfile.gettempdir()}
+    return LocalCluster(**kind, dashboard_address=None, worker_dashboard_address=None, memory_limit=0)

@@ -104,7 +104,14 @@ def read_mesh(
 
 
 def _read(
-    path: Path, self_intersections: bool, timeout: float | None, start: Start | None, warnings: tuple[str, ...], **limits: bool
+    path: Path,
+    self_intersections: bool,
+    timeout: float | None,
+    start: Start | None,
+    warnings: tuple[str, ...],
+    *,
+    allow_outside: bool,
+    unchecked: bool,
 ) -> ReadMesh:
     started = time.monotonic()
     queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
@@ -118,8 +125,8 @@ def _read(
             memory_limit=default_memory(),
             arrays=arrays,
             self_intersections=self_intersections,
-            allow_outside=limits["allow_outside"],
-            unchecked=limits["unchecked"],
+            allow_outside=allow_outside,
+            unchecked=unchecked,
         )
         with WorkerProcess(assignment.to_document(), queue, start=start) as worker:
             report = Watch(job, worker, queue, lambda event: None).until_done(started)
