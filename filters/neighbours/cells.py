@@ -81,21 +81,36 @@ def reaching_out(points: Floats, bounds: Floats, cells: CellTree, first: int, la
     return reach
 
 
-def cells_within(points: Floats, bounds: Floats, cells: CellTree, first: int, last: int, k: int) -> tuple[Longs, Ints]:
+def cells_within(
+    points: Floats, bounds: Floats, cells: CellTree, first: int, last: int, k: int, *, most: int | None = None
+) -> tuple[Longs, Ints]:
     """The cells outside of a tile that can hold one of the k nearest of each point.
 
     `bounds` shrink in place to what the boxes alone guarantee: a box with more than k points has k others within its farthest
     corner. So a point far from everything does not ask for all cells that it is not much farther from.
 
+    Args:
+        points: (n, 3) coordinates.
+        bounds: (n,) squared distances within which their neighbours lie.
+        cells: of the whole cloud.
+        first: cell of the tile.
+        last: the cell after its last.
+        k: neighbours.
+        most: how many cells may be listed in all; those of the first points that fit are, at least those of one point.
+
     Returns:
-        (a + 1,) offsets into the (c,) cells.
+        (a + 1,) offsets into the (c,) cells, of the a points whose cells are listed.
     """
     counts: Longs = np.zeros(len(points) + 1, np.int64)
     shrink_bounds(points, bounds, cells.boxes, cells.counts, k)
     list_cells(points, bounds, cells.boxes, first, last, counts[1:], np.zeros(0, np.int64), np.empty(0, np.int32))
     offsets: Longs = np.cumsum(counts)
+    if most is not None:
+        fit = max(1, int(np.searchsorted(offsets, most, "right")) - 1)
+        offsets = offsets[: fit + 1]
+    listed = len(offsets) - 1
     found: Ints = np.empty(int(offsets[-1]), np.int32)
-    list_cells(points, bounds, cells.boxes, first, last, counts[1:], offsets, found)
+    list_cells(points[:listed], bounds[:listed], cells.boxes, first, last, counts[1:], offsets, found)
     return offsets, found
 
 

@@ -73,6 +73,24 @@ def test_cells_give_the_neighbours_of_a_table_of_distances(seed: int, k: int, si
         np.testing.assert_array_equal(nearest.squared[p], table[p, order])
 
 
+@given(st.integers(0, 10**6), st.integers(1, 200))
+def test_cells_are_listed_in_groups_as_they_are_at_once(seed: int, most: int) -> None:
+    """Groups of points whose cells fit into a list of a given length have the cells that they have in one list."""
+    random = np.random.default_rng(seed)
+    points, corners = random.random((40, 3)), np.sort(random.random((30, 2, 3)), axis=1)
+    cells, bounds = CellTree.over(corners, random.integers(1, 9, 30)), random.random(40)
+    offsets, found = cells_within(points, bounds.copy(), cells, 3, 7, 5)
+    at = 0
+    while at < len(points):
+        part, cells_of = cells_within(points[at:], bounds[at:].copy(), cells, 3, 7, 5, most=most)
+        listed = len(part) - 1
+        assert listed == 1 or (listed > 1 and part[-1] <= most)
+        assert at + listed == len(points) or offsets[at + listed + 1] - offsets[at] > most
+        np.testing.assert_array_equal(part, offsets[at : at + listed + 1] - offsets[at])
+        np.testing.assert_array_equal(cells_of, found[offsets[at] : offsets[at + listed]])
+        at += listed
+
+
 def test_parts_give_the_mean_distance_of_the_whole() -> None:
     """The sums of halves, in one exact sum, are the mean over all faces to the bit."""
     vertices, faces = icosphere(3)

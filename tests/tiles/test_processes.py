@@ -41,6 +41,17 @@ def find(self, *cells, find=outliers.OutlierTiles.find):
 
 outliers.OutlierTiles.find = find
 """
+#: a sitecustomize module: each tile takes 700 MB and does not end
+GREEDY = """
+import time
+import pymeshfair.tiles.outliers as outliers
+
+def find(self, *cells):
+    taken = b"1" * 700_000_000
+    time.sleep(1000)
+
+outliers.OutlierTiles.find = find
+"""
 #: with which there is one worker
 LITTLE = ("--memory", "500MB")
 
@@ -98,6 +109,17 @@ def test_a_run_by_tiles_survives_a_killed_worker(recipe: Path, tmp_path: Path) -
     assert "out.ply" in out
     again = run_process("verify", output)
     assert (again.returncode, again.stdout) == (0, f"{output}: identical\n"), again.stderr
+
+
+def test_a_worker_that_takes_all_the_memory_is_ended(recipe: Path, tmp_path: Path) -> None:
+    """A tile for which every worker takes more than `--memory` ends the run in words, and leaves nothing."""
+    scan, output = write_cloud(tmp_path / "scan.ply", uneven(5)), tmp_path / "out.ply"
+    environment = {**os.environ, **with_module(tmp_path / "greedy", GREEDY)}
+    command = [str(word) for word in (*COMMAND, "run", recipe, scan, "-o", output, "--tiles", *LITTLE)]
+    done = subprocess.run(command, env=environment, capture_output=True, encoding="utf-8", timeout=200)
+    assert done.returncode == 1
+    assert "every worker that began a tile was lost, 4 in all, perhaps for want of memory" in done.stderr
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["greedy", "loop.mlx", "scan.ply"]
 
 
 @pytest.mark.usefixtures("terminal_signals")

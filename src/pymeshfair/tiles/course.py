@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from datetime import datetime, timezone
 from pathlib import Path
@@ -77,12 +77,16 @@ def run_by_tiles(
     job = replace(job, input=Path(job.input).absolute(), output=Path(job.output).absolute())
     plan = plan_of(job.recipe.script)
     check(job, plan)
-    memory = job.memory_limit or default_memory()
-    share = budget(memory or 4_000_000_000, this_system().processors())
+    memory = job.memory_limit or default_memory() or 4_000_000_000
+    share = budget(memory, this_system().processors())
     queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
     with Interrupts(queue) as interrupts, output_lock(job.output), staging_folder(job.output) as stage:
         check_output(job.output, job.input, overwrite=job.overwrite, formats=formats_of(plan))
-        with unchanged(job.input), open_pool(tiling.scheduler, share.workers, share.threads, queue) as pool, told_as_run(job):
+        with ExitStack() as opened:
+            opened.enter_context(unchanged(job.input))
+            most = memory + job.input.stat().st_size  # what a worker maps of a file's length counts as its memory
+            pool = opened.enter_context(open_pool(tiling.scheduler, share.workers, share.threads, queue, memory=most))
+            opened.enter_context(told_as_run(job))
             on_event(PhaseStarted("reading"))
             described = described_file(job.input) | {"side_files": [], "others": []}
             course = _Course(job, tiling, share, pool, stage, on_event)

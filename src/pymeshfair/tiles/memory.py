@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from ..errors import ParameterError
 
 #: bytes of the command with dask's scheduler, and of a worker with the libraries that it has loaded and compiled kernels
-COMMAND, WORKER = 200_000_000, 240_000_000
+COMMAND, WORKER = 160_000_000, 280_000_000
 #: below that, a worker does not get along; it is better to have fewer
 LEAST = 60_000_000
 #: of what a worker may take, so that the model may be wrong by that

@@ -29,6 +29,8 @@ from .division import Floats, Longs
 _AROUND = 0.125
 #: and at least
 _LEAST_AROUND = 1 << 15
+#: points that ask at once, and the cells that these may ask for in all, both as shares of the points of a tile
+_ASKING, _ASKED = 0.125, 8
 #: points whose neighbours in the tile are put into order at once
 _AT_ONCE = 4096
 
@@ -82,10 +84,17 @@ class OutlierTiles:
         if count > k:
             in_parallel(search, leaf_ranges(tree, k), ignore_progress)
         asking = np.flatnonzero(reaching_out(places[index], bounds, cells.tree, first, last))
-        nearest = self._own_nearest(asking, places, numbers, index, positions, begin + by_number, few=count <= k)
         own = (0, 0) if count <= k else (first, last)  # with so few points, those of the tile are looked at like all others
-        self._ask_around(places[index[asking]], numbers[index[asking]], bounds[asking], nearest, own)
-        distances[asking] = standard_distances(nearest.squared)
+        asked_slots: Longs = np.empty((len(asking), k), np.int64)
+        at = 0
+        while at < len(asking):
+            rows = asking[at : at + max(int(_ASKING * self.tile), _AT_ONCE)]
+            asked = cells_within(places[index[rows]], bounds[rows], cells.tree, *own, k, most=_ASKED * self.tile)
+            rows = rows[: len(asked[0]) - 1]
+            nearest = self._own_nearest(rows, places, numbers, index, positions, begin + by_number, few=count <= k)
+            self._ask_around(places[index[rows]], numbers[index[rows]], asked, nearest)
+            distances[rows], asked_slots[at : at + len(rows)] = standard_distances(nearest.squared), nearest.slots
+            at += len(rows)
 
         factors = np.full(count, np.nan)
         inside = np.ones(count, np.bool_)
@@ -100,7 +109,7 @@ class OutlierTiles:
         self.distances.write(begin, by_slot)
         by_index[index] = factors
         self.part(first).write(numbers, by_index)
-        np.savez(self._asking(first), rows=index[asking], own=distances[asking], slots=nearest.slots)
+        np.savez(self._asking(first), rows=index[asking], own=distances[asking], slots=asked_slots)
 
     def _own_nearest(
         self,
@@ -130,11 +139,10 @@ class OutlierTiles:
             nearest.numbers[rows], nearest.slots[rows] = numbers[theirs], slots[theirs]
         return nearest
 
-    def _ask_around(self, places: Floats, names: Longs, bounds: Floats, nearest: Nearest, own: tuple[int, int]) -> None:
-        """Put the nearer points of all cells but the `own` among the nearest; `names` are the numbers of those who ask."""
+    def _ask_around(self, places: Floats, names: Longs, asked: tuple[Longs, NDArray[np.int32]], nearest: Nearest) -> None:
+        """Put the nearer points of the cells that were asked for among the nearest; `names` are the numbers of those who ask."""
         cells = self.cells
         most = max(int(_AROUND * self.tile), _LEAST_AROUND)
-        asked = cells_within(places, bounds, cells.tree, *own, self.k)
         wanted = np.unique(asked[1]).astype(np.int64)
         sizes = np.cumsum(cells.starts[wanted + 1] - cells.starts[wanted])
         at = 0

@@ -163,7 +163,9 @@ def _raise(kind: str, words: str) -> None:
 
 
 @contextlib.contextmanager
-def open_pool(address: str | None, workers: int, threads: int, queue: SimpleQueue[tuple[str, Any]]) -> Iterator[Pool]:
+def open_pool(
+    address: str | None, workers: int, threads: int, queue: SimpleQueue[tuple[str, Any]], *, memory: int
+) -> Iterator[Pool]:
     """Workers for as long as the context lasts.
 
     Args:
@@ -171,13 +173,14 @@ def open_pool(address: str | None, workers: int, threads: int, queue: SimpleQueu
         workers: how many of these.
         threads: that a filter may use in each of these.
         queue: of `Interrupts`.
+        memory: bytes above which one of this machine's workers is ended, and its task begun again.
 
     Raises:
         TileError: a worker of the scheduler has other versions.
     """
     with contextlib.ExitStack() as stack:
         stack.enter_context(dask.config.set({"distributed.scheduler.allowed-failures": _LOST}))
-        client = stack.enter_context(open_client(address, workers, processes=worker_environment(threads)))
+        client = stack.enter_context(open_client(address, workers, processes=worker_environment(threads), memory=memory))
         if address is not None:
             here = versions()
             there = client.run(versions)
