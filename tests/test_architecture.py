@@ -28,7 +28,7 @@ FOLDERS = {
 }
 #: from the ground up: a part of the host imports parts of a lower floor or of its own part
 FLOORS = [
-    {"errors", "operating_system"},
+    {"errors", "garbage", "operating_system"},
     {"declaration", "files"},
     {"meshlab", "write_back", "plugin_loading"},
     {"registry"},

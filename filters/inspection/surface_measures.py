@@ -115,7 +115,7 @@ def measures_and_connectivity(
     n_vertices, n_faces = len(points), len(triangles)
     segments = check_edges(edges, n_vertices)
     mesh = normalised_mesh(points, triangles if n_faces else segments)
-    unit, diagonal = 1.0 / mesh.scale, _diagonal(points)
+    unit, diagonal = 1.0 / mesh.scale, box_diagonal(points)
     points = mesh.points
     if len(mesh) < n_vertices:
         points = np.zeros((n_vertices, 3))
@@ -157,7 +157,7 @@ def measures_and_connectivity(
     return measures, known
 
 
-def _diagonal(points: Floats) -> float:
+def box_diagonal(points: Floats) -> float:
     """The diagonal of the box of all points, without overflow."""
     if not len(points):
         return 0.0

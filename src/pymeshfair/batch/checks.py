@@ -10,6 +10,7 @@ from pathlib import Path
 from ..errors import RunError
 from ..files.inputs import check_input
 from ..files.outputs import check_output
+from ..scripts.guards import refuse_unmeasured
 from ..scripts.needs import check_needs
 from .outcome import Outcome
 from .plan import Scan
@@ -52,9 +53,12 @@ def look_ahead(scans: Sequence[Scan], settings: Settings, folder: Path, done: Ma
 
     Raises:
         ScriptError: the recipe needs layers or rasters that the batch does not have.
+        ParameterError: there are limits, but no measures are to be taken.
         InputError: a file of a further layer cannot be read.
     """
     check_needs(settings.recipe.script, layers=1 + len(settings.others))
+    if not settings.measures:
+        refuse_unmeasured(settings.recipe.script.guards.overridden(settings.guards))
     for path in settings.others:
         check_input(path)
     states, problems, size = {}, {}, 0

@@ -29,7 +29,8 @@ class Outcome:
         finished: when, in UTC.
         host: on which machine.
         digests: SHA-256 of ``"input"``, ``"recipe"`` and ``"output"``, of a scan that was written.
-        before: measures of the mesh as read, as `pymeshfair.filters.inspection.surface_measures.SurfaceMeasures` by name.
+        before: measures of the mesh as read, as `pymeshfair.filters.inspection.surface_measures.SurfaceMeasures` by name; None
+            where there are none.
         after: of the mesh as written.
         displacement: `pymeshfair.running.origins.Displacement` by name; None where it is not known.
         steps: the name and the seconds of each.
@@ -69,8 +70,8 @@ class Outcome:
             now(),
             host,
             digests_of(record),
-            result.before,
-            result.after,
+            result.before or None,
+            result.after or None,
             result.displacement,
             tuple({"filter": step.filter, "seconds": step.seconds} for step in result.steps),
             result.warnings,

@@ -34,6 +34,7 @@ class Settings:
         guards: limits over those of the recipe.
         keep_broken: write outputs that break them.
         command: the command line.
+        measures: whether to measure scans before and after; without, there are no limits and no numbers to compare scans by.
     """
 
     recipe: Recipe
@@ -48,6 +49,7 @@ class Settings:
     guards: Guards = NO_GUARDS
     keep_broken: bool = False
     command: tuple[str, ...] = ()
+    measures: bool = True
 
     def job(self, input: Path, output: Path, overrides: Sequence[str], *, threads: int, memory: int | None) -> Job:
         """The run of one scan.
@@ -76,9 +78,10 @@ class Settings:
             command=self.command,
             guards=self.guards,
             keep_broken=self.keep_broken,
-            displacement=True,
+            displacement=self.measures,
             own_texture_names=True,
             warnings=(*(str(change) for change in recipe.changes if not change.same_meaning), *traps(recipe.script)),
+            measures=self.measures,
         )
 
     def to_document(self) -> dict[str, Any]:

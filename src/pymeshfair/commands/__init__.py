@@ -1,1 +1,5 @@
-"""The command line: ``app`` puts the commands together, one module a command."""
+"""The command line: one module a command."""
+
+from ..garbage import collect_seldom
+
+collect_seldom()  # before what the commands import

@@ -62,6 +62,7 @@ def batch(
     keep_all: options.KeepAll = False,
     keep_broken: options.KeepBroken = False,
     keep_sharp: options.KeepSharp = "",
+    no_measures: options.NoMeasures = False,
     max_displacement: options.MaxDisplacement = "",
     max_volume_change: options.MaxVolumeChange = "",
     require: options.Require = "",
@@ -82,6 +83,8 @@ def batch(
 
     if scheduler is not None and jobs is not None:
         raise typer.BadParameter("the workers of a scheduler say themselves how many scans they take", param_hint="--jobs")
+    if no_measures and report:
+        raise typer.BadParameter("a report shows measures: leave it out, or --no-measures", param_hint="--report")
     overrides = tuple(set or ())
     found = load_recipe(recipe, upgrade=upgrade).override(overrides)
     settings = Settings(
@@ -99,6 +102,7 @@ def batch(
         ),
         keep_broken=keep_broken,
         command=tuple(sys.argv),
+        measures=not no_measures,
     )
     folder = output.absolute()
     scans = plan_scans(expand(inputs, [s.name for s in found.script.settings]), found, folder, name)

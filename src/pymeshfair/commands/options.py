@@ -48,6 +48,14 @@ KeepSharp = Annotated[str, typer.Option(metavar="PERCENT", help="Fail if less of
 KeepBroken = Annotated[
     bool, typer.Option("--keep-broken", help="Write OUTPUT even if it goes beyond a limit; the exit code is 1 all the same.")
 ]
+NoMeasures = Annotated[
+    bool,
+    typer.Option(
+        "--no-measures",
+        help="Measure nothing before and after, which is sooner: nothing is said of the shape, nor whether the recipe suits it. "
+        "Limits cannot be held.",
+    ),
+]
 
 
 def memory_limit(text: str | None) -> int | None:

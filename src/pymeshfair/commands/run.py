@@ -18,6 +18,7 @@ from .options import (
     KeepSharp,
     MaxDisplacement,
     MaxVolumeChange,
+    NoMeasures,
     Others,
     Require,
     SetValues,
@@ -57,6 +58,7 @@ def run(
     require: Require = "",
     keep_sharp: KeepSharp = "",
     keep_broken: KeepBroken = False,
+    no_measures: NoMeasures = False,
     map: Annotated[
         Path | None,
         typer.Option(metavar="MAP.ply", help="Write the intervention map there: what was kept, moved and added, and how far."),
@@ -82,6 +84,8 @@ def run(
 
     if report is not None:
         check_report(report, up)
+        if no_measures:
+            raise typer.BadParameter("a report shows measures: leave it out, or --no-measures", param_hint="--report")
     with EarlyProcess(is_wanted=not tiles) as worker:
         from ..recipe import load_recipe
         from ..running.job import Job
@@ -109,6 +113,7 @@ def run(
             guards=limits,
             keep_broken=keep_broken,
             map=map,
+            measures=not no_measures,
         )
         if tiles or scheduler is not None:
             if not tiles or report is not None:
@@ -172,9 +177,9 @@ def _document(job: Job, result: RunResult) -> dict[str, object]:
         "seconds": result.seconds,
         "peak_memory": result.peak_memory,
         "steps": result.steps,
-        "before": result.before,
-        "after": result.after,
-        "change": result.change,
+        "before": result.before or None,
+        "after": result.after or None,
+        "change": result.change or None,
         "warnings": result.warnings,
         "breaches": result.breaches,
         "maps": result.maps,
@@ -186,10 +191,12 @@ def _show(result: RunResult) -> None:
     from .measures_table import measures_table
     from .tables import console
 
-    console().print(measures_table({"before": result.before, "after": result.after}))
-    for line in change_lines(result.change):
-        typer.echo(line)
-    typer.echo(f"\n{len(result.steps)} {'step' if len(result.steps) == 1 else 'steps'} in {result.seconds:.1f} s. Written:")
+    if result.before:
+        console().print(measures_table({"before": result.before, "after": result.after}))
+        for line in change_lines(result.change):
+            typer.echo(line)
+        typer.echo()
+    typer.echo(f"{len(result.steps)} {'step' if len(result.steps) == 1 else 'steps'} in {result.seconds:.1f} s. Written:")
     for path in (result.output, *result.side_files, result.provenance, *result.maps):
         typer.echo(f"  {printable(_near(path))}")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Set
+from collections.abc import Callable, Mapping, Set
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -48,7 +48,7 @@ def save_mesh(
     output: Path,
     stage: Path,
     *,
-    resolution: float,
+    resolution: Callable[[], float],
     changed: bool,
     began: Set[str],
     textures_changed: bool,
@@ -62,7 +62,7 @@ def save_mesh(
         announced: what the input was found to have.
         output: where the file will go; its name is that of the staged file, too, since MeshLab writes it into some files.
         stage: the staging folder.
-        resolution: the mean edge, or the mean distance of points, that coordinates must be able to tell apart.
+        resolution: gives the mean edge, or the mean distance of points, that coordinates must be able to tell apart.
         changed: whether any step was taken.
         began: which of `ATTRIBUTES` the mesh had as it was read.
         textures_changed: whether a step may have painted on a texture.
@@ -172,9 +172,9 @@ def _normalise_normals(meshes: Any) -> None:
         meshes.apply_filter("apply_normal_normalization_per_vertex")
 
 
-def _check_precision(kind: Format, mesh: Any, resolution: float, output: Path) -> list[str]:
+def _check_precision(kind: Format, mesh: Any, resolve: Callable[[], float], output: Path) -> list[str]:
     """Whether the format can tell the vertices apart; raise `OutputError` if not, warn if it is close."""
-    if kind.rounding == (0.0, 0.0) or not resolution:
+    if kind.rounding == (0.0, 0.0) or not (resolution := resolve()):
         return []
     relative, absolute = kind.rounding
     rounding = float(np.abs(mesh.vertex_matrix()).max()) * relative + absolute

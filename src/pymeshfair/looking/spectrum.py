@@ -33,6 +33,6 @@ def measured_spectrum(
     """
     measure = Step(find_filter(MEASURES)).with_values({"modes": modes})
     with tempfile.TemporaryDirectory() as folder:
-        job = Job(Recipe("spectrum", Script((measure,))), mesh, Path(folder) / "measured.ply", timeout=timeout)
+        job = Job(Recipe("spectrum", Script((measure,))), mesh, Path(folder) / "measured.ply", timeout=timeout, measures=False)
         result = run_job(job, on_event)
     return dict(result.steps[0].values)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import functools
+from types import MethodType
 from typing import Any
 
 import pymeshlab
 
+from ..declaration import Filter
 from ..meshlab.facts import meshlab_filters
 from ..registry import custom_filters
 from .errors import UnknownFilterError
@@ -32,6 +34,18 @@ class FilterMethods:
         return functools.partial(filter_method(known), self)
 
 
+class _MadeWhenAskedFor:
+    """Stands for the method of a filter until somebody asks for it: to document all three hundred takes a tenth of a second."""
+
+    def __init__(self, known: Filter) -> None:
+        self._known = known
+
+    def __get__(self, instance: object | None, owner: type) -> Any:
+        method = filter_method(self._known)
+        setattr(FilterMethods, self._known.python_name, method)
+        return method if instance is None else MethodType(method, instance)
+
+
 for _known in (*meshlab_filters(), *custom_filters()):
     if _known.is_builtin == hasattr(pymeshlab.MeshSet, _known.python_name):  # a method that MeshLab lacks, or one of its filters
-        setattr(FilterMethods, _known.python_name, filter_method(_known))
+        setattr(FilterMethods, _known.python_name, _MadeWhenAskedFor(_known))

@@ -41,8 +41,8 @@ def breaches(
     before: InputMesh,
     vertices: Floats,
     faces: Ints,
-    measures_before: Mapping[str, Any],
-    measures_after: Mapping[str, Any],
+    measures_before: Mapping[str, Any] | None,
+    measures_after: Mapping[str, Any] | None,
 ) -> list[Breach]:
     """The guards that a result breaks.
 
@@ -52,9 +52,11 @@ def breaches(
         before: the mesh as read.
         vertices: (n, 3) coordinates of the result.
         faces: (m, 3) triangles of the result.
-        measures_before: of the mesh as read, by name.
+        measures_before: of the mesh as read, by name; None where none were taken, and then there can be no limits.
         measures_after: of the result.
     """
+    if measures_before is None or measures_after is None:
+        return []
     found: list[Breach] = []
     edge = measures_before["mean_edge"] or measures_before["mean_spacing"] or 0.0
     if guards.max_displacement is not None:

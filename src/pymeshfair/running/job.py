@@ -39,6 +39,8 @@ class Job:
         own_texture_names: put the output's name before the names of its textures, so that runs side by side into one folder do
             not ask for the same names, and none depends on which was first.
         warnings: what is to be known about the recipe; the result and the record list them before those of the run.
+        measures: whether to measure the mesh before and after; without, there are no limits, and nobody says what the run did to
+            the shape or whether the recipe is for such scans.
     """
 
     recipe: Recipe
@@ -60,6 +62,7 @@ class Job:
     displacement: bool = False
     own_texture_names: bool = False
     warnings: tuple[str, ...] = ()
+    measures: bool = True
 
     @property
     def all_guards(self) -> Guards:
@@ -175,7 +178,8 @@ class RunResult:
         output: the file that was written.
         provenance: the file beside it that says how it came about.
         side_files: textures and material files that belong to the output, as far as they were written.
-        before: the measures of the mesh as read (`pymeshfair.filters.inspection.surface_measures.SurfaceMeasures`).
+        before: the measures of the mesh as read (`pymeshfair.filters.inspection.surface_measures.SurfaceMeasures`). This and
+            the next two are empty if the job wanted no measures.
         after: the measures of the mesh as written.
         change: what the run did to the shape, `pymeshfair.running.shape_change.ShapeChange` by name.
         steps: one report a step.

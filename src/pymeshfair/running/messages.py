@@ -61,6 +61,7 @@ class Assignment:
         recipe: the name of the recipe.
         head: the comment at its head, which may say for which scans it is.
         traits: for an assignment without an output, whether to tell all that recipes ask of a scan.
+        measures: whether to measure the mesh before and after.
     """
 
     steps: tuple[Step, ...]
@@ -82,6 +83,7 @@ class Assignment:
     recipe: str = ""
     head: str = ""
     traits: bool = False
+    measures: bool = True
 
     @property
     def is_watched(self) -> bool:
@@ -113,6 +115,7 @@ class Assignment:
             own_texture_names=job.own_texture_names,
             recipe=job.recipe.name,
             head=job.recipe.script.comment,
+            measures=job.measures,
         )
 
     def to_document(self) -> dict[str, Any]:
@@ -137,6 +140,7 @@ class Assignment:
             "recipe": self.recipe,
             "head": self.head,
             "traits": self.traits,
+            "measures": self.measures,
         }
 
     @classmethod
@@ -164,6 +168,7 @@ class Assignment:
             document["recipe"],
             document["head"],
             document["traits"],
+            document["measures"],
         )
 
 

@@ -80,8 +80,9 @@ def record_of(
 
 
 def _options(job: Job, side_files: Sequence[Any]) -> dict[str, Any]:
-    """The entry about what the input was allowed and how textures were named, where that was not as usual."""
+    """The entry about what the input was allowed, measures and names of textures, where that was not as usual."""
     given = {name: True for name in ("allow_outside", "unchecked", "keep_all") if getattr(job, name)}
+    given |= {} if job.measures else {"no_measures": True}
     given |= {"own_texture_names": True} if job.own_texture_names and side_files else {}
     return {"options": given} if given else {}
 
@@ -101,9 +102,9 @@ def result_of(job: Job, record: Mapping[str, Any], side_files: Sequence[Path], m
         output=job.output,
         provenance=provenance_path(job.output),
         side_files=tuple(side_files),
-        before=record["measures"]["before"],
-        after=record["measures"]["after"],
-        change=record["measures"]["change"],
+        before=record["measures"]["before"] or {},
+        after=record["measures"]["after"] or {},
+        change=record["measures"]["change"] or {},
         steps=steps_of(record),
         warnings=tuple(record["warnings"]),
         seconds=run["seconds"],

@@ -22,20 +22,19 @@ from ..files.provenance import described_file, read_provenance
 from ..files.reading import apply_matrix, load_mesh, unchanged
 from ..files.saving import attributes_of, save_mesh
 from ..filters.compilation import on_compilation
-from ..filters.inspection.connectivity import Connectivity
-from ..filters.inspection.surface_measures import SurfaceMeasures, measures_and_connectivity
 from ..meshset import MeshSet
 from ..scripts.script import Script
 from ..scripts.traps import lengths_out_of_proportion
 from .guarding import breaches
 from .intervention import stage_map
 from .job import Compiling, Event, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
+from .measuring import Found, Measuring, change_of
 from .mesh_arrays import write_arrays
 from .messages import Assignment, encode_event, mark
-from .origins import InputMesh, displacement_of, find_origins, mark_origins, mesh_of
+from .origins import displacement_of, find_origins, mark_origins
 from .plain_values import plain
 from .reasons import caused_by_memory, reason_of
-from .shape_change import shape_change, warnings_of
+from .shape_change import warnings_of
 from .suitability import traits_asked_for
 from .survey import survey
 
@@ -57,7 +56,7 @@ class Session:
         self._notes: list[str] = []
         self._told = 0.0
         self._warnings: list[str] = []
-        self._connectivity: Connectivity | None = None
+        self._measuring = Measuring(wanted=assignment.measures, followed=assignment.is_followed)
 
     def run(self) -> dict[str, Any]:
         """Carry the assignment out; the report for the supervisor.
@@ -71,7 +70,7 @@ class Session:
         current = self._meshes.current_mesh_id()
         source["others"] = [self._load(path)[1] for path in self._assignment.others]
         self._meshes.set_current_mesh(current)
-        original, before = self._measured(InputError(self._assignment.input, "it has coordinates that are not finite"))
+        before = self._looked(InputError(self._assignment.input, "it has coordinates that are not finite"))
         for text in lengths_out_of_proportion(Script(self._assignment.steps), diagonal=before.diagonal):
             self._warn(text)
         present = attributes_of(self._meshes, announced)
@@ -79,17 +78,16 @@ class Session:
             if self._assignment.arrays is not None:
                 write_arrays(self._meshes, present, self._assignment.arrays, intersections=self._assignment.self_intersections)
             attributes = [a for a in ATTRIBUTES if a in present]
-            more = survey(self._assignment, self._meshes.current_mesh(), before, present)
-            measured = {"before": plain(asdict(before)), "attributes": attributes, "warnings": self._warnings}
-            return {"input": source, **measured, "survey": more}
-        traits, unsuited = traits_asked_for(self._assignment, self._meshes.current_mesh(), before, present)
+            measured = {"before": before.described, "attributes": attributes, "warnings": self._warnings}
+            return {"input": source, **measured, "survey": survey(self._assignment, before, present)}
+        traits, unsuited = traits_asked_for(self._assignment, before, present)
         if unsuited:
             self._warn(unsuited)
         if self._assignment.is_followed:
             mark_origins(self._meshes.current_mesh())
         with self._meshes.deferred():
             steps = [self._step(number) for number in range(1, len(self._assignment.steps) + 1)]
-        written = self._write(announced, before, present, original)
+        written = self._write(announced, before, present)
         return {"input": source, "steps": steps, "counted": announced.vertices is not None, "traits": plain(traits), **written}
 
     def _load(self, path: Path) -> tuple[Announced, dict[str, Any]]:
@@ -154,7 +152,7 @@ class Session:
 
     # ------------------------------------------------------------------------------------------------------------- writing
 
-    def _write(self, announced: Announced, before: SurfaceMeasures, present: set[str], original: InputMesh) -> dict[str, Any]:
+    def _write(self, announced: Announced, before: Found, present: set[str]) -> dict[str, Any]:
         output, stage = self._assignment.output, self._assignment.stage
         assert output is not None
         self._event(PhaseStarted("writing"))
@@ -168,14 +166,14 @@ class Session:
             raise self._failed("nothing is left of the mesh after the last step")
         if gone := [a for a in ATTRIBUTES if a in present - attributes_of(self._meshes, announced, present)]:
             self._lose([f"after the steps the mesh has no {' and no '.join(gone)} any more"], OutputError, output)
-        result, after = self._measured(self._failed("the result has coordinates that are not finite"))
-        change = shape_change(original, result, (before, after))
-        for text in warnings_of(change):
-            self._warn(text)
-        said: dict[str, Any] = {"before": plain(asdict(before)), "after": plain(asdict(after)), "change": plain(asdict(change))}
-        said["warnings"] = self._warnings
+        after = self._looked(self._failed("the result has coordinates that are not finite"))
+        said: dict[str, Any] = {"before": before.described, "after": after.described, "change": None, "warnings": self._warnings}
+        if change := change_of(before, after):
+            said["change"] = plain(asdict(change))
+            for text in warnings_of(change):
+                self._warn(text)
         if self._assignment.is_followed:
-            said |= self._watched(original, result, said["before"], said["after"])
+            said |= self._watched(before, after)
             if said.get("breaches") and not self._assignment.keep_broken:
                 return said
         try:
@@ -183,16 +181,14 @@ class Session:
         except OSError as error:
             raise OutputError(output, (error.strerror or str(error)).lower()) from error
 
-    def _saved(
-        self, announced: Announced, present: set[str], output: Path, stage: Path, after: SurfaceMeasures
-    ) -> dict[str, Any]:
+    def _saved(self, announced: Announced, present: set[str], output: Path, stage: Path, after: Found) -> dict[str, Any]:
         """Write the files to the staging folder; what they are."""
         saved = save_mesh(
             self._meshes,
             announced,
             output,
             stage / "new",
-            resolution=after.mean_edge or after.mean_spacing or 0.0,
+            resolution=after.resolution,
             changed=bool(self._assignment.steps),
             began=present,
             textures_changed=any(FilterClass.TEXTURE in step.filter.classes for step in self._assignment.steps),
@@ -207,30 +203,26 @@ class Session:
             "staged": [{"staged": str(f.staged), "target": str(f.target)} for f, _ in files],
         }
 
-    def _watched(
-        self, original: InputMesh, result: InputMesh, before: Mapping[str, Any], after: Mapping[str, Any]
-    ) -> dict[str, Any]:
+    def _watched(self, before: Found, after: Found) -> dict[str, Any]:
         """How far vertices have moved, the guards that were broken, and the staged files of the intervention map."""
         mesh, guards, target = self._meshes.current_mesh(), self._assignment.guards, self._assignment.map
+        original, result = before.arrays, after.arrays
+        assert original is not None
+        assert result is not None
         origins = find_origins(mesh, original)
         said: dict[str, Any] = {"displacement": asdict(displacement_of(origins))} if self._assignment.displacement else {}
         if not self._assignment.is_watched:
             return said
         if not origins.known:
             self._warn("a step made a new mesh, so that its elements cannot be followed: distances are those from the input")
-        found = breaches(guards, origins, original, *result, before, after)
+        found = breaches(guards, origins, original, *result, before.described, after.described)
         maps = [] if target is None else stage_map(self._assignment.stage / "new", target, *result, original, origins)
         return said | {"breaches": [plain(asdict(breach)) for breach in found], "maps": maps}
 
-    def _measured(self, refusal: Exception) -> tuple[InputMesh, SurfaceMeasures]:
-        """The current mesh and its measures; how it is connected is not found anew if that has not changed."""
-        mesh = self._meshes.current_mesh()
+    def _looked(self, refusal: Exception) -> Found:
+        """What is known of the current mesh."""
         try:
-            arrays = mesh_of(mesh)
-            measures, self._connectivity = measures_and_connectivity(
-                arrays.vertices, arrays.faces, edges=mesh.edge_matrix(), known=self._connectivity
-            )
-            return arrays, measures
+            return self._measuring.look(self._meshes.current_mesh())
         except FilterInputError as error:
             raise refusal from error
 

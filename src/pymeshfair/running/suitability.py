@@ -7,12 +7,11 @@ from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from ..declaration import Floats, Ints
 from ..filters.inspection.surface_measures import SurfaceMeasures
 from ..recipe import TASKS, RecipeHead, RecipeInfo, head_info, shipped_heads
 from ..scripts.fits import Condition
+from .measuring import Found
 from .messages import Assignment
 
 #: the traits that are measured on the surface, each in some tenths of a second at most; the others are known anyway
@@ -137,21 +136,18 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
     return f"{wrong}: no recipe{task}fits; `pymeshfair suggest` names what does{named}"
 
 
-def traits_asked_for(
-    assignment: Assignment, mesh: Any, measures: SurfaceMeasures, attributes: AbstractSet[str]
-) -> tuple[dict[str, float], str | None]:
+def traits_asked_for(assignment: Assignment, found: Found, attributes: AbstractSet[str]) -> tuple[dict[str, float], str | None]:
     """The traits of a mesh that an assignment wants to know, and a warning if its recipe is not for such scans.
 
     Args:
         assignment: with its recipe, or `traits` if all are wanted.
-        mesh: the current mesh of a mesh set.
-        measures: of it.
+        found: what is known of the mesh; if that was not measured, there are none.
         attributes: what it has.
     """
     info = head_info(assignment.head)
-    if not info.conditions and not assignment.traits:
+    arrays, measures = found.arrays, found.measures
+    if arrays is None or measures is None or not (info.conditions or assignment.traits):
         return {}, None
-    arrays = mesh.vertex_matrix(), np.ascontiguousarray(mesh.face_matrix(), dtype=np.int32)
     wanted = MEASURED if assignment.traits else needed(info.conditions)
     traits = traits_of(*arrays, measures, attributes, wanted)
     if not judged(assignment.recipe, info, traits).unmet:

@@ -16,6 +16,7 @@ from ..files.output_lock import output_lock
 from ..files.outputs import StagedFile, check_maps, check_output, commit, place_files, write_whole
 from ..files.provenance import formatted, provenance_path
 from ..files.staging import remove_folder, staging_folder
+from ..scripts.guards import refuse_unmeasured
 from ..scripts.needs import check_needs
 from .child import WorkerProcess
 from .errors import GuardBroken
@@ -38,6 +39,7 @@ def run_job(job: Job, on_event: Callable[[Event], None] = lambda event: None, *,
 
     Raises:
         ScriptError: a step needs layers or rasters that the run does not have.
+        ParameterError: there are limits, but no measures are to be taken.
         InputError: the input, or another file, cannot be read.
         OutputError: the output cannot or must not be written.
         StepFailedError: a filter could not do its work.
@@ -50,6 +52,8 @@ def run_job(job: Job, on_event: Callable[[Event], None] = lambda event: None, *,
     others = tuple(Path(other).absolute() for other in job.others)
     job = replace(job, input=Path(job.input).absolute(), output=Path(job.output).absolute(), others=others)
     check_needs(job.recipe.script, layers=1 + len(others))
+    if not job.measures:
+        refuse_unmeasured(job.all_guards)
     for path in (job.input, *others):
         check_input(path)
     check_output(job.output, job.input, overwrite=job.overwrite)

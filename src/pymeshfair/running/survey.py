@@ -5,23 +5,21 @@ from __future__ import annotations
 from collections.abc import Set as AbstractSet
 from typing import Any
 
-import numpy as np
-
-from ..filters.inspection.surface_measures import SurfaceMeasures
 from ..filters.mesh import bounding_box
+from .measuring import Found
 from .messages import Assignment
 from .plain_values import plain
 from .suitability import traits_asked_for
 
 
-def survey(assignment: Assignment, mesh: Any, measures: SurfaceMeasures, attributes: AbstractSet[str]) -> dict[str, Any]:
-    """Box, rims and traits of the current mesh of a mesh set, in terms of JSON; nothing if the assignment does not ask."""
-    if not assignment.traits:
+def survey(assignment: Assignment, found: Found, attributes: AbstractSet[str]) -> dict[str, Any]:
+    """Box, rims and traits of a mesh, in terms of JSON; nothing if the assignment does not ask."""
+    if not assignment.traits or found.arrays is None:
         return {}
     from ..filters.holes import find_rims
 
-    vertices, faces = mesh.vertex_matrix(), np.ascontiguousarray(mesh.face_matrix(), dtype=np.int32)
-    traits, _ = traits_asked_for(assignment, mesh, measures, attributes)
+    vertices, faces = found.arrays
+    traits, _ = traits_asked_for(assignment, found, attributes)
     return {
         "box": [plain(end.tolist()) for end in bounding_box(vertices)] if len(vertices) else [],
         "rims": [

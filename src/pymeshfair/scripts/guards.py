@@ -73,6 +73,20 @@ class Guards:
 NO_GUARDS = Guards()
 
 
+def refuse_unmeasured(guards: Guards) -> None:
+    """Refuse limits where no measures are taken.
+
+    Raises:
+        ParameterError: there are limits.
+    """
+    if guards:
+        named = ", ".join(f"{name.replace('_', '-')} {text}" for name, text in guards.texts().items())
+        raise ParameterError(
+            f"without measures nobody can tell whether limits are kept, and there are some: {named}; leave out --no-measures, or "
+            "the limits (those of a recipe are attributes of its <FilterScript>)"
+        )
+
+
 def _length(name: str, text: str) -> Length:
     # Scanners write millimetres, and say so; a mesh has no unit of its own.
     length = Length.parse(_MILLIMETRES.sub("", text))

@@ -37,6 +37,8 @@ def check(job: Job, plan: list[Selection] | list[Move]) -> None:
         raise ParameterError(
             "limits of the result, an intervention map and further layers need the whole mesh at once; leave them out, or --tiles"
         )
+    if not job.measures:
+        raise ParameterError("a run by tiles counts and takes no measures besides: leave out --no-measures")
     if job.timeout is not None or job.keep_all:
         raise ParameterError(
             "--timeout and --keep-all are not known to a run by tiles: leave them out. "

@@ -74,4 +74,4 @@ def _cut_out(path: Path, target: Path, centre: list[float], radius: float) -> No
         Step(find_filter("compute_selection_by_condition_per_vertex")).with_values({"condselect": outside}),
         Step(find_filter("meshing_remove_selected_vertices")),
     )
-    run_job(Job(Recipe("part", Script(steps)), path, target))
+    run_job(Job(Recipe("part", Script(steps)), path, target, measures=False))
