@@ -196,7 +196,12 @@ def _lowered(filling: HoleFilling, energy: HoleEnergy) -> tuple[str, ...]:
     holes = _lower(filling, energy)
     notes = [
         f"the filling of the rim of {len(filling.closed[k])} edges through vertex {filling.closed[k][0]} was placed with energy "
-        f"{filling.energies[k]!r}: the equations of {energy!r} are too ill-conditioned there, as at triangles without area"
+        f"{filling.energies[k]!r}: "
+        + (
+            f"that of {energy!r} would reach further out of its rim than the rim is wide, as beside a spike"
+            if filling.thrown_out[k]
+            else f"the equations of {energy!r} are too ill-conditioned there, as at triangles without area"
+        )
         for k in holes[:MOST_NAMED]
     ]
     if len(holes) > MOST_NAMED:

@@ -11,7 +11,7 @@ from ..mesh import Floats, Ints, check_mesh, check_vertex_mask
 from ..topology import boundary_loops
 from .filling import HOLE_ENERGIES, HoleEnergy, HoleFilling, OpenRim
 from .left_open import ISLAND_IN_IT, broken_left_open, left_open_as
-from .patch_fairing import fair_patches
+from .patch_fairing import Placement, fair_patches
 from .patches import Patches
 from .sorted_rims import MOST_JOINED, sorted_rims
 
@@ -40,7 +40,9 @@ def close_holes(
     rounds, since fairing depends on the triangulation, which each round makes more regular. Where the surface then bends more
     than 1.2 times as much at the rim as around it, edges become down to a quarter as long: a narrow hole between two sides that
     do not match needs more of them to be smooth. Where the filling would have more than 60,000 new vertices (`MOST_VERTICES`),
-    its triangles get larger away from the rim, so that time and memory grow with the rim alone.
+    its triangles get larger away from the rim, so that time and memory grow with the rim alone. No new vertex lies further
+    outside of the box of its rim than the diagonal of that box: a filling that an energy would throw out further, as beside a
+    spike, is placed by the next lower one.
 
     The closed mesh is a manifold where the mesh was one, and oriented like it. Outer borders of open sheets are no holes and stay
     open, of whatever size (`outer_borders`): rims with a total geodesic curvature above 1.5 pi, and, unless `selected` contains
@@ -100,13 +102,13 @@ def close_holes(
             left_open += [left_open_as(hole, "island", ISLAND_IN_IT), *(left_open_as(rim, "island") for rim in group)]
         else:
             left_open.append(left_open_as(hole, "no_triangulation"))
-    energies: list[HoleEnergy] = ["none"] * len(closed)
+    placements = [Placement("none", False)] * len(closed)
     if refine and energy != "none":
 
         def rest(share: float) -> None:
             forwards(_TRIANGULATION + (1.0 - _TRIANGULATION) * share)
 
-        energies = fair_patches(patches, points, triangles, energy=energy, rounds=rounds, progress=rest)
+        placements = fair_patches(patches, points, triangles, energy=energy, rounds=rounds, progress=rest)
     new_vertices, new_faces, hole_of_vertex, hole_of_face = patches.gathered()
     left_open.sort(key=lambda rim: int(rim.vertices.min()))
     progress(1.0)
@@ -118,7 +120,8 @@ def close_holes(
         tuple(closed),
         tuple(with_islands),
         tuple(left_open),
-        tuple(energies),
+        tuple(p.energy for p in placements),
+        tuple(p.thrown_out for p in placements),
     )
 
 

@@ -48,7 +48,9 @@ class HoleFilling(NamedTuple):
         islands: for every closed hole (k,) int32 the vertices of the rims of the islands that its new faces join; mostly none.
         left_open: the other rims, and why they were left.
         energies: for every closed hole the energy that placed its new vertices: the one asked for, or if its equations are too
-            ill-conditioned, the highest lower one that can be solved for, or "none".
+            ill-conditioned or throw the filling out, the highest lower one that does not, or "none".
+        thrown_out: for every closed hole whether a higher energy would have put new vertices outside of the box of its rim, by
+            more than the diagonal of that box.
     """
 
     new_vertices: Floats
@@ -59,3 +61,4 @@ class HoleFilling(NamedTuple):
     islands: tuple[Ints, ...]
     left_open: tuple[OpenRim, ...]
     energies: tuple[HoleEnergy, ...]
+    thrown_out: tuple[bool, ...]

@@ -124,8 +124,25 @@ class Patches:
             finer = np.clip(SHARP * placed.bend / bend, FINEST / placed.share, 1.0) if smooth and bend > 0.0 else 1.0
             finer = max(finer, min(1.0, float(np.sqrt(len(patch.points) / MOST_VERTICES))))
             patch = patch._replace(sizes=patch.sizes * finer)
-            patch = refined_patch(patch, forbidden=placed.forbidden, uniform=placed.uniform, progress=still)
-            self._placed[k] = placed._replace(patch=patch, share=placed.share * float(finer))
+            # A filling that bulges has a larger area than the one whose width was chosen.
+            uniform = min(placed.uniform, uniform_width(patch.points, patch.sizes, patch.triangles, patch.n_rim))
+            patch = refined_patch(patch, forbidden=placed.forbidden, uniform=uniform, progress=still)
+            self._placed[k] = placed._replace(patch=patch, uniform=uniform, share=placed.share * float(finer))
+
+    def reach(self, new_vertices: Floats) -> Floats:
+        """(count,) how far each patch would leave the box of its rim, in diagonals of that box.
+
+        `new_vertices` are coordinates of the new vertices, in the order of `gathered`.
+        """
+        found = np.zeros(self.count)
+        at = 0
+        for k, (own, patch, *_) in enumerate(self._placed):
+            new = new_vertices[at : (at := at + len(patch.points) - len(own))]
+            low, high = patch.points[: len(own)].min(axis=0), patch.points[: len(own)].max(axis=0)
+            outside = np.linalg.norm(np.maximum(np.maximum(low - new, new - high), 0.0), axis=1)
+            diagonal = float(np.linalg.norm(high - low))
+            found[k] = outside.max(initial=0.0) / (diagonal or 1.0)
+        return found
 
     def move(self, new_vertices: Floats) -> None:
         """Set the coordinates of the new vertices, in the order of `gathered`."""

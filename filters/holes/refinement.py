@@ -19,7 +19,7 @@ DENSITY = np.sqrt(2.0)
 # between the sides of a crack a new vertex has no room to move.
 _CRACK = 0.25
 _MOST_ROUNDS = 60
-# A patch is not split into more vertices: only one that fairing has thrown far out on a broken mesh comes near.
+# A patch is not split into more vertices, whatever sizes are given. With a width by `uniform_width` none comes near.
 _MOST_POINTS = 300_000
 # After so many rounds half of the work counts as done: how many there will be is not known before.
 _HALF = 8

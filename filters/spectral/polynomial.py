@@ -37,7 +37,9 @@ class Applied(NamedTuple):
     largest_error: float
 
 
-def polynomial_series(response: Response, bound: float, *, tolerance: float) -> ChebyshevSeries:
+def polynomial_series(
+    response: Response, bound: float, *, tolerance: float, largest_degree: int = LARGEST_DEGREE
+) -> ChebyshevSeries:
     """The series in t = 1 - 2 kappa / bound of a response on 0 <= kappa <= bound."""
 
     def sampled(t: Floats) -> Floats:
@@ -45,7 +47,7 @@ def polynomial_series(response: Response, bound: float, *, tolerance: float) -> 
 
     # kappa = bound sin^2(theta / 2), so that the lowest cutoff lies at this angle.
     width = 2.0 * response.cutoffs[0] / math.sqrt(bound) if bound > 0.0 else 1.0
-    return chebyshev_series(sampled, tolerance=tolerance, width=width, largest_degree=LARGEST_DEGREE)
+    return chebyshev_series(sampled, tolerance=tolerance, width=width, largest_degree=largest_degree)
 
 
 def polynomial_filter(

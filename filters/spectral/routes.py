@@ -82,11 +82,13 @@ class Plan:
         self._symmetric = symmetric_form(problem.dirichlet, problem.mass)
         self._proven = gershgorin_bound(self._symmetric, problem.mass)
         self._bound = min(lanczos_bound(self._symmetric), self._proven) if n else 0.0
-        self._polynomial = self._series()
-        products = self.degree_of("polynomial") * _PRODUCT * n
         solves = _solving_time(n, self._rational.degree)
-        fits = self._polynomial.error <= 2.0 * tolerance
         exact = self._rational.error <= 2.0 * tolerance
+        # On thin triangles a polynomial takes a hundred times as many products as that: its samples alone would fill memory.
+        useful = min(LARGEST_DEGREE, int(solves / (_PRODUCT * n)) + 1) if exact and n and route == "auto" else LARGEST_DEGREE
+        self._polynomial = self._series(useful)
+        products = self.degree_of("polynomial") * _PRODUCT * n
+        fits = self._polynomial.error <= 2.0 * tolerance
         if route == "polynomial" and not fits:
             raise FilterInputError(
                 f"a polynomial of degree {LARGEST_DEGREE} has an error of {self._polynomial.error:.3g} still: the mesh has too "
@@ -105,7 +107,8 @@ class Plan:
                 f"{seconds[other]:.2g} s"
             )
         else:
-            self.reason = f"no {other} function of a degree that is tried meets the tolerance"
+            tried = f"up to degree {useful}, which takes as long," if useful < LARGEST_DEGREE else "of a degree that is tried"
+            self.reason = f"no {other} function {tried} meets the tolerance"
 
     @property
     def degree(self) -> int:
@@ -135,8 +138,8 @@ class Plan:
             raise ConvergenceError("the recurrence of the polynomial grows: the operator is not positive semidefinite")
         return done.values, self._polynomial.error + rounding, done.largest_error
 
-    def _series(self) -> ChebyshevSeries:
-        return polynomial_series(self._response, self._bound, tolerance=self._tolerance)
+    def _series(self, largest_degree: int = LARGEST_DEGREE) -> ChebyshevSeries:
+        return polynomial_series(self._response, self._bound, tolerance=self._tolerance, largest_degree=largest_degree)
 
 
 def _solving_time(n: int, solves: int) -> float:

@@ -6,13 +6,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from pymeshfair.filters.execution import ignore_progress
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.holes.grading import MOST_VERTICES, SLOPE, Growth, uniform_width
+from pymeshfair.filters.holes.patches import Patches
 from pymeshfair.filters.holes.refinement import Patch, refined_patch
 from pymeshfair.filters.holes.triangulation import triangulate_rim
 from pymeshfair.filters.holes.vertex_pairs import nothing_forbidden, vertex_pairs
-from pymeshfair.filters.topology import border_edges, edges, face_adjacency, non_manifold_edges
-from tests.meshes import area, rotation
+from pymeshfair.filters.topology import border_edges, boundary_loops, edges, face_adjacency, non_manifold_edges
+from tests.meshes import area, icosphere, rotation
 
 Floats = NDArray[np.float64]
 
@@ -157,6 +159,20 @@ def test_a_graded_patch_has_fewer_vertices_and_the_same_rim() -> None:
     growth = 1 + SLOPE * (np.array([0.6, 1.1]) * 120 / (2 * np.pi) - 2)
     assert growth[0] / 2 < lengths[1] / lengths[0] < growth[1]
     assert len(non_manifold_edges(graded.triangles)) == 0
+
+
+def test_a_filling_that_bulges_does_not_outgrow_its_bound() -> None:
+    """Drawn out to a cone a hundred times as high as wide, refined triangles are still about as many as the bound allows."""
+    vertices, faces = icosphere(3)
+    faces = np.ascontiguousarray(faces[vertices[faces].mean(axis=1)[:, 2] < 0.5])
+    (rim,) = boundary_loops(vertices, faces)[0]
+    patches = Patches(vertices, faces, [rim])
+    assert patches.add(rim, [], True, ignore_progress)
+    new = patches.gathered()[0]
+    patches.move(new + np.column_stack([0.0 * new[:, :2], 200.0 * (1.0 - np.linalg.norm(new[:, :2], axis=1))]))
+    patches.refine_again(True, ignore_progress)
+    # Splitting at centroids overshoots: where three vertices are wanted in a row there may be up to four.
+    assert 0.2 * MOST_VERTICES < len(patches.gathered()[0]) < 2.0 * MOST_VERTICES
 
 
 def test_a_patch_that_was_thrown_out_is_not_split_for_ever() -> None:

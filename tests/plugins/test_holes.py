@@ -21,6 +21,7 @@ from pymeshfair.plugins.holes import meshing_close_holes_by_fairing as declared
 from pymeshfair.recipe import load_recipe
 from tests.commands.command_line import document, run_process
 from tests.host.snapshots import PER_FACE, PER_VERTEX, add_attributes, differences, everything, sample
+from tests.hostile.awkward import awkward_mesh
 from tests.meshes import Mesh, icosphere
 
 BUNNY = sample("bunny10k_textured.obj")
@@ -191,6 +192,14 @@ def test_a_lower_energy_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     assert values is not None
     assert (values["closed_holes"], values["lower_energy_holes"], len(notes)) == (2, 2, 4)
     assert all("was placed with energy 'thin_plate'" in note for note in notes[2:])
+
+
+def test_a_filling_that_was_thrown_out_is_told() -> None:
+    """Beside a spike a lower energy places the filling, and the note says that it would have reached too far."""
+    meshes, notes = mesh_set(awkward_mesh(6000)[1])
+    meshes.meshing_close_holes_by_fairing()
+    (note,) = (note for note in notes if "was placed with energy 'membrane'" in note)
+    assert "that of 'thin_plate' would reach further out of its rim than the rim is wide" in note
 
 
 def test_without_refinement_there_are_faces_alone() -> None:
