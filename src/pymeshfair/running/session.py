@@ -36,7 +36,7 @@ from .origins import InputMesh, displacement_of, find_origins, mark_origins, mes
 from .plain_values import plain
 from .reasons import caused_by_memory, reason_of
 from .shape_change import shape_change, warnings_of
-from .suitability import traits_asked_for
+from .suitability import instead, traits_asked_for
 from .survey import survey
 
 #: the least change of progress that is reported
@@ -170,7 +170,7 @@ class Session:
             self._lose([f"after the steps the mesh has no {' and no '.join(gone)} any more"], OutputError, output)
         result, after = self._measured(self._failed("the result has coordinates that are not finite"))
         change = shape_change(original, result, (before, after))
-        for text in warnings_of(change):
+        for text in warnings_of(change, lambda: instead(self._assignment, original, before, present)):
             self._warn(text)
         said: dict[str, Any] = {"before": plain(asdict(before)), "after": plain(asdict(after)), "change": plain(asdict(change))}
         said["warnings"] = self._warnings
