@@ -1,12 +1,15 @@
 """Recipes against scans: what suits what, and whether a recipe inside its stated range is as good as the best of three.
 
-    python benchmarks/recipes.py FOLDER [--only text,text] [--suggest]
+    python benchmarks/recipes.py FOLDER [--only text,text] [--made] [--scans FOLDER] [--suggest]
 
-FOLDER has `NAME_noisy.ply` and `NAME_truth.ply` whose faces have the same numbers, and may have scans beside them. Prints for
-every pair and recipe the measure that the head of the recipe names under Judged, over the best of MeshLab's Taubin
-(`smooth_taubin`), MeshLab's two steps (`denoise_meshlab_only`) and `denoise`: 1.00 is as good, more is worse. In brackets where
-the pair is outside of what the recipe says that it fits. Last, every case inside its range that is worse; the head must say so,
-by "after denoise".
+FOLDER has `NAME_noisy.ply` and `NAME_truth.ply` whose faces have the same numbers, and may have scans beside them. --made takes
+pairs of `denoising_pairs` in place of them: generated shapes, samples, and scans made smooth, none of them used to set ranges of
+recipes. For every pair and recipe there is the measure that the head of the recipe names under Judged, over the best of its
+rivals: 1.00 is as good, more is worse. In brackets where the pair is outside of what the recipe says that it fits.
+
+Rivals are MeshLab's Taubin filter (10 steps) and its two-step filter, each with its defaults, and `denoise`; of a recipe that is
+judged "in plain MeshLab" the first two. "normals" is the mean angle to the true normals; "waves" is measured on the surface
+without noise, see `recipe_waves`. Last, every case inside its range that is worse.
 
 --suggest compares the first recipe that `pymeshfair suggest` names with those that were written down as right, before it was run.
 """
@@ -17,12 +20,15 @@ import argparse
 import json
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pymeshlab
 from denoising_metrics import Floats, Ints, errors
+from denoising_pairs import NoisyPair, looked_at, made, unseen
+from recipe_waves import waves_of_sizes, wrong
 
 from pymeshfair import MeshSet, Recipe
 from pymeshfair.filters.inspection.surface_measures import surface_measures
@@ -30,35 +36,48 @@ from pymeshfair.recipe import load_recipe
 from pymeshfair.running.suitability import judged, traits_of
 
 SAMPLES = Path(pymeshlab.__file__).parent / "tests/sample_meshes"
-#: those that take away noise, the three that others are compared with first
-RIVALS = ("smooth_taubin", "denoise_meshlab_only", "denoise")
-RECIPES = (
-    *RIVALS,
-    "denoise_sharp",
-    "denoise_smooth",
-    "denoise_kinect",
-    "smooth_implicit",
-    "smooth_laplacian",
-    "spectral_low_pass",
-)
-#: what each recipe may be judged by: lower is better
-MEASURES = ("normals", "distance", "dimensions")
+#: MeshLab's own filters with their defaults, by the names of their columns
+MESHLAB = {"Taubin": "apply_coord_taubin_smoothing", "two steps": "apply_coord_two_steps_smoothing"}
+RECIPES = ("denoise", "denoise_kinect", "denoise_meshlab_only", "smooth_taubin", "smooth_implicit", "spectral_low_pass")
 #: a result may be worse by this share and still counts as good: the spread of choices that are made from noise
 TOLERANCE = 0.05
+#: the made pairs: every kind of shape, sharp and smooth, from weak noise to strong, and impulses
+MADE = (
+    "bracket_n3",
+    "lens_n2",
+    "blobs_n2",
+    "torus_n1",
+    "terrain_n1",
+    "rabbit_n2",
+    "cow_n3",
+    "bunny10k_n1",
+    "gear_n2",
+    "gear_n6",
+    "house_n2",
+    "chest_n3",
+    "chest_i8",
+    "dodecahedron_a3",
+    "bone_n2",
+    "airplane_n2",
+    "gyroid_n3",
+    "knot_n3",
+    "angel_n2",
+    "iron_n1",
+)
 
 #: the right first recipes, written down before `suggest` had ranked any of these
 RIGHT: dict[str, tuple[str, ...]] = {
-    "block_n4_noisy.ply": ("denoise", "denoise_sharp"),
-    "bunny_n2_noisy.ply": ("denoise", "denoise_smooth"),
-    "child_n3_noisy.ply": ("denoise", "denoise_smooth"),
-    "fandisk_n3_noisy.ply": ("denoise", "denoise_sharp"),
+    "block_n4_noisy.ply": ("denoise",),
+    "bunny_n2_noisy.ply": ("denoise",),
+    "child_n3_noisy.ply": ("denoise",),
+    "fandisk_n3_noisy.ply": ("denoise",),
     "fandisk_n7_noisy.ply": ("denoise",),
-    "fertility_n3_noisy.ply": ("denoise", "denoise_smooth"),
-    "julius_n2_noisy.ply": ("denoise", "denoise_smooth"),
+    "fertility_n3_noisy.ply": ("denoise",),
+    "julius_n2_noisy.ply": ("denoise",),
     "kinect_cone_noisy.ply": ("denoise_kinect", "denoise"),
-    "nicolo_n2_noisy.ply": ("denoise", "denoise_smooth"),
-    "sharpsphere_n3_noisy.ply": ("denoise", "denoise_sharp"),
-    "twelve_i5_noisy.ply": ("denoise", "denoise_sharp"),
+    "nicolo_n2_noisy.ply": ("denoise",),
+    "sharpsphere_n3_noisy.ply": ("denoise",),
+    "twelve_i5_noisy.ply": ("denoise",),
     "angel.obj": ("clean_range_map", "denoise"),
     "rabbit.obj": ("clean_range_map", "denoise"),
     "iron.ply": ("clean_range_map", "denoise"),
@@ -79,55 +98,86 @@ def read(path: Path) -> tuple[Floats, Ints]:
     return mesh.vertex_matrix(), np.ascontiguousarray(mesh.face_matrix(), dtype=np.int32)
 
 
-def cleaned(recipe: str, vertices: Floats, faces: Ints) -> Floats:
-    """The vertices after a recipe, or as they were where it removes some: there they cannot be compared one by one."""
+def cleaned(recipe: str, vertices: Floats, faces: Ints, *settings: str) -> Floats:
+    """The vertices after a recipe."""
     meshes = MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
-    Recipe.load(recipe).apply(meshes)
-    found: Floats = meshes.current_mesh().vertex_matrix()
-    return found if found.shape == vertices.shape else vertices
+    chosen = Recipe.load(recipe)
+    chosen.set(*settings)
+    chosen.apply(meshes)
+    return np.asarray(meshes.current_mesh().vertex_matrix())
 
 
-def measured(vertices: Floats, truth: Floats, faces: Ints) -> dict[str, float]:
-    """Each of `MEASURES`: degrees between normals, mean edges from the true surface, and percent of the sides of the true box."""
-    found = errors(vertices, truth, faces)
-    sides, true = np.ptp(vertices[np.unique(faces)], axis=0), np.ptp(truth[np.unique(faces)], axis=0)
-    return {
-        "normals": found.mad,
-        "distance": found.distance,
-        "dimensions": 100.0 * float(np.abs(sides / np.where(true > 0, true, 1.0) - 1.0).max()),
-    }
+def smoothed(method: str, vertices: Floats, faces: Ints) -> Floats:
+    """The vertices after one of `MESHLAB`."""
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
+    meshes.apply_filter(MESHLAB[method])
+    return np.asarray(meshes.current_mesh().vertex_matrix())
 
 
-def matrix(folder: Path, only: list[str]) -> Iterator[str]:
-    """A row for every pair; last what is worse than it should be."""
-    yield f"{'pair':16} {'noise':>5} {'sharp':>5} " + " ".join(f"{name[-11:]:>13}" for name in RECIPES)
-    said: list[str] = []
-    unsaid: list[str] = []
+def pairs(folder: Path, only: list[str]) -> Iterator[NoisyPair]:
+    """Those of a folder."""
     for path in sorted(folder.rglob("*_noisy.ply")):
-        pair = path.stem.removesuffix("_noisy")
-        if only and not any(text in pair for text in only):
-            continue
-        vertices, faces = read(path)
-        truth, _ = read(path.with_name(f"{pair}_truth.ply"))
+        name = path.stem.removesuffix("_noisy")
+        if not only or any(text in name for text in only):
+            vertices, faces = read(path)
+            yield NoisyPair(name, vertices, read(path.with_name(f"{name}_truth.ply"))[0], faces)
+
+
+def made_pairs(scans: Path | None, only: list[str]) -> Iterator[NoisyPair]:
+    """Those of `MADE`."""
+    names = [name for name in MADE if not only or any(text in name for text in only)]
+    for shape in (*looked_at(scans), *unseen(scans)):
+        yield from made([shape], [name for name in names if name.rpartition("_")[0] == shape.name] or ["none"])
+
+
+def matrix(found: Iterable[NoisyPair]) -> Iterator[str]:
+    """A row for every pair; last what is worse than it should be."""
+    columns = (*MESHLAB, *RECIPES)
+    yield f"{'pair':16} {'noise':>5} {'sharp':>5} " + " ".join(f"{name[-12:]:>14}" for name in columns)
+    worse: list[str] = []
+    for pair in found:
+        vertices, truth, faces = pair.noisy, pair.truth, pair.faces
         traits = traits_of(vertices, faces, surface_measures(vertices, faces), set())
-        results = {name: measured(cleaned(name, vertices, faces), truth, faces) for name in RECIPES}
-        cells = []
+        fits = {name: judged(name, load_recipe(name).info, traits).fits for name in RECIPES}
+        results = {name: smoothed(name, vertices, faces) for name in MESHLAB}
+        results |= {name: cleaned(name, vertices, faces) for name in RECIPES}
+        angles = {name: errors(result, truth, faces).mad for name, result in results.items()}
+        left = (
+            waves_left(truth, faces) if any(fits[name] and load_recipe(name).info.measure == "waves" for name in RECIPES) else {}
+        )
+        cells = {name: f"{angle:.2f} deg" for name, angle in angles.items()}
         for name in RECIPES:
             info = load_recipe(name).info
-            by = info.measure or "normals"
-            ratio = results[name][by] / max(min(results[rival][by] for rival in RIVALS), 1e-9)
-            inside = judged(name, info, traits).fits
-            cells.append(f"{ratio:.2f} {by[:4]}" if inside else f"({ratio:.2f} {by[:4]})")
-            if inside and ratio > 1.0 + TOLERANCE:
-                (said if info.behind in RIVALS else unsaid).append(f"{name} on {pair} {ratio:.2f}")
-        yield f"{pair:16} {traits['noise']:5.2f} {traits['sharpness']:5.2f} " + " ".join(f"{cell:>13}" for cell in cells)
-        best = {by: min(results[r][by] for r in RIVALS) for by in MEASURES}
-        for by in MEASURES:
-            ratios = " ".join(f"{results[name][by] / max(best[by], 1e-9):13.2f}" for name in RECIPES)
-            yield f"  {by:10} best {best[by]:8.3f}    {ratios}"
-    yield f"worse than the best of three inside the range, as the head says: {'; '.join(said) or 'none'}"
-    yield f"and without its saying so: {'; '.join(unsaid) or 'none'}"
+            values = left if info.measure == "waves" else angles
+            if name not in values:
+                cells[name] = "(-)"
+                continue
+            rivals = MESHLAB if info.in_plain_meshlab else (*MESHLAB, "denoise")
+            ratio = values[name] / min(values[rival] for rival in rivals)
+            cells[name] = f"{ratio:.2f} {info.measure}" if fits[name] else f"({ratio:.2f} {info.measure})"
+            if fits[name] and ratio > 1.0 + TOLERANCE:
+                worse.append(f"{name} on {pair.name} {ratio:.2f}")
+        row = " ".join(f"{cells[name]:>14}" for name in columns)
+        yield f"{pair.name:16} {traits['noise']:5.2f} {traits['sharpness']:5.2f} {row}"
+        yield f"  {'degrees':27} " + " ".join(f"{angles[name]:14.2f}" for name in columns)
+        if left:
+            yield f"  {'waves':27} " + " ".join(f"{left[name]:14.2f}" if name in left else " " * 14 for name in columns)
+    yield f"worse than the best of their rivals inside the range: {'; '.join(worse) or 'none'}"
+
+
+def waves_left(truth: Floats, faces: Ints) -> dict[str, float]:
+    """What `recipe_waves.wrong` says of each recipe that is judged by waves and of its rivals, the worst of several sizes."""
+    given = waves_of_sizes(truth, faces)
+
+    def filtered(name: str, vertices: Floats, size: float) -> Floats:
+        if name in MESHLAB:
+            return smoothed(name, vertices, faces)
+        return cleaned(name, vertices, faces, *([] if name == "denoise" else [f"detail_size={size!r}"]))
+
+    judged_by_it = [name for name in RECIPES if load_recipe(name).info.measure == "waves"]
+    return {name: wrong(partial(filtered, name), truth, faces, given) for name in (*MESHLAB, "denoise", *judged_by_it)}
 
 
 def suggestions(folder: Path, only: list[str]) -> Iterator[str]:
@@ -155,10 +205,13 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--only", default="", help="parts of names, with commas; all by default")
+    parser.add_argument("--made", action="store_true", help="pairs that are made here")
+    parser.add_argument("--scans", type=Path, help="of which some of these are made")
     parser.add_argument("--suggest", action="store_true")
     options = parser.parse_args()
     only = [text for text in options.only.split(",") if text]
-    for line in (suggestions if options.suggest else matrix)(options.folder, only):
+    found = made_pairs(options.scans, only) if options.made else pairs(options.folder, only)
+    for line in suggestions(options.folder, only) if options.suggest else matrix(found):
         print(line, flush=True)
     return 0
 

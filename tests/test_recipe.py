@@ -76,9 +76,7 @@ def test_shipped_recipes_are_whole_and_say_what_they_are_for(name: str) -> None:
 
 def test_the_recipes_of_the_first_release_are_there() -> None:
     """The five recipes are shipped under their names."""
-    assert {"clean_range_map", "clean_point_cloud", "smooth_taubin", "smooth_laplacian", "smooth_implicit"} <= set(
-        shipped_recipes()
-    )
+    assert {"clean_range_map", "clean_point_cloud", "smooth_taubin", "smooth_implicit"} <= set(shipped_recipes())
 
 
 @pytest.mark.parametrize("name", sorted(WITHDRAWN))

@@ -14,6 +14,7 @@ from .curvature import (
 from .displacement import CORRESPONDENCES, Correspondence, Displacement, displacement
 from .reflection_lines import reflection_stripes
 from .sharp_edges import SHARP, SharpEdges, share_kept, sharp_edges
+from .side_changes import side_changes
 from .surface_measures import SurfaceMeasures, surface_measures
 from .triangle_shape import triangle_shapes
 
@@ -42,6 +43,7 @@ __all__ = [
     "sequential_colors",
     "share_kept",
     "sharp_edges",
+    "side_changes",
     "surface_measures",
     "symmetric_limits",
     "triangle_shapes",

@@ -9,14 +9,16 @@ from ..checks import check_choice
 from ..denoising.noise_level import estimate_noise
 from ..denoising.shared_noise import neighbours_share_noise
 from ..evidence import sample_of
+from ..geometry import edge_lengths
 from ..mesh import check_mesh, normalised_mesh
+from ..topology import edges
 from .facing import facing
 from .sharpness import sharpness
 from .surface_noise import surface_noise
 
 #: "noise": of `surface_noise`, in mean edges. "sharpness" and "facing": of the functions. "camera noise": 1 if neighbours share
-#: their noise, as those of a depth camera's map do, else 0.
-Trait: TypeAlias = Literal["noise", "sharpness", "facing", "camera noise"]
+#: their noise, as those of a depth camera's map do, else 0. "longest edge": in mean edges.
+Trait: TypeAlias = Literal["noise", "sharpness", "facing", "camera noise", "longest edge"]
 TRAITS: tuple[Trait, ...] = get_args(Trait)
 
 
@@ -41,6 +43,9 @@ def measured_traits(vertices: ArrayLike, faces: ArrayLike, wanted: Collection[st
     found: dict[str, float] = {}
     if "facing" in names:
         found["facing"] = facing(points, triangles)
+    if "longest edge" in names:
+        lengths = edge_lengths(points, edges(triangles))
+        found["longest edge"] = float(lengths.max() / lengths.mean()) if len(lengths) and lengths.max() > 0.0 else 1.0
     if not names & {"noise", "sharpness", "camera noise"}:
         return found
     mesh = normalised_mesh(points, triangles)

@@ -166,7 +166,7 @@ def test_the_saved_recipe_gives_the_bytes_of_the_page(tuning: Any, served: Serve
 
 def test_a_notebook_frames_the_page(browser: Any, served: Served, errors: list[str]) -> None:
     """The frame that a notebook shows, in a page of another origin, loads, runs and shows the result."""
-    with Tuning(served.folder / "scan.ply", "smooth_laplacian") as tuning:
+    with Tuning(served.folder / "scan.ply", "smooth_taubin") as tuning:
         page = browser.new_page()
         page.set_default_timeout(PATIENCE)
         page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
@@ -192,7 +192,7 @@ folder = Path(sys.argv[2])
 scan = prepared_scan(Path(sys.argv[1]), folder, most=1000, part=400)
 listening = listening_socket("127.0.0.1", 0)
 address = f"http://127.0.0.1:{listening.getsockname()[1]}/token/"
-subject = Subject(scan, "smooth_laplacian", folder)
+subject = Subject(scan, "smooth_taubin", folder)
 serve(application(subject, "token", folder), listening, ready=lambda: print(address, flush=True))
 """
 

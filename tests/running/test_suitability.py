@@ -7,9 +7,11 @@ from pathlib import Path
 import numpy as np
 import pymeshlab
 import pytest
+from numpy.typing import NDArray
 
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.inspection.surface_measures import surface_measures
+from pymeshfair.filters.traits import measured_traits
 from pymeshfair.recipe import RecipeHead, head_info, load_recipe
 from pymeshfair.running.job import Job
 from pymeshfair.running.suitability import needed, ranked, traits_of, unsuitable
@@ -60,6 +62,24 @@ def test_a_recipe_for_clean_scans_sends_noisy_ones_to_denoising_first() -> None:
     assert text == "print is for noise up to 0.04 edges, and here noise is 0.2 edges: run some first"
 
 
+def test_what_is_judged_by_another_measure_is_no_substitute() -> None:
+    """A filter of waves of a given size does not stand in for one of noise, though it smooths too."""
+    waves = RecipeHead("waves", head_info("Title\n\nTask: smooth\n\nFits: mesh, smooth\n\nJudged: waves"), (), 1)
+    normals = RecipeHead("few", head_info("Title\n\nTask: denoise\n\nFits: mesh, sharp\n\nJudged: normals"), (), 1)
+    traits = {"mesh": 1.0, "sharpness": 0.1}
+    text = unsuitable("few", normals.info, traits, ranked(traits, [normals, waves]))
+    assert text is not None
+    assert "take waves" not in text
+
+
+def test_a_mesh_of_even_edges_but_one() -> None:
+    """Four edges of length 1, and one of 2: the longest has 2 / 1.2 mean edges."""
+    lozenge: NDArray[np.float64] = np.array([[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    lozenge[2:, 1] = [1e-9, -1e-9]
+    found = measured_traits(lozenge, np.array([[0, 1, 2], [1, 0, 3]]), ["longest edge"])
+    assert found == {"longest edge": pytest.approx(2.0 / 1.2)}
+
+
 def test_only_what_conditions_ask_for_is_measured() -> None:
     """A recipe for meshes with borders needs no look at the surface."""
     assert needed(parse_fits("mesh, open, faces up to 9")) == set()
@@ -76,14 +96,14 @@ def test_clouds_and_curves_have_traits_without_a_surface() -> None:
     assert "noise" not in cloud
 
 
-@pytest.mark.parametrize(("level", "warned"), [(0.2, False), (0.7, True)])
+@pytest.mark.parametrize(("level", "warned"), [(0.15, False), (0.7, True)])
 def test_a_run_warns_of_noise_beyond_its_recipe_and_records_what_it_measured(level: float, warned: bool, tmp_path: Path) -> None:
-    """Denoise_smooth takes a ball with noise of 0.2 edges without a word, and one of 0.7 with the recipe to take."""
+    """Smooth_taubin takes a ball with noise of 0.15 edges without a word, and one of 0.7 with the recipe to take."""
     vertices, faces = icosphere(4)
     heights = np.random.default_rng(1).normal(scale=level * mean_edge_length(vertices, faces), size=(len(vertices), 1))
     meshes = pymeshlab.MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(vertices * (1.0 + heights), faces))
     meshes.save_current_mesh(str(tmp_path / "ball.ply"))
-    result = run_job(Job(load_recipe("denoise_smooth"), tmp_path / "ball.ply", tmp_path / "out.ply"))
+    result = run_job(Job(load_recipe("smooth_taubin"), tmp_path / "ball.ply", tmp_path / "out.ply"))
     assert any("take denoise" in text for text in result.warnings) == warned
     assert '"noise"' in result.provenance.read_text("utf-8")

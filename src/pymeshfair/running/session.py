@@ -35,7 +35,7 @@ from .origins import displacement_of, find_origins, mark_origins
 from .plain_values import plain
 from .reasons import caused_by_memory, reason_of
 from .shape_change import warnings_of
-from .suitability import traits_asked_for
+from .suitability import instead, traits_asked_for
 from .survey import survey
 
 #: the least change of progress that is reported
@@ -170,7 +170,7 @@ class Session:
         said: dict[str, Any] = {"before": before.described, "after": after.described, "change": None, "warnings": self._warnings}
         if change := change_of(before, after):
             said["change"] = plain(asdict(change))
-            for text in warnings_of(change):
+            for text in warnings_of(change, lambda: instead(self._assignment, before, present)):
                 self._warn(text)
         if self._assignment.is_followed:
             said |= self._watched(before, after)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
 from ..declaration import Floats, Ints
 from ..filters.geometry import turned_faces, vector_lengths
+from ..filters.inspection.side_changes import side_changes
 from ..filters.inspection.surface_measures import SurfaceMeasures
 from ..filters.mesh import scaled_to_unit
 
@@ -16,6 +18,8 @@ from ..filters.mesh import scaled_to_unit
 LARGEST_SIDE_CHANGE = 0.01
 #: or a vertex has moved by more than this many mean edges.
 LARGEST_MOVE = 5.0
+
+Sides: TypeAlias = tuple[float | None, float | None, float | None]
 
 
 @dataclass(frozen=True)
@@ -46,13 +50,16 @@ class ShapeChange:
     Attributes:
         sides: of the bounding box of what faces use, or of all vertices where there are none, along x, y and z: the change as a
             share of the side, None where that was 0.
+        sides_without_noise: the same where not by noise at the ends, `pymeshfair.filters.inspection.side_changes`; found where
+            vertices correspond and a side has changed by more than `LARGEST_SIDE_CHANGE`, else None.
         area: its change as a share; None where there was none.
         volume: the same, of closed meshes.
         moved: how far vertices moved; None if the result has other vertices or faces, so that they do not correspond.
         turned: how many faces look more than a right angle away from where they did; None with `moved`.
     """
 
-    sides: tuple[float | None, float | None, float | None]
+    sides: Sides
+    sides_without_noise: Sides | None
     area: float | None
     volume: float | None
     moved: Moved | None
@@ -72,27 +79,35 @@ def shape_change(
     first, second = measured
     old, new = _sides(*before), _sides(*after)
     x, y, z = (_share(float(a), float(b)) for a, b in zip(old, new, strict=True))
-    moved, turned = None, None
+    moved, turned, without_noise = None, None, None
     if len(before[0]) == len(after[0]) and len(before[0]) and np.array_equal(before[1], after[1]):
         moved = _moved(before[0], after[0], first.mean_edge)
         turned = turned_faces(scaled_to_unit(before[0])[0], scaled_to_unit(after[0])[0], before[1])
+        if _is_large((x, y, z)) and len(before[1]):
+            u, v, w = (None if np.isnan(s) else float(s) for s in side_changes(before[0], after[0], before[1]))
+            without_noise = (u, v, w)
     volumes = (first.volume, second.volume) if first.closed and second.closed else (None, None)
-    return ShapeChange((x, y, z), _share(first.area, second.area), _share(*volumes), moved, turned)
+    return ShapeChange((x, y, z), without_noise, _share(first.area, second.area), _share(*volumes), moved, turned)
 
 
-def warnings_of(change: ShapeChange) -> Iterator[str]:
+def warnings_of(change: ShapeChange, other_recipe: Callable[[], str]) -> Iterator[str]:
     """What the user should know of a change of shape, and what to do about it.
 
     Nothing where elements were added or removed: there the box changes on purpose.
+
+    Args:
+        change: of `shape_change`.
+        other_recipe: finds the recipe to take in place of this one, empty if none is better.
     """
     if change.moved is None:
         return
-    sides = [(axis, share) for axis, share in zip("xyz", change.sides, strict=True) if share is not None]
-    if any(abs(share) > LARGEST_SIDE_CHANGE for _, share in sides):
-        shown = ", ".join(f"{axis} {share:+.1%}" for axis, share in sides)
+    if change.sides_without_noise is not None and _is_large(change.sides_without_noise):
+        shown = ", ".join(f"{a} {s:+.1%}" for a, s in zip("xyz", change.sides_without_noise, strict=True) if s is not None)
+        name = other_recipe()
+        other = f", or take {name}" if name else ""
         yield (
-            f"the result has other dimensions: {shown}. Where that is more than noise at the ends, smooth less (a smaller "
-            "detail_size, fewer iterations) or take a recipe that keeps them, such as smooth_implicit"
+            f"the shape has other dimensions, noise at its ends aside: {shown}. To keep them: a smaller detail_size or "
+            f"gain, fewer iterations{other}"
         )
     if change.moved.edges is not None and change.moved.edges > LARGEST_MOVE:
         where = ", ".join(f"{c:.6g}" for c in change.moved.place)
@@ -109,6 +124,10 @@ def _sides(vertices: Floats, faces: Ints) -> Floats:
         used[faces] = True
         vertices = vertices[used]
     return np.asarray(np.ptp(vertices, axis=0)) if len(vertices) else np.zeros(3)
+
+
+def _is_large(sides: Sides) -> bool:
+    return any(side is not None and abs(side) > LARGEST_SIDE_CHANGE for side in sides)
 
 
 def _share(before: float | None, after: float | None) -> float | None:

@@ -15,7 +15,7 @@ from .measuring import Found
 from .messages import Assignment
 
 #: the traits that are measured on the surface, each in some tenths of a second at most; the others are known anyway
-MEASURED = ("noise", "sharpness", "facing", "camera noise")
+MEASURED = ("noise", "sharpness", "facing", "camera noise", "longest edge")
 
 #: tasks of which one may stand in for another
 _ALIKE = ("denoise", "smooth")
@@ -29,6 +29,7 @@ class Suitability:
         recipe: its name.
         task: what it is there to do.
         title: its title.
+        measure: by which it is judged, empty if it does not say.
         met: the conditions that the scan meets, each with what was found.
         unmet: those that it does not.
     """
@@ -36,6 +37,7 @@ class Suitability:
     recipe: str
     task: str
     title: str
+    measure: str
     met: tuple[tuple[str, str], ...]
     unmet: tuple[tuple[str, str], ...]
 
@@ -82,7 +84,7 @@ def judged(name: str, info: RecipeInfo, traits: Mapping[str, float]) -> Suitabil
     """How a recipe suits a scan."""
     met = [(c.text, c.found(traits)) for c in info.conditions if c.is_met(traits)]
     unmet = [(c.text, c.found(traits)) for c in info.conditions if not c.is_met(traits)]
-    return Suitability(name, info.task, info.title, tuple(met), tuple(unmet))
+    return Suitability(name, info.task, info.title, info.measure, tuple(met), tuple(unmet))
 
 
 def ranked(traits: Mapping[str, float], heads: Sequence[RecipeHead] | None = None) -> list[Suitability]:
@@ -128,7 +130,9 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
     first = next((other for other in fitting if other.task == "denoise"), None)
     if info.task not in _ALIKE and first is not None and all(found.startswith("noise is") for _, found in verdict.unmet):
         return f"{wrong}: run {first.recipe} first"
-    same = [other for other in fitting if other.task in alike and len(other.met) > 1]
+    # What takes away waves of a given size is no substitute for what takes away noise.
+    judged_alike = [other for other in fitting if not info.measure or other.measure == info.measure]
+    same = [other for other in judged_alike if other.task in alike and len(other.met) > 1]
     if same:
         return f"{wrong}: take {same[0].recipe}"
     named = f", such as {fitting[0].recipe}" if fitting else ""
@@ -154,6 +158,21 @@ def traits_asked_for(assignment: Assignment, found: Found, attributes: AbstractS
         return traits, None
     traits = traits_of(*arrays, measures, attributes)
     return traits, unsuitable(assignment.recipe, info, traits, ranked(traits))
+
+
+def instead(assignment: Assignment, found: Found, attributes: AbstractSet[str]) -> str:
+    """The recipe to take where another one, which takes away noise, has changed the shape too much; empty if there is none.
+
+    Args:
+        assignment: with the recipe that was run.
+        found: what is known of the mesh that it was run on.
+        attributes: what that has.
+    """
+    if found.arrays is None or found.measures is None or head_info(assignment.head).task not in _ALIKE:
+        return ""
+    worse = {head.name for head in shipped_heads() if head.info.behind == assignment.recipe} | {assignment.recipe}
+    suited = ranked(traits_of(*found.arrays, found.measures, attributes))
+    return next((s.recipe for s in suited if s.fits and s.task in _ALIKE and s.recipe not in worse), "")
 
 
 def needed(conditions: Iterable[Condition]) -> set[str]:

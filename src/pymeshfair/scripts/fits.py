@@ -38,6 +38,7 @@ WORDS: Mapping[str, tuple[str, float, float, str, str]] = {
 #: quantity: the trait, and the unit that follows the number, if any
 QUANTITIES: Mapping[str, tuple[str, str]] = {
     "noise": ("noise", "edges"),
+    "longest edge": ("longest edge", "edges"),
     "vertices": ("vertices", ""),
     "faces": ("faces", ""),
     "pieces": ("pieces", ""),
