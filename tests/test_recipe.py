@@ -15,6 +15,7 @@ from pymeshfair.mlx_scripts import WITHDRAWN
 from pymeshfair.recipe import Recipe, RecipeInfo, load_recipe, shipped_recipes
 from pymeshfair.scripts import ScriptError, format_script, parse_script
 from pymeshfair.scripts.value_text import parse_value
+from pymeshfair.scripts.warnings import script_warnings
 
 TWO_STEPS = """
     <!DOCTYPE FilterScript>
@@ -86,6 +87,17 @@ def test_a_withdrawn_recipe_is_answered_with_what_to_take(name: str) -> None:
     with pytest.raises(UnknownNameError, match="is shipped no more: take") as raised:
         load_recipe(name)
     assert any(repr(other) in str(raised.value) for other in shipped_recipes())
+
+
+@pytest.mark.parametrize("name", ["denoise_sharp", "denoise_smooth", "smooth_laplacian"])
+def test_a_superseded_recipe_is_loaded_and_says_what_to_take(name: str) -> None:
+    """It is not listed, does what it did, and its head names a recipe that is shipped."""
+    assert name not in shipped_recipes()
+    found = load_recipe(name)
+    assert found.name == name
+    assert found.script.steps
+    assert any(f"take {other!r}" in found.info.superseded for other in shipped_recipes())
+    assert script_warnings(found.script) == [f"superseded: {found.info.superseded}"]
 
 
 def test_the_head_comment_is_taken_apart() -> None:

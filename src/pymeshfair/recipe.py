@@ -34,7 +34,7 @@ class RecipeInfo:
     """What the comment at the head of a recipe says.
 
     The comment is a title on the first line and paragraphs, some of which begin with a word and a colon: ``Task:``, ``For:``,
-    ``Fits:``, ``Judged:``, ``Does:`` and ``Tune:``. Any of them may be missing.
+    ``Fits:``, ``Judged:``, ``Does:``, ``Tune:`` and ``Superseded:``. Any of them may be missing.
 
     Attributes:
         title: the first line.
@@ -45,6 +45,7 @@ class RecipeInfo:
         does: what it does to them (``Does:``).
         tune: what to change when the result is not right (``Tune:``).
         more: the other paragraphs.
+        superseded: what to take instead (``Superseded:``), of a recipe that is kept only because it was shipped once.
     """
 
     title: str = ""
@@ -55,6 +56,7 @@ class RecipeInfo:
     task: str = ""
     fits: str = ""
     judged: str = ""
+    superseded: str = ""
 
     @property
     def measure(self) -> str:
@@ -152,6 +154,8 @@ def shipped_heads() -> list[RecipeHead]:
 def load_recipe(name_or_path: str | os.PathLike[str], *, upgrade: bool = False) -> Recipe:
     """A shipped recipe by its name, or a script by its path; a path ends in ``.mlx`` or has a folder.
 
+    Recipes that are superseded are shipped too, without being listed; a run of one says what to take instead.
+
     With `upgrade` a script of an older MeshLab is brought up to date as `pymeshfair.scripts.upgrade_file` does; the recipe's
     `changes` say how.
 
@@ -163,8 +167,7 @@ def load_recipe(name_or_path: str | os.PathLike[str], *, upgrade: bool = False) 
     text = os.fspath(name_or_path)
     path = Path(text)
     shipped = _shipped()
-    if isinstance(name_or_path, str) and text in shipped:
-        file = shipped[text]
+    if isinstance(name_or_path, str) and (file := shipped.get(text) or _superseded().get(text)):
         return Recipe(text, parse_script(file.read_bytes(), file.name, path=Path(str(file))))
     if path.suffix.lower() == ".mlx" or path.name != text or path.is_file():
         if upgrade:
@@ -183,8 +186,15 @@ def load_recipe(name_or_path: str | os.PathLike[str], *, upgrade: bool = False) 
 
 
 def _shipped() -> dict[str, Traversable]:
-    files = importlib.resources.files("pymeshfair.mlx_scripts").iterdir()
-    return {file.name.removesuffix(".mlx"): file for file in files if file.name.endswith(".mlx")}
+    return _scripts(importlib.resources.files("pymeshfair.mlx_scripts"))
+
+
+def _superseded() -> dict[str, Traversable]:
+    return _scripts(importlib.resources.files("pymeshfair.mlx_scripts") / "superseded")
+
+
+def _scripts(folder: Traversable) -> dict[str, Traversable]:
+    return {file.name.removesuffix(".mlx"): file for file in folder.iterdir() if file.name.endswith(".mlx")}
 
 
 def head_info(comment: str) -> RecipeInfo:
@@ -200,4 +210,5 @@ def head_info(comment: str) -> RecipeInfo:
         task=said.get("Task", ""),
         fits=said.get("Fits", ""),
         judged=said.get("Judged", ""),
+        superseded=said.get("Superseded", ""),
     )

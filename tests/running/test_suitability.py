@@ -107,3 +107,14 @@ def test_a_run_warns_of_noise_beyond_its_recipe_and_records_what_it_measured(lev
     result = run_job(Job(load_recipe("smooth_taubin"), tmp_path / "ball.ply", tmp_path / "out.ply"))
     assert any("take denoise" in text for text in result.warnings) == warned
     assert '"noise"' in result.provenance.read_text("utf-8")
+
+
+def test_a_run_of_a_superseded_recipe_says_what_to_take(tmp_path: Path) -> None:
+    """It is carried out, and the warning repeats the words of the head."""
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(*icosphere(2)))
+    meshes.save_current_mesh(str(tmp_path / "ball.ply"))
+    recipe = load_recipe("smooth_laplacian")
+    result = run_job(Job(recipe, tmp_path / "ball.ply", tmp_path / "out.ply"))
+    assert f"smooth_laplacian is superseded: {recipe.info.superseded}" in result.warnings
+    assert (tmp_path / "out.ply").exists()

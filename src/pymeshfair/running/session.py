@@ -23,6 +23,7 @@ from ..files.reading import apply_matrix, load_mesh, unchanged
 from ..files.saving import attributes_of, save_mesh
 from ..filters.compilation import on_compilation
 from ..meshset import MeshSet
+from ..recipe import head_info
 from ..scripts.script import Script
 from ..scripts.traps import lengths_out_of_proportion
 from .guarding import breaches
@@ -80,6 +81,8 @@ class Session:
             attributes = [a for a in ATTRIBUTES if a in present]
             measured = {"before": before.described, "attributes": attributes, "warnings": self._warnings}
             return {"input": source, **measured, "survey": survey(self._assignment, before, present)}
+        if taken := head_info(self._assignment.head).superseded:
+            self._warn(f"{self._assignment.recipe} is superseded: {taken}")
         traits, unsuited = traits_asked_for(self._assignment, before, present)
         if unsuited:
             self._warn(unsuited)

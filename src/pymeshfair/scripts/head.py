@@ -10,7 +10,7 @@ from .script import clean_comment
 from .settings import Setting, read_setting
 
 #: the words with which a paragraph of a head comment may begin, each followed by a colon
-KEYWORDS = ("Task", "For", "Fits", "Judged", "Does", "Tune")
+KEYWORDS = ("Task", "For", "Fits", "Judged", "Does", "Tune", "Superseded")
 
 
 @dataclass(frozen=True)

@@ -18,14 +18,16 @@ def script_warnings(script: Script, *, layers: int = 1, diagonal: float | None =
         layers: how many layers there are when the script begins.
         diagonal: of the bounding box of the mesh that the lengths must suit; None if that is not to be looked at.
     """
-    found = [*_misread_head(script), *traps(script), *(str(problem) for problem in unmet_needs(script, layers=layers))]
+    found = [*_head_warnings(script), *traps(script), *(str(problem) for problem in unmet_needs(script, layers=layers))]
     return found if diagonal is None else [*found, *lengths_out_of_proportion(script, diagonal=diagonal)]
 
 
-def _misread_head(script: Script) -> list[str]:
-    """What the head says of the scans that it fits, where that cannot be understood."""
+def _head_warnings(script: Script) -> list[str]:
+    """That the script is superseded; and what the head says of the scans that it fits, where that cannot be understood."""
+    said = paragraphs(script.comment.partition("\n")[2])[0]
+    found = [f"superseded: {said['Superseded']}"] if "Superseded" in said else []
     try:
-        parse_fits(paragraphs(script.comment.partition("\n")[2])[0].get("Fits", ""))
+        parse_fits(said.get("Fits", ""))
     except ParameterError as error:
-        return [f"head: {error}; no scan is checked against it"]
-    return []
+        found.append(f"head: {error}; no scan is checked against it")
+    return found
