@@ -100,9 +100,10 @@ def bytes_in(folder: Path, pattern: str) -> int:
     """The bytes on the disk of what a run keeps in a folder."""
     total: int = 0
     for path in folder.glob(pattern):
-        for file in path.rglob("*"):
-            with contextlib.suppress(OSError):
-                total += file.stat().st_blocks * 512
+        with contextlib.suppress(OSError):  # files, and at the end the folder, go meanwhile
+            for file in path.rglob("*"):
+                with contextlib.suppress(OSError):
+                    total += file.stat().st_blocks * 512
     return total
 
 
