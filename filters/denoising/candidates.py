@@ -7,6 +7,7 @@ from itertools import islice, pairwise
 import numpy as np
 
 from ..diffusion.taubin import taubin_fairing
+from ..evidence import put_where_expected
 from ..execution import Progress, ignore_progress
 from ..mesh import Bools, Floats, Ints, normalised_mesh
 from ..robust import KernelName
@@ -101,7 +102,7 @@ def settings(direction: RelaxationDirection, outliers: Outliers = "keep") -> tup
         *(_family(relaxation, direction, chain, outliers) for relaxation in RELAXATIONS for chain in CHAINS),
     ]
     if outliers == "replace":
-        families += [_family(0, direction, chain, "only") for chain in CHAINS]
+        families += [(Setting(outliers="only"),), *(_family(0, direction, chain, "only") for chain in CHAINS)]
     return tuple(families)
 
 
@@ -152,7 +153,8 @@ class SettingsTried:
         if self._replaced is not None:
             moves = self._replaced.copy()
             moves[held] = True
-            families += [self._chain(points, *chain, moves) for chain in CHAINS]
+            expected = put_where_expected(points, self._faces, self._normals, np.flatnonzero(moves).astype(np.int32))
+            families += [iter([expected]), *(self._chain(expected, *chain, moves) for chain in CHAINS)]
         return families
 
     def _chain(

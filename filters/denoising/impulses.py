@@ -6,11 +6,12 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 
 from ..checks import check_choice
-from ..evidence import outlying_vertices, put_where_expected
+from ..evidence import outlying_vertices, put_where_expected, standing_out
 from ..geometry import mean_edge_length
 from ..mesh import Bools, Floats, Ints
 from ..topology import referenced_vertices
 from .noise_level import smooth_normals
+from .slid import evened, folding, have_slid
 
 #: "keep": vertices that stand out are filtered like the others. "replace": they are put where the others say, and all are
 #: filtered. "only": the same, and nothing but they moves.
@@ -35,8 +36,11 @@ def without_outliers(
 
     1. Put the vertices that stand out where a quadric expects them, `replace_outlying`, and filter: z.
     2. At edges a quadric takes vertices for outliers that are none, and misses others; a filter that keeps edges does not. So
-       find them again: they are farther from z, along the normals, than three deviations. Put them on z, all others where they
-       were, and filter once more.
+       find them again: they are farther from z, along the normals, than three deviations and than those around them. Put them
+       on z, all others where they were, and filter once more.
+
+    Outliers may be off along the surface too, see `have_slid`: then they are put back along it as well, and those that fold faces
+    over are outliers.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -55,8 +59,13 @@ def without_outliers(
     calmed, outlying = replace_outlying(vertices, faces, movable)
     if outlying.any() or outliers == "replace" or certain is not None:
         smoothed = smooth(calmed, movable)
+        normals = smooth_normals(smoothed, faces)
+        slid = have_slid(vertices, faces, normals, outlying)
         outlying = far_from(vertices, faces, smoothed, movable)
         outlying = outlying if certain is None else outlying | certain
+        if slid:
+            outlying |= folding(vertices, faces, normals, outlying, movable)
+            smoothed = evened(smoothed, faces, normals, outlying)
         calmed = np.where(outlying[:, None], smoothed, vertices)
     return smooth(calmed, outlying if outliers == "only" else movable)
 
@@ -64,16 +73,18 @@ def without_outliers(
 def far_from(vertices: Floats, faces: Ints, smoothed: Floats, movable: Bools | None = None) -> Bools:
     """(n,) the vertices that are farther from the (n, 3) smoothed ones, along the normals, than three deviations.
 
+    And than those around them, see `standing_out`: where a filter rounds an edge all of them are far.
+
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
         smoothed: (n, 3) what a filter made of them.
         movable: (n,) which vertices may move, None for all; the others are not among them.
     """
-    away = np.abs(np.einsum("ij,ij->i", vertices - smoothed, smooth_normals(smoothed, faces)))
+    away = np.einsum("ij,ij->i", vertices - smoothed, smooth_normals(smoothed, faces))
     used = referenced_vertices(faces, len(vertices))
-    deviation = float(np.median(away[used])) / _MEDIAN_OF_NORMAL if used.any() else 0.0
-    far = used & (away > max(_FAR * deviation, _LEAST * mean_edge_length(vertices, faces)))
+    deviation = float(np.median(np.abs(away[used]))) / _MEDIAN_OF_NORMAL if used.any() else 0.0
+    far = used & standing_out(away, faces, max(_FAR * deviation, _LEAST * mean_edge_length(vertices, faces)))
     return np.asarray(far if movable is None else far & movable)
 
 
@@ -98,7 +109,11 @@ def replace_outlying(vertices: Floats, faces: Ints, movable: Bools | None = None
     outlying = outlying_vertices(points, faces, normals)
     if movable is not None:
         outlying &= movable
+    others = points
+    if have_slid(points, faces, normals, outlying):
+        outlying |= folding(points, faces, normals, outlying, movable)
+        others = evened(points, faces, normals, outlying)
     which = np.flatnonzero(outlying).astype(np.int32)
     result = vertices.copy()
-    result[which] += edge * (put_where_expected(points, faces, normals, which) - points)[which]
+    result[which] += edge * (put_where_expected(others, faces, normals, which) - points)[which]
     return result, outlying

@@ -2,8 +2,8 @@
 
 from .calm_noise import calm_noise
 from .choose import Candidates, Choice, Looks, Trial, choose, looks
-from .held_out import far_from_border, held_out_vertices, without
-from .outlying import outlying_vertices, put_where_expected
+from .held_out import far_from_border, held_out_vertices, means_of_others, without
+from .outlying import outlying_vertices, put_where_expected, standing_out
 from .patches import Sample, sample_of
 from .quadric_prediction import predicted_heights
 from .verdict import Verdict, judge
@@ -21,9 +21,11 @@ __all__ = [
     "held_out_vertices",
     "judge",
     "looks",
+    "means_of_others",
     "outlying_vertices",
     "predicted_heights",
     "put_where_expected",
     "sample_of",
+    "standing_out",
     "without",
 ]

@@ -52,18 +52,23 @@ def without(points: Floats, rings: OneRings, held: Ints) -> Floats:
     """
     hidden = np.zeros(len(points), dtype=np.bool_)
     hidden[held] = True
-    counts = np.diff(rings.offsets)[held]
-    # The places of the neighbours of all held-out vertices, one after the other.
+    result = points.copy()
+    result[held] = means_of_others(points, rings, held, hidden)
+    return result
+
+
+def means_of_others(points: Floats, rings: OneRings, which: Ints, hidden: Bools) -> Floats:
+    """(k, 3) for some vertices the means of those neighbours that are not hidden; of none, the vertex itself."""
+    counts = np.diff(rings.offsets)[which]
+    # The places of the neighbours of all of them, one after the other.
     starts = np.cumsum(counts) - counts
-    places = np.arange(counts.sum()) + np.repeat(rings.offsets[held] - starts, counts)
-    owners, near = np.repeat(np.arange(len(held)), counts), rings.neighbours[places]
+    places = np.arange(counts.sum()) + np.repeat(rings.offsets[which] - starts, counts)
+    owners, near = np.repeat(np.arange(len(which)), counts), rings.neighbours[places]
     seen = ~hidden[near]
     owners, near = owners[seen], near[seen]
-    number = np.bincount(owners, minlength=len(held))
-    result, found = points.copy(), number > 0
-    sums = np.column_stack([np.bincount(owners, points[near, axis], len(held)) for axis in range(3)])
-    result[held[found]] = sums[found] / number[found, None]
-    return result
+    number = np.bincount(owners, minlength=len(which))
+    sums = np.column_stack([np.bincount(owners, points[near, axis], len(which)) for axis in range(3)])
+    return np.where(number[:, None] > 0, sums / np.maximum(number, 1)[:, None], points[which])
 
 
 def far_from_border(faces: Ints, n_vertices: int, *, rings: int = 2) -> Bools:

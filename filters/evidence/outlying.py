@@ -13,6 +13,8 @@ from .quadric_prediction import predicted_heights
 # more than a hundredth of an edge. At an edge of the surface others are off as well.
 _STANDS_OUT, _LEAST = 3.0, 0.01
 _MEDIAN_OF_NORMAL = 0.6745
+# What a filter has moved stands out if it is as much farther than those around as four times their median deviation.
+_OF_THOSE_AROUND = 4.0
 # Those that stand out most hide others: so many passes, or until hardly any are found.
 _PASSES, _HARDLY_ANY = 20, 1e-4
 # Two rings have a dozen vertices to some dozens.
@@ -57,6 +59,29 @@ def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
     return hidden
 
 
+def standing_out(heights: Floats, faces: Ints, level: float) -> Bools:
+    """(n,) the vertices whose heights differ from those around them by far.
+
+    With m the median of the heights h in the two rings around, and d the median of |h - m| there, a vertex stands out if |h| is
+    above the level, and |h - m| above the level and above 4 d. Then the next ones are looked for, without it. Where a filter has
+    changed a place as a whole, as by rounding a narrow edge, its vertices do not stand out.
+
+    Args:
+        heights: (n,) how far each vertex is from where a filter put it, along its normal.
+        faces: (m, 3) triangles.
+        level: heights below it never stand out.
+    """
+    rings = one_rings(faces, len(heights))
+    out = np.zeros(len(heights), dtype=np.bool_)
+    for _ in range(_PASSES):
+        found = np.zeros_like(out)
+        over_range(_differ, len(heights), heights, rings.offsets, rings.neighbours, out, level, found)
+        out |= found
+        if np.count_nonzero(found) <= _HARDLY_ANY * len(heights):
+            break
+    return out
+
+
 def put_where_expected(points: Floats, faces: Ints, normals: Floats, which: Ints) -> Floats:
     """(n, 3) the points, some vertices moved along their normals to where the quadric through the others expects them."""
     hidden = np.zeros(len(points), dtype=np.bool_)
@@ -94,3 +119,26 @@ def _stand_out(
                 seen[count], around[count] = j, sizes[j]
                 count += 1
         found[i] = largest and count > 0 and sizes[i] > _STANDS_OUT * np.median(around[:count])
+
+
+@compiled(nogil=True)
+def _differ(
+    heights: Floats, offsets: Longs, neighbours: Ints, ignored: Bools, level: float, found: Bools, first: int, last: int
+) -> None:
+    """Which vertices stand out by their heights of those that are not ignored."""
+    around, seen = np.empty(_MOST), np.empty(_MOST, dtype=np.int32)
+    for i in range(first, last):
+        if ignored[i] or not abs(heights[i]) > level:
+            continue
+        count = 0
+        for near in range(offsets[i], offsets[i + 1]):
+            g = neighbours[near]
+            for far in range(offsets[g] - 1, offsets[g + 1]):
+                j = g if far < offsets[g] else neighbours[far]
+                if j == i or ignored[j] or count == _MOST or (seen[:count] == j).any():
+                    continue
+                seen[count], around[count] = j, heights[j]
+                count += 1
+        middle = np.median(around[:count]) if count else 0.0
+        usual = np.median(np.abs(around[:count] - middle)) if count else 0.0
+        found[i] = abs(heights[i] - middle) > max(level, _OF_THOSE_AROUND * usual)

@@ -8,8 +8,9 @@ from ..mesh import Bools, Floats
 
 # Deviations count up to so many times the least median deviation: outliers are no evidence.
 _CLIP = 4.0
-# But at least up to this, in mean edges: where most of a mesh is exact planes the median is 0, and would leave no evidence.
-_LEAST = 0.005
+# But at least up to this, in mean edges: where most of a mesh is exact planes the median is 0, and would leave no evidence but
+# of these planes.
+_LEAST = 0.05
 
 
 class Verdict(NamedTuple):
@@ -35,7 +36,7 @@ class Verdict(NamedTuple):
 def judge(deviations: Floats) -> Verdict:
     """Judge (k, h) deviations of k candidates at h held-out vertices, in mean edges.
 
-    With m the least of the candidates' median |r|, the squares are q = min(|r|, max(4 m, 0.005))^2. The best candidate b has the
+    With m the least of the candidates' median |r|, the squares are q = min(|r|, max(4 m, 0.05))^2. The best candidate b has the
     least mean q; the excess of candidate k is the mean of q_k - q_b, vertex by vertex, and its standard error that of a mean of
     such differences.
     """

@@ -11,10 +11,12 @@ import numpy as np
 import pytest
 
 from pymeshfair.filters.denoising.automatic import AutomaticChoice, denoise_automatically
+from pymeshfair.filters.denoising.folded_faces import folded_faces
 from pymeshfair.filters.denoising.impulses import far_from
 from pymeshfair.filters.denoising.noise_level import smooth_normals
 from pymeshfair.filters.denoising.preparation import denoised
 from pymeshfair.filters.diffusion.taubin import taubin_fairing
+from pymeshfair.filters.evidence import far_from_border, standing_out
 from pymeshfair.filters.geometry import face_normals, mean_edge_length
 from tests.angles import mean_angle
 from tests.meshes import cube, grid, icosphere, irregular_grid, noisy, renumbered, rotation, single_triangle, subdivided, torus
@@ -119,14 +121,37 @@ def test_spikes_at_the_edges_of_a_cube_are_taken() -> None:
     assert mean_angle(face_normals(result, faces), truth) < mean_angle(face_normals(vertices, faces), truth) / 10.0
 
 
+def test_spikes_in_all_directions_fold_nothing_over() -> None:
+    """One vertex in twenty of a sheet is off along every axis: hardly a face stays folded, and the sheet is flat."""
+    true_vertices, faces = irregular_grid(30, 34)
+    rng = np.random.default_rng(5)
+    moved = far_from_border(faces, len(true_vertices)) & (rng.random(len(true_vertices)) < 0.05)
+    size = mean_edge_length(true_vertices, faces)
+    vertices = true_vertices + rng.normal(size=true_vertices.shape) * moved[:, None] * size
+    result, choice = denoise_automatically(vertices, faces)
+    assert choice.setting.outliers != "keep"
+    assert folded_faces(result, faces) < 0.1 * folded_faces(vertices, faces)
+    assert np.abs(result[moved, 2]).mean() < 0.1 * np.abs(vertices[moved, 2]).mean()
+
+
+def test_a_rounded_edge_hides_no_spike_and_is_none() -> None:
+    """Where heights of half an edge fall off over five edges nobody stands out, but for one that is two edges higher."""
+    vertices, faces = irregular_grid(30, 34)
+    x = (vertices[:, 0] - vertices[:, 0].mean()) / mean_edge_length(vertices, faces)
+    heights = 0.5 * np.exp(-((x / 5.0) ** 2))
+    middle = int(np.linalg.norm(vertices - vertices.mean(axis=0), axis=1).argmin())
+    heights[middle] += 2.0
+    assert np.flatnonzero(standing_out(heights, faces, 0.3)).tolist() == [middle]
+
+
 def test_far_from_a_plane_is_what_is_more_than_three_deviations_above_it() -> None:
-    """Of heights of 0.2 over a plane, and of 0.5 and 1 edges, those above 3 * 0.2 / 0.6745 = 0.89 are far, if they may move."""
+    """Of heights of 0.2, 0.5 and 1.2 edges, 1.2 is far: it is 3 * 0.2 / 0.6745 = 0.89 more than those around; if it may move."""
     points, faces = grid()
     points = points / mean_edge_length(points, faces)
     raised, stays = points.copy(), np.ones(len(points), dtype=np.bool_)
     raised[:, 2] += 0.2
     raised[3, 2] += 0.3
-    raised[[5, 8], 2] += 0.8
+    raised[[5, 8], 2] += 1.0
     assert np.flatnonzero(far_from(raised, faces, points)).tolist() == [5, 8]
     stays[5] = False
     assert np.flatnonzero(far_from(raised, faces, points, stays)).tolist() == [8]
