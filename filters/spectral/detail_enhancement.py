@@ -62,7 +62,8 @@ def enhance_details(
 
     1. K_d is the low pass that halves waves of length d, see `low_pass`. n are the normals of the shape K_long p.
     2. h = n . (K_short p - K_long p), less its own long waves: h - K_long h. Without them a bulge would grow as a whole.
-    3. s goes from 0 at open borders to 1 at a distance of the longest wave, as 3 x^2 - 2 x^3.
+    3. s = e(x) e(y), e(x) = 3 x^2 - 2 x^3 from 0 to 1: x the distance from open borders, y the thickness of the shape, both over the
+       longest wave. So borders stay, and so do parts that are themselves no larger than relief, such as the knob of a bone.
     4. f(x) = b tanh(x / b), b a share of the thickness of the shape, inside or outside, whichever is less (`touching_balls`). So
        thin parts do not swell, and two sides of a gap do not meet.
 
@@ -121,11 +122,11 @@ def enhance_details(
         wanted[~mesh.movable[problem.vertices]] = 0.0
     found = wanted
     if reach > 0.0:
-        largest = _FREE / (2.0 * most) * np.maximum(np.abs(wanted), _NONE * reach)
+        largest = np.maximum(_FREE / (2.0 * most) * np.maximum(np.abs(wanted), _NONE * reach), 0.5 * band.longest)
         inside = touching_balls(shape, normals, largest=largest, progress=part_of(progress, 0.6, 0.8))
         outside = touching_balls(shape, -normals, largest=largest, progress=part_of(progress, 0.8, 1.0))
         bound = most * 2.0 * np.minimum(inside, outside)
-        found = bound * np.tanh(wanted / bound)
+        found = bound * np.tanh(_eased(2.0 * inside / band.longest) * wanted / bound)
     after = mesh.points.copy()
     after[problem.vertices] += found[:, None] * normals
     progress(1.0)
@@ -162,5 +163,10 @@ def _away_from_borders(mesh: NormalisedMesh, width: float) -> Floats:
     lengths = np.linalg.norm(mesh.points[ends[:, 0]] - mesh.points[ends[:, 1]], axis=1)
     graph = sparse.csr_array((np.maximum(lengths, 1e-300), (ends[:, 0], ends[:, 1])), shape=(len(mesh), len(mesh)))
     distance = sparse.csgraph.dijkstra(graph, directed=False, indices=border, min_only=True, limit=width)
-    share = np.minimum(distance / width, 1.0)
+    return _eased(distance / width)
+
+
+def _eased(x: Floats) -> Floats:
+    """3 x^2 - 2 x^3, and 1 above 1."""
+    share = np.minimum(x, 1.0)
     return np.asarray(share**2 * (3.0 - 2.0 * share))

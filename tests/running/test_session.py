@@ -308,8 +308,11 @@ def test_a_result_that_is_not_finite_is_an_error(tmp_path: Path) -> None:
 
 def test_layers_and_matrices_are_not_lost_in_silence(tmp_path: Path) -> None:
     """Layers that are not written are named; a matrix that a step leaves on the layer is applied, and that is said."""
-    report = session_report(BONE, tmp_path / "a.ply", ("generate_copy_of_current_mesh", {}))
-    assert any("2 layers; only the current one" in w for w in report["warnings"])
+    copy: Given = ("generate_copy_of_current_mesh", {})
+    report = session_report(BONE, tmp_path / "a.ply", copy, copy)
+    assert any("3 layers; only the current one" in w for w in report["warnings"])
+    report = session_report(BONE, tmp_path / "c.ply", copy)
+    assert not any("layers" in w for w in report["warnings"]), "what was read is in its file"
     move = ("compute_matrix_from_translation", {"axisx": 1.0, "freeze": False})
     report = session_report(BONE, tmp_path / "b.ply", move)
     assert any("matrix was applied" in w for w in report["warnings"])

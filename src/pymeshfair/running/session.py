@@ -53,9 +53,8 @@ class Session:
         self._meshes = MeshSet(verbose=True)  # MeshLab then tells its progress on stderr
         self._meshes.on_progress = self._progress
         self._meshes.on_note = self._note
-        self._number = 0
+        self._number, self._given, self._told = 0, 0, 0.0
         self._notes: list[str] = []
-        self._told = 0.0
         self._warnings: list[str] = []
         self._measuring = Measuring(wanted=assignment.measures, followed=assignment.is_followed)
 
@@ -68,9 +67,9 @@ class Session:
         on_compilation(lambda so_far: self._event(Compiling(**vars(so_far))))
         self._event(PhaseStarted("reading"))
         announced, source = self._load(self._assignment.input)
-        current = self._meshes.current_mesh_id()
+        self._given = self._meshes.current_mesh_id()
         source["others"] = [self._load(path)[1] for path in self._assignment.others]
-        self._meshes.set_current_mesh(current)
+        self._meshes.set_current_mesh(self._given)
         before = self._looked(InputError(self._assignment.input, "it has coordinates that are not finite"))
         for text in lengths_out_of_proportion(Script(self._assignment.steps), diagonal=before.diagonal):
             self._warn(text)
@@ -159,7 +158,9 @@ class Session:
         output, stage = self._assignment.output, self._assignment.stage
         assert output is not None
         self._event(PhaseStarted("writing"))
-        if self._meshes.mesh_number() > 1:
+        # The layer of which a step made another one is in its file.
+        kept = self._meshes.current_mesh_id() != self._given and self._meshes.mesh_id_exists(self._given)
+        if self._meshes.mesh_number() > 1 + kept:
             layer = self._meshes.current_mesh().label()
             text = f"the recipe ends with {self._meshes.mesh_number()} layers; only the current one, {layer!r}, is written"
             self._lose([text], OutputError, output)
