@@ -32,22 +32,27 @@ class Sample(NamedTuple):
     origin: Ints
 
 
-def sample_of(vertices: Floats, faces: Ints) -> Sample:
+def sample_of(vertices: Floats, faces: Ints, edge: float | None = None) -> Sample:
     """All of a mesh of up to 20,000 faces, or else 40 patches of about 450 faces each.
 
     A patch is whole rings around a face. The faces are those with the least random numbers, made of their perimeters over the
     mean edge: renumbering, moving, turning and scaling the mesh changes none of them by more than rounding.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        edge: their mean edge, if it is known.
     """
     if len(faces) <= _WHOLE:
         chosen, origin = faces, np.arange(len(vertices), dtype=np.int32)
         used = np.flatnonzero(referenced_vertices(faces, len(vertices)))
     else:
-        chosen, origin = _grown(vertices, faces, mean_edge_length(vertices, faces))
+        chosen, origin = _grown(vertices, faces, edge or mean_edge_length(vertices, faces))
         used = origin.astype(np.int64)
     middle = vertices[used].mean(axis=0) if len(used) else np.zeros(3)
-    edge = mean_edge_length(vertices[origin], chosen)
+    unit = mean_edge_length(vertices[origin], chosen)
     # A mesh without a size is not to be scaled.
-    return Sample((vertices[origin] - middle) / (edge or 1.0), np.ascontiguousarray(chosen), origin)
+    return Sample((vertices[origin] - middle) / (unit or 1.0), np.ascontiguousarray(chosen), origin)
 
 
 def _grown(vertices: Floats, faces: Ints, edge: float) -> tuple[Ints, Ints]:

@@ -9,6 +9,7 @@ import numpy as np
 from ..libraries import sparse
 from ..mesh import Bools, Ints
 from ..topology import connected_components, edge_faces, proper_faces, referenced_vertices
+from .face_measures import faces_agree
 from .vertex_fans import fan_counts
 
 
@@ -23,7 +24,7 @@ class Connectivity:
         proper: (p, 3) the faces that name three different vertices.
         pairs: (k, 2) pairs of vertices that a face joins, or in a mesh without faces an edge, each once.
         neighbours: (q, 2) the faces of `proper` that share an edge with exactly two.
-        shared: (q, 2) these edges.
+        agree: (q,) whether these faces run along the edge in opposite directions.
         used: how many vertices a proper face, or in a mesh without faces an edge, uses.
         unreferenced: how many no face and no edge uses.
         border: how many edges have exactly one face.
@@ -38,7 +39,7 @@ class Connectivity:
     proper: Ints
     pairs: Ints
     neighbours: Ints
-    shared: Ints
+    agree: Bools
     used: int
     unreferenced: int
     border: int
@@ -50,6 +51,11 @@ class Connectivity:
     def closed(self) -> bool:
         """Whether there are faces and every edge has two."""
         return len(self.proper) > 0 and self.border == 0 and self.crowded == 0
+
+    @property
+    def oriented(self) -> bool:
+        """Whether all faces that share an edge with exactly two agree on the outside."""
+        return bool(self.agree.all())
 
     @property
     def euler(self) -> int:
@@ -90,7 +96,7 @@ def connectivity(n_vertices: int, faces: Ints, segments: Ints) -> Connectivity:
         proper,
         pairs,
         neighbours,
-        shared,
+        faces_agree(proper, neighbours, shared),
         used=count,
         unreferenced=n_vertices - int(used.sum()),
         border=int((face_counts == 1).sum()),

@@ -17,14 +17,24 @@ def face_measures(points: Floats, faces: Ints) -> tuple[Floats, Floats, Floats]:
     return normals, doubled, quality
 
 
-def dihedral_angles(faces: Ints, normals: Floats, neighbours: Ints, shared: Ints) -> tuple[Floats, Bools]:
-    """For two faces that share an edge the angle between their normals, NaN if one has no area; and whether they agree.
+def faces_agree(faces: Ints, neighbours: Ints, shared: Ints) -> Bools:
+    """Whether two faces that share an edge run along it in opposite directions.
 
-    They agree if they run along the edge in opposite directions; if not, one of them is turned over for the angle.
+    Args:
+        faces: (m, 3) triangles.
+        neighbours: (q, 2) pairs of them.
+        shared: (q, 2) the vertices of the edges.
     """
-    angles, agree = np.empty(len(neighbours)), np.empty(len(neighbours), dtype=np.bool_)
-    over_range(_measure_pairs, len(neighbours), faces, normals, neighbours, shared, angles, agree)
-    return angles, agree
+    agree = np.empty(len(neighbours), dtype=np.bool_)
+    over_range(_compare_directions, len(neighbours), faces, neighbours, shared, agree)
+    return agree
+
+
+def dihedral_angles(normals: Floats, neighbours: Ints, agree: Bools) -> Floats:
+    """For two faces that share an edge the angle between their normals, one turned over if they do not agree; NaN if one is 0."""
+    angles = np.empty(len(neighbours))
+    over_range(_measure_pairs, len(neighbours), normals, neighbours, agree, angles)
+    return angles
 
 
 @compiled(nogil=True)
@@ -43,20 +53,16 @@ def _measure(points: Floats, faces: Ints, normals: Floats, doubled: Floats, qual
 
 
 @compiled(nogil=True)
-def _measure_pairs(
-    faces: Ints,
-    normals: Floats,
-    neighbours: Ints,
-    shared: Ints,
-    angles: Floats,
-    agree: Bools,
-    first: int,
-    last: int,
-) -> None:
+def _compare_directions(faces: Ints, neighbours: Ints, shared: Ints, agree: Bools, first: int, last: int) -> None:
+    for p in range(first, last):
+        u, v = shared[p]
+        agree[p] = _runs_along(faces, neighbours[p, 0], u, v) != _runs_along(faces, neighbours[p, 1], u, v)
+
+
+@compiled(nogil=True)
+def _measure_pairs(normals: Floats, neighbours: Ints, agree: Bools, angles: Floats, first: int, last: int) -> None:
     for p in range(first, last):
         f, g = neighbours[p]
-        u, v = shared[p]
-        agree[p] = _runs_along(faces, f, u, v) != _runs_along(faces, g, u, v)
         sign = 1.0 if agree[p] else -1.0
         ax, ay, az = normals[f]
         bx, by, bz = normals[g]

@@ -12,7 +12,7 @@ from ..checks import check_finite
 from ..libraries import spatial
 from ..mesh import Floats, Ints, check_mesh, normalised_mesh
 from ..topology import face_adjacency
-from .face_measures import dihedral_angles, face_measures
+from .face_measures import dihedral_angles, face_measures, faces_agree
 
 #: degrees between the normals of two faces from which on their edge is sharp
 SHARP = 40.0
@@ -52,7 +52,8 @@ def sharp_edges(vertices: ArrayLike, faces: ArrayLike, *, angle: float = SHARP) 
     mesh = normalised_mesh(points, triangles)
     local = (points - mesh.middle) * mesh.scale
     neighbours, shared = face_adjacency(triangles)
-    angles = np.degrees(dihedral_angles(triangles, face_measures(local, triangles)[0], neighbours, shared)[0])
+    normals = face_measures(local, triangles)[0]
+    angles = np.degrees(dihedral_angles(normals, neighbours, faces_agree(triangles, neighbours, shared)))
     sharp = angles >= angle  # false for faces without area
     pairs = shared[sharp]
     ends = points[pairs]

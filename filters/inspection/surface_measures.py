@@ -127,9 +127,8 @@ def measures_and_connectivity(
     normals, doubled, quality = face_measures(points, known.proper)
     area, degenerate, shape = float(doubled.sum()) / 2, n_faces - int((doubled > 0).sum()), float(quality.sum())
     del doubled, quality  # a scan of millions of vertices is to fit into little memory
-    angles, agree = dihedral_angles(known.proper, normals, known.neighbours, known.shared)
-    closed, oriented, roughness = known.closed, bool(agree.all()), _roughness(angles)
-    del angles, agree
+    closed, oriented = known.closed, known.oriented
+    roughness = _roughness(dihedral_angles(normals, known.neighbours, known.agree))
     measures = SurfaceMeasures(
         vertices=n_vertices,
         faces=n_faces,

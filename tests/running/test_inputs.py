@@ -97,7 +97,7 @@ def test_what_a_ply_file_declares(tmp_path: Path) -> None:
     path = tmp_path / "mesh.ply"
     path.write_bytes(ply_bytes([*xyz(), *normals, ("int", "label", [1] * 4)], head=head))
     announced = inspect_input(path)
-    assert (announced.vertices, announced.faces, announced.count_triangles(), announced.normals) == (4, 4, 4, True)
+    assert (announced.vertices, announced.faces, announced.triangles, announced.normals) == (4, 4, 4, True)
     assert announced.not_kept == ()
     np.testing.assert_array_equal(announced.vertex_attributes["label"], np.ones(4))
     assert [(t.name, t.file) for t in announced.textures] == [(names[0], tmp_path / "t.png"), ("gone.png", None)]
@@ -115,7 +115,7 @@ def test_what_an_obj_file_declares(tmp_path: Path) -> None:
     )
     shutil.copy(IMAGE, tmp_path / "t.png")
     announced = inspect_input(path)
-    assert (announced.vertices, announced.faces, announced.count_triangles(), announced.normals) == (4, 2, 3, True)
+    assert (announced.vertices, announced.faces, announced.triangles, announced.normals) == (4, 2, 3, True)
     expected = {"groups (1)", "objects (1)", "smoothing groups (1)", "point elements (1)"}
     expected.add("that 1 of its faces have no texture coordinates: they get the first ones")
     assert set(announced.not_kept) == {*expected, "map_Bump, Pr, map_Kd -s 1 of the material file my materials.mtl"}

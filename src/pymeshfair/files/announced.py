@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -27,7 +27,7 @@ class Announced:
     Attributes:
         vertices: how many are declared, or None if the format does not say.
         faces: how many polygons are declared, or None.
-        count_triangles: how many triangles these polygons make, or None if that is not known; slow for large files.
+        triangles: how many triangles these polygons make, or None if that is not known.
         normals: whether it has vertex normals.
         radii: whether its vertices have radii.
         vertex_texture: whether its vertices, not only the corners of its faces, have texture coordinates.
@@ -44,7 +44,7 @@ class Announced:
 
     vertices: int | None = None
     faces: int | None = None
-    count_triangles: Callable[[], int | None] = lambda: None
+    triangles: int | None = None
     normals: bool = False
     radii: bool = False
     vertex_texture: bool = False

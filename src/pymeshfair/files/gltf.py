@@ -64,7 +64,7 @@ def inspect_gltf(path: Path, references: References, given: Given) -> Announced:
     return Announced(
         vertices=vertices,
         faces=faces,
-        count_triangles=lambda: faces,
+        triangles=faces,
         normals=any("NORMAL" in m.attributes for m in meshes),
         not_kept=losses_of(document),
         side_files=(*files, *(t.file for t in found if t.file and not t.file.is_relative_to(given.folder))),

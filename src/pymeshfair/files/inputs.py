@@ -126,7 +126,7 @@ def _inspect_ply(path: Path, references: References, given: Given) -> Announced:
         vertices=header.element("vertex").count,
         doubts=body.doubts,
         faces=None if grid else header.element("face").count,
-        count_triangles=lambda: body.triangles,
+        triangles=body.triangles,
         normals={"nx", "ny", "nz"} <= names,
         radii="radius" in names and "kept_radius" not in attributes["vertex"],
         vertex_texture={"texture_u", "texture_v"} <= names or {"s", "t"} <= names,
@@ -147,7 +147,7 @@ def _inspect_off(path: Path, references: References, given: Given) -> Announced:
     return Announced(
         vertices=len(contents.points),
         faces=contents.faces,
-        count_triangles=lambda: contents.triangles,
+        triangles=contents.triangles,
         normals=contents.normals,
         not_kept=("comments",) if contents.comments else (),
         doubts=unended(data),
@@ -165,7 +165,7 @@ def _inspect_stl(path: Path, references: References, given: Given) -> Announced:
     contents = read_stl(path.read_bytes())
     return Announced(
         faces=contents.faces,
-        count_triangles=lambda: contents.faces,
+        triangles=contents.faces,
         not_kept=(f"its head {contents.note[:60]!r}",) if contents.note else (),
         reading=_binary_or_text(given, ".stl", contents.binary, contents.text),
     )

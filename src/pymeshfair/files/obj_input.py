@@ -66,7 +66,7 @@ def inspect_obj(path: Path, references: References, given: Given) -> Announced:
     return Announced(
         vertices=contents.counts["vertices"],
         faces=contents.counts["faces"],
-        count_triangles=lambda: contents.triangles,
+        triangles=contents.triangles,
         normals=contents.counts["normals"] > 0,
         not_kept=tuple(lost),
         doubts=(*unended(contents.text), *((_LEVELS,) if contents.levels else ())),

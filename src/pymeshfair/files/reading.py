@@ -122,8 +122,7 @@ def _differences(name: str, announced: Announced, vertices: int, faces: int) -> 
     """What MeshLab left out or split: vertices that are not finite, degenerate faces, polygons."""
     expected = announced.faces if announced.faces is not None else faces
     if faces != expected:
-        counted = announced.count_triangles()
-        expected = counted if counted is not None else max(faces, expected)
+        expected = announced.triangles if announced.triangles is not None else max(faces, expected)
     lost_vertices = max((announced.vertices or 0) - vertices, 0)
     lost_faces = max(expected - faces, 0)
     found = []

@@ -129,7 +129,7 @@ def inspect_3mf(path: Path, references: References, given: Given) -> Announced:
     return Announced(
         vertices=vertices,
         faces=faces,
-        count_triangles=lambda: faces,
+        triangles=faces,
         not_kept=tuple(lost),
         reading=given.write(_archive(kept)),
     )

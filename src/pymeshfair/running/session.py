@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -103,6 +103,7 @@ class Session:
                 raise OutputError(told.output or error.path, error.reason) from error
             described = described_file(path) | {"side_files": [described_file(side) for side in announced.side_files]}
             self._lose(load_mesh(self._meshes, path, announced), InputError, path)
+            announced = replace(announced, points=None)  # they have been compared
         for doubt in announced.doubts:
             self._warn(f"{path.name}: {doubt}")
         for file in set(given.glob("*")) - {texture.file for texture in announced.textures}:

@@ -77,7 +77,7 @@ def shape_change(
         measured: the measures of both.
     """
     first, second = measured
-    old, new = _sides(*before), _sides(*after)
+    old, new = (_sides(*mesh, m) for mesh, m in zip((before, after), measured, strict=True))
     x, y, z = (_share(float(a), float(b)) for a, b in zip(old, new, strict=True))
     moved, turned, without_noise = None, None, None
     if len(before[0]) == len(after[0]) and len(before[0]) and np.array_equal(before[1], after[1]):
@@ -118,8 +118,8 @@ def warnings_of(change: ShapeChange, other_recipe: Callable[[], str]) -> Iterato
         )
 
 
-def _sides(vertices: Floats, faces: Ints) -> Floats:
-    if len(faces):
+def _sides(vertices: Floats, faces: Ints, measures: SurfaceMeasures) -> Floats:
+    if len(faces) and measures.unreferenced_vertices:
         used = np.zeros(len(vertices), dtype=np.bool_)
         used[faces] = True
         vertices = vertices[used]

@@ -76,7 +76,7 @@ def traits_of(
     if has_faces and (names := set(MEASURED).intersection(wanted)):
         from ..filters.traits import measured_traits
 
-        found |= measured_traits(vertices, faces, names)
+        found |= measured_traits(vertices, faces, names, mean_edge=measures.mean_edge)
     return found
 
 
