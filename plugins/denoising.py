@@ -11,6 +11,7 @@ import numpy as np
 
 from pymeshfair.declaration import Bool, Bools, Edit, Enum, FilterClass, Floats, Int, Layer, MeshElement, mesh_filter
 from pymeshfair.errors import MeshError
+from pymeshfair.filters.choosing import compare_smoothers
 from pymeshfair.filters.denoising import (
     FIXED,
     OUTLIERS,
@@ -30,7 +31,7 @@ from pymeshfair.filters.denoising import (
     folded_faces,
     normal_filtering,
 )
-from pymeshfair.filters.execution import Progress, ignore_progress
+from pymeshfair.filters.execution import Progress, ignore_progress, part_of
 from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy, referenced_vertices
 
 from .moving_vertices import MOVES_VERTICES, Selected, movable_vertices
@@ -137,6 +138,15 @@ def apply_coord_normal_filtering(
         ),
     ] = "auto",
     choice: Annotated[Chooser, CHOICE] = "held_out",
+    compare: Annotated[
+        bool,
+        Bool(
+            label="Compare smoothers",
+            advanced=True,
+            help="Say, too, how well low-pass filters predict the same vertices, each with the amount that suits the mesh best: "
+            "Taubin's, implicit, bi-Laplacian and spectral smoothing. The result is the same. Only where all is automatic.",
+        ),
+    ] = False,
     border: Annotated[
         BorderPolicy,
         Enum(
@@ -171,8 +181,11 @@ def apply_coord_normal_filtering(
         effective, found = _completed(layer, given, choice)
         vertices = _filtered(layer, effective, border, movable, progress)
     else:
-        vertices, made = denoise_automatically(layer.vertices, layer.faces, border=border, movable=movable, progress=progress)
+        share = part_of(progress, 0.0, 0.7 if compare else 1.0)
+        vertices, made = denoise_automatically(layer.vertices, layer.faces, border=border, movable=movable, progress=share)
         effective, found = _parameters(made.setting), _findings(made)
+        if compare:
+            found["smoothers"] = _comparison(layer, made, movable, part_of(progress, 0.7, 1.0))
         if made.kind == "clean":
             notes = ("there is no noise to remove: the vertices stay where they are",)
     return Edit(
@@ -276,6 +289,28 @@ def _findings(made: AutomaticChoice) -> dict[str, Any]:
             for trial in made.evidence.trials
         ]
     return found
+
+
+def _comparison(layer: Layer, made: AutomaticChoice, movable: Bools | None, progress: Progress) -> list[dict[str, Any]]:
+    """The families of smoothers by their error at held-out vertices; none of a clean mesh, or where neighbours share noise."""
+    if made.kind != "noisy":
+        return []
+    found = compare_smoothers(layer.vertices, layer.faces, setting=made.setting, movable=movable, progress=progress)
+    return (
+        []
+        if found is None
+        else [
+            {
+                "smoother": trial.label.smoother or "nothing",
+                "amount": trial.label.amount,
+                "error": trial.error,
+                "excess": trial.excess,
+                "uncertainty": trial.uncertainty,
+                "chosen": trial == found.chosen,
+            }
+            for trial in found.trials
+        ]
+    )
 
 
 def _mean_displacement(layer: Layer, vertices: Floats) -> float:

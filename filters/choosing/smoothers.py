@@ -63,6 +63,7 @@ def compare_smoothers(
     vertices: ArrayLike,
     faces: ArrayLike,
     *,
+    setting: Setting | None = None,
     movable: ArrayLike | None = None,
     seed: int = 0,
     progress: Progress = ignore_progress,
@@ -72,6 +73,7 @@ def compare_smoothers(
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
+        setting: that of normal filtering, if it has been found; None finds it.
         movable: (n,) bool, which vertices may move, None for all. The others are not evidence.
         seed: other vertices are held out for another number.
         progress: called while smoothers are tried; may raise to stop.
@@ -91,9 +93,12 @@ def compare_smoothers(
     for number, (name, (smooth, amounts)) in enumerate(SMOOTHERS.items()):
         share = part_of(tell, 0.1 * number, 0.1 * (number + 1))
         found = amount_on(replace(scan, progress=share), smooth, amounts)
-        if found is not None and found.chosen.label:
-            best.append(Smoothing(name, found.chosen.label))
-    setting = automatic_choice(vertices, faces, movable=movable, seed=seed, progress=part_of(tell, 0.4, 0.8)).setting
+        if found is not None and len(found.trials) > 1:
+            # Where nothing is to be done what comes nearest is shown beside it.
+            amount = found.chosen.label or min(found.trials[1:], key=lambda trial: trial.error).label
+            best.append(Smoothing(name, amount))
+    if setting is None:
+        setting = automatic_choice(vertices, faces, movable=movable, seed=seed, progress=part_of(tell, 0.4, 0.8)).setting
     if setting != Setting():
         best.append(Smoothing("normal_filtering", setting=setting))
 

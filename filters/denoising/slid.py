@@ -7,11 +7,12 @@ from ..geometry import mean_edge_length
 from ..mesh import Bools, Floats, Ints
 from ..topology import one_rings, referenced_vertices
 
-# Outliers have slid if half of them are so many times as far from the mean of their neighbours along the surface as the others.
-_SLID = 2.0
-# One vertex is off along the surface by more than three deviations: the median length of normally distributed vectors of a plane
-# over their deviation along an axis is 1.1774; and by more than this part of an edge, which folds nothing over.
-_FAR, _MEDIAN_IN_PLANE, _LEAST = 3.0, 1.1774, 0.25
+# Outliers have slid if half of them are so many times as far from the mean of their neighbours along the surface as the others,
+# and by more than this part of an edge: less folds nothing over.
+_SLID, _LEAST = 2.0, 0.25
+# One vertex is off along the surface by more than that, and than three deviations: the median length of normally distributed
+# vectors of a plane over their deviation along an axis is 1.1774.
+_FAR, _MEDIAN_IN_PLANE = 3.0, 1.1774
 # Faces are folded over if the cosine of their angle to the surface is below this; at narrow edges it may be about 0.
 _FOLDED = -0.5
 
@@ -26,7 +27,9 @@ def have_slid(vertices: Floats, faces: Ints, normals: Floats, outlying: Bools) -
         outlying: (n,) the outliers.
     """
     _, lengths, usual = _ways_back(vertices, faces, normals, outlying)
-    return bool(outlying.any() and np.median(lengths[outlying]) > _SLID * usual)
+    if not outlying.any():
+        return False
+    return bool(np.median(lengths[outlying]) > max(_SLID * usual, _LEAST * mean_edge_length(vertices, faces)))
 
 
 def evened(vertices: Floats, faces: Ints, normals: Floats, outlying: Bools) -> Floats:

@@ -45,6 +45,17 @@ def test_the_recipe_says_what_automatic_would_do(scan: Path, tmp_path: Path) -> 
     assert "mean edges" in done.stderr
 
 
+def test_families_of_smoothers_are_compared(scan: Path) -> None:
+    """Every family has a line and its error, the least first; the document has the same, and one of them is chosen."""
+    done = invoke("suggest", scan)
+    lines = done.stderr.partition("smoothers, each with")[2].splitlines()[1:]
+    told = document(invoke("suggest", scan, "--json").stdout)["found"]["smoothers"]
+    assert {"nothing", "normal_filtering", "taubin"} <= {trial["smoother"] for trial in told}
+    assert [line.split()[0] for line in lines[: len(told)]] == [f"{e:.4f}" for e in sorted(trial["error"] for trial in told)]
+    assert [trial["chosen"] for trial in told].count(True) == 1
+    assert all(trial["amount"] > 0 for trial in told if trial["smoother"] in ("taubin", "bilaplacian", "spectral", "implicit"))
+
+
 def test_all_recipes_are_ranked_with_reasons(scan: Path) -> None:
     """A noisy torus is to be denoised; every shipped recipe has its place and its reasons, and lines fit 80 characters."""
     told = document(invoke("suggest", scan, "--json").stdout)

@@ -16,6 +16,16 @@ if TYPE_CHECKING:
 #: the filter whose automatic parameters are made explicit
 FILTER = "apply_coord_normal_filtering"
 
+#: how the smoothers that it is compared with are called, and how their amounts are said
+_SMOOTHERS = {
+    "nothing": ("nothing", ""),
+    "normal_filtering": ("normal filtering as above", ""),
+    "taubin": ("apply_coord_taubin_fairing", "iterations={:.0f}"),
+    "implicit": ("apply_coord_implicit_fairing", "detail_size={:.3g} edges"),
+    "bilaplacian": ("apply_coord_bilaplacian_smoothing", "detail_size={:.3g} edges"),
+    "spectral": ("apply_coord_spectral_filter", "detail_size={:.3g} edges"),
+}
+
 
 def suggest(
     scan: Annotated[Path, typer.Argument(metavar="SCAN", help="The mesh file to look at; it is not changed.")],
@@ -31,7 +41,8 @@ def suggest(
 
     What is measured is compared with what each recipe says at its head under Fits. Whether there is noise to remove, and how, is
     found by vertices that no filter has seen; with -o the settings that predict these best become a recipe, which does what
-    denoise does on this scan, and can be changed and used for others of its kind. An existing RECIPE.mlx is replaced.
+    denoise does on this scan, and can be changed and used for others of its kind. An existing RECIPE.mlx is replaced. Low-pass
+    smoothers are compared in the same way, each with the amount that suits the scan best.
     """
     from ..errors import PymeshfairError
     from ..running.inspect import inspect_mesh
@@ -59,7 +70,7 @@ def suggest(
     if values is None:
         return
     typer.echo(_words(scan, values), err=True)
-    for line in _contest(values):
+    for line in (*_contest(values), *_families(values)):
         typer.echo(line, err=True)
     if output is not None:
         typer.echo(f"{output}: written; `pymeshfair run {output} {scan} -o RESULT` applies it", err=True)
@@ -84,7 +95,7 @@ def _tried(scan: Path, timeout: float | None) -> dict[str, Any]:
     from ..scripts.script import Script, Step
     from .progress import progress
 
-    trial = Recipe("suggestion", Script((Step(find_filter(FILTER)),)))
+    trial = Recipe("suggestion", Script((Step(find_filter(FILTER)).with_values({"compare": True}),)))
     with tempfile.TemporaryDirectory() as folder, progress() as show:
         result = run_job(Job(trial, scan, Path(folder) / "tried.ply", timeout=timeout), show)
     return dict(result.steps[0].values)
@@ -140,6 +151,22 @@ def _contest(values: dict[str, Any], most: int = 6) -> list[str]:
                 f"{parameters['outer_iterations']} rounds of {parameters['method']} {parameters['range_kernel']} "
                 f"{parameters['range_sigma']:g} over {parameters['neighborhood']}"
             )
-        behind = f"{trial['excess'] / trial['uncertainty']:.1f} standard errors behind" if trial["excess"] else "best"
-        lines.append(f"  {trial['error']:.4f}  {', then '.join(steps) or 'nothing'} ({behind})")
+        lines.append(f"  {trial['error']:.4f}  {', then '.join(steps) or 'nothing'} ({_behind(trial)})")
     return lines
+
+
+def _families(values: dict[str, Any]) -> list[str]:
+    """The families of smoothers, that with the least error first, and what each is called with."""
+    compared = values.get("smoothers", [])
+    if not compared:
+        return []
+    lines = ["smoothers, each with the amount that suits this scan best; error in mean edges of"]
+    for trial in sorted(compared, key=lambda trial: trial["error"]):
+        name, amount = _SMOOTHERS[trial["smoother"]]
+        said = f" {amount.format(trial['amount'])}" if amount else ""
+        lines.append(f"  {trial['error']:.4f}  {name}{said} ({_behind(trial)}{', chosen' if trial['chosen'] else ''})")
+    return lines
+
+
+def _behind(trial: dict[str, Any]) -> str:
+    return f"{trial['excess'] / trial['uncertainty']:.1f} standard errors behind" if trial["excess"] else "best"

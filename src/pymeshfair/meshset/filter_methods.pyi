@@ -1077,6 +1077,7 @@ class FilterMethods:
         relaxation: int = -1,
         relaxation_direction: Literal["auto", "all", "normal"] = "auto",
         choice: Literal["held_out", "fixed"] = "held_out",
+        compare: bool = False,
         border: Literal["fixed", "along", "free"] = "along",
         selected: bool = False,
     ) -> dict[str, Any] | None:
@@ -1128,6 +1129,9 @@ class FilterMethods:
             choice: How what is not given is found. 'held_out': some 140 settings are tried on the mesh, or on patches of a
                 large one, and the one is taken that best predicts vertices which it has not seen. 'fixed': all-round values, at
                 once.
+            compare: Say, too, how well low-pass filters predict the same vertices, each with the amount that suits the mesh
+                best: Taubin's, implicit, bi-Laplacian and spectral smoothing. The result is the same. Only where all is
+                automatic.
             border: What the vertices of open borders do: 'fixed' stay; 'along' move up and down along the normal alone, so that
                 the outline stays; 'free' move like any other vertex.
             selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
