@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import struct
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,12 +36,14 @@ class StlContents:
         note: what its head says, or nothing.
         binary: the parts of a binary file that MeshLab reads alike and sooner, of a text; None if there is none.
         text: what a text says, in a form that MeshLab's reader understands; None if that is the file itself.
+        doubts: what MeshLab takes for colours though it is none, or for others.
     """
 
     faces: int
     note: str
     text: bytes | None = None
     binary: list[bytes] | None = None
+    doubts: tuple[str, ...] = ()
 
 
 def read_stl(data: bytes) -> StlContents:
@@ -49,16 +52,19 @@ def read_stl(data: bytes) -> StlContents:
     Raises:
         StlError: it is none, or declares what it does not hold.
     """
+    whole = data
+    if data[:8].lower() == b"\xef\xbb\xbfsolid":
+        data = data[3:]
     if len(data) >= 84:
         declared = int(struct.unpack_from("<I", data, 80)[0])
         if len(data) == 84 + 50 * declared:
-            return StlContents(declared, _note(data[:80].decode("latin-1")))
-        if data.lstrip()[:5].lower() != b"solid":
+            return StlContents(declared, _note(data[:80].decode("latin-1")), doubts=tuple(_colour_doubts(data)))
+        if data.lstrip()[:5].lower() != b"solid" and b"\0" in data[:84]:
             raise StlError(
                 f"it declares {declared:,} triangles, which take {84 + 50 * declared:,} bytes, but it has {len(data):,}"
             )
     if data.lstrip()[:5].lower() != b"solid":
-        raise StlError("it is neither a text that begins with 'solid' nor long enough for a binary file")
+        raise StlError("it is neither a text that begins with 'solid' nor a binary file of the size that it declares")
     if b"\0" in data:
         raise StlError("it begins like a text, but is none")
     text = data
@@ -73,7 +79,25 @@ def read_stl(data: bytes) -> StlContents:
         text = re.sub(rb"(?mi)^[ \t]*facet[ \t].*$", b"facet normal 0 0 0", text)
         text = b"solid\n" + text + b"\nendsolid\n"
     note = _note(piece.line(0).decode("latin-1").lstrip()[5:])
-    return StlContents(len(lines) // len(_FACET), note, None if text is data else text, facets_as_stl(corners))
+    return StlContents(len(lines) // len(_FACET), note, None if text is whole else text, facets_as_stl(corners))
+
+
+def _colour_doubts(data: bytes) -> Iterator[str]:
+    """What MeshLab makes of the two bytes behind each facet, in which some programs keep colours: any but 0 it takes for one.
+
+    Magics says in the head that it does so, with red in the lowest bits, and sets the highest bit where a facet has the colour of
+    the head. VisCAM has blue there, and sets the highest bit where a facet has a colour at all.
+    """
+    bits = np.frombuffer(data, dtype=np.dtype([("facet", "V48"), ("bits", "<u2")]), offset=84)["bits"]
+    if not bits.any():
+        return
+    head = data[:80]
+    magics = b"COLOR=" in head
+    if magics and not (b"COLOR=" in (seen := head.partition(b"\0")[0]) and b"MATERIAL=" in seen):
+        yield "the colours of its facets are those of Magics, in which MeshLab takes red for blue, as its head has a byte of 0"
+    own = (bits & 0x8000 == 0) if magics else (bits & 0x8000 != 0)
+    if not own.all():
+        yield f"{int((~own).sum()):,} of its facets have no colour of their own, but MeshLab gives them one, mostly black"
 
 
 def _note(head: str) -> str:
