@@ -68,7 +68,7 @@ class _Model:
         """An element begins."""
         kind = tag.rpartition(":")[2]
         if self.beyond or kind not in _KNOWN:
-            if not self.beyond:
+            if not self.beyond and attributes.get("name") != "Application":  # which says nothing of the mesh
                 self.unread[f"elements {shown(kind, 30)}"] += 1
             self.beyond += 1
             return

@@ -202,6 +202,7 @@ ROWS = (
     ),
     ("support.3mf", _archive('type="model"', 'type="support"'), (3, 2, "objects of the type 'support' (1)")),
     ("title.3mf", _archive("<resources>", '<metadata name="Title">cat</metadata><resources>'), (3, 2, "elements 'metadata' (1)")),
+    ("program.3mf", _archive("<resources>", '<metadata name="Application">x</metadata><resources>'), (3, 2)),
     (
         "beams.3mf",
         _archive("<model ", f'<model requiredextensions="b" xmlns:b="{_BEAMS}" '),
@@ -232,6 +233,7 @@ ROWS = (
         (3, 2, "in which MeshLab takes red for blue"),
     ),
     ("colour_of_the_head.stl", _stl(2, _MAGICS, 0x8000), (3, 2, "2 of its facets have no colour of their own")),
+    ("of_meshlab.stl", _stl(2, b"COLOR=\x7f\x7f\x7f MATERIAL=\x7f\x7f\x7f \x7f\x7f\x7f \x7f\x7f\x7f", 0xFC1F), (3, 2)),
     ("bits_for_something_else.stl", _stl(2, bits=7), (3, 2, "2 of its facets have no colour of their own")),
     ("byte_order_mark.stl", "\ufeffsolid a\n" + _FACET + "endsolid\n", (3, 1, "its head 'a'")),
     ("remark_first.stl", "# by hand\nsolid a\n" + _FACET + "endsolid a\n", "it is neither a text that begins with 'solid'"),
