@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Annotated, Any, NamedTuple, TypeAlias
 
+import numpy as np
+
 from pymeshfair.declaration import Bool, Bools, Enum, Float, Floats, Int, Ints, Layer, MeshElement, Percentage
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.choosing import DETAIL_SIZES, chosen_amount
@@ -136,6 +138,16 @@ def smoothed_by_size(layer: Layer, size: float, smooth: Smooth, *, selected: boo
 
 def _reported(trial: Trial[float]) -> dict[str, float]:
     return {"amount": trial.label, "error": trial.error, "excess": trial.excess, "uncertainty": trial.uncertainty}
+
+
+def squared_mean_edge(layer: Layer) -> float:
+    """The square of the mean length of the edges, the unit of time steps; `FilterInputError` if it is beyond all numbers."""
+    squared = layer.mean_edge * layer.mean_edge
+    if layer.mean_edge > 0.0 and not np.finfo(float).tiny <= squared < np.inf:
+        raise FilterInputError(
+            f"the edges are {layer.mean_edge:.3g} long on average, whose square is beyond all numbers: scale the mesh first"
+        )
+    return squared
 
 
 def movable_vertices(layer: Layer, selected: bool) -> Bools | None:

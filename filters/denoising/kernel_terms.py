@@ -3,6 +3,8 @@
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from ..checks import FilterInputError, check_choice, check_positive
 from ..mesh import Floats
 from ..robust import KERNEL_CODES, KERNEL_NAMES, SIGMA_IN_DEVIATIONS, KernelName, robust_deviation
@@ -10,6 +12,8 @@ from ..robust import KERNEL_CODES, KERNEL_NAMES, SIGMA_IN_DEVIATIONS, KernelName
 #: How far a space kernel reaches, in its sigma. A Gaussian exp(-x^2 / (2 s^2)) is our kernel "gaussian" with sigma = sqrt(2) s:
 #: this is the distance 2 s at which the papers cut it off.
 REACH = math.sqrt(2.0)
+# Scales beyond it, whose squares would be beyond all numbers, are refused.
+_EXTREME = 1e150
 
 
 class Term(NamedTuple):
@@ -37,10 +41,12 @@ def range_term(kernel: KernelName, sigma: float | None, scale: float, heights: F
 
     The automatic sigma is a share of `SIGMA_IN_DEVIATIONS` times the deviation of the heights of neighbours. Most of a surface
     being smooth, the median of their sizes is that of noise, not of features. A term with sigma 0 comes from heights that are all
-    0: there is nothing to remove.
+    0 but for the rounding of coordinates, of which the largest are about 1: there is nothing to remove.
     """
     check_choice("range_kernel", kernel, KERNEL_NAMES)
     deviation = robust_deviation(heights) if sigma is None and len(heights) else 0.0
+    if deviation < np.finfo(np.float64).eps:
+        deviation = 0.0
     return Term(KERNEL_CODES[kernel], _scaled("range_sigma", sigma, scale, share * SIGMA_IN_DEVIATIONS[kernel] * deviation))
 
 
@@ -48,6 +54,6 @@ def _scaled(name: str, sigma: float | None, scale: float, automatic: float) -> f
     if sigma is None:
         return automatic
     scaled = check_positive(name, sigma, note="; None takes it from the mesh") * scale
-    if not 0.0 < scaled < math.inf:
+    if not 1.0 / _EXTREME < scaled < _EXTREME:
         raise FilterInputError(f"{name} {sigma} is out of all proportion to the mesh; None takes it from the mesh")
     return scaled

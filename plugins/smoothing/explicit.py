@@ -11,7 +11,7 @@ from pymeshfair.filters.diffusion import UPDATE_RULES, UpdateRule, explicit_smoo
 from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.operators import OPERATOR_NAMES, OperatorName
 
-from ..moving_vertices import MOVES_VERTICES, Border, Iterations, Selected, movable_vertices
+from ..moving_vertices import MOVES_VERTICES, Border, Iterations, Selected, movable_vertices, squared_mean_edge
 
 #: operators whose L has the unit 1 / length^2, so that a step of theirs is a squared length
 DIMENSIONAL_OPERATORS = ("scale_dependent", "laplace_beltrami", "robust")
@@ -75,7 +75,7 @@ def apply_coord_explicit_smoothing(
     Simple and fast, but closed surfaces shrink: use Taubin Fairing to keep the volume, or Implicit Fairing for strong smoothing
     in one step.
     """
-    unit = layer.mean_edge**2 if operator in DIMENSIONAL_OPERATORS else 1.0
+    unit = squared_mean_edge(layer) if operator in DIMENSIONAL_OPERATORS else 1.0
     try:
         vertices = explicit_smoothing(
             layer.vertices,

@@ -24,6 +24,7 @@ from ..moving_vertices import (
     movable_vertices,
     no_amount,
     smoothed_by_size,
+    squared_mean_edge,
     time_step_parameter,
 )
 
@@ -123,7 +124,7 @@ def apply_coord_implicit_fairing(
         return time_step_of_detail_size(size, iterations, keep_dimensions=keep_dimensions)
 
     if time_step:
-        time = time_step if operator in ("uniform", "inverse_length") else time_step * layer.mean_edge**2
+        time = time_step if operator in ("uniform", "inverse_length") else time_step * squared_mean_edge(layer)
         vertices = smooth(layer.vertices, layer.faces, time, movable_vertices(layer, selected), progress)
         return Edit(vertices=vertices, values={"time_step": time})
     if operator not in GEOMETRIC_OPERATORS:

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import tracemalloc
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
+import pymeshlab
 import pytest
 
+import pymeshfair
 from pymeshfair.declaration import Filter
+from pymeshfair.errors import PymeshfairError
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.fairing import bilaplacian_smoothing, fair_region
 from pymeshfair.filters.holes import close_holes
 from pymeshfair.filters.mesh import check_healthy, spikes
 from pymeshfair.filters.operators import surface_laplacian
 from pymeshfair.filters.spectral import spectral_filter
+from pymeshfair.registry import custom_filters
 from tests.contracts.variants import each_filter
 from tests.meshes import Floats, icosphere
 
@@ -31,6 +37,38 @@ def test_filters_end_well_or_refuse(declared: Filter) -> None:
     for number in NUMBERS:
         harms, mesh = awkward_mesh(number)
         assert complaint_about(declared, mesh, values) is None, f"mesh {number}: {harms}"
+
+
+@pytest.mark.parametrize(
+    ("filter_name", "number"),
+    [
+        ("apply_coord_bilateral_fleishman", 8040),
+        ("apply_coord_bilateral_jones", 8040),
+        ("apply_coord_bilateral_projection_of_points", 8063),
+    ],
+)
+def test_heights_below_rounding_are_no_noise(filter_name: str, number: int) -> None:
+    """Of heights of 1e-201 the square is 0, by which a kernel divided in compiled code; nothing is to be removed there."""
+    (declared,) = (f for f in custom_filters() if f.python_name == filter_name)
+    assert complaint_about(declared, awkward_mesh(number)[1], {"range_kernel": "lorentzian"}) is None
+
+
+@pytest.mark.parametrize(
+    ("filter_name", "values"),
+    [
+        ("apply_coord_explicit_smoothing", {"operator": "scale_dependent"}),
+        ("apply_coord_explicit_smoothing", {"operator": "robust"}),
+        ("apply_coord_implicit_fairing", {"time_step": 1.0}),
+    ],
+)
+@pytest.mark.parametrize("exponent", [-600, 600])
+def test_steps_in_squared_edges_of_any_unit(filter_name: str, values: Mapping[str, Any], exponent: int) -> None:
+    """Of edges whose square is beyond all numbers there is no time step, which is said."""
+    vertices, faces = icosphere(1)
+    meshes = pymeshfair.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(np.ldexp(vertices, exponent), faces))
+    with pytest.raises(PymeshfairError, match="whose square is beyond all numbers: scale the mesh first"):
+        meshes.apply_filter(filter_name, **values)
 
 
 @pytest.mark.parametrize("number", [97, 109, 196, 366, 378, 390, 446, 489])

@@ -10,12 +10,12 @@ import pytest
 from pymeshfair.files.errors import InputError
 
 from ..running.runs import session_report
-from .corpora import archives, gltf, obj, off, ply, points, scenes, stl
+from .corpora import archives, corners, gltf, obj, off, ply, points, scenes, stl
 from .mutants import MATERIALS
 
 #: a refusal, or the numbers of vertices and faces and what the warnings say
 Verdict: TypeAlias = "str | tuple[Any, ...]"
-TABLES = (ply, obj, off, stl, points, gltf, scenes, archives)
+TABLES = (ply, obj, off, stl, points, gltf, scenes, archives, corners)
 CASES: dict[str, tuple[str | bytes, Verdict]] = {name: (data, verdict) for t in TABLES for name, data, verdict in t.ROWS}
 
 

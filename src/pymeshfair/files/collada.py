@@ -15,7 +15,7 @@ from .announced import Announced
 from .errors import ContentsError
 from .given import Given, find_textures
 from .indices import check_range, indices, numbers
-from .instances import check_instances
+from .instances import MIRRORED, check_instances, mirrors
 from .references import References, shown
 from .xml_document import formatted_tree, read_tree
 
@@ -63,6 +63,7 @@ def inspect_collada(path: Path, references: References, given: Given) -> Announc
     return Announced(
         normals=any(part.get("semantic") == "NORMAL" for part in root.iter() if _kind(part) == "input"),
         not_kept=tuple(f"{kind}s" for kind in _LOST if kind in kinds) + tuple(sorted(kinds & _UNREAD)) + tuple(_frame(root)),
+        doubts=(MIRRORED,) if _is_mirrored(root) else (),
         side_files=tuple(t.file for t in textures if t.file),
         textures=textures,
         reading=given.write(formatted_tree(root)),
@@ -110,6 +111,16 @@ def _check_transforms(node: Element) -> None:
         length = _TRANSFORMS.get(_kind(part))
         if length is not None and len(found := numbers(part.text or "", f"a {_kind(part)}")) != length:
             raise ContentsError(f"a {_kind(part)} of a node of it has {len(found)} numbers and not {length}")
+
+
+def _is_mirrored(root: Element) -> bool:
+    """Whether a node places its parts as in a mirror."""
+    for part in (part for node in root.iter() if _kind(node) == "node" for part in node):
+        if _kind(part) == "scale" and np.sign(numbers(part.text or "", "a scale")).prod() < 0:
+            return True
+        if _kind(part) == "matrix" and mirrors(numbers(part.text or "", "a matrix").reshape(4, 4)[:3, :3]):
+            return True
+    return False
 
 
 def _check_places(root: Element, parts: Mapping[str, Element]) -> None:

@@ -16,9 +16,9 @@ from urllib.parse import unquote
 
 from .announced import Announced
 from .given import Given
-from .gltf_document import GltfError, check_document
+from .gltf_document import GltfError, check_document, is_mirrored
 from .gltf_given import counts_of, losses_of, pruned
-from .instances import check_placed
+from .instances import MIRRORED, check_placed
 from .references import References, Texture, check_image
 
 #: of how many parts a document may be: a million take a second to read
@@ -67,6 +67,7 @@ def inspect_gltf(path: Path, references: References, given: Given) -> Announced:
         triangles=faces,
         normals=any("NORMAL" in m.attributes for m in meshes),
         not_kept=losses_of(document),
+        doubts=(MIRRORED,) if is_mirrored(document) else (),
         side_files=(*files, *(t.file for t in found if t.file and not t.file.is_relative_to(given.folder))),
         textures=found,
         reading=reading,

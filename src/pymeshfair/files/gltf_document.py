@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from .errors import ContentsError
+from .instances import mirrors
 
 _COMPONENTS = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
@@ -21,6 +22,8 @@ READ = {
 }
 _TRIANGLES = 4
 _DEEPEST = 64
+#: by how much what programs write of an exact matrix may be off
+_ROUNDED = 1e-6
 
 
 class GltfError(ContentsError):
@@ -188,6 +191,10 @@ def _check_nodes(document: Mapping[str, Any]) -> None:
     for k, node in enumerate(nodes):
         for name, length in (("matrix", 16), ("rotation", 4), ("scale", 3), ("translation", 3)):
             _check_numbers(node.get(name), length, f"the {name} of node {k}")
+        if "matrix" in node and not np.allclose(node["matrix"][3::4], (0, 0, 0, 1), rtol=0, atol=_ROUNDED):
+            raise GltfError(f"the last row of the matrix of node {k} is not 0 0 0 1")
+        if "matrix" in node and node.keys() & {"rotation", "scale", "translation"}:
+            raise GltfError(f"its node {k} has a matrix and a rotation, scale or translation besides, which are two places")
         for name in ("mesh", "skin", "camera"):
             if name in node:
                 _at(document, f"{name}{'es' if name == 'mesh' else 's'}", node[name])
@@ -203,6 +210,15 @@ def _check_nodes(document: Mapping[str, Any]) -> None:
         if not level:
             return
     raise GltfError(f"its nodes are more than {_DEEPEST} levels deep")
+
+
+def is_mirrored(document: Mapping[str, Any]) -> bool:
+    """Whether a node places its parts as in a mirror."""
+    for node in document.get("nodes", ()):
+        matrix = np.array(node.get("matrix", np.eye(4)), dtype=float).reshape(4, 4)[:3, :3]
+        if mirrors(matrix) or np.sign(node.get("scale", (1, 1, 1))).prod() < 0:
+            return True
+    return False
 
 
 def _primitive(document: Mapping[str, Any], k: int, p: Mapping[str, Any]) -> Mesh:

@@ -167,6 +167,7 @@ def _inspect_stl(path: Path, references: References, given: Given) -> Announced:
         faces=contents.faces,
         triangles=contents.faces,
         not_kept=(f"its head {contents.note[:60]!r}",) if contents.note else (),
+        doubts=contents.doubts,
         reading=_binary_or_text(given, ".stl", contents.binary, contents.text),
     )
 

@@ -6,11 +6,25 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
 from .errors import ContentsError
 
 #: placements, and faces of all of them together, of one file
 MOST_PLACED, MOST_FACES = 1_000_000, 100_000_000
 _DEEPEST = 200
+#: what MeshLab's readers do not look at
+MIRRORED = (
+    "a part of it is placed as in a mirror, but MeshLab leaves its faces as they are: if they point inwards, turn them with "
+    "'Invert Faces Orientation'"
+)
+
+
+def mirrors(matrix: NDArray[np.float64]) -> bool:
+    """Whether a (3, 3) matrix turns a surface inside out."""
+    largest = float(np.abs(matrix).max())
+    return largest > 0.0 and float(np.linalg.det(matrix / largest)) < 0.0
 
 
 def check_instances(

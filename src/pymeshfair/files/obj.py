@@ -6,6 +6,7 @@ know, counts lines in one way and reads them in another, and sees one line in a 
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -116,7 +117,7 @@ def _count(piece: Tokens, contents: ObjContents) -> None:
             contents.counts[what] += number
             continue
         for k in np.flatnonzero(piece.keywords == np.uint64(code)).tolist():
-            what = KEYWORDS.get(piece.line(k).split()[0].decode("latin-1"))
+            what = KEYWORDS.get(re.split(rb"[ \t/]", piece.line(k).lstrip(b" \t"))[0].decode("latin-1"))
             if what is None:
                 raise fail(piece, k, "begins with no keyword of the format")
             contents.counts[what] += 1

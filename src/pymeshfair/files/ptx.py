@@ -16,6 +16,8 @@ from .tokens import INTEGER, NOT_FINITE, REAL, Tokens, about_line, joined_pieces
 _HEAD = (1, 1, 3, 3, 3, 3, 4, 4, 4, 4)
 #: of how many numbers a point is made: its place and intensity, with a colour
 _PLAIN, _COLOURED = 4, 7
+#: by how much what programs write of an exact matrix may be off
+_ROUNDED = 1e-6
 
 
 def read_ptx(data: bytes) -> tuple[PointsContents, int]:
@@ -67,6 +69,8 @@ def _contents(rows: NDArray[np.float64]) -> PointsContents:
 
 def _placed(rows: NDArray[np.float64], matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     """The rows where the matrix of a head puts them, whose last line is the translation; at NaN what was not measured."""
+    if not np.allclose(matrix[:, 3], (0.0, 0.0, 0.0, 1.0), rtol=0.0, atol=_ROUNDED):
+        raise ContentsError("the last column of the matrix of a grid of it is not 0 0 0 1")
     places = rows[:, :3]
     missing = ~places.any(axis=1)
     if not np.array_equal(matrix, np.eye(4)):

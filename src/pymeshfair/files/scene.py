@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from .errors import ContentsError
 from .indices import check_range, indices, numbers
 from .instances import check_placed
@@ -53,12 +55,13 @@ class Scene:
 
     Attributes:
         normals: whether any mesh has normals.
+        mirrored: whether a node places its parts as in a mirror.
         kinds: the types of all nodes.
     """
 
     def __init__(self) -> None:
         """See the class."""
-        self.normals = False
+        self.normals = self.mirrored = False
         self.kinds: set[str] = set()
         self._open: list[_Node] = []
         self._counts: dict[str, tuple[str, int]] = {}
@@ -109,6 +112,9 @@ class Scene:
             if self._open:
                 self._open[-1].counts[node.type] = len(values) // width
         self.normals |= node.type == "Normal"
+        if node.type == "Transform" and "scale" in node.fields:
+            scale = numbers(node.fields["scale"], "the scale of a Transform")
+            self.mirrored |= bool(np.sign(scale).prod() < 0)
         for name in _INDICES.keys() & node.fields.keys():
             self._check_indices(node, name)
 

@@ -11,6 +11,7 @@ import lzma
 import struct
 import zipfile
 import zlib
+from collections import Counter
 from collections.abc import Hashable
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
@@ -19,7 +20,7 @@ from .announced import Announced
 from .errors import ContentsError
 from .given import Given
 from .indices import check_range, indices, numbers
-from .instances import check_instances
+from .instances import MIRRORED, check_instances, mirrors
 from .references import References, check_image, shown
 from .xml_document import parse_xml
 
@@ -30,13 +31,24 @@ _MOST_PARTS = 10_000
 _BROKEN = (zipfile.BadZipFile, RuntimeError, EOFError, zlib.error, lzma.LZMAError, struct.error, ValueError, LookupError, OSError)
 #: what stands in an archive besides models: its list of types, relationships, and images
 _LISTS, _IMAGES = (".xml", ".rels"), (".png", ".jpg", ".jpeg", ".texture")
+#: the elements that MeshLab reads with their attributes; identifiers and names of spaces say nothing of a mesh
+_KNOWN = {
+    **{"model": {"unit", "requiredextensions", "recommendedextensions"}, "object": {"id", "type"}},
+    **{"vertex": {"x", "y", "z"}, "triangle": {"v1", "v2", "v3"}},
+    **{"component": {"objectid", "transform"}, "item": {"objectid", "transform"}},
+    **{name: set[str]() for name in ("resources", "build", "components", "mesh", "vertices", "triangles")},
+}
+_UNSAID = ("xmlns", "xmlns:", "xml:", "p:UUID")
+#: an extension without which the mesh is the same
+_MATERIALS = "http://schemas.microsoft.com/3dmanufacturing/material/2015/02"
 
 
 @dataclass
 class _Model:
     """The meshes of the models: the coordinates and corners of the one that is open, and the counts of those before.
 
-    Besides the unit, what each object is put together of, how many triangles it has itself, and what is built.
+    Besides the unit, what each object is put together of, how many triangles it has itself, what is built, whether a part is
+    mirrored, and how many there are of each kind of element and attribute that MeshLab does not read.
     """
 
     coordinates: list[str] = field(default_factory=list)
@@ -48,30 +60,64 @@ class _Model:
     parts: dict[Hashable, list[Hashable]] = field(default_factory=dict)
     faces: dict[Hashable, int] = field(default_factory=dict)
     object: str = ""
+    mirrored: bool = False
+    unread: Counter[str] = field(default_factory=Counter)
+    beyond: int = 0
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:
         """An element begins."""
+        kind = tag.rpartition(":")[2]
+        if self.beyond or kind not in _KNOWN:
+            if not self.beyond and attributes.get("name") != "Application":  # which says nothing of the mesh
+                self.unread[f"elements {shown(kind, 30)}"] += 1
+            self.beyond += 1
+            return
+        if attributes.keys() - _KNOWN[kind]:
+            self._look_at(kind, attributes)
         try:
-            match tag.rpartition(":")[2]:
+            match kind:
                 case "vertex":
                     self.coordinates += (attributes["x"], attributes["y"], attributes["z"])
                 case "triangle":
                     self.corners += (attributes["v1"], attributes["v2"], attributes["v3"])
                 case "model":
                     self.unit = attributes.get("unit", self.unit)
+                    _check_extensions(attributes)
                 case "object":
                     self.object = attributes["id"]
+                    if attributes.get("type", "model") != "model":
+                        self.unread[f"objects of the type {shown(attributes['type'], 30)}"] += 1
                     self.parts.setdefault(self.object, [])
                 case "component":
                     self.components += 1
+                    self._place(attributes)
                     self.parts.setdefault(self.object, []).append(attributes["objectid"])
                 case "item":
                     self.items.append(attributes["objectid"])
+                    self._place(attributes)
         except KeyError as error:
             raise ContentsError(f"a {tag} of it has no {error.args[0]}") from None
 
+    def _look_at(self, kind: str, attributes: dict[str, str]) -> None:
+        """Count the attributes that MeshLab does not read."""
+        for name in attributes.keys() - _KNOWN[kind]:
+            if not name.startswith(_UNSAID):
+                self.unread[f"attributes {shown(name, 30)} of the elements {kind!r}"] += 1
+
+    def _place(self, attributes: dict[str, str]) -> None:
+        """Refuse a transform that is none."""
+        if "transform" not in attributes:
+            return
+        values = numbers(attributes["transform"], "a transform of it")
+        if len(values) != 12:
+            raise ContentsError(f"a transform of it has {len(values)} numbers and not 12")
+        self.mirrored |= mirrors(values.reshape(4, 3)[:3])
+
     def end(self, tag: str) -> None:
         """An element ends."""
+        if self.beyond:
+            self.beyond -= 1
+            return
         if tag.rpartition(":")[2] != "mesh":
             return
         number = len(self.counts) + 1
@@ -125,14 +171,24 @@ def inspect_3mf(path: Path, references: References, given: Given) -> Announced:
     check_instances(model.parts, model.faces, model.items)
     if model.unit != "millimeter":
         lost.append(f"its unit {shown(model.unit, 30)}")
+    lost += [f"{what} ({number:,})" for what, number in sorted(model.unread.items())]
     vertices, faces = model.said
     return Announced(
         vertices=vertices,
         faces=faces,
         triangles=faces,
         not_kept=tuple(lost),
+        doubts=(MIRRORED,) if model.mirrored else (),
         reading=given.write(_archive(kept)),
     )
+
+
+def _check_extensions(attributes: dict[str, str]) -> None:
+    """Refuse a model that cannot be understood without what MeshLab does not know."""
+    for prefix in attributes.get("requiredextensions", "").split():
+        space = attributes.get(f"xmlns:{prefix}", prefix)
+        if space != _MATERIALS:
+            raise ContentsError(f"it needs the extension {shown(space, 100)}, which MeshLab does not know")
 
 
 def _parts(archive: zipfile.ZipFile, size: int) -> dict[str, bytes]:

@@ -133,6 +133,8 @@ def _line_end(data: bytes, position: int) -> int:
 def joined(data: bytes) -> bytes:
     """The text without a byte order mark, each line that a backslash continues made one with the next."""
     data = data.removeprefix(b"\xef\xbb\xbf")
+    if b"\\" in data and re.search(rb"#[^\r\n]*\\\r?\n", data):
+        data = re.sub(rb"(?<![^ \t\r\n])#[^\r\n]*", b"", data)  # a comment ends with its line: `# from C:\scans\`
     return re.sub(rb"\\\r?\n", b" ", data) if b"\\" in data else data
 
 

@@ -10,6 +10,7 @@ from urllib.parse import unquote
 from .announced import Announced
 from .errors import ContentsError
 from .given import Given, find_textures
+from .instances import MIRRORED
 from .references import References
 from .scene import Scene, check_type
 
@@ -40,6 +41,7 @@ def inspect_vrml(path: Path, references: References, given: Given) -> Announced:
     given.link(textures)
     return Announced(
         normals=scene.normals,
+        doubts=(MIRRORED,) if scene.mirrored else (),
         side_files=tuple(t.file for t in textures if t.file),
         textures=textures,
         reading=given.write("\n".join([head, *tokens, ""]).encode("utf-8", "surrogateescape")),
@@ -104,5 +106,7 @@ def _look(scene: Scene, words: list[str]) -> None:
         check_type(word)
         if word == "USE" and k + 1 < len(words):
             scene.use(words[k + 1])
+        elif word == "scale" and k + 3 < len(words):
+            scene.field(word, " ".join(words[k + 1 : k + 4]))
         elif word.endswith("PerVertex") and k + 1 < len(words):
             scene.field(word, words[k + 1])

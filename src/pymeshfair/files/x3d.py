@@ -10,13 +10,14 @@ from xml.etree.ElementTree import Element
 from .announced import Announced
 from .errors import ContentsError
 from .given import Given, find_textures
+from .instances import MIRRORED
 from .references import References
 from .scene import Scene
 from .xml_document import formatted_tree, read_tree
 
 _FIELDS = (
     *("point", "vector", "color", "coordIndex", "normalIndex", "colorIndex", "texCoordIndex", "index"),
-    *("colorPerVertex", "normalPerVertex"),
+    *("colorPerVertex", "normalPerVertex", "scale"),
 )
 
 _TEXTS = re.compile(r'"([^"]*)"|\'([^\']*)\'|(\S+)')
@@ -46,6 +47,7 @@ def inspect_x3d(path: Path, references: References, given: Given) -> Announced:
     given.link(textures)
     return Announced(
         normals=scene.normals,
+        doubts=(MIRRORED,) if scene.mirrored else (),
         side_files=tuple(t.file for t in textures if t.file),
         textures=textures,
         reading=given.write(formatted_tree(root)),
