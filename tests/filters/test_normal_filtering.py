@@ -25,10 +25,13 @@ from pymeshfair.filters.denoising import (
     folded_faces,
     normal_filtering,
 )
+from pymeshfair.filters.denoising.face_neighbourhoods import face_neighbourhoods
 from pymeshfair.filters.denoising.normal_filter import NormalFilterKeywords
-from pymeshfair.filters.geometry import face_normals
+from pymeshfair.filters.denoising.normal_filters import weighted_normals
+from pymeshfair.filters.denoising.normal_passes import gaussian_means
+from pymeshfair.filters.geometry import NORMAL, face_normals, measure_faces
 from pymeshfair.filters.robust import KERNEL_NAMES, KernelName, weight
-from pymeshfair.filters.topology import border_vertices
+from pymeshfair.filters.topology import border_vertices, vertex_faces
 from tests.angles import mean_angle
 from tests.meshes import (
     AWKWARD,
@@ -44,6 +47,7 @@ from tests.meshes import (
     rotation,
     subdivided,
     tube,
+    wheel,
 )
 
 NOISY = noisy(icosphere(2), 0.04)
@@ -474,3 +478,15 @@ def test_many_short_rounds_keep_edges(
         outer_iterations=60,
     )
     assert mean_angle(face_normals(after, faces), face_normals(true, faces)) <= most
+
+
+@pytest.mark.parametrize(("range_sigma", "space_sigma"), [(0.35, 0.2), (1e-200, 0.2), (0.35, 1e-200)])
+def test_two_gaussians_give_the_bits_of_the_general_filter(range_sigma: float, space_sigma: float) -> None:
+    """Also around a vertex of 90 faces, more than the weights have room for at first, and where all weights are 0."""
+    vertices, faces = wheel(90)
+    vertices = vertices + 0.1 * np.random.default_rng(2).normal(size=vertices.shape)
+    table = measure_faces(vertices, faces)
+    around = face_neighbourhoods(faces, vertex_faces(faces, len(vertices)), "vertex")
+    normals = np.ascontiguousarray(table[:, NORMAL])
+    expected = weighted_normals(normals, table, around, range_sigma=range_sigma, space_sigma=space_sigma)
+    assert gaussian_means(table, around, range_sigma, space_sigma).tobytes() == expected.tobytes()

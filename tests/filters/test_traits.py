@@ -120,7 +120,7 @@ def test_traits_do_not_depend_on_place_size_and_turn() -> None:
 
 
 def test_a_mean_edge_that_is_known_changes_no_bit() -> None:
-    """Of a mesh of 32,768 faces, which is sampled, and its copy far away in other units, the traits are the same either way."""
+    """Of a mesh of 32,768 faces, which is sampled, and of its copy far away and larger, no trait changes."""
     vertices, faces = torus(128, 128)
     rng = np.random.default_rng(5)
     for points in (vertices + rng.normal(scale=1e-3, size=vertices.shape), 1e5 * vertices + 1e7):
