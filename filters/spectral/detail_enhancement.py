@@ -62,8 +62,8 @@ def enhance_details(
 
     1. K_d is the low pass that halves waves of length d, see `low_pass`. n are the normals of the shape K_long p.
     2. h = n . (K_short p - K_long p), less its own long waves: h - K_long h. Without them a bulge would grow as a whole.
-    3. s = e(x) e(y), e(x) = 3 x^2 - 2 x^3 from 0 to 1: x the distance from open borders, y the thickness of the shape, both over the
-       longest wave. So borders stay, and so do parts that are themselves no larger than relief, such as the knob of a bone.
+    3. s = e(x) e(y), e(x) = 3 x^2 - 2 x^3 from 0 to 1: x the distance from open borders, y the thickness of the shape, both over
+       the longest wave. So borders stay, and so do parts that are themselves no larger than relief, such as the knob of a bone.
     4. f(x) = b tanh(x / b), b a share of the thickness of the shape, inside or outside, whichever is less (`touching_balls`). So
        thin parts do not swell, and two sides of a gap do not meet.
 
