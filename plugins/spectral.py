@@ -259,7 +259,7 @@ def apply_coord_detail_enhancement(
         edge = layer.mean_edge
         notes = (
             f"the relief is taken to be waves of {found.detail_size / edge:.3g} to {found.largest_size / edge:.3g} mean edges, "
-            f"{found.height / edge:.2g} high; the furthest vertex moved by {found.largest_displacement / edge:.2g}",
+            f"{found.height / edge:.2g} mean edges high; no vertex moved by more than {found.largest_displacement / edge:.2g}",
         )
     report = {f.name: getattr(found, f.name) for f in fields(found) if f.name != "vertices"}
     return Edit(vertices=found.vertices, values=report, notes=notes)

@@ -87,25 +87,8 @@ def _value(entry: str, key: str) -> str:
     return re.sub(r"[{}]", "", text)
 
 
-RECIPES_COMPARED = """\
-A run measures what `Fits:` names before it starts, and outside of it warns and names the recipe to take. `Judged:` says by
-what measure a recipe is meant to be good, and which one is better by it. `python benchmarks/recipes.py FOLDER` compares on
-pairs of a noisy and a true mesh with the best of MeshLab's Taubin filter, MeshLab's two steps and `denoise`: here the mean
-angle between the normals and the true ones, over that of `denoise`, which is the best of the three on every pair; in brackets
-where the mesh is outside of what the recipe fits. No recipe that takes away noise is better than `denoise`, and each says so;
-they are there for their speed, for plain MeshLab, or for details of a size that is known.
-
-| pair | noise | sharp | taubin | meshlab_only | denoise_sharp | denoise_smooth | implicit | laplacian | low_pass |
-|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|
-| block_n4 | 0.35 | 0.71 | (4.63) | 1.70 | 1.50 | (2.49) | (9.21) | (4.81) | (4.26) |
-| fandisk_n3 | 0.28 | 0.80 | (5.18) | 2.20 | 1.17 | (2.61) | (8.90) | (5.41) | (4.95) |
-| fandisk_n7 | 0.50 | 0.72 | (3.86) | 2.32 | (2.79) | (2.31) | (8.28) | (4.08) | (3.57) |
-| sharpsphere_n3 | 0.26 | 0.73 | (1.91) | 1.33 | 1.41 | (1.03) | (3.06) | (1.95) | (1.63) |
-| twelve_i5 | 0.24 | 0.79 | (6.56) | 2.29 | 2.59 | (3.37) | (12.26) | (5.87) | (5.55) |
-| fertility_n3 | 0.25 | 0.36 | 1.68 | 2.10 | (1.59) | 1.12 | (4.60) | 1.36 | 1.44 |
-| nicolo_n2 | 0.18 | 0.40 | 1.22 | 1.35 | (1.44) | 1.15 | 1.98 | 1.28 | 1.27 |
-
-"""
+#: What the benchmark of recipes found, and how it compares.
+RECIPES_COMPARED = Path(__file__).with_name("recipes_compared.md").read_text("utf-8")
 
 
 def _tasks() -> list[str]:

@@ -25,6 +25,7 @@ class ProgressLines:
     def __init__(self) -> None:
         self._step = ""
         self._compiled: Compiling | None = None
+        self._warnings: list[str] = []
         self._silent_since = time.monotonic()
 
     def __enter__(self) -> ProgressLines:
@@ -33,6 +34,9 @@ class ProgressLines:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         if self._compiled is not None:
             self._say(_compiled(self._compiled))
+        if error is not None:  # else the command shows them below its results
+            for text in self._warnings:
+                self._say(f"warning: {text}")
 
     def __call__(self, event: Event) -> None:
         """Show an event of the run."""
@@ -53,6 +57,8 @@ class ProgressLines:
                 self._say(f"  {_COMPILING}: {event.seconds:.0f} s so far")
         elif isinstance(event, Message) and event.level == "info":
             self._say(f"  step {event.step}: {event.text}" if event.step else f"  {event.text}")
+        elif isinstance(event, Message):
+            self._warnings.append(event.text)
 
     def _say(self, text: str) -> None:
         typer.echo(printable(text), err=True)
@@ -75,6 +81,7 @@ class ProgressBar:
         self._step = StepStarted(0, 0, "")
         self._doing = "starting"
         self._compiled: Compiling | None = None
+        self._warnings: list[str] = []
 
     def __enter__(self) -> ProgressBar:
         self._bar.start()
@@ -83,6 +90,9 @@ class ProgressBar:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         if self._compiled is not None:
             self._print(f"{'':17}{_compiled(self._compiled)}")
+        if error is not None:  # else the command shows them below its results
+            for text in self._warnings:
+                self._print(f"warning: {text}")
         self._bar.stop()
 
     def __call__(self, event: Event) -> None:
@@ -106,6 +116,8 @@ class ProgressBar:
         elif event.level == "info":
             about = f"step {event.step}: " if event.step else ""
             self._print(f"{'':17}{about}{event.text}")
+        else:
+            self._warnings.append(event.text)
 
     def _print(self, text: str) -> None:
         self._bar.console.print(printable(text), markup=False)

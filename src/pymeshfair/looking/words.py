@@ -41,18 +41,27 @@ def measure_rows(columns: Mapping[str, Mapping[str, Any]]) -> list[list[str]]:
     Args:
         columns: measures by name, by the header of each mesh.
     """
+    surfaces = [measures for measures in columns.values() if measures.get("faces") or measures.get("edges")]
     return [
         [words, *(_shown(measures.get(name)) for measures in columns.values())]
         for name, words, always in _MEASURES
-        if always or any(measures.get(name) for measures in columns.values())
+        # The points of a cloud wait for no face.
+        if always or any(measures.get(name) for measures in (surfaces if name == "unreferenced_vertices" else columns.values()))
     ]
 
 
 def change_lines(change: Mapping[str, Any]) -> list[str]:
     """What a run did to the shape, `pymeshfair.running.shape_change.ShapeChange` by name, as lines below the table."""
     shares = [*zip(("x", "y", "z"), change["sides"], strict=True), ("area", change["area"]), ("volume", change["volume"])]
-    lines = ["changed: " + ", ".join(f"{name} {share:+.2%}" for name, share in shares if share is not None)]
-    if moved := change["moved"]:
+    why = "" if change["moved"] else ", as vertices or faces were added or removed"
+    lines = [f"changed{why}: " + ", ".join(f"{name} {share:+.2%}" for name, share in shares if share is not None)]
+    if aside := change.get("sides_without_noise"):
+        shown = ", ".join(f"{name} {share:+.2%}" for name, share in zip("xyz", aside, strict=True) if share is not None)
+        lines.append(f"noise at the ends aside: {shown}")
+    moved = change["moved"]
+    if moved and not moved["largest"]:
+        lines.append("moved: no vertex")
+    elif moved:
         x, y, z = moved["place"]
         edges = f" ({moved['edges']:.2g} mean edges)" if moved["edges"] is not None else ""
         lines.append(
@@ -60,7 +69,7 @@ def change_lines(change: Mapping[str, Any]) -> list[str]:
             f"{moved['vertex']} at {x:.6g}, {y:.6g}, {z:.6g}"
         )
     if change["turned"]:
-        lines.append(f"turned over: {change['turned']:,} faces")
+        lines.append(f"turned over: {change['turned']:,} {'face' if change['turned'] == 1 else 'faces'}")
     return lines
 
 

@@ -101,19 +101,21 @@ def warnings_of(change: ShapeChange, other_recipe: Callable[[], str]) -> Iterato
     """
     if change.moved is None:
         return
-    if change.sides_without_noise is not None and _is_large(change.sides_without_noise):
-        shown = ", ".join(f"{a} {s:+.1%}" for a, s in zip("xyz", change.sides_without_noise, strict=True) if s is not None)
-        name = other_recipe()
-        other = f", or take {name}" if name else ""
+    dimensions = change.sides_without_noise is not None and _is_large(change.sides_without_noise)
+    far = change.moved.edges is not None and change.moved.edges > LARGEST_MOVE
+    name = other_recipe() if dimensions or far else ""
+    other = f", or take {name}" if name else ""
+    if dimensions:
+        shown = ", ".join(f"{a} {s:+.1%}" for a, s in zip("xyz", change.sides_without_noise or (), strict=True) if s is not None)
         yield (
             f"the shape has other dimensions, noise at its ends aside: {shown}. To keep them: a smaller detail_size or "
             f"gain, fewer iterations{other}"
         )
-    if change.moved.edges is not None and change.moved.edges > LARGEST_MOVE:
+    if far:
         where = ", ".join(f"{c:.6g}" for c in change.moved.place)
         yield (
             f"vertex {change.moved.vertex} at {where} moved by {change.moved.largest:.6g}, {change.moved.edges:.1f} mean edges: "
-            "look at the place, and hold borders (border fixed) or smooth less if it should have stayed; --max-displacement "
+            f"look at the place; if it should have stayed, hold borders (border fixed), smooth less{other}; --max-displacement "
             "makes that an error"
         )
 

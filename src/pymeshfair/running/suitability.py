@@ -10,15 +10,16 @@ from typing import Any
 from ..declaration import Floats, Ints
 from ..filters.inspection.surface_measures import SurfaceMeasures
 from ..recipe import TASKS, RecipeHead, RecipeInfo, head_info, shipped_heads
-from ..scripts.fits import Condition
+from ..scripts.fits import ARTICLE, UNKNOWN, Condition
 from .measuring import Found
 from .messages import Assignment
 
 #: the traits that are measured on the surface, each in some tenths of a second at most; the others are known anyway
 MEASURED = ("noise", "sharpness", "facing", "camera noise", "longest edge")
 
-#: tasks of which one may stand in for another
+#: tasks of which one may stand in for another, and those of which a recipe may stand in for another of the same
 _ALIKE = ("denoise", "smooth")
+_REPLACEABLE = (*_ALIKE, "clean")
 
 
 @dataclass(frozen=True)
@@ -124,7 +125,8 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
     verdict = judged(name, info, traits)
     if not verdict.unmet:
         return None
-    wrong = "; ".join(f"{name} is for {_asked(text)}, and here {found}" for text, found in verdict.unmet[:2])
+    told = [c for c in verdict.unmet if not c[1].endswith(UNKNOWN)] or verdict.unmet
+    wrong = "; ".join(f"{name} is for {_asked(text)}, and here {found}" for text, found in told[:2])
     fitting = [other for other in others if other.fits and other.recipe != name]
     alike = _ALIKE if info.task in _ALIKE else (info.task,)
     first = next((other for other in fitting if other.task == "denoise"), None)
@@ -133,11 +135,10 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
     # What takes away waves of a given size is no substitute for what takes away noise.
     judged_alike = [other for other in fitting if not info.measure or other.measure == info.measure]
     same = [other for other in judged_alike if other.task in alike and len(other.met) > 1]
-    if same:
+    if same and info.task in _REPLACEABLE:
         return f"{wrong}: take {same[0].recipe}"
     named = f", such as {fitting[0].recipe}" if fitting else ""
-    task = " of those that take away noise " if info.task in _ALIKE else " of its kind "
-    return f"{wrong}: no recipe{task}fits; `pymeshfair suggest` names what does{named}"
+    return f"{wrong}: no other recipe of its kind fits; `pymeshfair suggest` names those that do{named}"
 
 
 def traits_asked_for(assignment: Assignment, found: Found, attributes: AbstractSet[str]) -> tuple[dict[str, float], str | None]:
@@ -203,6 +204,8 @@ def _asked(text: str) -> str:
     nouns = {"mesh": "meshes", "cloud": "clouds of points", "curves": "curves", "range map": "range maps", "texture": "textures"}
     adjectives = ("closed", "open", "sharp", "smooth")
     plain = text.removeprefix("no ")
+    if plain.startswith(ARTICLE):
+        return f"a {plain}"
     said = nouns.get(plain, f"{plain} shapes" if plain in adjectives else plain)
     if plain != text:
         return f"shapes without {said}" if plain not in adjectives else f"shapes that are not {plain}"

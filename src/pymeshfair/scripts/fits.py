@@ -45,6 +45,10 @@ QUANTITIES: Mapping[str, tuple[str, str]] = {
     "border edges": ("border edges", ""),
     "triangle quality": ("triangle quality", ""),
 }
+#: quantities of which there are so many, and those that a sentence names with an article
+COUNTS, ARTICLE = ("vertices", "faces", "pieces", "border edges"), ("longest edge",)
+#: how the sentence ends about what was not measured, as there is nothing to measure
+UNKNOWN = "is not known"
 _NUMBER = r"[0-9][0-9,]*(?:\.[0-9]+)?|\.[0-9]+"
 _BOUNDS = re.compile(
     rf"(?:from (?P<from>{_NUMBER})|up to (?P<up>{_NUMBER})|(?P<low>{_NUMBER}) to (?P<high>{_NUMBER}))(?P<unit>.*)"
@@ -78,13 +82,14 @@ class Condition:
         """What the scan has in place of it, or in keeping with it, as the end of a sentence."""
         value = traits.get(self.trait)
         if value is None:
-            return f"its {self.trait} is not known"
+            return f"its {self.trait} {UNKNOWN}"
         word = WORDS.get(self.text.removeprefix("no "))
         if word is not None:
             return word[3] if word[1] <= value <= word[2] else word[4]
         unit = next((unit for trait, unit in QUANTITIES.values() if trait == self.trait), "")
-        shown = f"{value:,.0f}" if self.trait != "noise" and value == int(value) else f"{value:.2g}"
-        return f"{self.trait} is {shown}{f' {unit}' if unit else ''}"
+        if self.trait in COUNTS:
+            return f"there are {value:,.0f} {self.trait}"
+        return f"{'the ' if self.trait in ARTICLE else ''}{self.trait} is {value:.2g}{f' {unit}' if unit else ''}"
 
 
 def parse_fits(text: str) -> tuple[Condition, ...]:
