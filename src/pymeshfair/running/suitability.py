@@ -97,8 +97,9 @@ def judged(name: str, info: RecipeInfo, traits: Mapping[str, float]) -> Suitabil
 def ranked(traits: Mapping[str, float], heads: Sequence[RecipeHead] | None = None) -> list[Suitability]:
     """All shipped recipes, those first that fit, and of these first the ones that are made for most of what the scan is.
 
-    A recipe is the better known to fit the more conditions it sets, but for those of what the scan must not be; among equals the order is that of the tasks. One that says
-    that it is judged after another comes after that, if it fits too. Recipes that do not fit come by how little is in the way.
+    A recipe is the better known to fit the more conditions it sets, those of what a scan must not be aside; among equals the
+    order is that of the tasks. One that says that it is judged after another comes after that, if it fits too. Recipes that do
+    not fit come by how little is in the way.
     """
     heads = shipped_heads() if heads is None else heads
     behind = {head.name: head.info.behind for head in heads}
