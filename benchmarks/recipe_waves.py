@@ -24,7 +24,7 @@ def waves(vertices: Floats, faces: Ints, length: float) -> Floats:
     """
     stiffness = igl.cotmatrix(vertices, faces)
     mass = igl.massmatrix(vertices, faces, igl.MASSMATRIX_TYPE_VORONOI)
-    solver = splu((-stiffness - (2.0 * np.pi / length) ** 2 * mass).tocsc(), permc_spec="MMD_AT_PLUS_A")
+    solver = splu((-stiffness - (2.0 * np.pi / length) ** 2 * mass).tocsc())
     mixed = np.random.default_rng(0).normal(size=len(vertices))
     for _ in range(_STEPS):
         mixed = solver.solve(mass @ mixed)

@@ -3,9 +3,9 @@
     python benchmarks/recipes.py FOLDER [--only text,text] [--made] [--scans FOLDER] [--suggest]
 
 FOLDER has `NAME_noisy.ply` and `NAME_truth.ply` whose faces have the same numbers, and may have scans beside them. --made takes
-pairs of `denoising_pairs` in place of them: generated shapes, samples, and scans made smooth, none of them used to set ranges of
-recipes. For every pair and recipe there is the measure that the head of the recipe names under Judged, over the best of its
-rivals: 1.00 is as good, more is worse. In brackets where the pair is outside of what the recipe says that it fits.
+pairs of `denoising_pairs` in place of them: generated shapes, samples, and scans made smooth. For every pair and recipe there is
+the measure that the head of the recipe names under Judged, over the best of its rivals: 1.00 is as good, more is worse. In
+brackets where the pair is outside of what the recipe says that it fits.
 
 Rivals are MeshLab's Taubin filter (10 steps) and its two-step filter, each with its defaults, and `denoise`; of a recipe that is
 judged "in plain MeshLab" the first two. "normals" is the mean angle to the true normals; "waves" is measured on the surface

@@ -48,7 +48,7 @@ def measured_traits(
         found["facing"] = facing(points, triangles)
     if "longest edge" in names:
         lengths = edge_lengths(points, edges(triangles))
-        found["longest edge"] = float(lengths.max() / lengths.mean()) if len(lengths) and lengths.max() > 0.0 else 1.0
+        found["longest edge"] = float(1.0 / (lengths / lengths.max()).mean()) if len(lengths) and lengths.max() > 0.0 else 1.0
     if not names & {"noise", "sharpness", "camera noise"}:
         return found
     mesh = normalised_mesh(points, triangles)

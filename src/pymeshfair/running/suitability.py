@@ -43,6 +43,11 @@ class Suitability:
     unmet: tuple[tuple[str, str], ...]
 
     @property
+    def made_for(self) -> int:
+        """How many conditions that are met say what the scan is, and not what it is not."""
+        return sum(not text.startswith("no ") for text, _ in self.met)
+
+    @property
     def fits(self) -> bool:
         """Whether the recipe is for the scan."""
         return bool(self.met) and not self.unmet
@@ -91,15 +96,16 @@ def judged(name: str, info: RecipeInfo, traits: Mapping[str, float]) -> Suitabil
 def ranked(traits: Mapping[str, float], heads: Sequence[RecipeHead] | None = None) -> list[Suitability]:
     """All shipped recipes, those first that fit, and of these first the ones that are made for most of what the scan is.
 
-    A recipe is the better known to fit the more conditions it sets; among equals the order is that of the tasks. One that says
-    that it is judged after another comes after that, if it fits too. Recipes that do not fit come by how little is in the way.
+    A recipe is the better known to fit the more conditions it sets, those of what a scan must not be aside; among equals the
+    order is that of the tasks. One that says that it is judged after another comes after that, if it fits too. Recipes that do
+    not fit come by how little is in the way.
     """
     heads = shipped_heads() if heads is None else heads
     behind = {head.name: head.info.behind for head in heads}
     found = {head.name: judged(head.name, head.info, traits) for head in heads}
 
     def key(suited: Suitability) -> tuple[bool, int, int, int]:
-        return not suited.fits, len(suited.unmet), -len(suited.met), _place(suited.task)
+        return not suited.fits, len(suited.unmet), -suited.made_for, _place(suited.task)
 
     def place(suited: Suitability) -> tuple[tuple[bool, int, int, int], bool, int, str]:
         better = found.get(behind[suited.recipe])
@@ -108,7 +114,7 @@ def ranked(traits: Mapping[str, float], heads: Sequence[RecipeHead] | None = Non
         lifted = [key(found[name]) for name in found if behind[name] == suited.recipe and found[name].fits and suited.fits]
         leader = better if after and better is not None else suited
         group = min([key(leader), *lifted, *([key(suited)] if after else [])])
-        return group, after, -len(suited.met), suited.recipe
+        return group, after, -suited.made_for, suited.recipe
 
     return sorted(found.values(), key=place)
 
