@@ -14,7 +14,7 @@ from unicodedata import normalize
 from pymeshfair.declaration import Filter, Parameter, Percentage, nearest
 from pymeshfair.errors import UnknownNameError
 from pymeshfair.meshlab.former import Former, former_filters, parameter_facts
-from pymeshfair.recipe import TASKS, load_recipe, shipped_heads, shipped_recipes
+from pymeshfair.recipe import TASKS, load_recipe, shipped_heads, shipped_recipes, superseded_recipes
 from pymeshfair.registry import custom_filters
 
 DOCS = Path(__file__).parents[1] / "docs"
@@ -107,7 +107,9 @@ def recipes_page() -> str:
         "`pymeshfair run NAME scan.ply -o clean.ply`; `--set SETTING=VALUE` sets what a recipe names, and "
         "`--set STEP.PARAM=VALUE` any parameter. Written by `python tools/generate.py pages` from the scripts' "
         "head comments; the pictures, before and after, by `python tools/recipe_pictures.py` from samples of pymeshlab and "
-        "generated shapes.\n",
+        "generated shapes. Recipes that are superseded run as ever, and say what to take instead: "
+        + ", ".join(f"`{name}`" for name in superseded_recipes())
+        + ".\n",
         RECIPES_COMPARED,
         "| task | recipes |",
         "|---|---|",

@@ -125,6 +125,11 @@ def shipped_recipes() -> tuple[str, ...]:
     return tuple(sorted(_shipped()))
 
 
+def superseded_recipes() -> tuple[str, ...]:
+    """The names of those that pymeshfair ships besides because it once did, in alphabetical order."""
+    return tuple(sorted(_superseded()))
+
+
 @dataclass(frozen=True)
 class RecipeHead:
     """What a shipped recipe says of itself, known without looking at its filters.
