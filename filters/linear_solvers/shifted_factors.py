@@ -92,7 +92,8 @@ def _factorised(matrix: sparse.csc_matrix) -> Any:
         return None
 
 
-# A pass is limited by reading the factors from memory, which a second thread would not speed up.
+# A pass is limited by reading the factors from memory, which a second thread would not speed up. The row of a pivot is held in
+# eight variables, which the compiler keeps in registers; an array it would have to read and write at every entry.
 @compiled
 def _solve(starts: Any, rows: Ints, values: Floats, pivots: Floats, place: Ints, b: Floats, x: Floats) -> None:
     n, count = b.shape
@@ -101,21 +102,36 @@ def _solve(starts: Any, rows: Ints, values: Floats, pivots: Floats, place: Ints,
         for i in range(n):
             y[place[i], c] = b[i, c]
     for j in range(n):
-        for p in range(starts[j], starts[j + 1]):
-            i = rows[p]
-            if i != j:
+        s, t, u, v, w, q, r, z = y[j, 0], y[j, 1], y[j, 2], y[j, 3], y[j, 4], y[j, 5], y[j, 6], y[j, 7]
+        for p in range(np.uint64(starts[j]), np.uint64(starts[j + 1])):
+            k = np.uint32(rows[p])
+            if k != j:
                 value = values[p]
-                for c in range(_TOGETHER):
-                    y[i, c] -= value * y[j, c]
+                y[k, 0] -= value * s
+                y[k, 1] -= value * t
+                y[k, 2] -= value * u
+                y[k, 3] -= value * v
+                y[k, 4] -= value * w
+                y[k, 5] -= value * q
+                y[k, 6] -= value * r
+                y[k, 7] -= value * z
     for j in range(n - 1, -1, -1):
-        for c in range(_TOGETHER):
-            y[j, c] /= pivots[j]
-        for p in range(starts[j], starts[j + 1]):
-            i = rows[p]
-            if i != j:
+        d = pivots[j]
+        s, t, u, v = y[j, 0] / d, y[j, 1] / d, y[j, 2] / d, y[j, 3] / d
+        w, q, r, z = y[j, 4] / d, y[j, 5] / d, y[j, 6] / d, y[j, 7] / d
+        for p in range(np.uint64(starts[j]), np.uint64(starts[j + 1])):
+            k = np.uint32(rows[p])
+            if k != j:
                 value = values[p]
-                for c in range(_TOGETHER):
-                    y[j, c] -= value * y[i, c]
+                s -= value * y[k, 0]
+                t -= value * y[k, 1]
+                u -= value * y[k, 2]
+                v -= value * y[k, 3]
+                w -= value * y[k, 4]
+                q -= value * y[k, 5]
+                r -= value * y[k, 6]
+                z -= value * y[k, 7]
+        y[j, 0], y[j, 1], y[j, 2], y[j, 3], y[j, 4], y[j, 5], y[j, 6], y[j, 7] = s, t, u, v, w, q, r, z
     for c in range(count):
         for i in range(n):
             x[i, c] = y[place[i], c]

@@ -1,4 +1,4 @@
-"""The command line: one module a command."""
+"""The command line: ``app`` puts the commands together, one module a command."""
 
 from ..garbage import collect_seldom
 
