@@ -60,13 +60,13 @@ def remesh_region(
     border = border_vertices(triangles, len(points))
     beside = np.zeros(len(points), dtype=np.bool_)
     beside[triangles[border[triangles].any(axis=1)]] = True
-    chosen = chosen & ~beside
-    chosen[np.setdiff1d(np.arange(len(points)), triangles)] = False
-    if not chosen.any():
-        raise FilterInputError("nothing can be remade: all of the region lies at an open border, whose triangles stay")
     labels, count = connected_components(triangles, len(points))
-    used = np.zeros(len(points), dtype=np.bool_)
-    used[triangles] = True
+    used = labels >= 0  # not by triangles alone that name a vertex twice
+    chosen = chosen & ~beside & used
+    if not chosen.any():
+        raise FilterInputError(
+            "nothing can be remade: all of the region lies at an open border, whose triangles stay, or has no triangle"
+        )
     kept = np.bincount(labels[used & ~chosen], minlength=count) > 0
     if not kept[labels[used & chosen]].all():
         raise FilterInputError("a whole component is selected, so that nothing says where it belongs: select less than that")

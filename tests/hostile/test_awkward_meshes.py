@@ -53,6 +53,13 @@ def test_heights_below_rounding_are_no_noise(filter_name: str, number: int) -> N
     assert complaint_about(declared, awkward_mesh(number)[1], {"range_kernel": "lorentzian"}) is None
 
 
+@pytest.mark.parametrize("number", [8156, 8193, 8201])
+def test_regions_with_faces_that_name_a_vertex_twice(number: int) -> None:
+    """A vertex that only such a face uses belongs to no component, and is no part of a region that is remade."""
+    (declared,) = (f for f in custom_filters() if f.python_name == "apply_coord_region_fairing")
+    assert complaint_about(declared, awkward_mesh(number)[1], {"remesh": True}) is None
+
+
 @pytest.mark.parametrize(
     ("filter_name", "values"),
     [

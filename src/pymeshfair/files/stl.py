@@ -96,7 +96,7 @@ def _colour_doubts(data: bytes) -> Iterator[str]:
     head = data[:80]
     magics = b"COLOR=" in head
     if magics and not (b"COLOR=" in (seen := head.partition(b"\0")[0]) and b"MATERIAL=" in seen):
-        yield "the colours of its facets are those of Magics, in which MeshLab takes red for blue, as its head has a byte of 0"
+        yield "the colours of its facets are those of Magics, in which MeshLab takes red for blue, as it does not know the head"
     own = (bits & 0x8000 == 0) if magics else (bits & 0x8000 != 0)
     if not own.all():
         yield f"{int((~own).sum()):,} of its facets have no colour of their own, but MeshLab gives them one, mostly black"
