@@ -95,7 +95,7 @@ FIXED = AutomaticParameters("bilateral", "lorentzian", 0.12, 0.0, 1.5, "two_ring
 def settings(direction: RelaxationDirection, outliers: Outliers = "keep") -> tuple[tuple[Setting, ...], ...]:
     """The settings, a row a family: Taubin's steps, and each chain after each number of them, in that direction.
 
-    Where outliers are replaced there is a last row for each chain that moves nothing but them.
+    Where outliers are replaced there are more rows that move nothing but them: to where they are expected, and each chain after it.
     """
     families = [
         tuple(Setting(relaxation, outliers=outliers) for relaxation in TAUBIN),
@@ -140,7 +140,8 @@ class SettingsTried:
     def __call__(self, points: Floats, held: Ints) -> Sequence[Iterator[Floats]]:
         """The results for (n, 3) points of ordinary size, by the families of `settings`.
 
-        Where nothing but outliers moves the held-out vertices are moved like them: so well are they put back.
+        Where nothing but outliers moves the held-out vertices are moved like them, from where a quadric expects them: so well are
+        they put back.
         """
         fair = {0: points}
         for before, steps in pairwise(sorted({*TAUBIN, *RELAXATIONS})):
