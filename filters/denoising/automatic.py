@@ -65,8 +65,8 @@ def automatic_choice(
        predicts best must be nearer to the truth than the scan is, see `Scan.or_nothing`.
     4. If more vertices are far from the result than Gaussian noise has, the same setting is tried with such outliers taken away,
        see `without_outliers`. If more stand out from those around them, filters that keep edges keep them: step 2 once more
-       where they are replaced by what the others expect, the outlying vertices no evidence. Where the others are clean, nothing
-       but they is to move: this too is tried. Of these settings, run in full, `choose` takes one.
+       where they are replaced by what the others expect, the outlying vertices no evidence. Where the others are clean, see
+       `Scan.exact`, nothing but they is to move: this too is tried. Of these settings, run in full, `choose` takes one.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -138,8 +138,16 @@ class _Trial(NamedTuple):
         if replaced is None and scan.clean:
             return None
         direction = direction_for(scan.noise)
-        tried = SettingsTried(scan.faces, scan.normals, direction, border=self.border, movable=scan.movable, replaced=replaced)
-        evidence = scan.choose(tried, settings(direction, "keep" if replaced is None else "replace"))
+        alone = replaced is not None and scan.exact
+        tried = SettingsTried(
+            scan.faces,
+            scan.normals,
+            direction,
+            border=self.border,
+            movable=scan.movable,
+            replaced=replaced if alone else None,
+        )
+        evidence = scan.choose(tried, settings(direction, "keep" if replaced is None else "replace", alone=alone))
         return evidence if evidence is None or replaced is not None else scan.or_nothing(evidence)
 
     def best_of(self, few: Sequence[Setting]) -> Setting:

@@ -92,16 +92,19 @@ CHAINS: tuple[tuple[AutomaticParameters, tuple[int, ...]], ...] = (
 FIXED = AutomaticParameters("bilateral", "lorentzian", 0.12, 0.0, 1.5, "two_ring", 5, 30)
 
 
-def settings(direction: RelaxationDirection, outliers: Outliers = "keep") -> tuple[tuple[Setting, ...], ...]:
+def settings(
+    direction: RelaxationDirection, outliers: Outliers = "keep", *, alone: bool = True
+) -> tuple[tuple[Setting, ...], ...]:
     """The settings, a row a family: Taubin's steps, and each chain after each number of them, in that direction.
 
-    Where outliers are replaced there is a last row for each chain that moves nothing but them.
+    Where outliers are replaced and may move `alone`, more rows move nothing but them: to where they are expected, and each chain
+    after that.
     """
     families = [
         tuple(Setting(relaxation, outliers=outliers) for relaxation in TAUBIN),
         *(_family(relaxation, direction, chain, outliers) for relaxation in RELAXATIONS for chain in CHAINS),
     ]
-    if outliers == "replace":
+    if outliers == "replace" and alone:
         families += [(Setting(outliers="only"),), *(_family(0, direction, chain, "only") for chain in CHAINS)]
     return tuple(families)
 
@@ -128,7 +131,7 @@ class SettingsTried:
     ) -> None:
         """For (m, 3) triangles of n vertices with (n, 3) unit normals, along which "normal" moves them.
 
-        `replaced` are (n,) the outliers, where these have been replaced.
+        `replaced` are (n,) the outliers, where these have been replaced and may move alone.
         """
         self._faces, self._normals, self._border, self._movable = faces, normals, border, movable
         self._along, self._replaced = direction == "normal", replaced
@@ -140,7 +143,8 @@ class SettingsTried:
     def __call__(self, points: Floats, held: Ints) -> Sequence[Iterator[Floats]]:
         """The results for (n, 3) points of ordinary size, by the families of `settings`.
 
-        Where nothing but outliers moves the held-out vertices are moved like them: so well are they put back.
+        Where nothing but outliers moves the held-out vertices are moved like them, from where a quadric expects them: so well are
+        they put back.
         """
         fair = {0: points}
         for before, steps in pairwise(sorted({*TAUBIN, *RELAXATIONS})):

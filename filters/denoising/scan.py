@@ -20,6 +20,9 @@ _INDEPENDENT, _SURFACE = 0.05, 0.2
 # Meshes as they come have up to so much noise, in mean edges, by `calm_noise`; scans smoothed or decimated, whose neighbours
 # agree somewhat, up to the second. Noise of 0.05 edges has 0.036 to 0.053, of 0.1 edges 0.06 and more.
 _MESHING, _SMOOTHED = 0.03, 0.045
+# Where spikes have been replaced what is left agrees by 0.09 and more on clean parts, and by less than 0.05 if others are noisy
+# too, be it in one half of the mesh. On a ball with bumps it does not, but hardly anything is left.
+_EXACT = 0.005
 # Even noise is so many times what `calm_noise` says of it: 1.2 to 1.5 on parts, figures and surfaces.
 _EVEN = 1.3
 # A vertex of a plane with even noise s is sqrt(1 + 1/6) s from the mean of its six neighbours, and s from the plane: 0.93 of it.
@@ -97,6 +100,11 @@ class Scan:
     def clean(self) -> bool:
         """Whether there is no noise to speak of: hardly any where it is calmest, or what is left is surface."""
         return self.calm < _MESHING or self.agreement > _SURFACE or (self.agreement > _INDEPENDENT and self.calm < _SMOOTHED)
+
+    @property
+    def exact(self) -> bool:
+        """Whether there is so little noise that most vertices are best left where they are, uneven noise not being clean."""
+        return self.agreement > _INDEPENDENT or self.calm < _EXACT
 
     def choose(
         self, candidates: Candidates, labels: Sequence[Sequence[Label]], *, all_stay: bool = False

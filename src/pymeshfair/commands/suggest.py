@@ -143,7 +143,7 @@ def _contest(values: dict[str, Any], most: int = 6) -> list[str]:
     lines = [f"tried on held-out vertices: {len(tried)} settings were not ruled out at once; error in mean edges of"]
     for trial in shown if tried[0] in shown else [*shown, tried[0]]:
         parameters = trial["parameters"]
-        steps = ["outliers replaced"] if trial["outliers"] == "replace" else []
+        steps = {"keep": [], "replace": ["outliers replaced"], "only": ["outliers alone replaced"]}[trial["outliers"]]
         if trial["relaxation"]:
             steps.append(f"{trial['relaxation']} Taubin steps")
         if parameters is not None:
