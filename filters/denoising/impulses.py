@@ -59,6 +59,8 @@ def without_outliers(
     calmed, outlying = replace_outlying(vertices, faces, movable)
     if outlying.any() or outliers == "replace" or certain is not None:
         smoothed = smooth(calmed, movable)
+        if np.array_equal(smoothed, calmed):
+            return calmed  # without a filter there is nothing to find them by again
         normals = smooth_normals(smoothed, faces)
         slid = have_slid(vertices, faces, normals, outlying)
         outlying = far_from(vertices, faces, smoothed, movable)
