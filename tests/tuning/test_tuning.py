@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -84,7 +85,7 @@ def test_the_head_of_a_saved_recipe_can_be_read_back() -> None:
     recipe = load_recipe("smooth_implicit")
     words = saved_comment(recipe, "a--b<!-- \x07.ply", "softer -- --> end -")
     assert "tuned on a" in words
-    script = recipe.script.__class__(recipe.script.steps, words)
+    script = replace(recipe.script, comment=words)
     assert parse_script(format_script(script).encode(), "x.mlx").steps == recipe.script.with_defaults().steps
 
 
