@@ -3,10 +3,9 @@
 from .abandonable import abandonable
 from .progress import Progress, ignore_progress, part_of, rising
 from .tasks import in_parallel, over_range
-from .threads import SERIAL_BELOW, threads_for
+from .threads import threads_for
 
 __all__ = [
-    "SERIAL_BELOW",
     "Progress",
     "abandonable",
     "ignore_progress",

@@ -15,8 +15,8 @@ from .progress import Progress
 
 #: Into so many parts for each thread a loop over a large mesh is cut: enough that no thread waits long for another.
 _PARTS = 8
-#: Waking a thread that is kept costs so many times less than what `SERIAL_BELOW` is made for.
-_KEPT_THREADS_COST_LESS = 16
+#: No part is smaller than this share of `SERIAL_BELOW`: a loop is often one of many that several threads call already.
+_LEAST_PART = 0.625
 #: Seconds after which the progress is reported again while a long task runs, so that the caller can stop the work.
 _PATIENCE = 0.2
 
@@ -57,7 +57,7 @@ def over_range(kernel: Callable[..., None], count: int, *arguments: Any) -> None
         count: of vertices or faces.
         *arguments: of the kernel.
     """
-    parts = min(_PARTS * allowed_threads(), count // max(1, threads.SERIAL_BELOW // _KEPT_THREADS_COST_LESS))
+    parts = min(_PARTS * allowed_threads(), count // max(1, int(_LEAST_PART * threads.SERIAL_BELOW)))
     others = min(allowed_threads(), parts) - 1
     if others < 1:
         kernel(*arguments, 0, count)

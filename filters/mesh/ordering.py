@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..compilation import compiled
-from ..execution import SERIAL_BELOW, over_range
+from ..execution import over_range
 from .arrays import Floats, Ints
 
 # A vertex and its neighbours up to this distance on both sides take a third of a second-level cache of 1 MB.
@@ -18,6 +18,8 @@ _SWEEPS_A_REORDERING_COSTS = 8
 _THICK, _MOST_SLABS = 2.0, 4096
 # The slabs span the points but for this share on either side, so that a few far ones do not make them thick.
 _STRAY = 0.01
+#: Of fewer vertices a sweep finds most in the processor's caches, in any order.
+FITS_IN_CACHE = 200_000
 # Triangles are sorted by runs of so many of their lowest vertices.
 _RUN = 64
 
@@ -33,7 +35,7 @@ def worth_reordering(faces: Ints, n_vertices: int, sweeps: float = math.inf) -> 
         n_vertices: n.
         sweeps: how many times a kernel will visit every one-ring; by default, more often than matters.
     """
-    if n_vertices < SERIAL_BELOW or len(faces) == 0 or sweeps < _SWEEPS_A_REORDERING_COSTS:
+    if n_vertices < FITS_IN_CACHE or len(faces) == 0 or sweeps < _SWEEPS_A_REORDERING_COSTS:
         return False
     sample = faces[:: max(1, len(faces) // _SAMPLE)].astype(np.int64)
     return bool((np.abs(sample[:, 0] - sample[:, 1]) > _NEAR).mean() > 0.25)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..execution import SERIAL_BELOW
 from ..libraries import sparse
 from ..mesh import Floats, Ints
 
+#: Of fewer rows a product finds most in the processor's caches, in any order.
+FITS_IN_CACHE = 200_000
 #: A large matrix is reordered if more than this share of its entries lies far from the diagonal ...
 _SCATTERED = 0.2
 #: ... farther than this many columns, ...
@@ -24,7 +25,7 @@ def nearby_order(matrix: sparse.csr_matrix, products: int) -> Ints | None:
         products: how many are to come, with one column each.
     """
     n = matrix.shape[0]
-    if n < SERIAL_BELOW or products < _PRODUCTS_AN_ORDER_COSTS:
+    if n < FITS_IN_CACHE or products < _PRODUCTS_AN_ORDER_COSTS:
         return None
     rows = np.repeat(np.arange(n, dtype=matrix.indices.dtype), np.diff(matrix.indptr))
     if (np.abs(rows - matrix.indices) > _NEAR).mean() < _SCATTERED:

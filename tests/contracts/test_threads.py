@@ -18,8 +18,8 @@ def test_two_threads_give_the_same_bits(variant: Variant, monkeypatch: pytest.Mo
     expected = outcome_of(variant)
     monkeypatch.setattr("pymeshfair.filters.execution.threads.SERIAL_BELOW", 0)
     for name, module in list(sys.modules.items()):
-        if name.startswith("pymeshfair.filters.") and hasattr(module, "SERIAL_BELOW"):
-            monkeypatch.setattr(module, "SERIAL_BELOW", 0)
+        if name.startswith("pymeshfair.filters.") and hasattr(module, "FITS_IN_CACHE"):
+            monkeypatch.setattr(module, "FITS_IN_CACHE", 0)
     before = numba.get_num_threads()
     numba.set_num_threads(2)
     try:
