@@ -18,6 +18,7 @@ def draw(run: Run, path: Path) -> None:
 
     mpl.use("Agg")
     mpl.rcParams["svg.hashsalt"] = "performance"
+    mpl.rcParams["svg.fonttype"] = "none"  # texts, which are shorter than outlines of letters
     from matplotlib import pyplot
 
     names = [n for n in CONTESTS if len({b.size for b in run.blocks if b.contest == n and b.order == "scan"}) > 1]
