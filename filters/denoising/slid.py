@@ -26,9 +26,9 @@ def have_slid(vertices: Floats, faces: Ints, normals: Floats, outlying: Bools) -
         normals: (n, 3) unit normals of a smoothed copy.
         outlying: (n,) the outliers.
     """
-    _, lengths, usual = _ways_back(vertices, faces, normals, outlying)
     if not outlying.any():
         return False
+    _, lengths, usual = _ways_back(vertices, faces, normals, outlying)
     return bool(np.median(lengths[outlying]) > max(_SLID * usual, _LEAST * mean_edge_length(vertices, faces)))
 
 

@@ -98,6 +98,21 @@ def _sizes(points: Floats, rings: OneRings, normals: Floats, hidden: Bools) -> F
 
 
 @compiled(nogil=True)
+def _gather_around(i: int, values: Floats, offsets: Longs, neighbours: Ints, ignored: Bools, seen: Ints, around: Floats) -> int:
+    """Put the values in the two rings around a vertex, but those that are ignored, into `around`; how many there are."""
+    count = 0
+    for near in range(offsets[i], offsets[i + 1]):
+        g = neighbours[near]
+        for far in range(offsets[g] - 1, offsets[g + 1]):
+            j = g if far < offsets[g] else neighbours[far]
+            if j == i or ignored[j] or count == _MOST or (seen[:count] == j).any():
+                continue
+            seen[count], around[count] = j, values[j]
+            count += 1
+    return count
+
+
+@compiled(nogil=True)
 def _stand_out(
     sizes: Floats, offsets: Longs, neighbours: Ints, ignored: Bools, level: float, found: Bools, first: int, last: int
 ) -> None:
@@ -106,19 +121,14 @@ def _stand_out(
     for i in range(first, last):
         if ignored[i] or sizes[i] <= level:
             continue
-        count, largest = 0, True
+        largest = True
         for near in range(offsets[i], offsets[i + 1]):
             g = neighbours[near]
-            if not ignored[g] and sizes[g] > sizes[i]:
-                largest = False
-                break
-            for far in range(offsets[g] - 1, offsets[g + 1]):
-                j = g if far < offsets[g] else neighbours[far]
-                if j == i or ignored[j] or count == _MOST or (seen[:count] == j).any():
-                    continue
-                seen[count], around[count] = j, sizes[j]
-                count += 1
-        found[i] = largest and count > 0 and sizes[i] > _STANDS_OUT * np.median(around[:count])
+            largest &= ignored[g] or not sizes[g] > sizes[i]
+        if not largest:
+            continue
+        count = _gather_around(i, sizes, offsets, neighbours, ignored, seen, around)
+        found[i] = count > 0 and sizes[i] > _STANDS_OUT * np.median(around[:count])
 
 
 @compiled(nogil=True)
@@ -130,15 +140,7 @@ def _differ(
     for i in range(first, last):
         if ignored[i] or not abs(heights[i]) > level:
             continue
-        count = 0
-        for near in range(offsets[i], offsets[i + 1]):
-            g = neighbours[near]
-            for far in range(offsets[g] - 1, offsets[g + 1]):
-                j = g if far < offsets[g] else neighbours[far]
-                if j == i or ignored[j] or count == _MOST or (seen[:count] == j).any():
-                    continue
-                seen[count], around[count] = j, heights[j]
-                count += 1
+        count = _gather_around(i, heights, offsets, neighbours, ignored, seen, around)
         middle = np.median(around[:count]) if count else 0.0
         usual = np.median(np.abs(around[:count] - middle)) if count else 0.0
         found[i] = abs(heights[i] - middle) > max(level, _OF_THOSE_AROUND * usual)

@@ -83,8 +83,8 @@ def batch(
 
     if scheduler is not None and jobs is not None:
         raise typer.BadParameter("the workers of a scheduler say themselves how many scans they take", param_hint="--jobs")
-    if no_measures and report:
-        raise typer.BadParameter("a report shows measures: leave it out, or --no-measures", param_hint="--report")
+    if report:
+        options.check_measured(no_measures=no_measures)
     overrides = tuple(set or ())
     found = load_recipe(recipe, upgrade=upgrade).override(overrides)
     settings = Settings(

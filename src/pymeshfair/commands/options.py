@@ -58,6 +58,16 @@ NoMeasures = Annotated[
 ]
 
 
+def check_measured(*, no_measures: bool) -> None:
+    """Refuse a report of what was not measured.
+
+    Raises:
+        typer.BadParameter: nothing is to be measured.
+    """
+    if no_measures:
+        raise typer.BadParameter("a report shows measures: leave it out, or --no-measures", param_hint="--report")
+
+
 def memory_limit(text: str | None) -> int | None:
     """The bytes that ``--memory`` means."""
     from ..running.memory import parse_memory

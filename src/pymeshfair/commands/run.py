@@ -24,6 +24,7 @@ from .options import (
     SetValues,
     Unchecked,
     Upgrade,
+    check_measured,
     guards,
     memory_limit,
 )
@@ -84,8 +85,7 @@ def run(
 
     if report is not None:
         check_report(report, up)
-        if no_measures:
-            raise typer.BadParameter("a report shows measures: leave it out, or --no-measures", param_hint="--report")
+        check_measured(no_measures=no_measures)
     with EarlyProcess(is_wanted=not tiles) as worker:
         from ..recipe import load_recipe
         from ..running.job import Job
