@@ -1,14 +1,16 @@
 """How near the setting that held-out vertices choose comes to the best of all that are tried, found with the truth at hand.
 
     python benchmarks/denoising_choice.py [--half looked_at|unseen|clean] [--scans FOLDER] [--only text,text] [--seeds N]
-                                          [--ablations] [--without clip,masks,flatness,equal,normal,outliers]
+                                          [--ablations] [--without clip,masks,flatness,equal,normal,outliers] [--processes N]
 
 Prints, for every noisy mesh of `denoising_pairs`, the mean angle to the true normals of the best setting, and over it those of
-nothing, of the best number of Taubin's steps, and of the choice; and the mean displacement of the vertices in mean edges.
+nothing, of the best number of Taubin's steps, and of the choice, in the mean and at worst; and the mean displacement of the
+vertices in mean edges.
 --seeds repeats the choice with other vertices held out.
 --without leaves a step of the method out: outliers are not clipped (clip), only one set is held out (masks), the least error of
 held-out vertices decides alone (equal), or among those as good the least movement (flatness), Taubin's steps go in all directions
-(normal), spikes are kept (outliers). --ablations adds a column for each of these. Seconds are of the processor.
+(normal), spikes are kept (outliers). --ablations adds a column for each of these, the mean angle without it over the best.
+Seconds are of the processor, of one choice.
 "clean" denoises meshes without noise and prints how far they are moved.
 """
 
@@ -17,14 +19,17 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from functools import partial
+from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from denoising_holdouts import SAMPLES, measured, taken
+from denoising_memory import remembering
 from denoising_metrics import Floats
 from denoising_pairs import Maker, NoisyPair, looked_at, made, unseen
 
@@ -44,7 +49,8 @@ from pymeshfair.filters.evidence import choose, judge, looks
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.mesh import Bools
 
-COLUMNS = ("nothing", "Taubin", "choice", "moved", "best's")
+#: of a pair; "worst" is of the choice, over the seeds
+COLUMNS = ("nothing", "Taubin", "choice", "worst", "moved", "best's")
 #: no vertex is held out
 NOBODY = np.empty(0, dtype=np.int32)
 #: fewer outliers than this share of the vertices change no mean angle
@@ -108,31 +114,68 @@ def of_choice(pair: NoisyPair, found: dict[Setting, tuple[float, float]], seed: 
     return measured(setting.apply(pair.noisy, pair.faces, border="along", movable=None), pair.truth, pair.faces)
 
 
-def contest(pairs: Iterable[NoisyPair], seeds: int, ablations: bool) -> None:
-    """Print a row for every pair and seed, and the means."""
-    rows = []
-    columns = (*COLUMNS, *steps()) if ablations else COLUMNS
-    print("mesh                faces   best " + " ".join(f"{name:>8}" for name in columns) + "     s")
-    for pair in pairs:
-        found = of_settings(pair)
-        best, its = min(found.values())
-        taubin = min(angle for s, (angle, _) in found.items() if s.parameters is None and s.outliers == "keep")
-        nothing = found[Setting()][0]
-        for seed in range(seeds):
+class Row(NamedTuple):
+    """A pair: the best angle, and over it those of the others, each value one of a seed; see `COLUMNS`."""
+
+    name: str
+    faces: int
+    best: float
+    values: Floats
+    seconds: float
+
+    def __str__(self) -> str:
+        """As it is printed."""
+        shown = " ".join(f"{value:8.3f}" for value in summary(self.values))
+        return f"{self.name:18} {self.faces:6} {self.best:6.2f} {shown} {self.seconds:5.1f}"
+
+
+def summary(values: Floats) -> Floats:
+    """The means over the rows, the worst choice put in after the mean one."""
+    after = COLUMNS.index("worst")
+    return np.insert(values.mean(axis=0), after, values[:, after - 1].max())
+
+
+def compared(pair: NoisyPair, seeds: int, steps_left_out: Sequence[str]) -> Row:
+    """The choice on a pair with as many sets of held-out vertices, and without each of the steps."""
+    found = of_settings(pair)
+    best, its = min(found.values())
+    taubin = min(angle for s, (angle, _) in found.items() if s.parameters is None and s.outliers == "keep")
+    rows, seconds = [], 0.0
+    for seed in range(seeds):
+        with remembering():
             start = time.process_time()
             angle, moved = of_choice(pair, found, seed)
-            seconds = time.process_time() - start
-            row = [nothing / best, taubin / best, angle / best, moved, its]
-            for step in columns[len(COLUMNS) :]:
+            seconds += (time.process_time() - start) / seeds
+            row = [found[Setting()][0] / best, taubin / best, angle / best, moved, its]
+            for step in steps_left_out:
                 with left_out([step]):
                     row.append(of_choice(pair, found, seed)[0] / best)
+        rows.append(row)
+    return Row(pair.name, len(pair.faces), best, np.array(rows), seconds)
+
+
+def contest(half: str, options: argparse.Namespace) -> None:
+    """Print a row for every pair, and the means."""
+    shapes = {"looked_at": looked_at, "unseen": unseen}[half](options.scans)
+    pairs = made(shapes, [text for text in options.only.split(",") if text])
+    ablated = list(steps()) if options.ablations else []
+    print("mesh                faces   best " + " ".join(f"{name:>8}" for name in (*COLUMNS, *ablated)) + "     s")
+    rows = []
+    with ProcessPoolExecutor(options.processes, mp_context=get_context("spawn")) as pool:
+        for row in pool.map(partial(compared_without, options.without, options.seeds, ablated), pairs):
             rows.append(row)
-            shown = " ".join(f"{value:8.3f}" for value in rows[-1])
-            print(f"{pair.name:18} {len(pair.faces):6} {best:6.2f} {shown} {seconds:5.1f}", flush=True)
+            print(row, flush=True)
     if not rows:
         raise SystemExit("no mesh has such a name")
-    for name, values in (("mean", np.mean(rows, axis=0)), ("worst", np.max(rows, axis=0))):
+    every = np.array([summary(row.values) for row in rows])
+    for name, values in (("mean", every.mean(axis=0)), ("worst", every.max(axis=0))):
         print(f"{name:32} " + " ".join(f"{value:8.3f}" for value in values))
+
+
+def compared_without(names: str, seeds: int, ablated: Sequence[str], pair: NoisyPair) -> Row:
+    """`compared` in a process of its own, by the method without some steps."""
+    with left_out(filter(None, names.split(","))):
+        return compared(pair, seeds, ablated)
 
 
 def clean_meshes(scans: Path | None) -> None:
@@ -157,13 +200,13 @@ def main() -> int:
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--without", default="", help="steps of the method, with commas")
     parser.add_argument("--ablations", action="store_true", help="more columns: the choice without each step")
+    parser.add_argument("--processes", type=int, default=1, help="so many pairs at once")
     options = parser.parse_args()
+    if options.half != "clean":
+        contest(options.half, options)
+        return 0
     with left_out(filter(None, options.without.split(","))):
-        if options.half == "clean":
-            clean_meshes(options.scans)
-            return 0
-        shapes = {"looked_at": looked_at, "unseen": unseen}[options.half](options.scans)
-        contest(made(shapes, [text for text in options.only.split(",") if text]), options.seeds, options.ablations)
+        clean_meshes(options.scans)
     return 0
 
 
