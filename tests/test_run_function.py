@@ -28,3 +28,15 @@ def test_a_file_goes_through_a_recipe_with_its_settings_and_record(tmp_path: Pat
     assert "rounds" in {s.name for s in recipe.script.settings}
     again = pymeshfair.run("denoise_meshlab_only", tmp_path / "ball.ply", tmp_path / "clean.ply", set=["rounds=3"])
     assert again.record["output"]["sha256"] == result.record["output"]["sha256"]
+
+
+def test_a_run_without_measures_writes_the_same_bytes(tmp_path: Path) -> None:
+    """What is left out is said in the record; the output is the same."""
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(*noisy(icosphere(2), 0.01)))
+    meshes.save_current_mesh(str(tmp_path / "ball.ply"))
+    measured = pymeshfair.run("smooth_taubin", tmp_path / "ball.ply", tmp_path / "with.ply")
+    without = pymeshfair.run("smooth_taubin", tmp_path / "ball.ply", tmp_path / "without.ply", measures=False)
+    assert (tmp_path / "without.ply").read_bytes() == (tmp_path / "with.ply").read_bytes()
+    assert without.record["options"] == {"no_measures": True}
+    assert "options" not in measured.record

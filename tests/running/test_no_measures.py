@@ -42,7 +42,7 @@ def test_the_record_says_that_none_were_taken(tmp_path: Path) -> None:
 def test_limits_are_refused(tmp_path: Path) -> None:
     """Limits of the job, or of the recipe, are refused before anything is done, by name."""
     job = Job(recipe_of(SMOOTH), BONE, tmp_path / "out.ply", measures=False, guards=Guards.parse({"max_displacement": "1%"}))
-    with pytest.raises(ParameterError, match=r"max-displacement 1.0%; leave out --no-measures, or the limits"):
+    with pytest.raises(ParameterError, match=r"max-displacement 1.0%; leave out --no-measures \(measures=False\), or the limits"):
         run_job(job)
     assert names_in(tmp_path) == set()
 

@@ -20,6 +20,7 @@ def run(
     others: Sequence[str | os.PathLike[str]] = (),
     overwrite: bool = False,
     timeout: float | None = None,
+    measures: bool = True,
     on_event: Callable[[Event], None] = lambda event: None,
 ) -> RunResult:
     """Clean a mesh file with a recipe, as ``pymeshfair run`` does, in a process of its own::
@@ -37,6 +38,7 @@ def run(
         overwrite: replace `output`, whatever it is. Without, an existing file is replaced only if it is, to the byte, what a
             former run wrote there from the same input.
         timeout: seconds, or None.
+        measures: measure the mesh before and after. Without, the run is faster, keeps no limits, and has nothing to compare.
         on_event: called with each event of the run.
 
     Returns:
@@ -49,4 +51,4 @@ def run(
     if settings or set:
         chosen = copy.copy(chosen)
         chosen.set(*set, **(settings or {}))
-    return chosen.run(input, output, others=others, overwrite=overwrite, timeout=timeout, on_event=on_event)
+    return chosen.run(input, output, others=others, overwrite=overwrite, timeout=timeout, measures=measures, on_event=on_event)

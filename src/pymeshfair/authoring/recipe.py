@@ -67,8 +67,6 @@ class Recipe(FilterMethods):
         recipe._script, recipe._changes = found.script, found.changes
         return recipe
 
-    # --------------------------------------------------------------------------------------------------------- building
-
     def apply_filter(self, filter_name: str, **kwargs: Any) -> dict[str, Any]:
         """Make a filter the next step.
 
@@ -131,8 +129,6 @@ class Recipe(FilterMethods):
         """
         self._script = with_limits(self._script, limits)
 
-    # ---------------------------------------------------------------------------------------------------------- reading
-
     @property
     def script(self) -> Script:
         """The steps with their values, the settings, the comment and the limits, as they are now."""
@@ -192,8 +188,6 @@ class Recipe(FilterMethods):
             diagonal = inspect_mesh(Path(mesh))["diagonal"]
         return script_warnings(self._script, layers=layers, diagonal=diagonal)
 
-    # ----------------------------------------------------------------------------------------------- running and saving
-
     def apply(self, meshes: MeshSet) -> list[dict[str, Any]]:
         """Apply all steps to the current mesh of a mesh set; what each of them reports. Limits are not looked at.
 
@@ -214,6 +208,7 @@ class Recipe(FilterMethods):
         others: Sequence[str | os.PathLike[str]] = (),
         overwrite: bool = False,
         timeout: float | None = None,
+        measures: bool = True,
         on_event: Callable[[Event], None] = lambda event: None,
     ) -> RunResult:
         """Clean a mesh file in a process of its own, as ``pymeshfair run`` does: the output and its record appear whole or not.
@@ -224,6 +219,7 @@ class Recipe(FilterMethods):
             others: mesh files for the layers 1, 2 ... that the recipe names.
             overwrite: replace `output`, whatever it is.
             timeout: seconds, or None.
+            measures: measure the mesh before and after. Without, the run is faster and keeps no limits.
             on_event: called with each event of the run.
 
         Raises:
@@ -237,6 +233,7 @@ class Recipe(FilterMethods):
             others=tuple(map(Path, others)),
             overwrite=overwrite,
             timeout=timeout,
+            measures=measures,
             warnings=(*meaning, *script_warnings(self._script, layers=1 + len(others))),
         )
         return run_job(job, on_event)
