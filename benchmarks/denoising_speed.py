@@ -28,8 +28,8 @@ import numpy as np
 from denoising_findings import chest
 from diffusion import make_mesh
 
+from pymeshfair.filters.denoising import FIXED, AutomaticParameters
 from pymeshfair.filters.denoising.automatic import denoise_automatically
-from pymeshfair.filters.denoising.candidates import FIXED, AutomaticParameters
 from pymeshfair.filters.denoising.normal_filtering import normal_filtering
 
 Mesh = tuple[np.ndarray, np.ndarray]

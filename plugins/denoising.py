@@ -16,6 +16,7 @@ from pymeshfair.filters.denoising import (
     FIXED,
     OUTLIERS,
     RELAXATION_DIRECTIONS,
+    REPERTOIRE,
     VERTEX_UPDATES,
     AutomaticChoice,
     AutomaticParameters,
@@ -162,7 +163,7 @@ def apply_coord_normal_filtering(
     """Removes noise and keeps edges: filters the normals of the faces robustly, then moves the vertices so that the faces follow.
 
     Without any parameter many settings are tried, and the one is taken that best predicts vertices which it has not seen; what is
-    given replaces a part of that. Returns the parameters that were used, what the mesh was found to be, what was tried, the mean
+    given, all of them have. Returns the parameters that were used, what the mesh was found to be, what was tried, the mean
     displacement of the vertices in mean edges ("drift"), and the number of faces that look away from those around them, before
     and after ("folded_before", "folded_after").
     """
@@ -257,7 +258,7 @@ def _filtered(layer: Layer, effective: dict[str, Any], border: BorderPolicy, mov
 def _completed(
     layer: Layer, given: dict[str, Any], choice: Chooser, *, unused: AbstractSet[str] = frozenset()
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The given parameters and those that are chosen for the mesh where none is given; and what the choice rests on.
+    """The given parameters and those that are chosen for the mesh where none is given, to go with them; and what that rests on.
 
     The mesh is only looked at if the choice has a say.
     """
@@ -265,7 +266,9 @@ def _completed(
         return {**DEFAULTS, **given}, {}
     if choice == "fixed":
         return {**DEFAULTS, **asdict(FIXED), **given}, {}
-    made = automatic_choice(layer.vertices, layer.faces)
+    # Passes are no part of what is tried: twenty of them would cost twenty times as much.
+    tried = REPERTOIRE.narrowed(**{name: value for name, value in given.items() if name not in {"normal_iterations", *unused}})
+    made = automatic_choice(layer.vertices, layer.faces, repertoire=tried)
     chosen = _parameters(made.setting)
     if made.setting.parameters is None:
         # A mesh that asks for no normal filtering: what is given is then completed as the authors of the filter would.

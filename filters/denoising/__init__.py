@@ -2,7 +2,7 @@
 
 from .automatic import AutomaticChoice, automatic_choice, denoise_automatically
 from .bilateral import JONES_BORDERS, JonesBorder, bilateral_fleishman, bilateral_jones
-from .candidates import FIXED, AutomaticParameters, Setting, SettingsTried, settings
+from .candidates import SettingsTried
 from .clouds import bilateral_projection
 from .face_neighbourhoods import NEIGHBORHOODS, Neighborhood
 from .folded_faces import folded_faces
@@ -14,6 +14,7 @@ from .normal_filters import RANGE_MEASURES, SPACE_KERNELS, RangeMeasure, SpaceKe
 from .parts import distances_of_part, needs_distance, rings_of_round, round_of_part
 from .preparation import denoised
 from .relaxation import RELAXATION_DIRECTIONS, RelaxationDirection, direction_for
+from .repertoire import FIXED, REPERTOIRE, AutomaticParameters, Repertoire, Setting, settings
 from .scan import Scan
 from .vertex_update import VERTEX_UPDATES, VertexUpdate
 
@@ -25,6 +26,7 @@ __all__ = [
     "OUTLIERS",
     "RANGE_MEASURES",
     "RELAXATION_DIRECTIONS",
+    "REPERTOIRE",
     "SPACE_KERNELS",
     "VERTEX_UPDATES",
     "AutomaticChoice",
@@ -37,6 +39,7 @@ __all__ = [
     "Outliers",
     "RangeMeasure",
     "RelaxationDirection",
+    "Repertoire",
     "Scan",
     "Setting",
     "SettingsTried",

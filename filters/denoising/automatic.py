@@ -15,11 +15,12 @@ from ..evidence import Choice
 from ..execution import Progress, ignore_progress, part_of, rising
 from ..mesh import Bools, Floats, Ints, check_mesh, check_movable, normalised_mesh
 from ..topology import BorderPolicy
-from .candidates import AutomaticParameters, Setting, SettingsTried, settings
+from .candidates import SettingsTried
 from .designed import is_designed
-from .impulses import far_from, replace_outlying
+from .impulses import Outliers, far_from, replace_outlying
 from .noise_level import NoiseEstimate, estimate_noise
 from .relaxation import direction_for
+from .repertoire import REPERTOIRE, AutomaticParameters, Repertoire, Setting, settings
 from .scan import Scan
 from .shared_noise import neighbours_share_noise
 
@@ -54,6 +55,7 @@ def automatic_choice(
     border: BorderPolicy = "along",
     movable: ArrayLike | None = None,
     seed: int = 0,
+    repertoire: Repertoire = REPERTOIRE,
     progress: Progress = ignore_progress,
 ) -> AutomaticChoice:
     """Find how a mesh is denoised.
@@ -74,6 +76,8 @@ def automatic_choice(
         border: see `normal_filtering`.
         movable: (n,) bool, which vertices may move, None for all. The others are not evidence.
         seed: other vertices are held out for another number.
+        repertoire: what is chosen from; `Repertoire.narrowed` leaves what agrees with given parameters. `RANGE_MAP` and doing
+            nothing are not among it.
         progress: called with the share that is done; may raise to stop.
 
     Returns:
@@ -89,7 +93,7 @@ def automatic_choice(
         return AutomaticChoice("clean", Setting(), noise)
     if neighbours_share_noise(mesh.points, mesh.cells, noise):
         return AutomaticChoice("range map", RANGE_MAP, noise)
-    trial = _Trial(Scan.of(vertices, faces, movable=movable, seed=seed, progress=rising(progress)), border)
+    trial = _Trial(Scan.of(vertices, faces, movable=movable, seed=seed, progress=rising(progress)), border, repertoire)
     scan, evidence = trial.scan, trial.of_settings()
     setting = _chosen(evidence, Setting())
     found = {setting: evidence}
@@ -97,10 +101,11 @@ def automatic_choice(
         found[replace(setting, outliers="replace")] = evidence
     calmed, outlying = replace_outlying(scan.points, scan.faces, scan.movable)
     if np.mean(outlying) > _IMPULSIVE:
-        evidence = _Trial(replace(scan, points=calmed, replaced=outlying), border).of_settings()
+        evidence = trial._replace(scan=replace(scan, points=calmed, replaced=outlying)).of_settings()
         found[_chosen(evidence, Setting(outliers="only"))] = evidence
-    setting = trial.best_of(list(found))
-    return AutomaticChoice("clean" if setting == Setting() else "noisy", setting, noise, found[setting])
+    allowed = [candidate for candidate in found if repertoire.outliers in (None, candidate.outliers)]
+    setting = trial.best_of(allowed) if allowed else replace(setting, outliers=repertoire.outliers or "keep")
+    return AutomaticChoice("clean" if setting == Setting() else "noisy", setting, noise, found.get(setting, evidence))
 
 
 def _chosen(evidence: Choice[Setting] | None, nothing: Setting) -> Setting:
@@ -131,13 +136,14 @@ class _Trial(NamedTuple):
 
     scan: Scan
     border: BorderPolicy
+    repertoire: Repertoire
 
     def of_settings(self) -> Choice[Setting] | None:
         """What the held-out vertices say of all settings; None if they say nothing, or nothing is to be done."""
         scan, replaced = self.scan, self.scan.replaced
         if replaced is None and scan.clean:
             return None
-        direction = direction_for(scan.noise)
+        direction = self.repertoire.relaxation_direction or direction_for(scan.noise)
         alone = replaced is not None and scan.exact
         tried = SettingsTried(
             scan.faces,
@@ -146,8 +152,10 @@ class _Trial(NamedTuple):
             border=self.border,
             movable=scan.movable,
             replaced=replaced if alone else None,
+            of=self.repertoire,
         )
-        evidence = scan.choose(tried, settings(direction, "keep" if replaced is None else "replace", alone=alone))
+        outliers: Outliers = "keep" if replaced is None else "replace"
+        evidence = scan.choose(tried, settings(direction, outliers, alone=alone, of=self.repertoire))
         return evidence if evidence is None or replaced is not None else scan.or_nothing(evidence)
 
     def best_of(self, few: Sequence[Setting]) -> Setting:

@@ -10,7 +10,8 @@ import numba
 import numpy as np
 import pytest
 
-from pymeshfair.filters.denoising.automatic import AutomaticChoice, denoise_automatically
+from pymeshfair.filters.denoising import REPERTOIRE, Outliers
+from pymeshfair.filters.denoising.automatic import AutomaticChoice, automatic_choice, denoise_automatically
 from pymeshfair.filters.denoising.folded_faces import folded_faces
 from pymeshfair.filters.denoising.impulses import far_from
 from pymeshfair.filters.denoising.noise_level import smooth_normals
@@ -35,6 +36,15 @@ MESHES = {
     "round": _along_normals(torus(30, 15), 0.2),
     "scattered": noisy(FINE_CUBE, 0.3 * mean_edge_length(*FINE_CUBE), seed=4),
 }
+
+
+def _spiky_ball() -> np.ndarray:
+    vertices, faces = icosphere(3)
+    moved = np.arange(7, len(vertices), 12)
+    heights = np.random.default_rng(8).normal(size=len(moved)) * mean_edge_length(vertices, faces)
+    vertices = vertices.copy()
+    vertices[moved] *= 1.0 + heights[:, None]
+    return vertices
 
 
 @cache
@@ -98,15 +108,20 @@ def test_a_cube_with_noise_in_all_directions_is_relaxed_first() -> None:
 def test_spikes_are_replaced_and_the_rest_stays() -> None:
     """One vertex in twelve of a ball is off by an edge: the mean angle falls to a tenth, and most vertices keep every bit."""
     true_vertices, faces = icosphere(3)
-    moved = np.arange(7, len(true_vertices), 12)
-    heights = np.random.default_rng(8).normal(size=len(moved)) * mean_edge_length(true_vertices, faces)
-    vertices = true_vertices.copy()
-    vertices[moved] *= 1.0 + heights[:, None]
+    vertices = _spiky_ball()
     result, choice = denoise_automatically(vertices, faces)
     truth = face_normals(true_vertices, faces)
     assert choice.setting.outliers == "only"
     assert mean_angle(face_normals(result, faces), truth) < 0.1 * mean_angle(face_normals(vertices, faces), truth)
     assert (result == vertices).all(axis=1).mean() > 0.8
+
+
+@pytest.mark.parametrize("outliers", ["keep", "replace", "only"])
+def test_what_becomes_of_outliers_may_be_said(outliers: Outliers) -> None:
+    """The choice is among settings that do this with them, on a ball with spikes and on one without."""
+    for vertices in (noisy(icosphere(3), 0.01)[0], _spiky_ball()):
+        repertoire = REPERTOIRE.narrowed(outliers=outliers)
+        assert automatic_choice(vertices, icosphere(3)[1], repertoire=repertoire).setting.outliers == outliers
 
 
 def test_spikes_at_the_edges_of_a_cube_are_taken() -> None:

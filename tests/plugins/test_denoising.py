@@ -135,18 +135,15 @@ def test_the_reported_values_given_back_repeat_the_result(rough: Mesh) -> None:
     np.testing.assert_allclose(again.vertices, first.vertices, rtol=0, atol=1e-12)
 
 
-def test_one_given_parameter_replaces_one_choice(rough: Mesh) -> None:
-    """The others stay as they would be chosen."""
-    _, choice = denoise_automatically(*rough)
-    edit = apply(apply_coord_normal_filtering, Surface(*rough), outer_iterations=2)
-    assert choice.setting.parameters is not None
-    chosen = {
-        **vars(choice.setting.parameters),
-        "outliers": choice.setting.outliers,
-        "relaxation": choice.setting.relaxation,
-        "relaxation_direction": choice.setting.relaxation_direction,
-    }
-    assert {name: edit.values[name] for name in DEFAULTS} == {**DEFAULTS, **chosen, "outer_iterations": 2}
+def test_a_given_parameter_narrows_what_is_tried(rough: Mesh) -> None:
+    """All that is tried has it, nothing at all apart; so the others are those that go best with it."""
+    edit = apply(apply_coord_normal_filtering, Surface(*rough), range_kernel="lorentzian", range_sigma=0.2)
+    tried = [trial["parameters"] for trial in edit.values["tried"] if trial["parameters"] is not None]
+    assert {(parameters["range_kernel"], parameters["range_sigma"]) for parameters in tried} == {("lorentzian", 0.2)}
+    best = min(edit.values["tried"], key=lambda trial: trial["error"])
+    assert (edit.values["range_kernel"], edit.values["range_sigma"]) == ("lorentzian", 0.2)
+    assert edit.values["method"] in {parameters["method"] for parameters in tried}
+    assert best["error"] < edit.values["tried"][0]["error"]
 
 
 def test_a_mesh_without_noise_is_left_alone() -> None:

@@ -1085,9 +1085,9 @@ class FilterMethods:
         follow.
 
         Without any parameter many settings are tried, and the one is taken that best predicts vertices which it has not seen;
-        what is given replaces a part of that. Returns the parameters that were used, what the mesh was found to be, what was
-        tried, the mean displacement of the vertices in mean edges ("drift"), and the number of faces that look away from those
-        around them, before and after ("folded_before", "folded_after").
+        what is given, all of them have. Returns the parameters that were used, what the mesh was found to be, what was tried,
+        the mean displacement of the vertices in mean edges ("drift"), and the number of faces that look away from those around
+        them, before and after ("folded_before", "folded_after").
 
         Args:
             method: What the weight of a neighbouring face is made of, besides its area. 'mean': nothing else, which rounds

@@ -1,0 +1,40 @@
+"""What denoising chooses from, and what is left of it where something is given."""
+
+from pymeshfair.filters.denoising import REPERTOIRE, Setting, settings
+
+
+def test_the_first_setting_is_to_do_nothing() -> None:
+    """So it stays where parameters are given."""
+    for given in ({}, {"range_sigma": 0.3}, {"relaxation": 5}, {"outer_iterations": 0}):
+        assert settings("all", of=REPERTOIRE.narrowed(**given))[0][0] == Setting()
+
+
+def test_nothing_given_narrows_nothing() -> None:
+    """The whole repertoire is left."""
+    assert REPERTOIRE.narrowed() == REPERTOIRE
+
+
+def test_a_parameter_of_the_filter_is_in_all_chains() -> None:
+    """Chains that differ in nothing else become one, with the stops of both."""
+    left = REPERTOIRE.narrowed(range_sigma=0.2)
+    assert {parameters.range_sigma for parameters, _ in left.chains} == {0.2}
+    assert len({parameters for parameters, _ in left.chains}) == len(left.chains) == len(REPERTOIRE.chains) - 2
+    assert left.taubin == (0,)
+    assert (2, 4, 8, 10, 14, 20) in [stops for _, stops in left.chains]
+
+
+def test_given_rounds_are_the_only_stop() -> None:
+    """None of them leaves Taubin's steps alone."""
+    assert {stops for _, stops in REPERTOIRE.narrowed(outer_iterations=7).chains} == {(7,)}
+    none = REPERTOIRE.narrowed(outer_iterations=0)
+    assert none.chains == ()
+    assert none.taubin == REPERTOIRE.taubin
+
+
+def test_given_steps_come_before_every_chain() -> None:
+    """And are tried alone, beside nothing."""
+    left = REPERTOIRE.narrowed(relaxation=5, relaxation_direction="normal")
+    assert (left.taubin, left.relaxations) == ((0, 5), (5,))
+    assert left.chains == REPERTOIRE.chains
+    assert left.relaxation_direction == "normal"
+    assert REPERTOIRE.narrowed(relaxation=0).taubin == (0,)
