@@ -9,7 +9,8 @@ vertices in mean edges.
 --seeds repeats the choice with other vertices held out.
 --without leaves a step of the method out: outliers are not clipped (clip), only one set is held out (masks), the least error of
 held-out vertices decides alone (equal), or among those as good the least movement (flatness), Taubin's steps go in all directions
-(normal), spikes are kept (outliers). --ablations adds a column for each of these, the mean angle without it over the best.
+(normal), spikes are kept (outliers). --ablations adds columns of the first seed alone: the choice by all steps (full), and
+without each of them.
 Seconds are of the processor, of one choice.
 "clean" denoises meshes without noise and prints how far they are moved.
 """
@@ -51,6 +52,8 @@ from pymeshfair.filters.mesh import Bools
 
 #: of a pair; "worst" is of the choice, over the seeds
 COLUMNS = ("nothing", "Taubin", "choice", "worst", "moved", "best's")
+#: no step is left out
+FULL = "full"
 #: no vertex is held out
 NOBODY = np.empty(0, dtype=np.int32)
 #: fewer outliers than this share of the vertices change no mean angle
@@ -130,9 +133,9 @@ class Row(NamedTuple):
 
 
 def summary(values: Floats) -> Floats:
-    """The means over the rows, the worst choice put in after the mean one."""
+    """The means over the seeds, the worst choice put in after the mean one."""
     after = COLUMNS.index("worst")
-    return np.insert(values.mean(axis=0), after, values[:, after - 1].max())
+    return np.insert(np.nanmean(values, axis=0), after, values[:, after - 1].max())
 
 
 def compared(pair: NoisyPair, seeds: int, steps_left_out: Sequence[str]) -> Row:
@@ -148,8 +151,8 @@ def compared(pair: NoisyPair, seeds: int, steps_left_out: Sequence[str]) -> Row:
             seconds += (time.process_time() - start) / seeds
             row = [found[Setting()][0] / best, taubin / best, angle / best, moved, its]
             for step in steps_left_out:
-                with left_out([step]):
-                    row.append(of_choice(pair, found, seed)[0] / best)
+                with left_out([step] if step != FULL else []):
+                    row.append(of_choice(pair, found, seed)[0] / best if seed == 0 else np.nan)
         rows.append(row)
     return Row(pair.name, len(pair.faces), best, np.array(rows), seconds)
 
@@ -158,7 +161,7 @@ def contest(half: str, options: argparse.Namespace) -> None:
     """Print a row for every pair, and the means."""
     shapes = {"looked_at": looked_at, "unseen": unseen}[half](options.scans)
     pairs = made(shapes, [text for text in options.only.split(",") if text])
-    ablated = list(steps()) if options.ablations else []
+    ablated = [FULL, *steps()] if options.ablations else []
     print("mesh                faces   best " + " ".join(f"{name:>8}" for name in (*COLUMNS, *ablated)) + "     s")
     rows = []
     with ProcessPoolExecutor(options.processes, mp_context=get_context("spawn")) as pool:
