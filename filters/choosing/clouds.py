@@ -22,11 +22,11 @@ _MASKS, _ENOUGH = 4, 30
 _EQUAL = 1.0
 # The copy whose normals say what is along and what is across the surface.
 _SMOOTHED_BY, _SMOOTHED = 18, 2
-# Clouds have so much noise at least, in spacings, by `CloudSample.calm`; surfaces without noise have less than half of it.
+# Clouds have so much noise at least, in spacings, by `CloudSample.calm`; exact surfaces and smoothed scans less than half of it.
 _CLEAN = 0.03
-# Neighbours agree by -0.2 to -0.12 where noise is independent, by -0.05 to 0.01 where it is as strong as 0.6 spacings; by -0.07
+# Neighbours agree by -0.2 to -0.1 where noise is independent, by -0.05 to 0.01 where it is as strong as 0.6 spacings; by -0.08
 # to 0.07 on decimated figures, and by 0.6 on clouds too coarse for their details.
-_INDEPENDENT, _SURFACE = -0.1, 0.2
+_INDEPENDENT, _SURFACE = -0.085, 0.2
 # Even noise is so many times what `calm` says of it.
 _EVEN = 1.4
 
