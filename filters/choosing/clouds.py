@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..denoising import CloudKernels, estimated_range_sigma, normals_of, projections, unit_normals
-from ..evidence import Choice, CloudSample, Trial, cloud_patches, hear, held_out_vertices, spacing_and_places, starts_of
+from ..evidence import Choice, CloudSample, Trial, cloud_patches, hear, held_out_vertices, spacing_and_numbers, starts_of
 from ..execution import Progress, ignore_progress
 from ..mesh import Floats, Ints, check_points, normalised_mesh
 from ..neighbours import nearest_neighbours
@@ -83,7 +83,7 @@ def chosen_projection(
     given = check_points(points)
     directions = None if normals is None else unit_normals(normals, len(given))
     cloud = normalised_mesh(given, np.empty((0, 3), dtype=np.int32), movable)
-    spacing, numbers = spacing_and_places(cloud.points)
+    spacing, numbers = spacing_and_numbers(cloud.points)
     if spacing == 0.0:
         return None
     unit = spacing / cloud.scale

@@ -2,7 +2,7 @@
 
 from .calm_noise import calm_noise
 from .choose import Candidates, Choice, Looks, Trial, choose, looks
-from .cloud_sample import CloudSample, cloud_patches, spacing_and_places
+from .cloud_sample import CloudSample, cloud_patches, spacing_and_numbers
 from .hearing import hear, run_to_last, starts_of
 from .held_out import far_from_border, held_out_vertices, means_of_others, without
 from .outlying import outlying_vertices, put_where_expected, standing_out
@@ -32,7 +32,7 @@ __all__ = [
     "put_where_expected",
     "run_to_last",
     "sample_of",
-    "spacing_and_places",
+    "spacing_and_numbers",
     "standing_out",
     "starts_of",
     "without",

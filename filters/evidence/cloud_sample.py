@@ -116,7 +116,7 @@ class CloudSample:
         return points, np.sqrt(2.0) * sizes
 
 
-def spacing_and_places(points: Floats) -> tuple[float, Floats]:
+def spacing_and_numbers(points: Floats) -> tuple[float, Floats]:
     """The spacing of a cloud, and (n,) random numbers from 0 to 1 made of the distances to the six nearest points.
 
     Args:
