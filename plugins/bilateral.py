@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 from pymeshfair.declaration import Bool, Edit, Enum, FilterClass, Int, Layer, MeshElement, Percentage, mesh_filter
+from pymeshfair.filters.choosing import Projection, chosen_projection
 from pymeshfair.filters.denoising import (
     JONES_BORDERS,
     JonesBorder,
@@ -13,11 +14,12 @@ from pymeshfair.filters.denoising import (
     bilateral_jones,
     bilateral_projection,
 )
-from pymeshfair.filters.execution import Progress, ignore_progress
+from pymeshfair.filters.evidence import Trial
+from pymeshfair.filters.execution import Progress, ignore_progress, part_of
 from pymeshfair.filters.robust import KERNEL_NAMES, KernelName
 from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy
 
-from .moving_vertices import MOVES_VERTICES, Selected, movable_vertices
+from .moving_vertices import MOVES_VERTICES, NOTHING_TO_REMOVE, Selected, movable_vertices
 
 ITERATIONS = Int(
     label="Iterations", minimum=0, maximum=10_000, help="How many steps are taken. More are smoother, slower, and shrink more."
@@ -168,7 +170,12 @@ def apply_coord_bilateral_projection_of_points(
     *,
     neighbors: Annotated[
         int,
-        Int(label="Neighbours", minimum=3, help="How many nearest points count. More are smoother, slower, and round off edges."),
+        Int(
+            label="Neighbours",
+            minimum=3,
+            help="How many nearest points count. More are smoother, slower, and round off edges. Chosen too with "
+            "automatic iterations.",
+        ),
     ] = 18,
     kernels: Kernels,
     space_sigma: Annotated[
@@ -178,7 +185,16 @@ def apply_coord_bilateral_projection_of_points(
             "distance of the farthest neighbour."
         ),
     ],
-    iterations: Annotated[int, ITERATIONS] = 2,
+    iterations: Annotated[
+        int,
+        Int(
+            label="Iterations",
+            minimum=-1,
+            maximum=10_000,
+            help="How many steps are taken. More are smoother, slower, and shrink more. -1: automatic; the iterations, the "
+            "neighbours and a range sigma of 0 are those that best predict points which the filter has not seen.",
+        ),
+    ] = 2,
     use_normals: Annotated[
         bool,
         Bool(
@@ -192,15 +208,36 @@ def apply_coord_bilateral_projection_of_points(
 ) -> Edit:
     """Removes noise from a point cloud: every point moves along its normal to the mean height of neighbours that roughly agree.
 
-    Triangles, if there are any, play no part. The normals themselves are not changed: compute them anew afterwards.
+    Triangles, if there are any, play no part. The normals themselves are not changed: compute them anew afterwards. With
+    automatic iterations it returns what was chosen and what was tried, with errors in spacings; a cloud without noise stays as it
+    is.
     """
+    normals = layer.vertex_normals if use_normals else None
+    movable = movable_vertices(layer, selected)
+    arguments = kernels.with_space_sigma(space_sigma)
+    values: dict[str, Any] = {}
+    if iterations < 0:
+        found = chosen_projection(
+            layer.vertices, normals=normals, **arguments, movable=movable, progress=part_of(progress, 0.0, 0.8)
+        )
+        chosen = Projection() if found is None else found.chosen.label
+        values = {"chosen": chosen._asdict(), "tried": [] if found is None else [_reported(trial) for trial in found.trials]}
+        if chosen.iterations == 0:
+            progress(1.0)
+            return Edit(vertices=layer.vertices, values=values, notes=(NOTHING_TO_REMOVE,))
+        neighbors, iterations, arguments["range_sigma"] = chosen.neighbors, chosen.iterations, chosen.range_sigma
+        progress = part_of(progress, 0.8, 1.0)
     points = bilateral_projection(
         layer.vertices,
-        normals=layer.vertex_normals if use_normals else None,
+        normals=normals,
         neighbors=neighbors,
-        **kernels.with_space_sigma(space_sigma),
+        **arguments,
         iterations=iterations,
-        movable=movable_vertices(layer, selected),
+        movable=movable,
         progress=progress,
     )
-    return Edit(vertices=points)
+    return Edit(vertices=points, values=values)
+
+
+def _reported(trial: Trial[Projection]) -> dict[str, float]:
+    return {**trial.label._asdict(), "error": trial.error, "excess": trial.excess, "uncertainty": trial.uncertainty}

@@ -3,7 +3,7 @@
 from .automatic import AutomaticChoice, automatic_choice, denoise_automatically
 from .bilateral import JONES_BORDERS, JonesBorder, bilateral_fleishman, bilateral_jones
 from .candidates import SettingsTried
-from .clouds import bilateral_projection
+from .clouds import CloudKernels, bilateral_projection, estimated_range_sigma, normals_of, projections, unit_normals
 from .face_neighbourhoods import NEIGHBORHOODS, Neighborhood
 from .folded_faces import folded_faces
 from .impulses import OUTLIERS, Outliers, replace_outlying
@@ -31,6 +31,7 @@ __all__ = [
     "VERTEX_UPDATES",
     "AutomaticChoice",
     "AutomaticParameters",
+    "CloudKernels",
     "JonesBorder",
     "Neighborhood",
     "NoiseEstimate",
@@ -54,12 +55,16 @@ __all__ = [
     "direction_for",
     "distances_of_part",
     "estimate_noise",
+    "estimated_range_sigma",
     "filter_face_normals",
     "folded_faces",
     "needs_distance",
     "normal_filtering",
+    "normals_of",
+    "projections",
     "replace_outlying",
     "rings_of_round",
     "round_of_part",
     "settings",
+    "unit_normals",
 ]

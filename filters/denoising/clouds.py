@@ -1,11 +1,15 @@
 """Bilateral projection of point clouds: every point along its normal, to where its neighbours say the surface is."""
 
+from collections.abc import Iterator
+from itertools import islice
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import FilterInputError, check_whole_number
-from ..compilation import compiled, prange
-from ..execution import Progress, ignore_progress, threads_for
+from ..compilation import compiled
+from ..execution import Progress, ignore_progress, over_range
 from ..mesh import Bools, Floats, Ints, check_points, normalised_mesh
 from ..neighbours import nearest_neighbours
 from ..robust import KernelName, kernel_weight
@@ -14,6 +18,15 @@ from .kernel_terms import REACH, range_term, space_term
 _CHUNK = 100_000  # covariances decomposed at a time
 # Of the sigma of 95 % efficiency, as for the heights of one-rings in `bilateral_fleishman`.
 _SHARE = 0.5
+
+
+class CloudKernels(NamedTuple):
+    """How neighbours count in `bilateral_projection`: its arguments of the names, with `_kernel` added to the first two."""
+
+    range: KernelName = "gaussian"
+    space: KernelName = "gaussian"
+    range_sigma: float | None = None
+    space_sigma: float | None = None
 
 
 def bilateral_projection(
@@ -56,29 +69,65 @@ def bilateral_projection(
         FilterInputError: not a cloud, normals that do not fit, too few points, no such kernel, a parameter out of range.
     """
     given = check_points(points)
-    directions = None if normals is None else _unit(normals, len(given))
+    directions = None if normals is None else unit_normals(normals, len(given))
     count = check_whole_number("neighbors", neighbors, least=1)
     steps = check_whole_number("iterations", iterations)
     cloud = normalised_mesh(given, np.empty((0, 3), dtype=np.int32), movable)
-    moves = np.ones(len(cloud), dtype=np.bool_) if cloud.movable is None else cloud.movable
+    kernels = CloudKernels(range_kernel, space_kernel, range_sigma, space_sigma)
     now = cloud.points
-    space = height = None
-    for iteration in range(steps):
-        distances, indices = nearest_neighbours(now, count)
-        axes = normals_of(now, indices) if directions is None else directions
-        if space is None or height is None:
-            space = space_term(space_kernel, space_sigma, cloud.scale, float(distances[:, -1].mean()) / REACH)
-            heights = np.zeros(distances.shape)
-            _heights(now, axes, indices, heights)
-            height = range_term(range_kernel, range_sigma, cloud.scale, heights.ravel(), _SHARE)
-            if space.sigma <= 0.0 or height.sigma <= 0.0:
-                break
-        following = now.copy()
-        with threads_for(len(now)):
-            _project(now, following, axes, moves, distances, indices, *space, *height)
-        now = following
-        progress((iteration + 1) / steps)
+    results = projections(now, directions, count, kernels, scale=cloud.scale, movable=cloud.movable)
+    for done, result in enumerate(islice(results, steps), start=1):
+        now = result
+        progress(done / steps)
     return cloud.restored(now)
+
+
+def projections(
+    points: Floats,
+    normals: Floats | None,
+    neighbors: int,
+    kernels: CloudKernels,
+    *,
+    scale: float = 1.0,
+    movable: Bools | None = None,
+) -> Iterator[Floats]:
+    """The (n, 3) points after each iteration of `bilateral_projection`, without end; none if there is nothing to remove.
+
+    Args:
+        points: (n, 3) coordinates of ordinary size.
+        normals: (n, 3) unit normals; None to estimate them.
+        neighbors: how many.
+        kernels: how they count.
+        scale: how long one unit of the sigmas is in these coordinates.
+        movable: (n,) which points may move, None for all.
+    """
+    moves = np.ones(len(points), dtype=np.bool_) if movable is None else movable
+    now, space, height = points, None, None
+    while True:
+        distances, indices = nearest_neighbours(now, neighbors)
+        axes = normals_of(now, indices) if normals is None else normals
+        if space is None or height is None:
+            space = space_term(kernels.space, kernels.space_sigma, scale, float(distances[:, -1].mean()) / REACH)
+            height = range_term(kernels.range, kernels.range_sigma, scale, _heights_of(now, axes, indices), _SHARE)
+            if space.sigma <= 0.0 or height.sigma <= 0.0:
+                return
+        following = now.copy()
+        over_range(_project, len(now), now, following, axes, moves, distances, indices, *space, *height)
+        now = following
+        yield now
+
+
+def estimated_range_sigma(points: Floats, normals: Floats | None, neighbors: int, kernel: KernelName) -> float:
+    """What `bilateral_projection` takes for the range sigma; arguments as `projections`. 0 if there is nothing to remove."""
+    _, indices = nearest_neighbours(points, neighbors)
+    axes = normals_of(points, indices) if normals is None else normals
+    return range_term(kernel, None, 1.0, _heights_of(points, axes, indices), _SHARE).sigma
+
+
+def _heights_of(points: Floats, normals: Floats, indices: Ints) -> Floats:
+    heights = np.zeros(indices.shape)
+    over_range(_heights, len(points), points, normals, indices, heights)
+    return heights.ravel()
 
 
 def normals_of(points: Floats, indices: Ints) -> Floats:
@@ -94,14 +143,15 @@ def normals_of(points: Floats, indices: Ints) -> Floats:
     for first in range(0, len(points), _CHUNK):
         last = min(first + _CHUNK, len(points))
         covariances = np.empty((last - first, 3, 3))
-        _covariances(points, indices, first, covariances)
+        over_range(_covariances, last - first, points, indices, first, covariances)
         # In units of their own, lest tiny neighbourhoods underflow; ascending eigenvalues, so the first vector varies least.
         sizes = np.abs(covariances).max(axis=(1, 2), keepdims=True)
         normals[first:last] = np.linalg.eigh(covariances / np.where(sizes > 0.0, sizes, 1.0))[1][:, :, 0]
     return normals
 
 
-def _unit(normals: ArrayLike, n: int) -> Floats:
+def unit_normals(normals: ArrayLike, n: int) -> Floats:
+    """(n, 3) the normals with the length 1, those of 0 as they are; `FilterInputError` if they are not one a point."""
     directions = check_points(normals)
     if directions.shape != (n, 3):
         raise FilterInputError(f"normals must have the shape ({n}, 3), one a point, got {directions.shape}")
@@ -111,10 +161,10 @@ def _unit(normals: ArrayLike, n: int) -> Floats:
     return np.asarray(directions / np.where(lengths > 0.0, lengths, 1.0))
 
 
-@compiled(parallel=True)
-def _covariances(points: Floats, indices: Ints, first: int, covariances: Floats) -> None:
+@compiled(nogil=True)
+def _covariances(points: Floats, indices: Ints, first: int, covariances: Floats, begin: int, end: int) -> None:
     count = indices.shape[1] + 1
-    for m in prange(covariances.shape[0]):
+    for m in range(begin, end):
         i = first + m
         # Differences from the point itself: far from the origin nothing is lost.
         mx = my = mz = xx = xy = xz = yy = yz = zz = 0.0
@@ -138,16 +188,16 @@ def _covariances(points: Floats, indices: Ints, first: int, covariances: Floats)
         covariances[m, 1, 2] = covariances[m, 2, 1] = yz - my * mz / count
 
 
-@compiled(parallel=True)
-def _heights(points: Floats, normals: Floats, indices: Ints, heights: Floats) -> None:
-    for i in prange(indices.shape[0]):
+@compiled(nogil=True)
+def _heights(points: Floats, normals: Floats, indices: Ints, heights: Floats, begin: int, end: int) -> None:
+    for i in range(begin, end):
         for k in range(indices.shape[1]):
             j = indices[i, k]
             for c in range(3):
                 heights[i, k] += normals[i, c] * (points[j, c] - points[i, c])
 
 
-@compiled(parallel=True)
+@compiled(nogil=True)
 def _project(
     points: Floats,
     out: Floats,
@@ -159,8 +209,10 @@ def _project(
     space_sigma: float,
     range_code: int,
     range_sigma: float,
+    begin: int,
+    end: int,
 ) -> None:
-    for i in prange(points.shape[0]):
+    for i in range(begin, end):
         if moves[i]:
             total = shift = 0.0
             for k in range(indices.shape[1]):

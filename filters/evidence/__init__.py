@@ -2,6 +2,8 @@
 
 from .calm_noise import calm_noise
 from .choose import Candidates, Choice, Looks, Trial, choose, looks
+from .cloud_sample import CloudSample, cloud_patches, spacing_and_numbers
+from .hearing import hear, run_to_last, starts_of
 from .held_out import far_from_border, held_out_vertices, means_of_others, without
 from .outlying import outlying_vertices, put_where_expected, standing_out
 from .patches import Sample, sample_of
@@ -11,13 +13,16 @@ from .verdict import Verdict, judge
 __all__ = [
     "Candidates",
     "Choice",
+    "CloudSample",
     "Looks",
     "Sample",
     "Trial",
     "Verdict",
     "calm_noise",
     "choose",
+    "cloud_patches",
     "far_from_border",
+    "hear",
     "held_out_vertices",
     "judge",
     "looks",
@@ -25,7 +30,10 @@ __all__ = [
     "outlying_vertices",
     "predicted_heights",
     "put_where_expected",
+    "run_to_last",
     "sample_of",
+    "spacing_and_numbers",
     "standing_out",
+    "starts_of",
     "without",
 ]

@@ -14,7 +14,7 @@ _CLIP = 9.0
 _EXACT, _MOST = 1e-4, 0.5
 
 
-def calm_noise(points: Floats, faces: Ints, *, normals: Floats, scored: Bools) -> float:
+def calm_noise(points: Floats, faces_or_edges: Ints, *, normals: Floats, scored: Bools) -> float:
     """The level of noise along the normals that a twentieth of the vertices stays below.
 
     With h the height at which its surroundings expect a vertex, and g the share of their noise in that, h^2 / (1 + g^2) estimates
@@ -23,7 +23,7 @@ def calm_noise(points: Floats, faces: Ints, *, normals: Floats, scored: Bools) -
 
     Args:
         points: (n, 3) coordinates with a mean edge of 1.
-        faces: (m, 3) triangles.
+        faces_or_edges: (m, 3) triangles, or (e, 2) edges, each once.
         normals: (n, 3) unit normals of a smoothed copy.
         scored: (n,) the vertices that count.
 
@@ -34,7 +34,7 @@ def calm_noise(points: Floats, faces: Ints, *, normals: Floats, scored: Bools) -
     which = np.flatnonzero(scored).astype(np.int32)
     if not len(which):
         return 0.0
-    heights, gains = predicted_heights(points, one_rings(faces, len(points)), normals, which)
+    heights, gains = predicted_heights(points, one_rings(faces_or_edges, len(points)), normals, which)
     squares = heights**2 / (1.0 + gains**2)
     rough = squares > _EXACT**2
     if rough.mean() > _MOST:
@@ -43,7 +43,7 @@ def calm_noise(points: Floats, faces: Ints, *, normals: Floats, scored: Bools) -
     sums, weights = np.zeros(len(points)), np.zeros(len(points))
     weights[which] = 1.0
     sums[which] = np.minimum(squares, _CLIP * np.median(squares))
-    a, b = edges(faces).T
+    a, b = (edges(faces_or_edges) if faces_or_edges.shape[1] == 3 else faces_or_edges).T
     for _ in range(_AVERAGED):
         for values in (sums, weights):
             values += np.bincount(a, values[b], len(values)) + np.bincount(b, values[a], len(values))

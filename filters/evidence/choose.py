@@ -5,12 +5,12 @@ from typing import Generic, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
-from ..execution import Progress, ignore_progress, in_parallel, part_of
+from ..execution import Progress, ignore_progress, part_of
 from ..geometry import face_normals
 from ..mesh import Bools, Floats, Ints
 from ..topology import face_adjacency, one_rings
+from .hearing import STAYS, hear, run_to_last, starts_of
 from .held_out import held_out_vertices, without
-from .verdict import judge
 
 Label = TypeVar("Label")
 
@@ -20,8 +20,6 @@ Candidates: TypeAlias = Callable[[Floats, Ints], Sequence[Iterator[Floats]]]
 
 # Sets of held-out vertices, and as many more on small meshes until so many vertices were held out or so many sets are made.
 _MASKS, _ENOUGH, _MOST_MASKS = 4, 1000, 12
-# After each set only what is within so many standard errors of the best is tried further.
-_STAYS = 2.0
 # Of what is within so many standard errors of the best in the end, the flattest that has not gone far is chosen.
 _EQUAL = 1.0
 
@@ -88,7 +86,7 @@ def choose(
     normals: Floats,
     scored: Bools,
     seed: int = 0,
-    stays: float = _STAYS,
+    stays: float = STAYS,
     progress: Progress = ignore_progress,
 ) -> Choice[Label] | None:
     """Choose the filter that best predicts vertices which it has not seen [batson2019].
@@ -124,35 +122,28 @@ def choose(
     if not held:
         return None
     every = [label for family in labels for label in family]
-    starts = np.concatenate([[0], np.cumsum([len(family) for family in labels])])
-    kept = np.ones(len(every), dtype=np.bool_)
-    deviations: list[Floats] = []
-    shares = np.concatenate([[0.0], np.linspace(0.5, 0.9, len(held))])
-    for number, mask in enumerate(held):
-        rows = np.zeros((len(every), len(mask)))
-        runs = candidates(without(points, rings, mask), mask)
+    starts = starts_of(labels)
 
-        def deviate(at: int, result: Floats, mask: Ints = mask, rows: Floats = rows) -> None:
-            rows[at] = np.einsum("ij,ij->i", points[mask] - result[mask], normals[mask])
+    def deviations(at: int, result: Floats, mask: Ints) -> Floats:
+        del at
+        return np.asarray(np.einsum("ij,ij->i", points[mask] - result[mask], normals[mask]))
 
-        share = part_of(progress, shares[number], shares[number + 1])
-        if number == 0:
-            kept = _race(runs, starts, deviate, rows, share)
-        else:
-            _run(runs, starts, kept, deviate, share)
-        deviations.append(rows)
-        kept[kept] = judge(np.concatenate(deviations, axis=1)[kept]).within(stays)
-        kept[0] = True
-    verdict = judge(np.concatenate(deviations, axis=1)[kept])
-    tried = np.flatnonzero(kept)
-    equal = np.zeros_like(kept)
+    tried, verdict = hear(
+        held,
+        lambda mask: candidates(without(points, rings, mask), mask),
+        deviations,
+        starts,
+        stays=stays,
+        progress=part_of(progress, 0.0, 0.9),
+    )
+    equal = np.zeros(len(every), dtype=np.bool_)
     equal[tried[verdict.within(_EQUAL)]] = True
     seen: dict[int, Looks] = {}
 
     def look(at: int, result: Floats) -> None:
         seen[at] = looks(points, faces, result, normals)
 
-    _run(candidates(points, np.empty(0, dtype=np.int32)), starts, equal, look, part_of(progress, 0.9, 1.0))
+    run_to_last(candidates(points, np.empty(0, dtype=np.int32)), starts, equal, look, part_of(progress, 0.9, 1.0))
     trials = tuple(
         Trial(every[at], float(error), float(excess), float(uncertainty), *seen.get(int(at), (None, None)))
         for at, error, excess, uncertainty in zip(tried, verdict.errors, verdict.excess, verdict.uncertainty, strict=True)
@@ -169,45 +160,3 @@ def _masks(points: Floats, faces: Ints, scored: Bools, seed: int) -> list[Ints]:
         wanted = min(_MOST_MASKS, -(-_ENOUGH * _MASKS // held))
         masks = held_out_vertices(points, faces, scored=scored, masks=wanted, seed=seed)
     return [mask for mask in masks if len(mask)]
-
-
-def _race(
-    runs: Sequence[Iterator[Floats]], starts: Ints, look: Callable[[int, Floats], None], rows: Floats, progress: Progress
-) -> Bools:
-    """Run the families side by side, and end those that fall behind: which candidates were reached.
-
-    After each result a family ends if it is behind the best so far by more than `_STAYS` standard errors and errs more than with
-    its result before: families go from little to much, and the errors fall before they rise.
-    """
-    reached = np.zeros(starts[-1], dtype=np.bool_)
-    going = list(range(len(runs)))
-    longest = int(np.diff(starts).max())
-    for step in range(longest):
-
-        def advance(family: int, step: int = step) -> None:
-            look(int(starts[family]) + step, next(runs[family]))
-
-        going = [k for k in going if starts[k] + step < starts[k + 1]]
-        in_parallel(advance, [(k,) for k in going], part_of(progress, step / longest, (step + 1) / longest))
-        latest = starts[going] + step
-        reached[latest] = True
-        verdict = judge(rows[reached])
-        errors, near = np.full(len(reached), np.inf), np.zeros_like(reached)
-        errors[reached], near[reached] = verdict.errors, verdict.within(_STAYS)
-        going = [k for k, at in zip(going, latest, strict=True) if step == 0 or near[at] or errors[at] < errors[at - 1]]
-    return reached
-
-
-def _run(
-    runs: Sequence[Iterator[Floats]], starts: Ints, kept: Bools, look: Callable[[int, Floats], None], progress: Progress
-) -> None:
-    """Run each family as far as its last candidate that is kept, and look at those that are."""
-
-    def work(family: int) -> None:
-        wanted = np.flatnonzero(kept[starts[family] : starts[family + 1]])
-        for at, result in zip(range(int(wanted[-1]) + 1), runs[family], strict=False):
-            if at in wanted:
-                look(int(starts[family]) + at, result)
-
-    families = [(k,) for k in range(len(runs)) if kept[starts[k] : starts[k + 1]].any()]
-    in_parallel(work, families, progress)

@@ -13,7 +13,7 @@ _MULTIPLES = (997.0, 1511.0)
 _STEPS = (137.7, 211.1)
 
 
-def held_out_vertices(points: Floats, faces: Ints, *, scored: Bools, masks: int, seed: int = 0) -> list[Ints]:
+def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, masks: int, seed: int = 0) -> list[Ints]:
     """Sets of vertices, no two of a set adjacent, the sets disjoint as long as there are vertices left.
 
     The random numbers are made of the lengths of the edges at a vertex over the mean length: moving, turning, scaling and
@@ -21,7 +21,7 @@ def held_out_vertices(points: Floats, faces: Ints, *, scored: Bools, masks: int,
 
     Args:
         points: (n, 3) coordinates.
-        faces: (m, 3) triangles.
+        faces_or_edges: (m, 3) triangles, or (e, 2) edges, each once: those of a cloud join neighbours.
         scored: (n,) the vertices that may be held out.
         masks: how many sets.
         seed: other sets for another number.
@@ -29,7 +29,7 @@ def held_out_vertices(points: Floats, faces: Ints, *, scored: Bools, masks: int,
     Returns:
         A list of ascending vertices for every set.
     """
-    pairs = edges(faces)
+    pairs = edges(faces_or_edges) if faces_or_edges.shape[1] == 3 else faces_or_edges
     lengths = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1) / mean_edge_length(points, pairs)
     sums = np.bincount(pairs.ravel(), np.repeat(lengths, 2), minlength=len(points))
     left, found = scored.copy(), []

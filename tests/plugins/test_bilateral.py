@@ -100,3 +100,24 @@ def test_requirements_and_changes_are_declared() -> None:
     """What a filter needs is checked before it runs; what it changes is said."""
     assert [bool(d.requires & MeshElement.FACENUMBER) for d in DECLARED] == [True, True, False, True, True]
     assert [d.changes for d in DECLARED[3:]] == [MeshElement.VERTQUALITY, MeshElement.VERTCOLOR]
+
+
+def test_automatic_iterations_are_chosen_and_told() -> None:
+    """What is told, given to the function, does the same; a cloud without noise keeps every bit, and a note says why."""
+    truth = np.random.default_rng(0).normal(size=(2000, 3))
+    truth /= np.linalg.norm(truth, axis=1, keepdims=True)
+    points = truth + 0.02 * np.random.default_rng(1).normal(size=truth.shape)
+    name = "apply_coord_bilateral_projection_of_points"
+    meshes = pymeshfair.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(points))
+    told = meshes.apply_filter(name, iterations=-1)
+    assert told["chosen"]["iterations"] > 0
+    assert told["tried"][0] == {**told["tried"][0], "neighbors": 0, "iterations": 0}
+    expected = bilateral_projection(points, **told["chosen"])
+    np.testing.assert_allclose(meshes.current_mesh().vertex_matrix(), expected, rtol=0, atol=1e-12)
+    assert np.abs(np.linalg.norm(expected, axis=1) - 1.0).mean() < 0.5 * np.abs(np.linalg.norm(points, axis=1) - 1.0).mean()
+    meshes = pymeshfair.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(truth))
+    told = meshes.apply_filter(name, iterations=-1)
+    assert told["chosen"]["iterations"] == 0
+    assert meshes.current_mesh().vertex_matrix().tobytes() == truth.tobytes()

@@ -569,11 +569,13 @@ class FilterMethods:
         """Removes noise from a point cloud: every point moves along its normal to the mean height of neighbours that roughly
         agree.
 
-        Triangles, if there are any, play no part. The normals themselves are not changed: compute them anew afterwards.
+        Triangles, if there are any, play no part. The normals themselves are not changed: compute them anew afterwards. With
+        automatic iterations it returns what was chosen and what was tried, with errors in spacings; a cloud without noise stays
+        as it is.
 
         Args:
-            neighbors: How many nearest points count. More are smoother, slower, and round off edges. Takes a whole number of at
-                least 3.
+            neighbors: How many nearest points count. More are smoother, slower, and round off edges. Chosen too with automatic
+                iterations. Takes a whole number of at least 3.
             range_kernel: How a neighbour counts that disagrees. With 'gaussian', 'tukey', 'hampel', 'lorentzian' and the
                 truncated kernels it counts little or nothing far beyond the range sigma: features stay. 'huber' and 'l1'
                 respect them less, 'l2' not at all.
@@ -585,8 +587,9 @@ class FilterMethods:
             space_sigma: How neighbours count by their distance. Larger weighs distant ones more like near ones. 0: from the
                 mean distance of the farthest neighbour. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge'
                 or '0.3' (mesh units) of at least 0.0.
-            iterations: How many steps are taken. More are smoother, slower, and shrink more. Takes a whole number from 0 to
-                10000.
+            iterations: How many steps are taken. More are smoother, slower, and shrink more. -1: automatic; the iterations, the
+                neighbours and a range sigma of 0 are those that best predict points which the filter has not seen. Takes a
+                whole number from -1 to 10000.
             use_normals: Move along the normals that the points have, in all iterations. Otherwise normals are estimated from
                 the same neighbours, anew in each iteration.
             selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
