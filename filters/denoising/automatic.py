@@ -146,6 +146,7 @@ class _Trial(NamedTuple):
             border=self.border,
             movable=scan.movable,
             replaced=replaced if alone else None,
+            whole=scan.whole,
         )
         evidence = scan.choose(tried, settings(direction, "keep" if replaced is None else "replace", alone=alone))
         return evidence if evidence is None or replaced is not None else scan.or_nothing(evidence)

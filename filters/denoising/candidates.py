@@ -11,12 +11,12 @@ from ..evidence import put_where_expected
 from ..execution import Progress, ignore_progress
 from ..mesh import Bools, Floats, Ints, normalised_mesh
 from ..robust import KernelName
-from ..topology import BorderPolicy
+from ..topology import BorderPolicy, border_vertices
 from .face_neighbourhoods import Neighborhood
 from .impulses import Outliers
 from .normal_filter import NormalFilter, NormalFilterMethod
 from .preparation import denoised
-from .relaxation import RelaxationDirection, along_normals
+from .relaxation import RelaxationDirection, along_normals, outline_kept
 from .rounds import rounds
 from .surroundings import Surroundings
 
@@ -128,14 +128,17 @@ class SettingsTried:
         border: BorderPolicy,
         movable: Bools | None,
         replaced: Bools | None = None,
+        whole: bool = True,
     ) -> None:
         """For (m, 3) triangles of n vertices with (n, 3) unit normals, along which "normal" moves them.
 
-        `replaced` are (n,) the outliers, where these have been replaced and may move alone.
+        `replaced` are (n,) the outliers, where these have been replaced and may move alone. Patches are not the `whole` mesh: at
+        their rims the surface does not end.
         """
         self._faces, self._normals, self._border, self._movable = faces, normals, border, movable
         self._along, self._replaced = direction == "normal", replaced
-        self._known = Surroundings.of(normalised_mesh(np.zeros((len(normals), 3)), faces))
+        self._outline = border_vertices(faces, len(normals)) & (whole and border == "along")
+        self._known = Surroundings.of(normalised_mesh(np.zeros((len(normals), 3)), faces), ends=whole)
         # Found here, once, and not by several threads at once.
         for kind in {"edge", "vertex", *(chain.neighborhood for chain, _ in CHAINS)}:
             self._known.around(kind)
@@ -151,6 +154,8 @@ class SettingsTried:
             fair[steps] = taubin_fairing(
                 fair[before], self._faces, iterations=steps - before, border=self._border, movable=self._movable
             )
+        if self._outline.any():
+            fair = {steps: outline_kept(points, moved, self._normals, self._outline) for steps, moved in fair.items()}
         starts = {k: along_normals(points, fair[k], self._normals) if self._along else fair[k] for k in RELAXATIONS}
         families = [iter([fair[steps] for steps in TAUBIN])]
         families += [self._chain(starts[k], *chain, self._movable) for k in RELAXATIONS for chain in CHAINS]
