@@ -97,20 +97,37 @@ def _follow(
 ) -> None:
     x, mean_x, solved, mean, at_face = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     second, mixed, trend = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    both_gaussian = range_code == _GAUSSIAN and space_code == _GAUSSIAN and measure == 0 and floor == 0.0
+    per_space, per_range = 1.0 / (space_scale * space_scale), 1.0 / (range_scale * range_scale)
     for at in range(first, last):
         i = which[at]
+        gx, gy, gz, cx, cy, cz = rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 4], rows[i, 5], rows[i, 6]
         total = squares = 0.0
         # Numbers of their own stay in registers.
         ax = ay = az = px = py = pz = xx = xy = xz = yy = yz = zz = 0.0
         bxx = bxy = bxz = byx = byy = byz = bzx = bzy = bzz = 0.0
         for k in range(offsets[i] - 1 if itself else offsets[i], offsets[i + 1]):
             j = np.int32(i) if k < offsets[i] else neighbours[k]
-            weight = _weight(rows, i, int(j), range_code, range_scale, measure, floor, space_code, space_scale)
-            if weight == 0.0:
-                continue
+            dx, dy, dz = rows[j, 4] - cx, rows[j, 5] - cy, rows[j, 6] - cz
+            rx, ry, rz = rows[j, 0] - gx, rows[j, 1] - gy, rows[j, 2] - gz
+            distance, deviation = dx * dx + dy * dy + dz * dz, rx * rx + ry * ry + rz * rz
+            weight = rows[j, 3]
+            if both_gaussian:
+                weight *= math.exp(-(distance * per_space + deviation * per_range))
+            else:
+                if measure == 0:
+                    deviation = math.sqrt(deviation)
+                elif measure == 1:
+                    deviation = 2.0 * math.asin(min(1.0, 0.5 * math.sqrt(deviation)))
+                weight *= kernel_weight(range_code, max(deviation, floor), range_scale)
+                if weight == 0.0:
+                    continue
+                if space_code == _GAUSSIAN:
+                    weight *= math.exp(-distance * per_space)
+                elif space_code >= 0:
+                    weight *= kernel_weight(space_code, math.sqrt(distance), space_scale)
             total += weight
             squares += weight * weight
-            dx, dy, dz = rows[j, 4] - rows[i, 4], rows[j, 5] - rows[i, 5], rows[j, 6] - rows[i, 6]
             nx, ny, nz = normals[j, 0], normals[j, 1], normals[j, 2]
             wx, wy, wz = weight * dx, weight * dy, weight * dz
             ax, ay, az = ax + weight * nx, ay + weight * ny, az + weight * nz
@@ -160,36 +177,6 @@ def _follow(
         if length > 1e-300:
             for v in range(3):
                 result[i, v] = mean[v] / length
-
-
-# As in `normal_filters`, where a function for it would take a third more time.
-@compiled(nogil=True)
-def _weight(
-    rows: Floats,
-    i: int,
-    j: int,
-    range_code: int,
-    range_scale: float,
-    measure: int,
-    floor: float,
-    space_code: int,
-    space_scale: float,
-) -> float:
-    dx, dy, dz = rows[j, 4] - rows[i, 4], rows[j, 5] - rows[i, 5], rows[j, 6] - rows[i, 6]
-    rx, ry, rz = rows[j, 0] - rows[i, 0], rows[j, 1] - rows[i, 1], rows[j, 2] - rows[i, 2]
-    distance, deviation = dx * dx + dy * dy + dz * dz, rx * rx + ry * ry + rz * rz
-    if measure == 0:
-        deviation = math.sqrt(deviation)
-    elif measure == 1:
-        deviation = 2.0 * math.asin(min(1.0, 0.5 * math.sqrt(deviation)))
-    weight = rows[j, 3] * kernel_weight(range_code, max(deviation, floor), range_scale)
-    if weight == 0.0:
-        return 0.0
-    if space_code == _GAUSSIAN:
-        weight *= math.exp(-distance / (space_scale * space_scale))
-    elif space_code >= 0:
-        weight *= kernel_weight(space_code, math.sqrt(distance), space_scale)
-    return float(weight)
 
 
 @compiled(nogil=True)
