@@ -152,6 +152,7 @@ class _Trial(NamedTuple):
             border=self.border,
             movable=scan.movable,
             replaced=replaced if alone else None,
+            whole=scan.whole,
             of=self.repertoire,
         )
         outliers: Outliers = "keep" if replaced is None else "replace"

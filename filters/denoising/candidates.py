@@ -8,8 +8,8 @@ import numpy as np
 from ..diffusion.taubin import taubin_fairing
 from ..evidence import put_where_expected
 from ..mesh import Bools, Floats, Ints, normalised_mesh
-from ..topology import BorderPolicy
-from .relaxation import RelaxationDirection, along_normals
+from ..topology import BorderPolicy, border_vertices
+from .relaxation import RelaxationDirection, along_normals, outline_kept
 from .repertoire import REPERTOIRE, Chain, Repertoire
 from .rounds import rounds
 from .surroundings import Surroundings
@@ -27,16 +27,19 @@ class SettingsTried:
         border: BorderPolicy,
         movable: Bools | None,
         replaced: Bools | None = None,
+        whole: bool = True,
         of: Repertoire = REPERTOIRE,
     ) -> None:
         """For (m, 3) triangles of n vertices with (n, 3) unit normals, along which "normal" moves them.
 
-        `replaced` are (n,) the outliers, where these have been replaced and may move alone.
+        `replaced` are (n,) the outliers, where these have been replaced and may move alone. Patches are not the `whole` mesh: at
+        their rims the surface does not end.
         """
         self._of = of
         self._faces, self._normals, self._border, self._movable = faces, normals, border, movable
         self._along, self._replaced = direction == "normal", replaced
-        self._known = Surroundings.of(normalised_mesh(np.zeros((len(normals), 3)), faces))
+        self._outline = border_vertices(faces, len(normals)) & (whole and border == "along")
+        self._known = Surroundings.of(normalised_mesh(np.zeros((len(normals), 3)), faces), ends=whole)
         # Found here, once, and not by several threads at once.
         for kind in {"edge", "vertex", *(parameters.neighborhood for parameters, _ in of.chains)}:
             if kind not in ("radius", "geodesic"):
@@ -53,6 +56,8 @@ class SettingsTried:
             fair[steps] = taubin_fairing(
                 fair[before], self._faces, iterations=steps - before, border=self._border, movable=self._movable
             )
+        if self._outline.any():
+            fair = {steps: outline_kept(points, moved, self._normals, self._outline) for steps, moved in fair.items()}
         starts = {k: along_normals(points, fair[k], self._normals) if self._along else fair[k] for k in of.relaxations}
         families = [iter([fair[steps] for steps in of.taubin])]
         families += [self._chain(starts[k], chain, self._movable) for k in of.relaxations for chain in of.chains]

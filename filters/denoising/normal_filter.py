@@ -26,7 +26,8 @@ class NormalFilter:
     """How face normals are filtered: n_i <- normalise(sum_j A_j f(|c_i - c_j|) g(x_ij) n_j), `normal_iterations` times.
 
     The sum goes over the faces j around face i, of area A and centre c; x_ij is the deviation of their normals; see
-    `weighted_normals`. The defaults are those of [zheng2011] in their authors' code.
+    `weighted_normals`. Where a border cuts these faces off the mean follows the trend of the normals, see `follow_trend`. The
+    defaults are those of [zheng2011] in their authors' code.
 
     Attributes:
         method: how weights come about; see `NormalFilterMethod`.

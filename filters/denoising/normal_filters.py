@@ -11,6 +11,7 @@ from ..execution import over_range
 from ..geometry import NORMAL
 from ..mesh import Floats, Ints, Longs
 from ..robust import KERNEL_CODES, KERNEL_NAMES, KernelName, kernel_weight
+from .border_trend import Weighting, follow_trend
 from .face_neighbourhoods import FaceNeighbourhoods
 
 #: Kernels of the distance between centres: those of the table, or none at all.
@@ -39,6 +40,7 @@ def weighted_normals(
     space_kernel: SpaceKernel = "gaussian",
     space_sigma: float = 1.0,
     itself: bool = False,
+    cut_off: Ints | None = None,
 ) -> Floats:
     """One pass of n_i' = normalise(sum_j A_j f(|c_i - c_j|) g(x_ij) n_j).
 
@@ -58,6 +60,7 @@ def weighted_normals(
         space_kernel: f.
         space_sigma: its scale, in the unit of the centres. Larger smooths larger details, as far as the neighbourhood reaches.
         itself: whether face i is one of its own neighbours.
+        cut_off: faces whose neighbours lie to one side, at which the mean follows a trend, see `follow_trend`; None for none.
 
     Returns:
         (m, 3) unit normals; where all weights are 0 the normal as it was.
@@ -71,12 +74,7 @@ def weighted_normals(
     # One row of 8 numbers, the guide in the place of the table's normal, is all that the kernel fetches of a guide's neighbour.
     rows = table.copy()
     rows[:, 0:3] = normals if guide is None else guide
-    arguments = (
-        normals,
-        rows,
-        guide is None,
-        neighbourhoods.offsets,
-        neighbourhoods.neighbours,
+    weighting = Weighting(
         _code(range_kernel),
         _scale(range_kernel, range_sigma),
         _MEASURE_CODES[range_measure],
@@ -84,9 +82,11 @@ def weighted_normals(
         _code(space_kernel),
         _scale(space_kernel, space_sigma),
         itself,
-        result,
     )
+    arguments = (normals, rows, guide is None, neighbourhoods.offsets, neighbourhoods.neighbours, *weighting, result)
     over_range(_weighted_means, len(normals), *arguments)
+    if cut_off is not None:
+        follow_trend(result, cut_off, normals, rows, neighbourhoods, weighting)
     return result
 
 

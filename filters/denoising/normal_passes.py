@@ -9,12 +9,16 @@ from ..compilation import compiled
 from ..execution import Progress, over_range
 from ..geometry import NORMAL
 from ..mesh import Floats, Ints, Longs
+from ..robust import KERNEL_CODES
+from .border_trend import Weighting, follow_trend
 from .face_neighbourhoods import FaceNeighbourhoods, mean_centre_distance
 from .guided import guide_normals
 from .normal_filter import NormalFilter
 from .normal_filters import mean_normals, weighted_normals
 from .surroundings import Surroundings
 from .vertex_normals import RINGS_OF_VERTICES, corner_means, measure_vertices, vertex_neighbourhoods
+
+_GAUSSIAN = KERNEL_CODES["gaussian"]
 
 
 class NormalPasses(NamedTuple):
@@ -26,6 +30,7 @@ class NormalPasses(NamedTuple):
         edge: the neighbours whose mean distance is the unit of `space_sigma`.
         patches: those over which "averaged" and "guided" take their means.
         averaged: those that the weighted mean goes over.
+        cut_off: the faces whose averaged neighbours a border cuts off; see `follow_trend`.
         distance: that mean distance, if this is a part of a mesh; None to measure it.
     """
 
@@ -34,6 +39,7 @@ class NormalPasses(NamedTuple):
     edge: FaceNeighbourhoods
     patches: FaceNeighbourhoods
     averaged: FaceNeighbourhoods
+    cut_off: Ints
     distance: float | None = None
 
     @staticmethod
@@ -43,11 +49,13 @@ class NormalPasses(NamedTuple):
             rings = RINGS_OF_VERTICES[settings.neighborhood]
             near = vertex_neighbourhoods(known.faces, len(points), 1)
             wide = near if rings == 1 else vertex_neighbourhoods(known.faces, len(points), rings)
-            return NormalPasses(settings, known, near, near, wide)
+            return NormalPasses(settings, known, near, near, wide, np.empty(0, dtype=np.int32))
         edge = known.around("edge")
         patches = known.around("vertex") if settings.method in ("averaged", "guided") else edge
         averaged = known.within(settings.neighborhood, points, settings.radius)
-        return NormalPasses(settings, known, edge, patches, averaged, distance)
+        return NormalPasses(
+            settings, known, edge, patches, averaged, known.cut_off(settings.neighborhood, settings.radius), distance
+        )
 
     def filtered(self, points: Floats, table: Floats, progress: Progress) -> Floats:
         """(m, 3) the filtered unit normals of the faces.
@@ -71,7 +79,9 @@ class NormalPasses(NamedTuple):
         for iteration in range(settings.normal_iterations):
             if self._is_gaussian:
                 rows[:, NORMAL] = normals
-                normals = gaussian_means(rows, self.averaged, settings.range_sigma, settings.space_sigma * distance)
+                normals = gaussian_means(
+                    rows, self.averaged, settings.range_sigma, settings.space_sigma * distance, cut_off=self.cut_off
+                )
             elif settings.method == "mean":
                 normals = mean_normals(normals, table, self.averaged)
             else:
@@ -89,6 +99,7 @@ class NormalPasses(NamedTuple):
                     space_sigma=settings.space_sigma * distance,
                     # A normal deviates from itself by 0, which outweighs all others in a kernel such as 1 / x; a guide is a mean.
                     itself=guide is not None,
+                    cut_off=self.cut_off,
                 )
             progress((iteration + 1) / settings.normal_iterations)
         return normals
@@ -109,7 +120,9 @@ class NormalPasses(NamedTuple):
         return None
 
 
-def gaussian_means(rows: Floats, neighbourhoods: FaceNeighbourhoods, range_sigma: float, space_sigma: float) -> Floats:
+def gaussian_means(
+    rows: Floats, neighbourhoods: FaceNeighbourhoods, range_sigma: float, space_sigma: float, *, cut_off: Ints | None = None
+) -> Floats:
     """`weighted_normals` with two Gaussians, to the bit, in two thirds of its time.
 
     Args:
@@ -117,12 +130,16 @@ def gaussian_means(rows: Floats, neighbourhoods: FaceNeighbourhoods, range_sigma
         neighbourhoods: which faces are averaged over.
         range_sigma: the standard deviation of the kernel of the difference of two normals.
         space_sigma: that of the kernel of the distance of two centres.
+        cut_off: see `weighted_normals`.
     """
     # A Gaussian of scale 0 lets nothing but what is equal count.
     scales = [max(math.sqrt(2.0) * sigma, 1e-150) for sigma in (space_sigma, range_sigma)]
     per_space, per_range = (1.0 / (scale * scale) for scale in scales)
     result = np.empty((len(rows), 3))
     over_range(_gaussian_means, len(rows), rows, neighbourhoods.offsets, neighbourhoods.neighbours, per_space, per_range, result)
+    if cut_off is not None:
+        weighting = Weighting(_GAUSSIAN, scales[1], 0, 0.0, _GAUSSIAN, scales[0], itself=False)
+        follow_trend(result, cut_off, np.ascontiguousarray(rows[:, NORMAL]), rows, neighbourhoods, weighting)
     return result
 
 

@@ -40,6 +40,7 @@ class Scan:
         seed: other vertices are held out for another number.
         progress: called while filters are tried; may raise to stop.
         replaced: (n,) outliers that were replaced and are not evidence, None for none.
+        whole: whether it is all of the mesh.
     """
 
     points: Floats
@@ -48,6 +49,7 @@ class Scan:
     seed: int = 0
     progress: Progress = ignore_progress
     replaced: Bools | None = None
+    whole: bool = True
 
     @staticmethod
     def of(
@@ -66,7 +68,7 @@ class Scan:
         mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
         sample = sample_of(mesh.points, mesh.cells)
         moves = None if mesh.movable is None else mesh.movable[sample.origin]
-        return Scan(sample.points, sample.faces, moves, seed, progress)
+        return Scan(sample.points, sample.faces, moves, seed, progress, whole=len(sample.faces) == len(mesh.cells))
 
     @cached_property
     def noise(self) -> NoiseEstimate:

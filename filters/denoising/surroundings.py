@@ -7,6 +7,7 @@ import numpy as np
 from ..geometry import CENTRE, measure_faces
 from ..mesh import Bools, Floats, Ints, NormalisedMesh, order_by_place, worth_reordering
 from ..topology import VertexFaces, border_vertices, vertex_faces
+from .border_trend import cut_off_by_border
 from .face_neighbourhoods import FaceNeighbourhoods, Neighborhood, face_neighbourhoods, mean_centre_distance
 
 
@@ -20,20 +21,22 @@ class Surroundings:
         faces: (m, 3) the triangles, by the numbers of the points here.
         at_vertices: the faces at every point, by the same numbers.
         on_border: (n,) the points on a border.
+        ends: whether the surface ends at the border; not if this is cut out of a larger one.
     """
 
     places: Ints | None
     faces: Ints
     at_vertices: VertexFaces
     on_border: Bools
+    ends: bool = True
     _kept: dict[Neighborhood, FaceNeighbourhoods] = field(default_factory=dict, repr=False)
 
     @staticmethod
-    def of(mesh: NormalisedMesh) -> "Surroundings":
+    def of(mesh: NormalisedMesh, *, ends: bool = True) -> "Surroundings":
         """Of a mesh of triangles."""
         places = order_by_place(mesh.points, mesh.cells) if worth_reordering(mesh.cells, len(mesh)) else None
         faces = mesh.in_order(places).cells
-        return Surroundings(places, faces, vertex_faces(faces, len(mesh)), border_vertices(faces, len(mesh)))
+        return Surroundings(places, faces, vertex_faces(faces, len(mesh)), border_vertices(faces, len(mesh)), ends)
 
     def around(self, kind: Neighborhood) -> FaceNeighbourhoods:
         """The neighbourhoods "edge", "vertex", "two_ring" or "three_ring" of the faces."""
@@ -52,3 +55,7 @@ class Surroundings:
             return self.around("vertex")
         centres = np.ascontiguousarray(table[:, CENTRE])
         return face_neighbourhoods(self.faces, self.at_vertices, kind, centres=centres, radius=reach)
+
+    def cut_off(self, kind: Neighborhood, radius: float) -> Ints:
+        """The faces whose neighbourhoods the end of the surface cuts off."""
+        return cut_off_by_border(self.faces, self.on_border & self.ends, kind, radius)

@@ -5,8 +5,7 @@ import numpy as np
 from ..compilation import compiled
 from ..execution import over_range
 from ..mesh import Bools, Floats, Ints, Longs
-from ..topology import OneRings, edges, one_rings
-from .held_out import far_from_border
+from ..topology import OneRings, edges, one_rings, referenced_vertices
 from .quadric_prediction import predicted_heights
 
 # A vertex stands out if it is off by more than three times what those in its two rings are, and those of the whole mesh, and by
@@ -35,18 +34,18 @@ def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
         normals: (n, 3) unit normals of a smoothed copy.
 
     Returns:
-        Of Gaussian noise about one vertex in a thousand; of vertices that are off by far most. None on borders.
+        Of Gaussian noise about one vertex in a thousand; of vertices that are off by far most, those on borders too.
     """
     rings, pairs = one_rings(faces, len(points)), edges(faces)
-    inner = far_from_border(faces, len(points), rings=0)
+    used = referenced_vertices(faces, len(points))
     hidden = np.zeros(len(points), dtype=np.bool_)
-    if not inner.any():
+    if not used.any():
         return hidden
     sizes = _sizes(points, rings, normals, hidden)
     for _ in range(_PASSES):
-        level = max(_LEAST, _STANDS_OUT / _MEDIAN_OF_NORMAL * float(np.median(sizes[inner & ~hidden])))
+        level = max(_LEAST, _STANDS_OUT / _MEDIAN_OF_NORMAL * float(np.median(sizes[used & ~hidden])))
         found = np.zeros_like(hidden)
-        over_range(_stand_out, len(points), sizes, rings.offsets, rings.neighbours, hidden | ~inner, level, found)
+        over_range(_stand_out, len(points), sizes, rings.offsets, rings.neighbours, hidden | ~used, level, found)
         without = _sizes(points, rings, normals, hidden | found)
         change = np.where(hidden | found, 0.0, without**2 - sizes**2)
         of_rings = np.bincount(pairs[:, 0], change[pairs[:, 1]], len(points))
