@@ -2,6 +2,7 @@
 
 from .calm_noise import calm_noise
 from .choose import Candidates, Choice, Looks, Trial, choose, looks
+from .flattening import flattening
 from .held_out import far_from_border, held_out_vertices, means_of_others, without
 from .outlying import outlying_vertices, put_where_expected, standing_out
 from .patches import Sample, sample_of
@@ -18,6 +19,7 @@ __all__ = [
     "calm_noise",
     "choose",
     "far_from_border",
+    "flattening",
     "held_out_vertices",
     "judge",
     "looks",
