@@ -52,7 +52,8 @@ def without_outliers(
         outliers: "keep" filters once, and leaves out both steps.
         smooth: (n, 3) coordinates and which vertices may move, (n,) or None for all, to the filtered (n, 3).
         movable: (n,) which vertices may move, None for all.
-        certain: (n,) vertices that are outliers whatever they look like, None for none.
+        certain: (n,) vertices that are outliers whatever they look like, None for none; where they are given the mesh is tried,
+            and the others are looked for but once.
 
     Raises:
         FilterInputError: a parameter out of range.
@@ -62,7 +63,7 @@ def without_outliers(
         return smooth(vertices, movable)
     calmed, outlying = replace_outlying(vertices, faces, movable)
     if outlying.any() or outliers == "replace" or certain is not None:
-        for _ in range(_LOOKS):
+        for _ in range(_LOOKS if certain is None else 1):
             smoothed = smooth(calmed, movable)
             if np.array_equal(smoothed, calmed):
                 return calmed  # without a filter there is nothing to find them by again
