@@ -6,18 +6,20 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 
 from ..checks import check_choice
-from ..evidence import outlying_vertices, put_where_expected, standing_out
+from ..evidence import flattening, outlying_vertices, put_where_expected, standing_out
 from ..geometry import mean_edge_length
 from ..mesh import Bools, Floats, Ints
 from ..topology import referenced_vertices
 from .noise_level import smooth_normals
-from .slid import evened, folding, have_slid
+from .slid import WaysBack
 
 #: "keep": vertices that stand out are filtered like the others. "replace": they are put where the others say, and all are
 #: filtered. "only": the same, and nothing but they moves.
 Outliers: TypeAlias = Literal["keep", "replace", "only"]
 OUTLIERS: tuple[Outliers, ...] = get_args(Outliers)
 
+# Outliers are looked for again up to so many times, or until not more than this share of them changes.
+_LOOKS, _HARDLY_ANY = 4, 0.02
 # A filter's outliers are those that it moves by more than three deviations, the median of all ways over 0.6745, and by more than
 # a twentieth of an edge: clean surfaces have as much.
 _FAR, _MEDIAN_OF_NORMAL, _LEAST = 3.0, 0.6745, 0.05
@@ -36,10 +38,12 @@ def without_outliers(
 
     1. Put the vertices that stand out where a quadric expects them, `replace_outlying`, and filter: z.
     2. At edges a quadric takes vertices for outliers that are none, and misses others; a filter that keeps edges does not. So
-       find them again: they are farther from z, along the normals, than three deviations and than those around them. Put them
-       on z, all others where they were, and filter once more.
+       find them again: they are farther from z, along the normals, than three deviations of the others and than those around
+       them, `far_from`, and putting them on z makes the surface flatter, `flattening`. Put them on z, all others where they were,
+       and filter once more; and again, a few times, since outliers that were missed mislead the filter: what one in two is
+       hides most of them at first.
 
-    Outliers may be off along the surface too, see `have_slid`: then they are put back along it as well, and those that fold faces
+    Outliers may be off along the surface too, see `WaysBack`: then they are put back along it as well, and those that fold faces
     over are outliers.
 
     Args:
@@ -48,7 +52,8 @@ def without_outliers(
         outliers: "keep" filters once, and leaves out both steps.
         smooth: (n, 3) coordinates and which vertices may move, (n,) or None for all, to the filtered (n, 3).
         movable: (n,) which vertices may move, None for all.
-        certain: (n,) vertices that are outliers whatever they look like, None for none.
+        certain: (n,) vertices that are outliers whatever they look like, None for none; where they are given the mesh is tried,
+            and the others are looked for but once.
 
     Raises:
         FilterInputError: a parameter out of range.
@@ -58,21 +63,32 @@ def without_outliers(
         return smooth(vertices, movable)
     calmed, outlying = replace_outlying(vertices, faces, movable)
     if outlying.any() or outliers == "replace" or certain is not None:
-        smoothed = smooth(calmed, movable)
-        if np.array_equal(smoothed, calmed):
-            return calmed  # without a filter there is nothing to find them by again
-        normals = smooth_normals(smoothed, faces)
-        slid = have_slid(vertices, faces, normals, outlying)
-        outlying = far_from(vertices, faces, smoothed, movable)
-        outlying = outlying if certain is None else outlying | certain
-        if slid:
-            outlying |= folding(vertices, faces, normals, outlying, movable)
-            smoothed = evened(smoothed, faces, normals, outlying)
-        calmed = np.where(outlying[:, None], smoothed, vertices)
+        for _ in range(_LOOKS if certain is None else 1):
+            smoothed = smooth(calmed, movable)
+            if np.array_equal(smoothed, calmed):
+                return calmed  # without a filter there is nothing to find them by again
+            before = outlying
+            smoothed, outlying = _found_again(vertices, faces, smoothed, before, movable)
+            outlying = outlying if certain is None else outlying | certain
+            calmed = np.where(outlying[:, None], smoothed, vertices)
+            if np.count_nonzero(outlying != before) <= _HARDLY_ANY * np.count_nonzero(outlying):
+                break
     return smooth(calmed, outlying if outliers == "only" else movable)
 
 
-def far_from(vertices: Floats, faces: Ints, smoothed: Floats, movable: Bools | None = None) -> Bools:
+def _found_again(vertices: Floats, faces: Ints, smoothed: Floats, outlying: Bools, movable: Bools | None) -> tuple[Floats, Bools]:
+    """Where outliers are to be put by a filtered mesh, and which they are, by it and by those known before."""
+    ways = WaysBack.of(vertices, faces, smooth_normals(smoothed, faces), outlying)
+    found = far_from(vertices, faces, smoothed, movable, outlying)
+    if ways.slid:
+        found |= ways.folding(movable)
+        smoothed = WaysBack.of(smoothed, faces, ways.normals, found).evened()
+    return smoothed, flattening(vertices, smoothed, faces, found)
+
+
+def far_from(
+    vertices: Floats, faces: Ints, smoothed: Floats, movable: Bools | None = None, outlying: Bools | None = None
+) -> Bools:
     """(n,) the vertices that are farther from the (n, 3) smoothed ones, along the normals, than three deviations.
 
     And than those around them, see `standing_out`: where a filter rounds an edge all of them are far.
@@ -82,10 +98,12 @@ def far_from(vertices: Floats, faces: Ints, smoothed: Floats, movable: Bools | N
         faces: (m, 3) triangles.
         smoothed: (n, 3) what a filter made of them.
         movable: (n,) which vertices may move, None for all; the others are not among them.
+        outlying: (n,) outliers that are known, None for none: the deviation is that of the others.
     """
     away = np.einsum("ij,ij->i", vertices - smoothed, smooth_normals(smoothed, faces))
     used = referenced_vertices(faces, len(vertices))
-    deviation = float(np.median(np.abs(away[used]))) / _MEDIAN_OF_NORMAL if used.any() else 0.0
+    usual = used if outlying is None else used & ~outlying
+    deviation = float(np.median(np.abs(away[usual]))) / _MEDIAN_OF_NORMAL if usual.any() else 0.0
     far = used & standing_out(away, faces, max(_FAR * deviation, _LEAST * mean_edge_length(vertices, faces)))
     return np.asarray(far if movable is None else far & movable)
 
@@ -100,7 +118,7 @@ def replace_outlying(vertices: Floats, faces: Ints, movable: Bools | None = None
 
     Returns:
         vertices: (n, 3); those that do not stand out keep every bit.
-        outlying: (n,) which do, see `outlying_vertices`.
+        outlying: (n,) which do, see `outlying_vertices`, and make the surface flatter there, see `flattening`.
     """
     edge = mean_edge_length(vertices, faces)
     used = referenced_vertices(faces, len(vertices))
@@ -112,10 +130,12 @@ def replace_outlying(vertices: Floats, faces: Ints, movable: Bools | None = None
     if movable is not None:
         outlying &= movable
     others = points
-    if have_slid(points, faces, normals, outlying):
-        outlying |= folding(points, faces, normals, outlying, movable)
-        others = evened(points, faces, normals, outlying)
-    which = np.flatnonzero(outlying).astype(np.int32)
+    ways = WaysBack.of(points, faces, normals, outlying)
+    if ways.slid:
+        outlying |= ways.folding(movable)
+        others = WaysBack.of(points, faces, normals, outlying).evened()
+    expected = put_where_expected(others, faces, normals, np.flatnonzero(outlying).astype(np.int32))
+    outlying = flattening(points, expected, faces, outlying)
     result = vertices.copy()
-    result[which] += edge * (put_where_expected(others, faces, normals, which) - points)[which]
+    result[outlying] += edge * (expected - points)[outlying]
     return result, outlying

@@ -1,5 +1,7 @@
 """Outliers that are off along the surface too: their heights tell only half of it, and on a plane they fold faces over."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..evidence import means_of_others
@@ -17,59 +19,62 @@ _FAR, _MEDIAN_IN_PLANE = 3.0, 1.1774
 _FOLDED = -0.5
 
 
-def have_slid(vertices: Floats, faces: Ints, normals: Floats, outlying: Bools) -> bool:
-    """Whether outliers are off along the surface as well as along the normals.
+class WaysBack(NamedTuple):
+    """The ways along the surface to the means of those around that are no outliers.
 
-    Args:
+    Attributes:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
         normals: (n, 3) unit normals of a smoothed copy.
         outlying: (n,) the outliers.
+        ways: (n, 3) from each vertex.
+        lengths: (n,) of these.
+        usual: the median length of those that are no outliers.
+        least: shorter ways fold nothing over.
     """
-    if not outlying.any():
-        return False
-    _, lengths, usual = _ways_back(vertices, faces, normals, outlying)
-    return bool(np.median(lengths[outlying]) > max(_SLID * usual, _LEAST * mean_edge_length(vertices, faces)))
 
+    vertices: Floats
+    faces: Ints
+    normals: Floats
+    outlying: Bools
+    ways: Floats
+    lengths: Floats
+    usual: float
+    least: float
 
-def evened(vertices: Floats, faces: Ints, normals: Floats, outlying: Bools) -> Floats:
-    """(n, 3) the vertices, outliers off along the surface put back along it, to the mean of those around.
+    @staticmethod
+    def of(vertices: Floats, faces: Ints, normals: Floats, outlying: Bools) -> "WaysBack":
+        """Measured once, for all that is asked of them."""
+        every = np.arange(len(vertices), dtype=np.int32)
+        ways = means_of_others(vertices, one_rings(faces, len(vertices)), every, outlying) - vertices
+        ways -= np.einsum("ij,ij->i", ways, normals)[:, None] * normals
+        lengths = np.linalg.norm(ways, axis=1)
+        others = referenced_vertices(faces, len(vertices)) & ~outlying
+        usual = float(np.median(lengths[others])) if others.any() else 0.0
+        return WaysBack(vertices, faces, normals, outlying, ways, lengths, usual, _LEAST * mean_edge_length(vertices, faces))
 
-    The arguments are those of `have_slid`.
-    """
-    ways, lengths, usual = _ways_back(vertices, faces, normals, outlying)
-    off = outlying & _off(lengths, usual, vertices, faces)
-    return np.where(off[:, None], vertices + ways, vertices)
+    @property
+    def slid(self) -> bool:
+        """Whether the outliers are off along the surface as well as along the normals."""
+        if not self.outlying.any():
+            return False
+        return bool(np.median(self.lengths[self.outlying]) > max(_SLID * self.usual, self.least))
 
+    @property
+    def far(self) -> Bools:
+        """(n,) the vertices that are off along the surface."""
+        return np.asarray(self.lengths > max(_FAR * self.usual / _MEDIAN_IN_PLANE, self.least))
 
-def folding(vertices: Floats, faces: Ints, normals: Floats, outlying: Bools, movable: Bools | None = None) -> Bools:
-    """(n,) the vertices that are off along the surface so far that they fold faces over.
+    def evened(self) -> Floats:
+        """(n, 3) the vertices, outliers off along the surface put back along it, to the mean of those around."""
+        return np.where((self.outlying & self.far)[:, None], self.vertices + self.ways, self.vertices)
 
-    The arguments are those of `have_slid`; of vertices that are not movable, None for none, there are none.
-    """
-    _, lengths, usual = _ways_back(vertices, faces, normals, outlying)
-    corners, means = vertices[faces], normals[faces].sum(axis=1)
-    sides = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    sizes = np.linalg.norm(sides, axis=1) * np.linalg.norm(means, axis=1)
-    folded = np.zeros(len(vertices), dtype=np.bool_)
-    folded[faces[np.einsum("ij,ij->i", sides, means) < _FOLDED * sizes]] = True
-    folded &= _off(lengths, usual, vertices, faces)
-    return np.asarray(folded if movable is None else folded & movable)
-
-
-def _ways_back(vertices: Floats, faces: Ints, normals: Floats, outlying: Bools) -> tuple[Floats, Floats, float]:
-    """The ways along the surface to the means of those around that are no outliers, (n, 3).
-
-    Returns:
-        The ways, (n,) their lengths, and the median length of those that are no outliers.
-    """
-    every = np.arange(len(vertices), dtype=np.int32)
-    ways = means_of_others(vertices, one_rings(faces, len(vertices)), every, outlying) - vertices
-    ways -= np.einsum("ij,ij->i", ways, normals)[:, None] * normals
-    lengths = np.linalg.norm(ways, axis=1)
-    others = referenced_vertices(faces, len(vertices)) & ~outlying
-    return ways, lengths, float(np.median(lengths[others])) if others.any() else 0.0
-
-
-def _off(lengths: Floats, usual: float, vertices: Floats, faces: Ints) -> Bools:
-    return np.asarray(lengths > max(_FAR * usual / _MEDIAN_IN_PLANE, _LEAST * mean_edge_length(vertices, faces)))
+    def folding(self, movable: Bools | None = None) -> Bools:
+        """(n,) the vertices that are off along the surface so far that they fold faces over; of those that may move."""
+        corners, means = self.vertices[self.faces], self.normals[self.faces].sum(axis=1)
+        sides = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        sizes = np.linalg.norm(sides, axis=1) * np.linalg.norm(means, axis=1)
+        folded = np.zeros(len(self.vertices), dtype=np.bool_)
+        folded[self.faces[np.einsum("ij,ij->i", sides, means) < _FOLDED * sizes]] = True
+        folded &= self.far
+        return np.asarray(folded if movable is None else folded & movable)

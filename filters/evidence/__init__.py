@@ -3,6 +3,7 @@
 from .calm_noise import calm_noise
 from .choose import Candidates, Choice, Looks, Trial, choose, looks
 from .cloud_sample import CloudSample, cloud_patches, spacing_and_numbers
+from .flattening import flattening
 from .hearing import hear, run_to_last, starts_of
 from .held_out import far_from_border, held_out_vertices, means_of_others, without
 from .outlying import outlying_vertices, put_where_expected, standing_out
@@ -22,6 +23,7 @@ __all__ = [
     "choose",
     "cloud_patches",
     "far_from_border",
+    "flattening",
     "hear",
     "held_out_vertices",
     "judge",

@@ -11,6 +11,7 @@ from pymeshfair.filters.evidence import (
     calm_noise,
     choose,
     far_from_border,
+    flattening,
     held_out_vertices,
     judge,
     outlying_vertices,
@@ -256,3 +257,22 @@ def test_a_small_mesh_is_its_own_sample_and_a_large_one_is_sampled() -> None:
     shuffled, other_faces, old = renumbered(mesh)
     again = sample_of(shuffled, other_faces)
     assert np.array_equal(np.sort(old[again.origin]), np.sort(patches.origin))
+
+
+def test_taking_spikes_flattens_a_roof_and_rounding_its_ridge_does_not() -> None:
+    """Where spikes and the vertices of the ridge may all go to where a rounding filter has them, the spikes alone do."""
+    flat, faces = grid(20, 21)
+    roof = flat - [10.0, 10.0, 0.0]
+    roof[:, 2] = -1.5 * np.abs(roof[:, 0])
+    inner = far_from_border(faces, len(roof), rings=0)
+    ridge = (roof[:, 0] == 0.0) & inner
+    spikes = np.zeros_like(ridge)
+    spikes[np.flatnonzero(inner & ~ridge)[3::11]] = True
+    points, rounded = roof.copy(), roof.copy()
+    points[spikes, 2] += 1.0
+    rounded[ridge, 2] -= 0.4
+    assert np.array_equal(flattening(points, rounded, faces, ridge | spikes), spikes)
+    turned, others, old = renumbered((points @ rotation().T, faces))
+    found = flattening(turned, (rounded @ rotation().T)[old], others, (ridge | spikes)[old])
+    assert np.array_equal(found, spikes[old])
+    assert not flattening(points, roof, faces, np.zeros_like(spikes)).any()
