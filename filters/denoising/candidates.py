@@ -164,11 +164,24 @@ class SettingsTried:
     def _chain(
         self, points: Floats, chain: AutomaticParameters, stops: tuple[int, ...], movable: Bools | None
     ) -> Iterator[Floats]:
-        """The results of the rounds at which the chain may stop."""
-        mesh = normalised_mesh(points, self._faces, movable).in_order(self._known.places)
-        results = rounds(mesh, self._known, chain.normal_filter(), vertex_iterations=chain.vertex_iterations, border=self._border)
-        done = 0
-        for stop in stops:
-            result = next(islice(results, stop - done - 1, None), mesh.points)
-            done = stop
-            yield mesh.restored(result)
+        return results_after(points, self._faces, self._known, chain, stops, border=self._border, movable=movable)
+
+
+def results_after(
+    points: Floats,
+    faces: Ints,
+    known: Surroundings,
+    chain: AutomaticParameters,
+    stops: tuple[int, ...],
+    *,
+    border: BorderPolicy,
+    movable: Bools | None,
+) -> Iterator[Floats]:
+    """The (n, 3) results of the rounds at which a chain may stop, ascending, for a mesh whose adjacency is known."""
+    mesh = normalised_mesh(points, faces, movable).in_order(known.places)
+    results = rounds(mesh, known, chain.normal_filter(), vertex_iterations=chain.vertex_iterations, border=border)
+    done = 0
+    for stop in stops:
+        result = next(islice(results, stop - done - 1, None), mesh.points)
+        done = stop
+        yield mesh.restored(result)

@@ -3,25 +3,30 @@
 from .calm_noise import calm_noise
 from .choose import Candidates, Choice, Looks, Trial, choose, looks
 from .held_out import far_from_border, held_out_vertices, means_of_others, without
+from .noise_field import NoiseField, noise_field
 from .outlying import outlying_vertices, put_where_expected, standing_out
 from .patches import Sample, sample_of
 from .quadric_prediction import predicted_heights
+from .risk import choose_by_risk
 from .verdict import Verdict, judge
 
 __all__ = [
     "Candidates",
     "Choice",
     "Looks",
+    "NoiseField",
     "Sample",
     "Trial",
     "Verdict",
     "calm_noise",
     "choose",
+    "choose_by_risk",
     "far_from_border",
     "held_out_vertices",
     "judge",
     "looks",
     "means_of_others",
+    "noise_field",
     "outlying_vertices",
     "predicted_heights",
     "put_where_expected",
