@@ -21,7 +21,7 @@ ROUNDS = (1, 2, 3, 5, 7, 10, 14, 20, 28, 40)
 # Noise of single vertices, and noise smoothed over so many steps, as seen by differences of so many.
 _WIDTHS, _SCALES = (0, 1, 2, 4, 8), (1, 2, 4, 8)
 # Maps of more faces are judged by so many patches, each wide enough for forty rounds.
-_WHOLE, _PATCHES, _FACES = 100_000, 10, 6_000
+_WHOLE, _PATCHES, _FACES = 60_000, 10, 6_000
 
 
 def range_map_setting(

@@ -31,7 +31,7 @@ def _shared(width: int, seed: int = 1) -> np.ndarray:
         np.add.at(sums, pairs[:, 0], noise[pairs[:, 1]])
         np.add.at(sums, pairs[:, 1], noise[pairs[:, 0]])
         noise = noise / 3.0 + 2.0 / 3.0 * sums / degrees
-    return noise / noise[SCORED].std()
+    return np.asarray(noise / noise[SCORED].std())
 
 
 def _map(camera: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
