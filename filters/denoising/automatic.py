@@ -1,7 +1,7 @@
 """Denoising without parameters: those of the normal filter follow from the scan alone.
 
-A clean mesh stays as it is; noise that neighbours share, as that of depth cameras, gets a fixed setting; all else the
-setting that best predicts vertices which it has not seen.
+A clean mesh stays as it is; noise that neighbours share, as that of depth cameras, gets a strong setting of its own; all else
+the setting that best predicts vertices which it has not seen.
 """
 
 from collections.abc import Iterator, Sequence
@@ -19,14 +19,11 @@ from .candidates import SettingsTried
 from .designed import is_designed
 from .impulses import Outliers, far_from, replace_outlying
 from .noise_level import NoiseEstimate, estimate_noise
+from .range_map import range_map_setting
 from .relaxation import direction_for
-from .repertoire import REPERTOIRE, AutomaticParameters, Repertoire, Setting, settings
+from .repertoire import REPERTOIRE, Repertoire, Setting, settings
 from .scan import Scan
 from .shared_noise import neighbours_share_noise
-
-#: Range maps of depth cameras, whose noise neighbours share, so that held-out vertices say nothing: strong, and fixed. One map of
-#: a camera and three computed ones prefer it to Huber's kernel and to fewer steps.
-RANGE_MAP = Setting(parameters=AutomaticParameters("averaged", "gaussian", 0.4, 0.0, 2.5, "two_ring", 20, 40))
 
 # More vertices than this stand out of impulsive noise: of Gaussian noise up to 0.003, of clean meshes up to 0.007.
 _IMPULSIVE = 0.01
@@ -60,7 +57,7 @@ def automatic_choice(
 ) -> AutomaticChoice:
     """Find how a mesh is denoised.
 
-    1. Made of planes without noise: nothing is done. Noise that neighbours share: `RANGE_MAP`.
+    1. Made of planes without noise: nothing is done. Noise that neighbours share: that of `range_map_setting`.
     2. Otherwise that of `settings`, nothing at all among them, that `choose` finds on the mesh, or on patches of a large one.
        Steps of Taubin's go along the normals alone if the vertices are scattered less along the surface than across it.
     3. A surface without noise stays: residuals of differences that agree between neighbours rule noise out, see `Scan`, and what
@@ -92,7 +89,8 @@ def automatic_choice(
     if is_designed(mesh.points, mesh.cells):
         return AutomaticChoice("clean", Setting(), noise)
     if neighbours_share_noise(mesh.points, mesh.cells, noise):
-        return AutomaticChoice("range map", RANGE_MAP, noise)
+        setting, by_risk = range_map_setting(mesh, border=border, progress=progress)
+        return AutomaticChoice("range map", setting, noise, by_risk)
     trial = _Trial(Scan.of(vertices, faces, movable=movable, seed=seed, progress=rising(progress)), border, repertoire)
     scan, evidence = trial.scan, trial.of_settings()
     setting = _chosen(evidence, Setting())

@@ -69,19 +69,25 @@ class SettingsTried:
         return families
 
     def _chain(self, points: Floats, chain: Chain, movable: Bools | None) -> Iterator[Floats]:
-        """The results of the rounds at which the chain may stop."""
-        parameters, stops = chain
-        mesh = normalised_mesh(points, self._faces, movable).in_order(self._known.places)
-        results = rounds(
-            mesh,
-            self._known,
-            parameters.normal_filter(),
-            vertex_iterations=parameters.vertex_iterations,
-            vertex_update=parameters.vertex_update,
-            border=self._border,
-        )
-        done = 0
-        for stop in stops:
-            result = next(islice(results, stop - done - 1, None), mesh.points)
-            done = stop
-            yield mesh.restored(result)
+        return results_after(points, self._faces, self._known, chain, border=self._border, movable=movable)
+
+
+def results_after(
+    points: Floats, faces: Ints, known: Surroundings, chain: Chain, *, border: BorderPolicy, movable: Bools | None
+) -> Iterator[Floats]:
+    """The (n, 3) results of the rounds at which a chain may stop, ascending, for a mesh whose adjacency is known."""
+    parameters, stops = chain
+    mesh = normalised_mesh(points, faces, movable).in_order(known.places)
+    results = rounds(
+        mesh,
+        known,
+        parameters.normal_filter(),
+        vertex_iterations=parameters.vertex_iterations,
+        vertex_update=parameters.vertex_update,
+        border=border,
+    )
+    done = 0
+    for stop in stops:
+        result = next(islice(results, stop - done - 1, None), mesh.points)
+        done = stop
+        yield mesh.restored(result)

@@ -5,48 +5,77 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..evidence import calm_noise, far_from_border, sample_of
-from ..geometry import mean_edge_length
+from ..evidence import far_from_border, noise_field, sample_of
+from ..geometry import edge_lengths, face_normals, mean_edge_length
 from ..libraries import sparse
 from ..mesh import Floats, Ints, check_mesh
-from ..topology import edges
+from ..topology import edges, face_adjacency
 from .noise_level import NoiseEstimate, differences_of_fourth_order, inner_vertices, ring_means, smooth_normals
 
-# A map is seen from one side: the mean of its normals is longer than this.
-_FACING = 0.4
-# A range map is sampled on a grid: its vertices are spread along the surface, while their residuals lie along the view. A depth
-# camera's map has 3.9 and 0.37. Scans and parts with noise from 0.06 edges have up to 2.5, in any direction.
-# With less noise than that an uneven scan from one side looks alike and would lose its details: it has tails up to 1.08, and
-# `shared_noise` up to 0.06 from 0.03 edges; the maps have 1.14 to 1.7, and 0.078 to 0.1. Residuals that agree still more are the
-# details of a surface without noise: a decimated scan has 0.24.
-_SPREAD, _ONE_SIDED, _TAILS, _AGREE_SPREAD, _DETAILS = 3.0, 0.3, 1.11, 0.068, 0.15
-# So is a mesh whose `shared_noise` is above both of these, the second over the squared level, since details count the less the
-# stronger the noise is. Four computed maps of a depth camera with its steps, at 0.19 to 0.28 edges, have 0.017 to 0.045 and
-# 0.0013 to 0.0022; figures and scans with independent noise at most 0.01, and at most 0.0007. Their mean angle falls from 1.16 to
-# 0.5 times that of Taubin's best. Rough land with independent noise has as much; but there a vertex is no better known to its
-# neighbours than even noise is, `calm_noise` being 0.73 to 0.8 of the level, and 0.36 to 0.58 in computed maps.
-_AGREE, _AGREE_WEAK, _CALM = 0.011, 0.0009, 0.6
+# The vertices of a depth map lie on lines of sight, and so do their residuals: this share of their squares and more is along one
+# direction. Maps of lenses of up to 45 degrees have 0.9 and more, other meshes with noise, terrain among them, up to 0.6.
+_ON_LINES = 0.75
+# Such noise is shared if more than half of its variance is, by a fit of noise of single vertices and of noise smoothed over two
+# steps, seen by differences of one step and of four.
+_WIDTHS, _SCALES, _HALF = (0, 2), (1, 4), 0.5
+# Every camera has some noise of its own at each vertex: 0.033 mean edges and more, fused maps 0.006 and more. Without noise the
+# first have up to 0.012, a laser scanner's map of a face, and the second up to 0.0035: what is left of them are details.
+_OWN, _OWN_FUSED = 0.03, 0.005
+# Rounded depths are flush at so many edges. Maps of steps of a fifth to a sixteenth of a pixel of disparity are at 0.42 to 0.69,
+# those of millimetres by a time-of-flight camera at up to 0.33, others at less than 0.1.
+_FLUSH, _ROUNDING = 0.4, 1e-3
+#: Residuals of vertices so many edges from the border are whole enough.
+RINGS = 3
+
+# A fused map is a level set in a grid of cubes, which cuts off corners anywhere: 7 to 10 % of its edges are shorter than a
+# quarter of the mean; of other meshes, decimated and uneven ones among them, at most 3 %. It is seen from one side: the mean of
+# its normals is longer than the last of these.
+_SHORT, _CUT_OFF, _FACING = 0.25, 0.05, 0.4
 
 
 def neighbours_share_noise(points: Floats, faces: Ints, noise: NoiseEstimate) -> bool:
-    """Whether the mesh is a depth camera's map: seen from one side, with noise that neighbours share.
+    """Whether the mesh is a depth camera's map, or fused from such maps, with noise that neighbours share.
 
     Args:
         points: (n, 3) coordinates.
         faces: (m, 3) triangles.
         noise: of `estimate_noise`.
     """
-    corners = points[faces]
-    areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    if noise.level == 0.0 or np.linalg.norm(areas.sum(axis=0)) < _FACING * np.linalg.norm(areas, axis=1).sum():
+    if noise.level == 0.0:
         return False
-    if noise.tangential > _SPREAD * noise.level and noise.anisotropy > _ONE_SIDED and noise.tails > _TAILS:
-        return _AGREE_SPREAD < shared_noise(points, faces) < _DETAILS
-    if shared_noise(points, faces) < max(_AGREE, _AGREE_WEAK / noise.level**2):
+    on_lines = on_lines_of_sight(points, faces)
+    if not on_lines and not _looks_fused(points, faces):
         return False
     sample = sample_of(points, faces)
-    normals, scored = smooth_normals(sample.points, sample.faces), far_from_border(sample.faces, len(sample.points))
-    return calm_noise(sample.points, sample.faces, normals=normals, scored=scored) < _CALM * noise.level
+    normals, scored = smooth_normals(sample.points, sample.faces), far_from_border(sample.faces, len(sample.points), rings=RINGS)
+    field = noise_field(sample.points, sample.faces, normals=normals, scored=scored, widths=_WIDTHS, scales=_SCALES)
+    if field.own < (_OWN if on_lines else _OWN_FUSED):
+        return False
+    return field.shared > _HALF or (on_lines and in_steps(points, faces))
+
+
+def _looks_fused(points: Floats, faces: Ints) -> bool:
+    corners, lengths = points[faces], edge_lengths(points, edges(faces))
+    areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    faced = np.linalg.norm(areas.sum(axis=0)) > _FACING * np.linalg.norm(areas, axis=1).sum()
+    return bool(faced and np.mean(lengths < _SHORT * lengths.mean()) > _CUT_OFF)
+
+
+def on_lines_of_sight(points: Floats, faces: Ints) -> bool:
+    """Whether the vertices are pixels: differences of fourth order are along the view alone, the rest being evenly spaced."""
+    pairs = edges(faces)
+    inner = inner_vertices(faces, pairs, len(points))
+    residuals = differences_of_fourth_order(points, pairs)[inner]
+    squares = np.linalg.eigvalsh(residuals.T @ residuals)
+    return bool(squares[-1] > _ON_LINES * squares.sum())
+
+
+def in_steps(points: Floats, faces: Ints) -> bool:
+    """Whether the depth was rounded so coarsely that many adjacent faces are flush."""
+    pairs, _ = face_adjacency(faces)
+    sides = face_normals(points, faces)[pairs]
+    flush = np.linalg.norm(sides[:, 0] - sides[:, 1], axis=1) < _ROUNDING
+    return bool(len(flush) and flush.mean() > _FLUSH)
 
 
 def shared_noise(vertices: ArrayLike, faces: ArrayLike) -> float:

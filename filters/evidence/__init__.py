@@ -6,9 +6,11 @@ from .cloud_sample import CloudSample, cloud_patches, spacing_and_numbers
 from .flattening import flattening
 from .hearing import hear, run_to_last, starts_of
 from .held_out import far_from_border, held_out_vertices, means_of_others, without
+from .noise_field import NoiseField, noise_field
 from .outlying import outlying_vertices, put_where_expected, standing_out
 from .patches import Sample, sample_of
 from .quadric_prediction import predicted_heights
+from .risk import choose_by_risk
 from .verdict import Verdict, judge
 
 __all__ = [
@@ -16,11 +18,13 @@ __all__ = [
     "Choice",
     "CloudSample",
     "Looks",
+    "NoiseField",
     "Sample",
     "Trial",
     "Verdict",
     "calm_noise",
     "choose",
+    "choose_by_risk",
     "cloud_patches",
     "far_from_border",
     "flattening",
@@ -29,6 +33,7 @@ __all__ = [
     "judge",
     "looks",
     "means_of_others",
+    "noise_field",
     "outlying_vertices",
     "predicted_heights",
     "put_where_expected",

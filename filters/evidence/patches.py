@@ -32,8 +32,16 @@ class Sample(NamedTuple):
     origin: Ints
 
 
-def sample_of(vertices: Floats, faces: Ints, edge: float | None = None) -> Sample:
-    """All of a mesh of up to 20,000 faces, or else 40 patches of about 450 faces each.
+def sample_of(
+    vertices: Floats,
+    faces: Ints,
+    edge: float | None = None,
+    *,
+    whole: int = _WHOLE,
+    patches: int = _PATCHES,
+    size: int = _FACES,
+) -> Sample:
+    """All of a mesh of up to 20,000 faces, or else 40 patches of about 450 faces each, or as is said.
 
     A patch is whole rings around a face. The faces are those with the least random numbers, made of their perimeters over the
     mean edge: renumbering, moving, turning and scaling the mesh changes none of them by more than rounding.
@@ -42,12 +50,15 @@ def sample_of(vertices: Floats, faces: Ints, edge: float | None = None) -> Sampl
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
         edge: their mean edge, if it is known.
+        whole: the most faces of a mesh that is taken as a whole.
+        patches: how many patches are taken of a larger one.
+        size: the faces of each, at least.
     """
-    if len(faces) <= _WHOLE:
+    if len(faces) <= whole:
         chosen, origin = faces, np.arange(len(vertices), dtype=np.int32)
         used = np.flatnonzero(referenced_vertices(faces, len(vertices)))
     else:
-        chosen, origin = _grown(vertices, faces, edge or mean_edge_length(vertices, faces))
+        chosen, origin = _grown(vertices, faces, edge or mean_edge_length(vertices, faces), patches, size)
         used = origin.astype(np.int64)
     middle = vertices[used].mean(axis=0) if len(used) else np.zeros(3)
     unit = mean_edge_length(vertices[origin], chosen)
@@ -55,16 +66,16 @@ def sample_of(vertices: Floats, faces: Ints, edge: float | None = None) -> Sampl
     return Sample((vertices[origin] - middle) / (unit or 1.0), np.ascontiguousarray(chosen), origin)
 
 
-def _grown(vertices: Floats, faces: Ints, edge: float) -> tuple[Ints, Ints]:
+def _grown(vertices: Floats, faces: Ints, edge: float, patches: int, size: int) -> tuple[Ints, Ints]:
     """The faces of the patches, by numbers of their own, and the vertex that each of these numbers stands for."""
     at_vertices = vertex_faces(faces, len(vertices))
     perimeters = np.empty(len(faces))
     over_range(_measure_perimeters, len(faces), vertices, faces, perimeters)
-    seeds = _least(((perimeters / edge) * _MULTIPLE) % 1.0, _PATCHES)
+    seeds = _least(((perimeters / edge) * _MULTIPLE) % 1.0, patches)
     marks = np.full(len(faces), -1, dtype=np.int32)
     parts, origins, count = [], [], 0
     for number, seed in enumerate(seeds):
-        part = faces[np.sort(_rings_around(faces, at_vertices.offsets, at_vertices.rows, seed, _FACES, number, marks))]
+        part = faces[np.sort(_rings_around(faces, at_vertices.offsets, at_vertices.rows, seed, size, number, marks))]
         origin, local = np.unique(part, return_inverse=True)
         parts.append(local.reshape(-1, 3).astype(np.int32) + np.int32(count))
         origins.append(origin.astype(np.int32))

@@ -140,7 +140,8 @@ def _contest(values: dict[str, Any], most: int = 6) -> list[str]:
     if not tried:
         return []
     shown = sorted(tried, key=lambda trial: trial["error"])[:most]
-    lines = [f"tried on held-out vertices: {len(tried)} settings were not ruled out at once; error in mean edges of"]
+    judge = "by what they make of the noise" if values["shape"] == "range map" else "on held-out vertices"
+    lines = [f"tried {judge}: {len(tried)} settings were not ruled out at once; error in mean edges of"]
     for trial in shown if tried[0] in shown else [*shown, tried[0]]:
         parameters = trial["parameters"]
         steps = {"keep": [], "replace": ["outliers replaced"], "only": ["outliers alone replaced"]}[trial["outliers"]]

@@ -1,0 +1,88 @@
+"""A filter chosen by how far its result is expected to be from the truth, where the noise is known but shared by neighbours."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..execution import Progress, ignore_progress
+from ..libraries import spatial
+from ..mesh import Bools, Floats, Ints
+from ..topology import edges
+from .choose import Candidates, Choice, Label, Trial
+
+# The noise is added once more, times this: little enough that the filter does not see it, and far more than rounding.
+_LITTLE = 0.1
+# Standard errors are those of the means of so many regions: neighbours say the same.
+_REGIONS = 100
+
+
+def choose_by_risk(
+    points: Floats,
+    faces: Ints,
+    candidates: Candidates,
+    labels: Sequence[Sequence[Label]],
+    *,
+    normals: Floats,
+    scored: Bools,
+    noise: Floats,
+    progress: Progress = ignore_progress,
+) -> Choice[Label] | None:
+    """Choose the result whose slopes are expected to be nearest to the true ones [stein1981].
+
+    Held-out vertices say nothing where neighbours share their noise. But what a filter f makes of noise can be seen: with heights
+    h = n . (f(y) - y), one more noise b of the same kind, and g = n . (f(y + e b) - f(y)) / e, the mean over the edges of
+    (h_i - h_j)^2 + 2 (b_i - b_j) (g_i - g_j) is how far the differences of heights along the edges are from those of another scan
+    of the same surface: that is the squared error of the result and the variance of the noise.
+
+    Of those within one standard error of the best the last one is taken: candidates go from little to much, and normals are
+    flatter where positions cannot tell.
+
+    Args:
+        points: (n, 3) coordinates with a mean edge of 1.
+        faces: (m, 3) triangles.
+        candidates: what is tried, each on all vertices.
+        labels: for each family the labels of its results. The very first should be that of doing nothing.
+        normals: (n, 3) unit normals of a smoothed copy.
+        scored: (n,) the vertices that count.
+        noise: (n,) heights of a noise as that of the scan, independent of it.
+        progress: called after every result; may raise to stop.
+
+    Returns:
+        The choice; None if no edge counts. The errors are in mean edges.
+    """
+    pairs = edges(faces)
+    i, j = pairs[scored[pairs].all(axis=1)].T
+    if not len(i):
+        return None
+    nobody, regions = np.empty(0, dtype=np.int32), _regions(points, i)
+    more = points + _LITTLE * noise[:, None] * normals
+    every = [label for family in labels for label in family]
+    again = noise[i] - noise[j]
+    sums = []
+    for family, other in zip(candidates(points, nobody), candidates(more, nobody), strict=True):
+        for result, result_of_more in zip(family, other, strict=True):
+            heights = np.einsum("ij,ij->i", result - points, normals)
+            passed = np.einsum("ij,ij->i", result_of_more - result, normals) / _LITTLE
+            squares = (heights[i] - heights[j]) ** 2 + 2.0 * again * (passed[i] - passed[j])
+            sums.append(np.bincount(regions, squares, minlength=_REGIONS))
+            progress(len(sums) / len(every))
+    counts = np.bincount(regions, minlength=_REGIONS)
+    means = np.sum(sums, axis=1) / len(i)
+    best = int(means.argmin())
+    behind = np.array(sums) - sums[best]
+    excess = means - means[best]
+    uncertainty = np.sqrt(((behind - excess[:, None] * counts) ** 2).sum(axis=1)) / len(i)
+    errors = np.sqrt(np.maximum(means, 0.0))
+    trials = tuple(
+        Trial(label, float(error), float(more), float(doubt), None, None)
+        for label, error, more, doubt in zip(every, errors, excess, uncertainty, strict=True)
+    )
+    return Choice(trials[int(np.flatnonzero(excess <= uncertainty)[-1])], trials)
+
+
+def _regions(points: Floats, which: Ints) -> Ints:
+    """(k,) for the vertices the region that each is in, around vertices that lie anywhere."""
+    distances = np.linalg.norm(points[which] - points[which].mean(axis=0), axis=1)
+    middles = which[np.argsort((distances * 1013.0) % 1.0, kind="stable")]
+    middles = middles[np.sort(np.unique(middles, return_index=True)[1])][:_REGIONS]
+    return np.asarray(spatial.cKDTree(points[middles]).query(points[which])[1], dtype=np.int64)

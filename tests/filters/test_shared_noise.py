@@ -1,0 +1,158 @@
+"""Noise that neighbours share: found, measured, and what is chosen there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from scipy.ndimage import gaussian_filter
+
+from pymeshfair.filters.denoising.noise_level import estimate_noise
+from pymeshfair.filters.denoising.range_map import RANGE_MAP, range_map_setting
+from pymeshfair.filters.denoising.shared_noise import in_steps, neighbours_share_noise, on_lines_of_sight
+from pymeshfair.filters.diffusion.taubin import taubin_fairing
+from pymeshfair.filters.evidence import Choice, choose_by_risk, far_from_border, noise_field
+from pymeshfair.filters.mesh import normalised_mesh
+from tests.meshes import grid, irregular_grid, renumbered, rotation
+
+FLAT, FACES = irregular_grid(80, 80)
+UP = np.broadcast_to([0.0, 0.0, 1.0], FLAT.shape)
+SCORED = far_from_border(FACES, len(FLAT), rings=3)
+
+
+def _shared(width: int, seed: int = 1) -> np.ndarray:
+    """Heights with a variance of 1, smoothed over so many means of the ring, the vertex counting a third."""
+    noise = np.random.default_rng(seed).normal(size=len(FLAT))
+    pairs = np.unique(np.sort(np.concatenate([FACES[:, [0, 1]], FACES[:, [1, 2]], FACES[:, [2, 0]]]), axis=1), axis=0)
+    degrees = np.bincount(pairs.ravel())
+    for _ in range(width):
+        sums = np.zeros(len(noise))
+        np.add.at(sums, pairs[:, 0], noise[pairs[:, 1]])
+        np.add.at(sums, pairs[:, 1], noise[pairs[:, 0]])
+        noise = noise / 3.0 + 2.0 / 3.0 * sums / degrees
+    return np.asarray(noise / noise[SCORED].std())
+
+
+def _map(camera: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A hilly map of pixels, its truth and its faces: "light" has steps, "flight" blurred noise, "view" independent noise."""
+    rng = np.random.default_rng(2)
+    vertices, faces = grid(90, 90)
+    x, y = vertices[:, 0], vertices[:, 1]
+    blurred = gaussian_filter(rng.normal(size=(91, 91)), 1.2).ravel()
+    blurred /= blurred.std()
+    truth, noisy = vertices.copy(), vertices.copy()
+    truth[:, 2] = 4.0 * np.sin(x / 14.0) * np.cos(y / 17.0)
+    if camera == "light":
+        noisy[:, 2] = 1.5 * np.round(truth[:, 2] / 1.5 + 0.5 * blurred)
+    elif camera == "flight":
+        noisy[:, 2] = truth[:, 2] + 0.3 * blurred + 0.1 * rng.normal(size=len(x))
+    else:
+        noisy[:, 2] = truth[:, 2] + 0.3 * rng.normal(size=len(x))
+    return noisy, truth, faces
+
+
+def _found(vertices: np.ndarray, faces: np.ndarray) -> bool:
+    return neighbours_share_noise(vertices, faces, estimate_noise(vertices, faces))
+
+
+@pytest.mark.parametrize("width", [0, 2, 4])
+def test_the_width_of_the_noise_that_was_put_in_is_found(width: int) -> None:
+    """Four fifths and more of the variance are of that width, and the variance is right within a quarter."""
+    points = FLAT + 0.3 * _shared(width)[:, None] * UP
+    field = noise_field(points, FACES, normals=UP, scored=SCORED, widths=(0, 2, 4), scales=(1, 2, 4))
+    assert field.variances[(0, 2, 4).index(width)] > 0.8 * field.variances.sum()
+    assert field.variances.sum() == pytest.approx(0.09, rel=0.25)
+    assert field.heights[SCORED].std() == pytest.approx(0.3, rel=0.15)
+
+
+def test_half_of_the_noise_is_shared() -> None:
+    """Of equal parts of two widths about a half is shared, and the other part is the noise of a vertex of its own."""
+    points = FLAT + (0.2 * _shared(0) + 0.2 * _shared(2, seed=5))[:, None] * UP
+    field = noise_field(points, FACES, normals=UP, scored=SCORED, widths=(0, 2), scales=(1, 4))
+    assert field.shared == pytest.approx(0.5, abs=0.15)
+    assert field.own == pytest.approx(0.2, rel=0.15)
+
+
+def test_no_noise_is_nothing() -> None:
+    """Neither a plane nor a mesh of which no vertex counts has any."""
+    for scored in (SCORED, np.zeros_like(SCORED)):
+        field = noise_field(FLAT, FACES, normals=UP, scored=scored, widths=(0, 2), scales=(1, 4))
+        assert (field.shared, field.own) == (0.0, 0.0)
+        assert not field.heights.any()
+
+
+def test_the_noise_is_the_same_for_a_moved_and_renumbered_mesh() -> None:
+    """Random numbers are made of the geometry."""
+    points = FLAT + 0.3 * _shared(2)[:, None] * UP
+    moved, faces, order = renumbered((points @ rotation().T + 5.0, FACES), seed=3)
+    field = noise_field(points, FACES, normals=UP, scored=SCORED, widths=(0, 2), scales=(1, 4))
+    other = noise_field(moved, faces, normals=(UP @ rotation().T)[order], scored=SCORED[order], widths=(0, 2), scales=(1, 4))
+    np.testing.assert_allclose(other.variances, field.variances, rtol=1e-6)
+    np.testing.assert_allclose(other.heights, field.heights[order], atol=1e-6)
+
+
+def _by_risk(points: np.ndarray, noise: np.ndarray, steps: tuple[int, ...]) -> Choice[int] | None:
+    def candidates(start: np.ndarray, held: np.ndarray) -> list[Iterator[np.ndarray]]:
+        return [(taubin_fairing(start, FACES, iterations=k) if k else start for k in steps)]
+
+    return choose_by_risk(points, FACES, candidates, [list(steps)], normals=UP, scored=SCORED, noise=noise)
+
+
+def test_the_risk_is_the_error_and_the_variance_of_the_noise() -> None:
+    """The expected squared error of the slopes is right within a tenth of the noise's, though neighbours share the noise."""
+    steps, true, noise = (0, 3, 10), 0.5 * np.sin(FLAT[:, 0] / 8.0), 0.3 * _shared(2)
+    points = FLAT + (true + noise)[:, None] * UP
+    found = _by_risk(points, 0.3 * _shared(2, seed=9), steps)
+    assert found is not None
+    pairs = FACES[SCORED[FACES].all(axis=1)][:, :2]
+
+    def slopes(heights: np.ndarray) -> float:
+        return float((np.diff(heights[pairs], axis=1) ** 2).mean())
+
+    for trial in found.trials:
+        result = taubin_fairing(points, FACES, iterations=trial.label) if trial.label else points
+        assert trial.error**2 == pytest.approx(slopes(result[:, 2] - true) + slopes(noise), abs=0.1 * 2.0 * slopes(noise))
+    assert found.chosen.label == 10
+
+
+def test_without_noise_nothing_is_better_than_the_scan() -> None:
+    """The least risk is that of doing nothing; of no vertices nothing is known."""
+    points = FLAT + np.sin(FLAT[:, :1] / 2.0) * UP
+    found = _by_risk(points, np.zeros(len(points)), (0, 3, 10))
+    assert found is not None
+    assert found.chosen.label == 0
+    empty = np.empty((0, 3), dtype=np.int32)
+    assert choose_by_risk(FLAT, empty, lambda p, h: [], [], normals=UP, scored=SCORED, noise=FLAT[:, 2]) is None
+
+
+@pytest.mark.parametrize(("camera", "expected"), [("light", True), ("flight", True), ("view", False)])
+def test_maps_of_cameras_are_told_by_their_noise(camera: str, expected: bool) -> None:
+    """All are on lines of sight, turned or not, but only two share noise; the truth has none."""
+    noisy, truth, faces = _map(camera)
+    for vertices in (noisy, 7.0 * noisy @ rotation().T - 3.0):
+        assert on_lines_of_sight(vertices, faces)
+        assert in_steps(vertices, faces) == (camera == "light")
+        assert _found(vertices, faces) is expected
+    assert not _found(truth, faces)
+
+
+def test_rounded_maps_get_the_strong_setting_and_others_are_chosen_for() -> None:
+    """Only where noise is not as wide as steps is the number of rounds found, and what was tried is said."""
+    noisy, _, faces = _map("light")
+    assert range_map_setting(normalised_mesh(noisy, faces), border="along") == (RANGE_MAP, None)
+    noisy, _, faces = _map("flight")
+    told: list[float] = []
+    setting, found = range_map_setting(normalised_mesh(noisy, faces), border="along", progress=told.append)
+    assert found is not None
+    assert found.chosen.label == setting
+    assert setting.parameters is not None
+    assert len(found.trials) == 11
+    assert told[-1] == 1.0
+
+
+def test_what_may_not_move_is_no_evidence() -> None:
+    """Where no vertex may move nothing speaks for any number of rounds."""
+    noisy, _, faces = _map("flight")
+    mesh = normalised_mesh(noisy, faces, np.zeros(len(noisy), dtype=np.bool_))
+    assert range_map_setting(mesh, border="along") == (RANGE_MAP, None)
