@@ -5,21 +5,26 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeVar
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from ..evidence import Candidates, Choice, calm_noise, choose, far_from_border, sample_of
+from ..evidence import Candidates, Choice, calm_noise, choose, far_from_border, heights_of_means, judge, sample_of
 from ..execution import Progress, ignore_progress
 from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
+from ..topology import one_rings
+from .agreement import agreement
 from .noise_level import NoiseEstimate, estimate_noise, smooth_normals
-from .shared_noise import shared_noise
 
 Label = TypeVar("Label")
 
-# `shared_noise` of surfaces without noise is 0.1 to 1.3, with noise of 0.2 edges and more below 0.05, however uneven it is.
-_INDEPENDENT, _SURFACE = 0.05, 0.2
-# Meshes as they come have up to so much noise, in mean edges, by `calm_noise`; scans smoothed or decimated, whose neighbours
-# agree somewhat, up to the second. Noise of 0.05 edges has 0.036 to 0.053, of 0.1 edges 0.06 and more.
-_MESHING, _SMOOTHED = 0.03, 0.045
+# `agreement` of surfaces without noise is 0.1 to 1.3, with noise of 0.2 edges and more below 0.05, however uneven it is. In the
+# calmest third, where edges and details do not hide weak noise, it is 0.148 and more without noise, up to 0.122 with 0.03 edges.
+_INDEPENDENT, _SURFACE, _CALMEST, _SURFACE_THERE = 0.05, 0.2, 1.0 / 3.0, 0.13
+# Noise that is weaker moves no vertex by a hundredth of an edge.
+_NONE = 0.01
+# Scans smoothed or decimated, and meshes as they come, have up to so much noise by `calm_noise`. Noise of 0.05 edges has 0.036 to
+# 0.053, of 0.1 edges 0.06 and more.
+_SMOOTHED = 0.045
 # Where spikes have been replaced what is left agrees by 0.09 and more on clean parts, and by less than 0.05 if others are noisy
 # too, be it in one half of the mesh. On a ball with bumps it does not, but hardly anything is left.
 _EXACT = 0.005
@@ -96,12 +101,15 @@ class Scan:
     @cached_property
     def agreement(self) -> float:
         """How much neighbours agree in what is left after differences of fourth order: noise does not, a surface does."""
-        return shared_noise(self.points, self.faces)
+        return agreement(self.points, self.faces)
 
     @property
     def clean(self) -> bool:
-        """Whether there is no noise to speak of: hardly any where it is calmest, or what is left is surface."""
-        return self.calm < _MESHING or self.agreement > _SURFACE or (self.agreement > _INDEPENDENT and self.calm < _SMOOTHED)
+        """Whether there is no noise to speak of: hardly any, or what is left is surface, where it is calm too."""
+        if self.noise.level < _NONE or self.agreement > _SURFACE:
+            return True
+        smoothed = self.agreement > _INDEPENDENT and self.calm < _SMOOTHED
+        return smoothed and agreement(self.points, self.faces, calmest=_CALMEST) > _SURFACE_THERE
 
     @property
     def exact(self) -> bool:
@@ -129,10 +137,12 @@ class Scan:
 
         Where neighbours hardly agree there is noise. Otherwise, with the error e of what predicts best and the standard deviation
         s of the noise, e^2 = s^2 + d^2, where d is how far the result is from the truth, and the scan is s from it: nothing is
-        done where e^2 >= 2 s^2, s that of `calm`, or where doing nothing predicts nearly as well.
+        done where e^2 >= 2 s^2, s that of `calm`, or where the mean of the neighbours predicts nearly as well.
         """
         if self.agreement < _INDEPENDENT:
             return choice
-        error, nothing = choice.chosen.error, choice.trials[0]
+        error, which = choice.chosen.error, np.flatnonzero(self.scored).astype(np.int32)
+        of_means = heights_of_means(self.points, one_rings(self.faces, len(self.points)), self.normals, which)
         nearer = error**2 < 2.0 * (_EVEN * self.calm) ** 2
-        return choice if nearer and error < _BETTER * nothing.error else choice._replace(chosen=nothing)
+        better = error < _BETTER * judge(of_means[None]).errors[0]
+        return choice if nearer and better else choice._replace(chosen=choice.trials[0])

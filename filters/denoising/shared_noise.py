@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..evidence import far_from_border, noise_field, sample_of
-from ..geometry import edge_lengths, face_normals, mean_edge_length
-from ..libraries import sparse
-from ..mesh import Floats, Ints, check_mesh
+from ..geometry import edge_lengths, face_normals
+from ..mesh import Floats, Ints
 from ..topology import edges, face_adjacency
-from .noise_level import NoiseEstimate, differences_of_fourth_order, inner_vertices, ring_means, smooth_normals
+from .noise_level import NoiseEstimate, differences_of_fourth_order, inner_vertices, smooth_normals
 
 # The vertices of a depth map lie on lines of sight, and so do their residuals: this share of their squares and more is along one
 # direction. Maps of lenses of up to 45 degrees have 0.9 and more, other meshes with noise, terrain among them, up to 0.6.
@@ -76,40 +74,3 @@ def in_steps(points: Floats, faces: Ints) -> bool:
     sides = face_normals(points, faces)[pairs]
     flush = np.linalg.norm(sides[:, 0] - sides[:, 1], axis=1) < _ROUNDING
     return bool(len(flush) and flush.mean() > _FLUSH)
-
-
-def shared_noise(vertices: ArrayLike, faces: ArrayLike) -> float:
-    """How much more the residuals h of `estimate_noise` of neighbouring vertices agree than those of independent noise would.
-
-    The mean of h_i h_j over the edges between inner vertices, over the mean of h^2, less the mean of (B B^T)_ij / (|B_i| |B_j|),
-    which is what independent noise gives: about -0.3. Details and flat parts add to it the less, the more noise there is.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-
-    Returns:
-        Near 0 for independent noise, above 0 if neighbours share it; 0 of a mesh without inner vertices or residuals.
-
-    Raises:
-        FilterInputError: not a mesh.
-    """
-    points, triangles = check_mesh(vertices, faces)
-    pairs = edges(triangles)
-    inner = inner_vertices(triangles, pairs, len(points))
-    edge = mean_edge_length(points, triangles)
-    between = pairs[inner[pairs].all(axis=1)]
-    if edge == 0.0 or not len(between):
-        return 0.0
-    local = (points - points[np.unique(pairs)].mean(axis=0)) / edge
-    heights = np.einsum("ij,ij->i", differences_of_fourth_order(local, pairs), smooth_normals(points, triangles))
-    square = float((heights[inner] ** 2).mean())
-    if square == 0.0:
-        return 0.0
-    means = ring_means(pairs, len(points))
-    first = sparse.identity(len(points), format="csr") - means
-    second = first @ first
-    norms = np.sqrt(np.asarray(second.multiply(second).sum(axis=1)).ravel())
-    i, j = between.T
-    independent = np.asarray(second[i].multiply(second[j]).sum(axis=1)).ravel() / (norms[i] * norms[j])
-    return float((heights[i] * heights[j]).mean()) / square - float(independent.mean())

@@ -3,9 +3,10 @@
 from .calm_noise import calm_noise
 from .choose import Candidates, Choice, Looks, Trial, choose, looks
 from .cloud_sample import CloudSample, cloud_patches, spacing_and_numbers
+from .first_guess import first_guess
 from .flattening import flattening
 from .hearing import hear, run_to_last, starts_of
-from .held_out import far_from_border, held_out_vertices, means_of_others, without
+from .held_out import far_from_border, heights_of_means, held_out_vertices, means_of_others, without
 from .noise_field import NoiseField, noise_field
 from .outlying import outlying_vertices, put_where_expected, standing_out
 from .patches import Sample, sample_of
@@ -27,8 +28,10 @@ __all__ = [
     "choose_by_risk",
     "cloud_patches",
     "far_from_border",
+    "first_guess",
     "flattening",
     "hear",
+    "heights_of_means",
     "held_out_vertices",
     "judge",
     "looks",

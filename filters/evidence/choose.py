@@ -8,9 +8,10 @@ import numpy as np
 from ..execution import Progress, ignore_progress, part_of
 from ..geometry import face_normals
 from ..mesh import Bools, Floats, Ints
-from ..topology import face_adjacency, one_rings
+from ..topology import face_adjacency
+from .first_guess import first_guess
 from .hearing import STAYS, hear, run_to_last, starts_of
-from .held_out import held_out_vertices, without
+from .held_out import held_out_vertices
 
 Label = TypeVar("Label")
 
@@ -94,7 +95,7 @@ def choose(
     Noise of a vertex is independent of its neighbours', the surface is not: what predicts a vertex from the others fits
     the surface.
 
-    1. Hold out some vertices: put them at the mean of their neighbours, `without`.
+    1. Hold out some vertices: put them where the others say, `first_guess`.
     2. Run every candidate, and measure n . (y - f) at the held-out vertices y; again with other vertices. After each time
        candidates that are worse than the best by more than two standard errors are dropped, the very first one apart: it is
        what the others are compared with.
@@ -117,10 +118,10 @@ def choose(
     Returns:
         The choice, the same for any number of threads; None if no vertex can be held out.
     """
-    rings = one_rings(faces, len(points))
     held = _masks(points, faces, scored, seed)
     if not held:
         return None
+    guess = first_guess(points, faces, normals=normals, scored=scored)
     every = [label for family in labels for label in family]
     starts = starts_of(labels)
 
@@ -130,7 +131,7 @@ def choose(
 
     tried, verdict = hear(
         held,
-        lambda mask: candidates(without(points, rings, mask), mask),
+        lambda mask: candidates(guess(mask), mask),
         deviations,
         starts,
         stays=stays,

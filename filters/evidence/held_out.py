@@ -71,6 +71,12 @@ def means_of_others(points: Floats, rings: OneRings, which: Ints, hidden: Bools)
     return np.where(number[:, None] > 0, sums / np.maximum(number, 1)[:, None], points[which])
 
 
+def heights_of_means(points: Floats, rings: OneRings, normals: Floats, which: Ints) -> Floats:
+    """(k,) how far along their normals the means of their neighbours are from some vertices."""
+    ways = means_of_others(points, rings, which, np.zeros(len(points), dtype=np.bool_)) - points[which]
+    return np.asarray(np.einsum("ij,ij->i", ways, normals[which]))
+
+
 def far_from_border(faces: Ints, n_vertices: int, *, rings: int = 2) -> Bools:
     """(n,) the vertices of the faces that more than that many edges separate from the border: their surroundings are whole."""
     pairs = edges(faces)

@@ -7,8 +7,9 @@ import pytest
 from scipy.ndimage import gaussian_filter
 
 from pymeshfair.filters.checks import FilterInputError
+from pymeshfair.filters.denoising.agreement import agreement
 from pymeshfair.filters.denoising.noise_level import estimate_noise, smooth_normals
-from pymeshfair.filters.denoising.shared_noise import neighbours_share_noise, shared_noise
+from pymeshfair.filters.denoising.shared_noise import neighbours_share_noise
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.topology import edges
 from tests.meshes import cube, grid, icosphere, irregular_grid, noisy, renumbered, rotation, single_triangle, subdivided, torus
@@ -94,8 +95,8 @@ def test_noise_that_neighbours_share_is_told_from_independent_noise() -> None:
     shared = heights.copy()
     np.add.at(shared, pairs[:, 0], heights[pairs[:, 1]] / 6.0)
     np.add.at(shared, pairs[:, 1], heights[pairs[:, 0]] / 6.0)
-    assert abs(shared_noise(vertices * (1.0 + heights)[:, None], faces)) < 0.01
-    assert shared_noise(vertices * (1.0 + shared)[:, None], faces) > 0.03
+    assert abs(agreement(vertices * (1.0 + heights)[:, None], faces)) < 0.01
+    assert agreement(vertices * (1.0 + shared)[:, None], faces) > 0.03
 
 
 def test_a_depth_camera_is_told_from_rough_land_and_from_a_closed_shape() -> None:
@@ -122,4 +123,4 @@ def test_a_depth_camera_is_told_from_rough_land_and_from_a_closed_shape() -> Non
 
 def test_a_mesh_without_inner_vertices_shares_nothing() -> None:
     """A triangle has no residuals."""
-    assert shared_noise(*single_triangle()) == 0.0
+    assert agreement(*single_triangle()) == 0.0
