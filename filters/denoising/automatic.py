@@ -154,7 +154,7 @@ class _Trial(NamedTuple):
             of=self.repertoire,
         )
         outliers: Outliers = "keep" if replaced is None else "replace"
-        evidence = scan.choose(tried, settings(direction, outliers, alone=alone, of=self.repertoire))
+        evidence = scan.choose(tried, settings(direction, outliers, alone=alone, of=self.repertoire), spikes=replaced is not None)
         return evidence if evidence is None or replaced is not None else scan.or_nothing(evidence)
 
     def best_of(self, few: Sequence[Setting]) -> Setting:
@@ -165,7 +165,7 @@ class _Trial(NamedTuple):
             certain[held] = True
             return [iter([self.result(points, setting, certain)]) for setting in few]
 
-        found = None if len(few) == 1 else self.scan.choose(candidates, [[setting] for setting in few])
+        found = None if len(few) == 1 else self.scan.choose(candidates, [[setting] for setting in few], spikes=True)
         return few[0] if found is None else found.chosen.label
 
     def result(self, points: Floats, setting: Setting, certain: Bools | None = None) -> Floats:

@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..evidence import Candidates, Choice, calm_noise, choose, far_from_border, heights_of_means, judge, sample_of
+from ..evidence import Candidates, Choice, calm_noise, choose, far_from_border, guess_by_means, heights_of_means, judge, sample_of
 from ..execution import Progress, ignore_progress
 from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
 from ..topology import one_rings
@@ -117,9 +117,17 @@ class Scan:
         return self.agreement > _INDEPENDENT or self.calm < _EXACT
 
     def choose(
-        self, candidates: Candidates, labels: Sequence[Sequence[Label]], *, all_stay: bool = False
+        self, candidates: Candidates, labels: Sequence[Sequence[Label]], *, all_stay: bool = False, spikes: bool = False
     ) -> Choice[Label] | None:
-        """`choose`, on this scan; all candidates are heard to the end if `all_stay`."""
+        """`choose`, on this scan.
+
+        Args:
+            candidates: what is tried.
+            labels: the names of their results.
+            all_stay: all candidates are heard to the end.
+            spikes: what is tried differs in what it makes of spikes: held-out vertices start at the mean of their neighbours,
+                since a quadric is bent by spikes, and hides what it costs to move vertices that are exact.
+        """
         return choose(
             self.points,
             self.faces,
@@ -127,6 +135,7 @@ class Scan:
             labels,
             normals=self.normals,
             scored=self.scored,
+            guess=guess_by_means(self.points, self.faces) if spikes else None,
             seed=self.seed,
             progress=self.progress,
             **({"stays": 1e12} if all_stay else {}),

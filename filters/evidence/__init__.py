@@ -3,7 +3,7 @@
 from .calm_noise import calm_noise
 from .choose import Candidates, Choice, Looks, Trial, choose, looks
 from .cloud_sample import CloudSample, cloud_patches, spacing_and_numbers
-from .first_guess import first_guess
+from .first_guess import first_guess, guess_by_means
 from .flattening import flattening
 from .hearing import hear, run_to_last, starts_of
 from .held_out import far_from_border, heights_of_means, held_out_vertices, means_of_others, without
@@ -30,6 +30,7 @@ __all__ = [
     "far_from_border",
     "first_guess",
     "flattening",
+    "guess_by_means",
     "hear",
     "heights_of_means",
     "held_out_vertices",

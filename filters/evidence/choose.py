@@ -9,7 +9,7 @@ from ..execution import Progress, ignore_progress, part_of
 from ..geometry import face_normals
 from ..mesh import Bools, Floats, Ints
 from ..topology import face_adjacency
-from .first_guess import first_guess
+from .first_guess import Guess, first_guess
 from .hearing import STAYS, hear, run_to_last, starts_of
 from .held_out import held_out_vertices
 
@@ -86,6 +86,7 @@ def choose(
     *,
     normals: Floats,
     scored: Bools,
+    guess: Guess | None = None,
     seed: int = 0,
     stays: float = STAYS,
     progress: Progress = ignore_progress,
@@ -111,6 +112,7 @@ def choose(
         labels: for each family the labels of its results. The very first should be that of doing nothing.
         normals: (n, 3) unit normals of a smoothed copy.
         scored: (n,) the vertices that may be held out; those near a border see half of their surroundings.
+        guess: where held-out vertices start; None for `first_guess`.
         seed: other vertices are held out for another number.
         stays: candidates farther behind than so many standard errors are dropped; a huge number to hear them all to the end.
         progress: called after every family that was run; may raise to stop.
@@ -121,7 +123,7 @@ def choose(
     held = _masks(points, faces, scored, seed)
     if not held:
         return None
-    guess = first_guess(points, faces, normals=normals, scored=scored)
+    start = guess or first_guess(points, faces, normals=normals, scored=scored)
     every = [label for family in labels for label in family]
     starts = starts_of(labels)
 
@@ -131,7 +133,7 @@ def choose(
 
     tried, verdict = hear(
         held,
-        lambda mask: candidates(guess(mask), mask),
+        lambda mask: candidates(start(mask), mask),
         deviations,
         starts,
         stays=stays,

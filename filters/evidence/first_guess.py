@@ -32,5 +32,11 @@ def first_guess(points: Floats, faces: Ints, *, normals: Floats, scored: Bools) 
     rings, which = one_rings(faces, len(points)), np.flatnonzero(scored).astype(np.int32)
     by_quadrics, _ = predicted_heights(points, rings, normals, which)
     if len(which) == 0 or judge(np.stack([heights_of_means(points, rings, normals, which), by_quadrics])).best == 0:
-        return lambda held: without(points, rings, held)
+        return guess_by_means(points, faces)
     return lambda held: put_where_expected(points, faces, normals, held)
+
+
+def guess_by_means(points: Floats, faces: Ints) -> Guess:
+    """The mean of the neighbours, see `without`."""
+    rings = one_rings(faces, len(points))
+    return lambda held: without(points, rings, held)

@@ -11,6 +11,7 @@ from pymeshfair.filters.evidence import (
     calm_noise,
     choose,
     far_from_border,
+    first_guess,
     flattening,
     held_out_vertices,
     judge,
@@ -84,6 +85,22 @@ def test_a_held_out_vertex_is_the_mean_of_those_that_are_not() -> None:
     assert np.array_equal(result[rest], points[rest])
     alone = np.append(ring, 5).astype(np.int32)
     assert np.array_equal(without(moved, rings, alone)[5], moved[5])
+
+
+def test_held_out_vertices_start_at_the_better_guess() -> None:
+    """On a plane with noise that is the mean of six; on a saddle without noise the quadric, which is exact."""
+    vertices, faces = grid(30, 30)
+    normals = np.tile([0.0, 0.0, 1.0], (len(vertices), 1))
+    scored = far_from_border(faces, len(vertices))
+    held = np.flatnonzero(scored)[::50].astype(np.int32)
+    plane = vertices.copy()
+    plane[:, 2] = np.random.default_rng(0).normal(size=len(vertices))
+    guess = first_guess(plane, faces, normals=normals, scored=scored)(held)
+    np.testing.assert_array_equal(guess, without(plane, one_rings(faces, len(plane)), held))
+    saddle = vertices.copy()
+    saddle[:, 2] = (0.1 * vertices[:, 0] + 0.07 * vertices[:, 1]) * (vertices[:, 0] - 0.3 * vertices[:, 1])
+    guess = first_guess(saddle, faces, normals=normals, scored=scored)(held)
+    np.testing.assert_allclose(guess, saddle, rtol=0, atol=1e-9 * np.abs(saddle).max())
 
 
 def test_the_errors_on_a_sheet_have_a_closed_form() -> None:

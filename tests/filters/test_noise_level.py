@@ -99,6 +99,20 @@ def test_noise_that_neighbours_share_is_told_from_independent_noise() -> None:
     assert agreement(vertices * (1.0 + shared)[:, None], faces) > 0.03
 
 
+def test_the_edges_of_a_cube_agree_and_its_calmest_third_does_not() -> None:
+    """Noise of 0.03 edges on a cube: all of it agrees like a surface, the third without edges by less than 0.1."""
+    vertices, faces = _along_normals("cube", 0.03)
+    assert agreement(vertices, faces) > 0.1
+    assert agreement(vertices, faces, calmest=1.0 / 3.0) < 0.1
+
+
+def test_the_calmest_third_of_a_surface_agrees() -> None:
+    """Vertices anywhere on a ball agree everywhere."""
+    vertices, faces = noisy(icosphere(4), 0.01)
+    vertices /= np.linalg.norm(vertices, axis=1, keepdims=True)
+    assert agreement(vertices, faces, calmest=1.0 / 3.0) > 0.13
+
+
 def test_a_depth_camera_is_told_from_rough_land_and_from_a_closed_shape() -> None:
     """Steps and blurred noise along the view are a camera's; waves of all sizes with independent noise, and a ball, are not."""
     rng = np.random.default_rng(1)
@@ -121,6 +135,6 @@ def test_a_depth_camera_is_told_from_rough_land_and_from_a_closed_shape() -> Non
         assert neighbours_share_noise(points, triangles, estimate_noise(points, triangles)) is expected
 
 
-def test_a_mesh_without_inner_vertices_shares_nothing() -> None:
+def test_a_mesh_without_inner_vertices_agrees_in_nothing() -> None:
     """A triangle has no residuals."""
     assert agreement(*single_triangle()) == 0.0
