@@ -26,6 +26,10 @@ def listed_signatures() -> Signatures:
     return listed
 
 
+#: Types that cannot be said by name, and constants of a kernel that calls: it has what it calls compiled within it.
+_OF_CALLERS = (" at 0x", "Literal[")
+
+
 def signatures_of(kernels: Iterable[tuple[str, str, Any]]) -> Signatures:
     """The types of arguments for which kernels were loaded or compiled.
 
@@ -34,7 +38,7 @@ def signatures_of(kernels: Iterable[tuple[str, str, Any]]) -> Signatures:
     """
     found: Signatures = {}
     for module, name, kernel in kernels:
-        types = sorted(text for text in map(repr, kernel.signatures) if " at 0x" not in text)
+        types = sorted(text for text in map(repr, kernel.signatures) if not any(part in text for part in _OF_CALLERS))
         if types:
             found.setdefault(module, {})[name] = types
     return {module: dict(sorted(found[module].items())) for module in sorted(found)}

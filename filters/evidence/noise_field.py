@@ -1,5 +1,7 @@
 """Noise that neighbours share: how much of it there is, over what widths, from the places where the surface is calm."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import NamedTuple
 
