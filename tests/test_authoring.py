@@ -147,18 +147,22 @@ def test_differences_name_new_and_missing_steps() -> None:
 
 
 def test_a_recipe_runs_on_a_mesh_set_and_on_a_file(tmp_path: Path) -> None:
-    """Both ways give the mesh that the same calls on a mesh set give; each step's report comes back."""
-    expected = ball()
-    expected.meshing_remove_connected_component_by_diameter(mincomponentdiag="20%")
-    expected.meshing_isotropic_explicit_remeshing(iterations=1, targetlen="20%")
-    expected.apply_coord_taubin_fairing(iterations=2, step=0.4)
+    """Both ways give the mesh that the same calls on a mesh set give; each step's report comes back.
+
+    The steps are such that MeshLab repeats to the bit; its remeshing now and then stops early.
+    """
+    recipe, expected = Recipe("clean"), ball()
+    for steps in (recipe, expected):
+        steps.meshing_remove_connected_component_by_diameter(mincomponentdiag="20%")
+        steps.meshing_decimation_clustering(threshold="10%")
+        steps.apply_coord_taubin_fairing(iterations=2, step=0.4)
     vertices = expected.current_mesh().vertex_matrix()
     meshes = ball()
-    assert len(built().apply(meshes)) == 3
+    assert len(recipe.apply(meshes)) == 3
     np.testing.assert_array_equal(meshes.current_mesh().vertex_matrix(), vertices)
     ball().save_current_mesh(str(tmp_path / "ball.ply"))
-    result = built().run(tmp_path / "ball.ply", tmp_path / "out.ply")
-    assert [step.python_name for step in result.steps] == [step.filter.python_name for step in built()]
+    result = recipe.run(tmp_path / "ball.ply", tmp_path / "out.ply")
+    assert [step.python_name for step in result.steps] == [step.filter.python_name for step in recipe]
     assert result.after["vertices"] == len(vertices) < 642
 
 
