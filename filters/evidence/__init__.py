@@ -7,6 +7,7 @@ from .first_guess import first_guess, guess_by_means
 from .flattening import flattening
 from .hearing import hear, run_to_last, starts_of
 from .held_out import far_from_border, heights_of_means, held_out_vertices, means_of_others, without
+from .local_means import local_means
 from .noise_field import NoiseField, noise_field
 from .outlying import outlying_vertices, put_where_expected, standing_out
 from .patches import Sample, sample_of
@@ -35,6 +36,7 @@ __all__ = [
     "heights_of_means",
     "held_out_vertices",
     "judge",
+    "local_means",
     "looks",
     "means_of_others",
     "noise_field",

@@ -4,6 +4,7 @@ import numpy as np
 
 from ..mesh import Bools, Floats, Ints
 from ..topology import edges, one_rings
+from .local_means import local_means
 from .quadric_prediction import predicted_heights
 
 # The calmest part, and how many times the squares are averaged over the one-rings: about sixty vertices then have a say.
@@ -40,11 +41,7 @@ def calm_noise(points: Floats, faces_or_edges: Ints, *, normals: Floats, scored:
     if rough.mean() > _MOST:
         # Planes that somebody has put in, such as the base of a scan, say nothing of the rest.
         which, squares = which[rough], squares[rough]
-    sums, weights = np.zeros(len(points)), np.zeros(len(points))
-    weights[which] = 1.0
-    sums[which] = np.minimum(squares, _CLIP * np.median(squares))
-    a, b = (edges(faces_or_edges) if faces_or_edges.shape[1] == 3 else faces_or_edges).T
-    for _ in range(_AVERAGED):
-        for values in (sums, weights):
-            values += np.bincount(a, values[b], len(values)) + np.bincount(b, values[a], len(values))
-    return float(np.sqrt(np.quantile(sums[which] / weights[which], _CALMEST)))
+    clipped, counted = np.zeros(len(points)), np.zeros(len(points), dtype=np.bool_)
+    clipped[which], counted[which] = np.minimum(squares, _CLIP * np.median(squares)), True
+    pairs = edges(faces_or_edges) if faces_or_edges.shape[1] == 3 else faces_or_edges
+    return float(np.sqrt(np.quantile(local_means(clipped, counted, pairs, times=_AVERAGED)[which], _CALMEST)))

@@ -9,6 +9,7 @@ from ..mesh import Bools, Floats, Ints
 from ..neighbours import nearest_neighbours
 from ..topology import OneRings, one_rings
 from .calm_noise import calm_noise
+from .local_means import local_means
 from .quadric_prediction import predicted_heights
 
 # Larger clouds are sampled by so many patches of so many points, of which so many in the middle are evidence: forty neighbours of
@@ -78,12 +79,7 @@ class CloudSample:
         heights, gains = predicted_heights(self.points, self.rings, self.normals, every)
         sizes = heights / np.sqrt(1.0 + gains**2)
         squares = np.minimum(np.abs(sizes), _CLIP / _MEDIAN_OF_NORMAL * np.median(np.abs(sizes))) ** 2
-        weights = np.ones(len(sizes))
-        a, b = self.pairs.T
-        for _ in range(_AVERAGED):
-            for values in (squares, weights):
-                values += np.bincount(a, values[b], len(values)) + np.bincount(b, values[a], len(values))
-        levels = np.sqrt(squares / weights)
+        levels = np.sqrt(local_means(squares, np.ones(len(sizes), dtype=np.bool_), self.pairs, times=_AVERAGED))
         calm = self.inner & (levels > 0.0) & (levels <= np.quantile(levels[self.inner], _CALMEST))
         a, b = self.pairs[calm[self.pairs].all(axis=1)].T
         scaled = np.clip(sizes / np.where(levels > 0.0, levels, 1.0), -_CLIP, _CLIP)
