@@ -114,13 +114,40 @@ def inner_vertices(faces: Ints, pairs: Ints, n_vertices: int) -> Bools:
 
 def differences_of_fourth_order(points: Floats, pairs: Ints) -> Floats:
     """(n, 3) (B p)_i / |B_i|."""
-    means = ring_means(pairs, len(points))
-    first = sparse.identity(len(points), format="csr") - means
-    second = first @ first
-    norms = np.sqrt(np.asarray(second.multiply(second).sum(axis=1)).ravel())
-    differences = points - means @ points
-    differences -= means @ differences
-    return np.asarray(differences / np.where(norms > 0.0, norms, 1.0)[:, None])
+    return FourthOrder.of(pairs, len(points)).differences(points)
+
+
+class FourthOrder(NamedTuple):
+    """Differences of fourth order on a mesh.
+
+    Attributes:
+        means: (n, n) the matrix U of means over the one-rings.
+        square: (n, n) the matrix B = (1 - U)^2.
+        norms: (n,) the Euclidean norms |B_i| of its rows.
+    """
+
+    means: sparse.csr_matrix
+    square: sparse.csr_matrix
+    norms: Floats
+
+    @staticmethod
+    def of(pairs: Ints, n: int) -> FourthOrder:
+        """On a mesh of n vertices with (e, 2) edges."""
+        means = ring_means(pairs, n)
+        first = sparse.identity(n, format="csr") - means
+        square = first @ first
+        return FourthOrder(means, square, np.sqrt(np.asarray(square.multiply(square).sum(axis=1)).ravel()))
+
+    def differences(self, points: Floats) -> Floats:
+        """(n, 3) (B p)_i / |B_i|."""
+        differences = points - self.means @ points
+        differences -= self.means @ differences
+        return np.asarray(differences / np.where(self.norms > 0.0, self.norms, 1.0)[:, None])
+
+    def correlations(self, i: Ints, j: Ints) -> Floats:
+        """(k,) those of the differences of independent noise at vertices i and j: (B B^T)_ij / (|B_i| |B_j|)."""
+        products = np.asarray(self.square[i].multiply(self.square[j]).sum(axis=1)).ravel()
+        return np.asarray(products / (self.norms[i] * self.norms[j]))
 
 
 def ring_means(pairs: Ints, n: int) -> sparse.csr_matrix:

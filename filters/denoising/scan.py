@@ -12,12 +12,12 @@ from ..evidence import Candidates, Choice, calm_noise, choose, far_from_border, 
 from ..execution import Progress, ignore_progress
 from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
 from ..topology import one_rings
-from .agreement import agreement
+from .agreement import Agreement
 from .noise_level import NoiseEstimate, estimate_noise, smooth_normals
 
 Label = TypeVar("Label")
 
-# `agreement` of surfaces without noise is 0.1 to 1.3, with noise of 0.2 edges and more below 0.05, however uneven it is. In the
+# The agreement of surfaces without noise is 0.1 to 1.3, with noise of 0.2 edges and more below 0.05, however uneven it is. In the
 # calmest third, where edges and details do not hide weak noise, it is 0.148 and more without noise, up to 0.122 with 0.03 edges.
 _INDEPENDENT, _SURFACE, _CALMEST, _SURFACE_THERE = 0.05, 0.2, 1.0 / 3.0, 0.13
 # Noise that is weaker moves no vertex by a hundredth of an edge.
@@ -99,9 +99,14 @@ class Scan:
         return calm_noise(self.points, self.faces, normals=self.normals, scored=self.scored)
 
     @cached_property
+    def residuals(self) -> Agreement:
+        """What is left after differences of fourth order, and how much neighbours agree in it: noise does not, a surface does."""
+        return Agreement.on(self.points, self.faces)
+
+    @cached_property
     def agreement(self) -> float:
-        """How much neighbours agree in what is left after differences of fourth order: noise does not, a surface does."""
-        return agreement(self.points, self.faces)
+        """How much neighbours agree in all of it."""
+        return self.residuals.within()
 
     @property
     def clean(self) -> bool:
@@ -109,7 +114,7 @@ class Scan:
         if self.noise.level < _NONE or self.agreement > _SURFACE:
             return True
         smoothed = self.agreement > _INDEPENDENT and self.calm < _SMOOTHED
-        return smoothed and agreement(self.points, self.faces, calmest=_CALMEST) > _SURFACE_THERE
+        return smoothed and self.residuals.within(_CALMEST) > _SURFACE_THERE
 
     @property
     def exact(self) -> bool:
