@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..evidence import far_from_border, noise_field, sample_of
-from ..geometry import edge_lengths, face_normals
+from ..geometry import edge_lengths, face_normals, seen_from_one_side
 from ..mesh import Floats, Ints
 from ..topology import edges, face_adjacency
 from .noise_level import NoiseEstimate, differences_of_fourth_order, inner_vertices, smooth_normals
@@ -53,10 +53,9 @@ def neighbours_share_noise(points: Floats, faces: Ints, noise: NoiseEstimate) ->
 
 
 def _looks_fused(points: Floats, faces: Ints) -> bool:
-    corners, lengths = points[faces], edge_lengths(points, edges(faces))
-    areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    faced = np.linalg.norm(areas.sum(axis=0)) > _FACING * np.linalg.norm(areas, axis=1).sum()
-    return bool(faced and np.mean(lengths < _SHORT * lengths.mean()) > _CUT_OFF)
+    lengths = edge_lengths(points, edges(faces))
+    cut_off = np.mean(lengths < _SHORT * lengths.mean()) > _CUT_OFF
+    return bool(cut_off and seen_from_one_side(points, faces) > _FACING)
 
 
 def on_lines_of_sight(points: Floats, faces: Ints) -> bool:

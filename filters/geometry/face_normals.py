@@ -37,6 +37,13 @@ def cross_products(vertices: Floats, faces: Ints) -> Floats:
     return np.asarray(np.cross(b - a, c - a))
 
 
+def seen_from_one_side(vertices: Floats, faces: Ints) -> float:
+    """|sum A n| / sum A over the faces of area A and normal n: 1 of a plane, 0 of any closed surface and of one without area."""
+    crosses = cross_products(vertices, faces)
+    total = float(np.linalg.norm(crosses, axis=1).sum())
+    return float(np.linalg.norm(crosses.sum(axis=0))) / total if total > 0.0 else 0.0
+
+
 @compiled(nogil=True)
 def turned_faces(before: Floats, after: Floats, faces: Ints) -> int:
     """How many faces look more than a right angle away from where they did.

@@ -1,8 +1,8 @@
 """How far a surface is seen from one side, as a range map is."""
 
-import numpy as np
 from numpy.typing import ArrayLike
 
+from ..geometry import seen_from_one_side
 from ..mesh import check_mesh, normalised_mesh
 
 
@@ -21,7 +21,4 @@ def facing(vertices: ArrayLike, faces: ArrayLike) -> float:
         FilterInputError: not a mesh.
     """
     mesh = normalised_mesh(*check_mesh(vertices, faces))
-    corners = mesh.points[mesh.cells]
-    areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    total = float(np.linalg.norm(areas, axis=1).sum())
-    return float(np.linalg.norm(areas.sum(axis=0))) / total if total > 0.0 else 0.0
+    return seen_from_one_side(mesh.points, mesh.cells)
