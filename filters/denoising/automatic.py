@@ -73,8 +73,8 @@ def automatic_choice(
         border: see `normal_filtering`.
         movable: (n,) bool, which vertices may move, None for all. The others are not evidence.
         seed: other vertices are held out for another number.
-        repertoire: what is chosen from; `Repertoire.narrowed` leaves what agrees with given parameters. `RANGE_MAP` and doing
-            nothing are not among it.
+        repertoire: what is chosen from; `Repertoire.narrowed` leaves what agrees with given parameters. A range map gets
+            its own setting whatever is chosen from.
         progress: called with the share that is done; may raise to stop.
 
     Returns:
@@ -92,18 +92,16 @@ def automatic_choice(
         setting, by_risk = range_map_setting(mesh, border=border, progress=progress)
         return AutomaticChoice("range map", setting, noise, by_risk)
     trial = _Trial(Scan.of(vertices, faces, movable=movable, seed=seed, progress=rising(progress)), border, repertoire)
-    scan, evidence = trial.scan, trial.of_settings()
+    evidence = trial.of_settings()
     setting = _chosen(evidence, Setting())
     found = {setting: evidence}
-    if np.mean(far_from(scan.points, scan.faces, trial.result(scan.points, setting))) > _IMPULSIVE:
-        found[replace(setting, outliers="replace")] = evidence
-    calmed, outlying = replace_outlying(scan.points, scan.faces, scan.movable)
-    if np.mean(outlying) > _IMPULSIVE:
-        evidence = trial._replace(scan=replace(scan, points=calmed, replaced=outlying)).of_settings()
-        found[_chosen(evidence, Setting(outliers="only"))] = evidence
+    if repertoire.outliers != "keep":
+        found |= trial.without_outliers(setting, evidence)
     allowed = [candidate for candidate in found if repertoire.outliers in (None, candidate.outliers)]
-    setting = trial.best_of(allowed) if allowed else replace(setting, outliers=repertoire.outliers or "keep")
-    return AutomaticChoice("clean" if setting == Setting() else "noisy", setting, noise, found.get(setting, evidence))
+    if allowed:
+        setting = trial.best_of(allowed)
+        return AutomaticChoice("clean" if setting == Setting() else "noisy", setting, noise, found[setting])
+    return AutomaticChoice("noisy", replace(setting, outliers=repertoire.outliers or "keep"), noise, evidence)
 
 
 def _chosen(evidence: Choice[Setting] | None, nothing: Setting) -> Setting:
@@ -156,6 +154,17 @@ class _Trial(NamedTuple):
         outliers: Outliers = "keep" if replaced is None else "replace"
         evidence = scan.choose(tried, settings(direction, outliers, alone=alone, of=self.repertoire), spikes=replaced is not None)
         return evidence if evidence is None or replaced is not None else scan.or_nothing(evidence)
+
+    def without_outliers(self, setting: Setting, evidence: Choice[Setting] | None) -> dict[Setting, Choice[Setting] | None]:
+        """The settings that take outliers away, if there are any, each with what speaks for it: step 4 of `automatic_choice`."""
+        scan, found = self.scan, {}
+        if np.mean(far_from(scan.points, scan.faces, self.result(scan.points, setting))) > _IMPULSIVE:
+            found[replace(setting, outliers="replace")] = evidence
+        calmed, outlying = replace_outlying(scan.points, scan.faces, scan.movable)
+        if np.mean(outlying) > _IMPULSIVE:
+            of_the_rest = self._replace(scan=replace(scan, points=calmed, replaced=outlying)).of_settings()
+            found[_chosen(of_the_rest, Setting(outliers="only"))] = of_the_rest
+        return found
 
     def best_of(self, few: Sequence[Setting]) -> Setting:
         """Which of them, run in full, the held-out vertices speak for."""

@@ -79,7 +79,7 @@ def without_outliers(
 def _found_again(vertices: Floats, faces: Ints, smoothed: Floats, outlying: Bools, movable: Bools | None) -> tuple[Floats, Bools]:
     """Where outliers are to be put by a filtered mesh, and which they are, by it and by those known before."""
     ways = WaysBack.of(vertices, faces, smooth_normals(smoothed, faces), outlying)
-    found = far_from(vertices, faces, smoothed, movable, outlying)
+    found = far_from(vertices, faces, smoothed, movable, outlying, normals=ways.normals)
     if ways.slid:
         found |= ways.folding(movable)
         smoothed = WaysBack.of(smoothed, faces, ways.normals, found).evened()
@@ -87,7 +87,13 @@ def _found_again(vertices: Floats, faces: Ints, smoothed: Floats, outlying: Bool
 
 
 def far_from(
-    vertices: Floats, faces: Ints, smoothed: Floats, movable: Bools | None = None, outlying: Bools | None = None
+    vertices: Floats,
+    faces: Ints,
+    smoothed: Floats,
+    movable: Bools | None = None,
+    outlying: Bools | None = None,
+    *,
+    normals: Floats | None = None,
 ) -> Bools:
     """(n,) the vertices that are farther from the (n, 3) smoothed ones, along the normals, than three deviations.
 
@@ -99,8 +105,9 @@ def far_from(
         smoothed: (n, 3) what a filter made of them.
         movable: (n,) which vertices may move, None for all; the others are not among them.
         outlying: (n,) outliers that are known, None for none: the deviation is that of the others.
+        normals: (n, 3) `smooth_normals` of the smoothed vertices, None to find them.
     """
-    away = np.einsum("ij,ij->i", vertices - smoothed, smooth_normals(smoothed, faces))
+    away = np.einsum("ij,ij->i", vertices - smoothed, smooth_normals(smoothed, faces) if normals is None else normals)
     used = referenced_vertices(faces, len(vertices))
     usual = used if outlying is None else used & ~outlying
     deviation = float(np.median(np.abs(away[usual]))) / _MEDIAN_OF_NORMAL if usual.any() else 0.0
