@@ -1,38 +1,23 @@
 """Normals at a border: the mean of a one-sided neighbourhood is that of another place, a fit of first degree is not."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from ..compilation import compiled
 from ..execution import over_range
 from ..mesh import Bools, Floats, Ints, Longs
-from ..robust import KERNEL_CODES, kernel_weight
-from .face_neighbourhoods import FaceNeighbourhoods, Neighborhood
+from .face_neighbourhoods import RINGS_OF_NEIGHBORHOOD, FaceNeighbourhoods, Neighborhood
+from .neighbour_weight import GAUSSIAN, Weighting, neighbour_weight
 
-_GAUSSIAN = KERNEL_CODES["gaussian"]
 # To the second moments of the centres is added this share of their sum, so that faces in a row have a trend along it alone.
 _RIDGE = 0.02
 # The part of the shift by the trend that is taken away is 1 - this times its variance over its square, or none [james1961].
 _DOUBT = 2.0
 # A trend has three numbers a component.
 _NUMBERS = 3.0
-# Rings of faces at a vertex in the neighbourhoods. In a radius of two mean distances of centres lies about one.
-_RINGS: dict[str, int] = {"edge": 1, "vertex": 1, "two_ring": 2, "three_ring": 3}
+# In a radius of two mean distances of centres lies about one ring of faces at a vertex.
 _DISTANCES_OF_RING = 2.0
-
-
-class Weighting(NamedTuple):
-    """How neighbours are weighted, as the kernels of `normal_filters` are told; see `weighted_normals`."""
-
-    range_code: int
-    range_scale: float
-    measure: int
-    floor: float
-    space_code: int
-    space_scale: float
-    itself: bool
 
 
 def cut_off_by_border(faces: Ints, on_border: Bools, kind: Neighborhood, radius: float) -> Ints:
@@ -48,7 +33,7 @@ def cut_off_by_border(faces: Ints, on_border: Bools, kind: Neighborhood, radius:
         return np.empty(0, dtype=np.int32)
     near = on_border
     found = near[faces].any(axis=1)
-    for _ in range(1, _RINGS.get(kind, math.ceil(radius / _DISTANCES_OF_RING))):
+    for _ in range(1, RINGS_OF_NEIGHBORHOOD.get(kind, math.ceil(radius / _DISTANCES_OF_RING))):
         near = near.copy()
         near[faces[found]] = True
         found = near[faces].any(axis=1)
@@ -97,7 +82,7 @@ def _follow(
 ) -> None:
     x, mean_x, solved, mean, at_face = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     second, mixed, trend = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-    both_gaussian = range_code == _GAUSSIAN and space_code == _GAUSSIAN and measure == 0 and floor == 0.0
+    both_gaussian = range_code == GAUSSIAN and space_code == GAUSSIAN and measure == 0 and floor == 0.0
     per_space, per_range = 1.0 / (space_scale * space_scale), 1.0 / (range_scale * range_scale)
     for at in range(first, last):
         i = which[at]
@@ -115,17 +100,11 @@ def _follow(
             if both_gaussian:
                 weight *= math.exp(-(distance * per_space + deviation * per_range))
             else:
-                if measure == 0:
-                    deviation = math.sqrt(deviation)
-                elif measure == 1:
-                    deviation = 2.0 * math.asin(min(1.0, 0.5 * math.sqrt(deviation)))
-                weight *= kernel_weight(range_code, max(deviation, floor), range_scale)
-                if weight == 0.0:
-                    continue
-                if space_code == _GAUSSIAN:
-                    weight *= math.exp(-distance * per_space)
-                elif space_code >= 0:
-                    weight *= kernel_weight(space_code, math.sqrt(distance), space_scale)
+                weight = neighbour_weight(
+                    weight, distance, deviation, range_code, range_scale, measure, floor, space_code, space_scale, per_space
+                )
+            if weight == 0.0:
+                continue
             total += weight
             squares += weight * weight
             nx, ny, nz = normals[j, 0], normals[j, 1], normals[j, 2]

@@ -9,6 +9,7 @@ from ..diffusion.taubin import taubin_fairing
 from ..evidence import put_where_expected
 from ..mesh import Bools, Floats, Ints, normalised_mesh
 from ..topology import BorderPolicy, border_vertices
+from .face_neighbourhoods import RINGS_OF_NEIGHBORHOOD
 from .relaxation import RelaxationDirection, along_normals, outline_kept
 from .repertoire import REPERTOIRE, Chain, Repertoire
 from .rounds import rounds
@@ -42,7 +43,7 @@ class SettingsTried:
         self._known = Surroundings.of(normalised_mesh(np.zeros((len(normals), 3)), faces), ends=whole)
         # Found here, once, and not by several threads at once.
         for kind in {"edge", "vertex", *(parameters.neighborhood for parameters, _ in of.chains)}:
-            if kind not in ("radius", "geodesic"):
+            if kind in RINGS_OF_NEIGHBORHOOD:
                 self._known.around(kind)
 
     def __call__(self, points: Floats, held: Ints) -> Sequence[Iterator[Floats]]:

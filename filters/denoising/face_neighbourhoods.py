@@ -20,7 +20,8 @@ from .geodesic_radius import within_geodesic_radius
 Neighborhood: TypeAlias = Literal["edge", "vertex", "two_ring", "three_ring", "radius", "geodesic"]
 NEIGHBORHOODS: tuple[Neighborhood, ...] = get_args(Neighborhood)
 
-_RINGS: dict[str, int] = {"two_ring": 2, "three_ring": 3}
+#: how many steps between faces that share a vertex the neighbourhoods are, those that have no radius
+RINGS_OF_NEIGHBORHOOD: dict[str, int] = {"edge": 1, "vertex": 1, "two_ring": 2, "three_ring": 3}
 _WITHOUT_LIMIT = 1 << 30
 
 
@@ -61,7 +62,7 @@ def face_neighbourhoods(
         return _gather(faces, at_vertices, _WITHOUT_LIMIT, np.ascontiguousarray(centres), radius * radius)
     if kind in ("edge", "vertex"):
         return _touching(faces, at_vertices, whole_edges=kind == "edge")
-    return _gather(faces, at_vertices, _RINGS[kind], np.empty((0, 3)), 0.0)
+    return _gather(faces, at_vertices, RINGS_OF_NEIGHBORHOOD[kind], np.empty((0, 3)), 0.0)
 
 
 def mean_centre_distance(table: Floats, edge_neighbours: FaceNeighbourhoods) -> float:

@@ -7,9 +7,8 @@ from typing import Any, Literal, TypeAlias, TypedDict, TypeVar, get_args
 
 from ..checks import check_choice, check_finite, check_positive, check_whole_number
 from ..robust import KernelName
-from .face_neighbourhoods import NEIGHBORHOODS, Neighborhood
+from .face_neighbourhoods import NEIGHBORHOODS, RINGS_OF_NEIGHBORHOOD, Neighborhood
 from .normal_filters import RANGE_MEASURES, SPACE_KERNELS, RangeMeasure, SpaceKernel
-from .vertex_normals import RINGS_OF_VERTICES
 
 #: "mean": weights are areas alone [belyaev2001]. "unilateral": areas and a kernel of the deviation of normals [yadav2021].
 #: "bilateral": and a kernel of the distance [zheng2011]. "averaged": bilateral, the deviation measured on normals averaged over
@@ -73,7 +72,7 @@ class NormalFilter:
         check_positive("radius", self.radius)
         check_whole_number("normal_iterations", self.normal_iterations)
         if self.method == "vertex_normals":
-            check_choice("neighborhood of the method 'vertex_normals'", self.neighborhood, tuple(RINGS_OF_VERTICES))
+            check_choice("neighborhood of the method 'vertex_normals'", self.neighborhood, tuple(RINGS_OF_NEIGHBORHOOD))
 
 
 class NormalFilterKeywords(TypedDict, total=False):

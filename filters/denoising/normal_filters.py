@@ -10,9 +10,10 @@ from ..compilation import compiled
 from ..execution import over_range
 from ..geometry import NORMAL
 from ..mesh import Floats, Ints, Longs
-from ..robust import KERNEL_CODES, KERNEL_NAMES, KernelName, kernel_weight
-from .border_trend import Weighting, follow_trend
+from ..robust import KERNEL_CODES, KERNEL_NAMES, KernelName
+from .border_trend import follow_trend
 from .face_neighbourhoods import FaceNeighbourhoods
+from .neighbour_weight import GAUSSIAN, Weighting, neighbour_weight
 
 #: Kernels of the distance between centres: those of the table, or none at all.
 SpaceKernel: TypeAlias = KernelName | Literal["constant"]
@@ -24,7 +25,6 @@ RANGE_MEASURES: tuple[RangeMeasure, ...] = get_args(RangeMeasure)
 
 _CONSTANT = -1
 _MEASURE_CODES: dict[str, int] = {name: code for code, name in enumerate(RANGE_MEASURES)}
-_GAUSSIAN = KERNEL_CODES["gaussian"]
 
 
 def weighted_normals(
@@ -144,7 +144,7 @@ def _weighted_means(
     first: int,
     last: int,
 ) -> None:
-    both_gaussian = range_code == _GAUSSIAN and space_code == _GAUSSIAN and measure == 0 and floor == 0.0
+    both_gaussian = range_code == GAUSSIAN and space_code == GAUSSIAN and measure == 0 and floor == 0.0
     per_space, per_range = 1.0 / (space_scale * space_scale), 1.0 / (range_scale * range_scale)
     for i in range(first, last):
         x = y = z = 0.0
@@ -160,17 +160,9 @@ def _weighted_means(
             if both_gaussian:
                 weight *= math.exp(-(distance * per_space + deviation * per_range))
             else:
-                if range_code >= 0:
-                    if measure == 0:
-                        deviation = math.sqrt(deviation)
-                    elif measure == 1:
-                        deviation = 2.0 * math.asin(min(1.0, 0.5 * math.sqrt(deviation)))
-                    weight *= kernel_weight(range_code, max(deviation, floor), range_scale)
-                if space_code >= 0 and weight > 0.0:
-                    if space_code == _GAUSSIAN:
-                        weight *= math.exp(-distance * per_space)
-                    else:
-                        weight *= kernel_weight(space_code, math.sqrt(distance), space_scale)
+                weight = neighbour_weight(
+                    weight, distance, deviation, range_code, range_scale, measure, floor, space_code, space_scale, per_space
+                )
             if unguided:
                 x += weight * rows[j, 0]
                 y += weight * rows[j, 1]

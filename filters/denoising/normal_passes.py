@@ -10,13 +10,14 @@ from ..execution import Progress, over_range
 from ..geometry import NORMAL
 from ..mesh import Floats, Ints, Longs
 from ..robust import KERNEL_CODES
-from .border_trend import Weighting, follow_trend
-from .face_neighbourhoods import FaceNeighbourhoods, mean_centre_distance
+from .border_trend import follow_trend
+from .face_neighbourhoods import RINGS_OF_NEIGHBORHOOD, FaceNeighbourhoods, mean_centre_distance
 from .guided import guide_normals
+from .neighbour_weight import Weighting
 from .normal_filter import NormalFilter
 from .normal_filters import mean_normals, weighted_normals
 from .surroundings import Surroundings
-from .vertex_normals import RINGS_OF_VERTICES, corner_means, measure_vertices, vertex_neighbourhoods
+from .vertex_normals import corner_means, measure_vertices, vertex_neighbourhoods
 
 _GAUSSIAN = KERNEL_CODES["gaussian"]
 
@@ -46,7 +47,7 @@ class NormalPasses(NamedTuple):
     def over(points: Floats, known: Surroundings, settings: NormalFilter, distance: float | None = None) -> "NormalPasses":
         """The passes over a mesh of (n, 3) points, in the order of `known`."""
         if settings.method == "vertex_normals":
-            rings = RINGS_OF_VERTICES[settings.neighborhood]
+            rings = RINGS_OF_NEIGHBORHOOD[settings.neighborhood]
             near = vertex_neighbourhoods(known.faces, len(points), 1)
             wide = near if rings == 1 else vertex_neighbourhoods(known.faces, len(points), rings)
             return NormalPasses(settings, known, near, near, wide, np.empty(0, dtype=np.int32))

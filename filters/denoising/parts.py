@@ -10,14 +10,12 @@ from ..checks import FilterInputError
 from ..geometry import measure_faces
 from ..mesh import Bools, Floats, Ints, Whole, normalised_mesh
 from ..topology import BorderPolicy
-from .face_neighbourhoods import centre_distance_sums
+from .face_neighbourhoods import RINGS_OF_NEIGHBORHOOD, centre_distance_sums
 from .normal_filter import NormalFilter
 from .rounds import rounds
 from .surroundings import Surroundings
 from .vertex_update import VertexUpdate
 
-#: steps between faces that share a vertex
-_REACH = {"edge": 1, "vertex": 1, "two_ring": 2, "three_ring": 3}
 #: and those of the means on which deviations are measured
 _GUIDE = {"averaged": 1, "guided": 3}
 #: points that are normalised already are normalised by this box without the change of a bit
@@ -32,9 +30,10 @@ def rings_of_round(settings: NormalFilter, vertex_iterations: int) -> int:
     Raises:
         FilterInputError: a distance does, in place of a number of rings.
     """
-    if settings.neighborhood not in _REACH or settings.method == "vertex_normals":
+    if settings.neighborhood not in RINGS_OF_NEIGHBORHOOD or settings.method == "vertex_normals":
         raise FilterInputError(f"neighborhood {settings.neighborhood!r} with method {settings.method!r} has no rings of faces")
-    return 2 + vertex_iterations + settings.normal_iterations * (_REACH[settings.neighborhood] + _GUIDE.get(settings.method, 0))
+    rings_of_iteration = RINGS_OF_NEIGHBORHOOD[settings.neighborhood] + _GUIDE.get(settings.method, 0)
+    return 2 + vertex_iterations + settings.normal_iterations * rings_of_iteration
 
 
 def needs_distance(settings: NormalFilter) -> bool:

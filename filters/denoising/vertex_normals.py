@@ -10,9 +10,6 @@ from ..mesh import Floats, Ints
 from ..topology import one_rings
 from .face_neighbourhoods import FaceNeighbourhoods
 
-#: the number of rings of vertices that each neighbourhood of faces stands for
-RINGS_OF_VERTICES = {"edge": 1, "vertex": 1, "two_ring": 2, "three_ring": 3}
-
 
 def vertex_neighbourhoods(faces: Ints, n_vertices: int, rings: int) -> FaceNeighbourhoods:
     """The vertices at most that many edges away from every vertex, ascending, without itself."""
