@@ -112,7 +112,7 @@ def chosen_projection(
     tried, verdict = hear(held, run, deviations, starts_of(families), progress=progress)
     every = [setting._replace(range_sigma=setting.range_sigma * unit) for family in families for setting in family]
     trials = tuple(
-        Trial(every[at], float(error), float(excess), float(uncertainty), None, None)
+        Trial(every[at], float(error), float(excess), float(uncertainty), None)
         for at, error, excess, uncertainty in zip(tried, verdict.errors, verdict.excess, verdict.uncertainty, strict=True)
     )
     equal = [trial for trial, near in zip(trials, verdict.within(_EQUAL), strict=True) if near]

@@ -122,7 +122,12 @@ class Scan:
         return self.agreement > _INDEPENDENT or self.calm < _EXACT
 
     def choose(
-        self, candidates: Candidates, labels: Sequence[Sequence[Label]], *, all_stay: bool = False, spikes: bool = False
+        self,
+        candidates: Candidates,
+        labels: Sequence[Sequence[Label]],
+        *,
+        all_stay: bool = False,
+        spikes: bool = False,
     ) -> Choice[Label] | None:
         """`choose`, on this scan.
 
@@ -142,6 +147,7 @@ class Scan:
             scored=self.scored,
             guess=guess_by_means(self.points, self.faces) if spikes else None,
             seed=self.seed,
+            slopes=not spikes,
             progress=self.progress,
             **({"stays": 1e12} if all_stay else {}),
         )

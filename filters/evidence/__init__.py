@@ -1,7 +1,7 @@
 """Choosing among filters by evidence: vertices that a filter has not seen, and how well it predicts them."""
 
 from .calm_noise import calm_noise
-from .choose import Candidates, Choice, Looks, Trial, choose, looks
+from .choose import Candidates, Choice, Trial, choose
 from .cloud_sample import CloudSample, cloud_patches, spacing_and_numbers
 from .first_guess import first_guess, guess_by_means
 from .flattening import flattening
@@ -19,7 +19,6 @@ __all__ = [
     "Candidates",
     "Choice",
     "CloudSample",
-    "Looks",
     "NoiseField",
     "Sample",
     "Trial",
@@ -37,7 +36,6 @@ __all__ = [
     "held_out_vertices",
     "judge",
     "local_means",
-    "looks",
     "means_of_others",
     "noise_field",
     "outlying_vertices",

@@ -5,13 +5,12 @@ from typing import Generic, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
-from ..execution import Progress, ignore_progress, part_of
-from ..geometry import face_normals
+from ..execution import Progress, ignore_progress, part_of, rising
 from ..mesh import Bools, Floats, Ints
-from ..topology import face_adjacency
 from .first_guess import Guess, first_guess
 from .hearing import STAYS, hear, run_to_last, starts_of
 from .held_out import held_out_vertices
+from .slopes import slope_errors
 
 Label = TypeVar("Label")
 
@@ -21,34 +20,8 @@ Candidates: TypeAlias = Callable[[Floats, Ints], Sequence[Iterator[Floats]]]
 
 # Sets of held-out vertices, and as many more on small meshes until so many vertices were held out or so many sets are made.
 _MASKS, _ENOUGH, _MOST_MASKS = 4, 1000, 12
-# Of what is within so many standard errors of the best in the end, the flattest that has not gone far is chosen.
+# Doing nothing is chosen if it is within so many standard errors of the best.
 _EQUAL = 1.0
-
-
-class Looks(NamedTuple):
-    """What a result looks like, whatever it predicts.
-
-    Attributes:
-        flatness: the mean difference |n_f - n_g| of the normals of adjacent faces.
-        movement: the mean distance that it moves the vertices along the normals, in the unit of the points. Sliding along the
-            surface is not counted: noise in all directions wants it.
-    """
-
-    flatness: float
-    movement: float
-
-    @property
-    def product(self) -> float:
-        """The smaller, the better: it is smooth without having gone far."""
-        return self.flatness * self.movement
-
-
-def looks(points: Floats, faces: Ints, result: Floats, normals: Floats) -> Looks:
-    """What (n, 3) points with (n, 3) unit normals have become."""
-    pairs, _ = face_adjacency(faces)
-    sides = face_normals(result, faces)[pairs]
-    flatness = float(np.linalg.norm(sides[:, 0] - sides[:, 1], axis=1).mean()) if len(pairs) else 0.0
-    return Looks(flatness, float(np.abs(np.einsum("ij,ij->i", result - points, normals)).mean()))
 
 
 class Trial(NamedTuple, Generic[Label]):
@@ -59,16 +32,15 @@ class Trial(NamedTuple, Generic[Label]):
         error: the root mean square of its deviations at the held-out vertices, outliers clipped, in mean edges.
         excess: how much its mean square exceeds that of the best, in squared mean edges.
         uncertainty: the standard error of the excess.
-        flatness: of `Looks`, where it was as good as the best; else None.
-        movement: likewise.
+        slopes: the square of the error that is expected of its slopes, see `slope_errors`; None where it was not
+            asked for.
     """
 
     label: Label
     error: float
     excess: float
     uncertainty: float
-    flatness: float | None
-    movement: float | None
+    slopes: float | None
 
 
 class Choice(NamedTuple, Generic[Label]):
@@ -89,6 +61,7 @@ def choose(
     guess: Guess | None = None,
     seed: int = 0,
     stays: float = STAYS,
+    slopes: bool = True,
     progress: Progress = ignore_progress,
 ) -> Choice[Label] | None:
     """Choose the filter that best predicts vertices which it has not seen [batson2019].
@@ -100,10 +73,10 @@ def choose(
     2. Run every candidate, and measure n . (y - f) at the held-out vertices y; again with other vertices. After each time
        candidates that are worse than the best by more than two standard errors are dropped, the very first one apart: it is
        what the others are compared with.
-    3. Where positions cannot tell candidates apart, the flatter normals are right, but not at any price: of those within one
-       standard error of the best, see `judge`, take the one with the least product of the mean |n_f - n_g| over adjacent
-       faces f, g of its result on all vertices and of their mean displacement along the normals, as [reginska1996] does for the
-       two norms of a regularised solution. Doing nothing wins where it predicts as well.
+    3. Positions hardly tell candidates apart whose normals differ by far. So of those within two standard errors of the best take
+       the one whose slopes are expected to be nearest to the true ones [stein1981]: as much as a candidate follows the noise, so
+       much it will follow a little more of it, which is added to see that [ramani2008]; see `slope_errors`. But within one
+       standard error of the best the very first wins.
 
     Args:
         points: (n, 3) coordinates with a mean edge of 1.
@@ -115,6 +88,7 @@ def choose(
         guess: where held-out vertices start; None for `first_guess`.
         seed: other vertices are held out for another number.
         stays: candidates farther behind than so many standard errors are dropped; a huge number to hear them all to the end.
+        slopes: whether step 3 is done; otherwise the best in step 2 is taken.
         progress: called after every family that was run; may raise to stop.
 
     Returns:
@@ -137,21 +111,31 @@ def choose(
         deviations,
         starts,
         stays=stays,
-        progress=part_of(progress, 0.0, 0.9),
+        progress=part_of(progress, 0.0, 0.8),
     )
-    equal = np.zeros(len(every), dtype=np.bool_)
-    equal[tried[verdict.within(_EQUAL)]] = True
-    seen: dict[int, Looks] = {}
+    wanted = np.zeros(len(every), dtype=np.bool_)
+    wanted[tried[verdict.within(STAYS)]] = True
+    share = rising(part_of(progress, 0.8, 1.0))
 
-    def look(at: int, result: Floats) -> None:
-        seen[at] = looks(points, faces, result, normals)
+    def heights(start: Floats) -> dict[int, Floats]:
+        found: dict[int, Floats] = {}
 
-    run_to_last(candidates(points, np.empty(0, dtype=np.int32)), starts, equal, look, part_of(progress, 0.9, 1.0))
+        def look(at: int, result: Floats) -> None:
+            found[at] = np.einsum("ij,ij->i", result - points, normals)
+
+        run_to_last(candidates(start, np.empty(0, dtype=np.int32)), starts, wanted, look, share)
+        return found
+
+    chosen, errors = int(tried[verdict.best]), dict[int, float]()
+    if verdict.within(_EQUAL)[0]:
+        chosen = 0
+    elif slopes:
+        errors = slope_errors(points, faces, heights, best=chosen, normals=normals, scored=scored, seed=seed)
+        chosen = min(errors, key=lambda at: (errors[at], at))
     trials = tuple(
-        Trial(every[at], float(error), float(excess), float(uncertainty), *seen.get(int(at), (None, None)))
+        Trial(every[at], float(error), float(excess), float(uncertainty), errors.get(int(at)))
         for at, error, excess, uncertainty in zip(tried, verdict.errors, verdict.excess, verdict.uncertainty, strict=True)
     )
-    chosen = min(seen, key=lambda at: (seen[at].product, at))
     return Choice(trials[int(np.searchsorted(tried, chosen))], trials)
 
 

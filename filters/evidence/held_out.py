@@ -30,8 +30,7 @@ def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, ma
         A list of ascending vertices for every set.
     """
     pairs = edges(faces_or_edges) if faces_or_edges.shape[1] == 3 else faces_or_edges
-    lengths = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1) / mean_edge_length(points, pairs)
-    sums = np.bincount(pairs.ravel(), np.repeat(lengths, 2), minlength=len(points))
+    sums = _lengths_around(points, pairs)
     left, found = scored.copy(), []
     for mask in range(seed * masks, (seed + 1) * masks):
         asks, insists = ((sums * (multiple + step * mask)) % 1.0 for multiple, step in zip(_MULTIPLES, _STEPS, strict=True))
@@ -43,6 +42,22 @@ def held_out_vertices(points: Floats, faces_or_edges: Ints, *, scored: Bools, ma
         if np.count_nonzero(left) < _ASKS * np.count_nonzero(scored):
             left = scored.copy()
     return found
+
+
+def random_numbers(points: Floats, pairs: Ints, seed: int) -> Floats:
+    """(n,) numbers from 0 to 1, made as those of `held_out_vertices` of the (e, 2) edges, and of the distances from the middle.
+
+    The distances tell vertices of a regular mesh apart.
+    """
+    distances = np.linalg.norm(points - points.mean(axis=0), axis=1) / mean_edge_length(points, pairs)
+    multiple, other = (of + step * seed for of, step in zip(_MULTIPLES, _STEPS, strict=True))
+    return np.asarray((_lengths_around(points, pairs) * multiple + distances * other) % 1.0)
+
+
+def _lengths_around(points: Floats, pairs: Ints) -> Floats:
+    """(n,) the sums of the lengths of the edges at a vertex, in mean lengths."""
+    lengths = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1) / mean_edge_length(points, pairs)
+    return np.asarray(np.bincount(pairs.ravel(), np.repeat(lengths, 2), minlength=len(points)), dtype=np.float64)
 
 
 def without(points: Floats, rings: OneRings, held: Ints) -> Floats:

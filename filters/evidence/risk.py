@@ -9,9 +9,8 @@ from ..libraries import spatial
 from ..mesh import Bools, Floats, Ints
 from ..topology import edges
 from .choose import Candidates, Choice, Label, Trial
+from .slopes import LITTLE, slope_squares
 
-# The noise is added once more, times this: little enough that the filter does not see it, and far more than rounding.
-_LITTLE = 0.1
 # Standard errors are those of the means of so many regions: neighbours say the same.
 _REGIONS = 100
 
@@ -51,30 +50,28 @@ def choose_by_risk(
         The choice; None if no edge counts. The errors are in mean edges.
     """
     pairs = edges(faces)
-    i, j = pairs[scored[pairs].all(axis=1)].T
-    if not len(i):
+    counted = pairs[scored[pairs].all(axis=1)]
+    if not len(counted):
         return None
-    nobody, regions = np.empty(0, dtype=np.int32), _regions(points, i)
-    more = points + _LITTLE * noise[:, None] * normals
+    nobody, regions = np.empty(0, dtype=np.int32), _regions(points, counted[:, 0])
+    more = points + LITTLE * noise[:, None] * normals
     every = [label for family in labels for label in family]
-    again = noise[i] - noise[j]
     sums = []
     for family, other in zip(candidates(points, nobody), candidates(more, nobody), strict=True):
         for result, result_of_more in zip(family, other, strict=True):
             heights = np.einsum("ij,ij->i", result - points, normals)
-            passed = np.einsum("ij,ij->i", result_of_more - result, normals) / _LITTLE
-            squares = (heights[i] - heights[j]) ** 2 + 2.0 * again * (passed[i] - passed[j])
-            sums.append(np.bincount(regions, squares, minlength=_REGIONS))
+            passed = np.einsum("ij,ij->i", result_of_more - result, normals) / LITTLE
+            sums.append(np.bincount(regions, slope_squares(heights, passed, noise, counted), minlength=_REGIONS))
             progress(len(sums) / len(every))
     counts = np.bincount(regions, minlength=_REGIONS)
-    means = np.sum(sums, axis=1) / len(i)
+    means = np.sum(sums, axis=1) / len(counted)
     best = int(means.argmin())
     behind = np.array(sums) - sums[best]
     excess = means - means[best]
-    uncertainty = np.sqrt(((behind - excess[:, None] * counts) ** 2).sum(axis=1)) / len(i)
+    uncertainty = np.sqrt(((behind - excess[:, None] * counts) ** 2).sum(axis=1)) / len(counted)
     errors = np.sqrt(np.maximum(means, 0.0))
     trials = tuple(
-        Trial(label, float(error), float(more), float(doubt), None, None)
+        Trial(label, float(error), float(more), float(doubt), None)
         for label, error, more, doubt in zip(every, errors, excess, uncertainty, strict=True)
     )
     return Choice(trials[int(np.flatnonzero(excess <= uncertainty)[-1])], trials)
