@@ -129,7 +129,7 @@ def choose(
     chosen, errors = int(tried[verdict.best]), dict[int, float]()
     if verdict.within(_EQUAL)[0]:
         chosen = 0
-    elif slopes:
+    elif slopes and wanted.sum() > 1:
         errors = slope_errors(points, faces, heights, best=chosen, normals=normals, scored=scored, seed=seed)
         chosen = min(errors, key=lambda at: (errors[at], at))
     trials = tuple(

@@ -12,8 +12,6 @@ from .local_means import local_means
 #: The noise is added once more, times this: little enough that a filter does not see it, and far more than rounding.
 LITTLE = 0.1
 
-# A filter that passes on more of the noise than this does not say how strong it is.
-_MOST_PASSED = 0.9
 # How much results differ is averaged over so many rings.
 _AVERAGED = 2
 
@@ -43,8 +41,9 @@ def slope_errors(
 ) -> dict[int, float]:
     """The expected squared errors of the slopes of results, where the noise of every vertex is its own.
 
-    As much as a filter follows the noise, so much it follows a little more of it, which is added to see that [ramani2008]. The
-    best one takes heights h away, and passes a share D of the noise on; so the variance of the noise is mean(h^2) / (1 - D).
+    As much as a filter follows the noise, so much it follows a little more of it, which is added to see that [ramani2008]. How
+    strong the noise is the best filter says: it takes heights h from the scan, and b - g of a noise b; so the variances of the
+    noises are as mean(h^2) to mean((b - g)^2).
 
     Squares would be ruled by edges and corners, where results differ most, while all faces count in a mean angle. So a square
     counts as 1 over the root mean square of how much the slopes of the results differ around it.
@@ -70,11 +69,10 @@ def slope_errors(
         return {best: 0.0}
     more = heights(points + LITTLE * noise[:, None] * normals)
     passed = {at: (more[at] - taken[at]) / LITTLE for at in taken}
-    share = (noise * passed[best])[scored].mean() / (noise[scored] ** 2).mean()
-    stronger = 1.0 / (1.0 - min(share, _MOST_PASSED))
-    weights = 1.0 / np.sqrt(
-        _around(np.var([h[pairs[:, 0]] - h[pairs[:, 1]] for h in taken.values()], axis=0), pairs, len(points))
-    )
+    of_noise = float(((noise - passed[best])[scored] ** 2).mean())
+    stronger = float((taken[best][scored] ** 2).mean()) / of_noise if of_noise > 0.0 else 1.0
+    differences = np.var([height[pairs[:, 0]] - height[pairs[:, 1]] for height in taken.values()], axis=0)
+    weights = 1.0 / np.sqrt(_around(differences, pairs, len(points)))
     own = stronger * (noise[pairs[:, 0]] - noise[pairs[:, 1]]) ** 2
     return {
         at: float((slope_squares(taken[at], stronger * passed[at], noise, pairs) - own) @ weights / weights.sum())
