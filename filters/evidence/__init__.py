@@ -6,13 +6,14 @@ from .cloud_sample import CloudSample, cloud_patches, spacing_and_numbers
 from .first_guess import first_guess, guess_by_means
 from .flattening import flattening
 from .hearing import hear, run_to_last, starts_of
-from .held_out import far_from_border, heights_of_means, held_out_vertices, means_of_others, without
+from .held_out import far_from_border, heights_of_means, held_out_vertices, means_of_others, random_numbers, without
 from .local_means import local_means
 from .noise_field import NoiseField, noise_field
 from .outlying import outlying_vertices, put_where_expected, standing_out
 from .patches import Sample, sample_of
 from .quadric_prediction import predicted_heights
 from .risk import choose_by_risk
+from .slopes import slope_errors
 from .verdict import Verdict, judge
 
 __all__ = [
@@ -41,8 +42,10 @@ __all__ = [
     "outlying_vertices",
     "predicted_heights",
     "put_where_expected",
+    "random_numbers",
     "run_to_last",
     "sample_of",
+    "slope_errors",
     "spacing_and_numbers",
     "standing_out",
     "starts_of",
