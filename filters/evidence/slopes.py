@@ -71,12 +71,13 @@ def slope_errors(
     passed = {at: (more[at] - taken[at]) / LITTLE for at in taken}
     of_noise = float(((noise - passed[best])[scored] ** 2).mean())
     stronger = float((taken[best][scored] ** 2).mean()) / of_noise if of_noise > 0.0 else 1.0
-    differences = np.var([height[pairs[:, 0]] - height[pairs[:, 1]] for height in taken.values()], axis=0)
+    numbers = sorted(taken)
+    differences = np.var([taken[at][pairs[:, 0]] - taken[at][pairs[:, 1]] for at in numbers], axis=0)
     weights = 1.0 / np.sqrt(_around(differences, pairs, len(points)))
     own = stronger * (noise[pairs[:, 0]] - noise[pairs[:, 1]]) ** 2
     return {
         at: float((slope_squares(taken[at], stronger * passed[at], noise, pairs) - own) @ weights / weights.sum())
-        for at in sorted(taken)
+        for at in numbers
     }
 
 
