@@ -99,7 +99,7 @@ def smoothed_by_amount(
     selected: bool,
     progress: Progress,
 ) -> Smoothed:
-    """The mesh smoothed; if the amount is below 0, "auto", by that of those `tried` which predicts held-out vertices best.
+    """The mesh smoothed; if the amount is below 0, "auto", by that of those `tried` which `chosen_amount` finds.
 
     Args:
         layer: the mesh.

@@ -8,10 +8,22 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..evidence import Candidates, Choice, calm_noise, choose, far_from_border, guess_by_means, heights_of_means, judge, sample_of
+from ..evidence import (
+    Candidates,
+    Choice,
+    calm_noise,
+    choose,
+    choose_by_risk,
+    far_from_border,
+    guess_by_means,
+    heights_of_means,
+    judge,
+    random_numbers,
+    sample_of,
+)
 from ..execution import Progress, ignore_progress
 from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
-from ..topology import one_rings
+from ..topology import edges, one_rings
 from .agreement import Agreement
 from .noise_level import NoiseEstimate, estimate_noise, smooth_normals
 
@@ -117,6 +129,11 @@ class Scan:
         return smoothed and self.residuals.within(_CALMEST) > _SURFACE_THERE
 
     @property
+    def independent(self) -> bool:
+        """Whether neighbours hardly agree in what is left: then it is noise."""
+        return self.agreement < _INDEPENDENT
+
+    @property
     def exact(self) -> bool:
         """Whether there is so little noise that most vertices are best left where they are, uneven noise not being clean."""
         return self.agreement > _INDEPENDENT or self.calm < _EXACT
@@ -152,6 +169,20 @@ class Scan:
             **({"stays": 1e12} if all_stay else {}),
         )
 
+    def choose_by_risk(self, candidates: Candidates, labels: Sequence[Sequence[Label]]) -> Choice[Label] | None:
+        """`choose_by_risk` on it, for filters that take noise and shape alike; the noise is as strong as `noise` says."""
+        signs = np.where(random_numbers(self.points, edges(self.faces), self.seed) < 0.5, -1.0, 1.0)
+        return choose_by_risk(
+            self.points,
+            self.faces,
+            candidates,
+            labels,
+            normals=self.normals,
+            scored=self.scored,
+            noise=self.noise.level * signs,
+            progress=self.progress,
+        )
+
     def or_nothing(self, choice: Choice[Label]) -> Choice[Label]:
         """The choice, or the first of its candidates, which is to do nothing, where what predicts best is no nearer to the truth.
 
@@ -159,7 +190,7 @@ class Scan:
         s of the noise, e^2 = s^2 + d^2, where d is how far the result is from the truth, and the scan is s from it: nothing is
         done where e^2 >= 2 s^2, s that of `calm`, or where the mean of the neighbours predicts nearly as well.
         """
-        if self.agreement < _INDEPENDENT:
+        if self.independent:
             return choice
         error, which = choice.chosen.error, np.flatnonzero(self.scored).astype(np.int32)
         of_means = heights_of_means(self.points, one_rings(self.faces, len(self.points)), self.normals, which)

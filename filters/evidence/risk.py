@@ -9,8 +9,10 @@ from ..libraries import spatial
 from ..mesh import Bools, Floats, Ints
 from ..topology import edges
 from .choose import Candidates, Choice, Label, Trial
-from .slopes import LITTLE, slope_squares
+from .slopes import slope_squares
 
+# The noise is added once more, times this: little enough that the filter does not see it, and far more than rounding.
+_LITTLE = 0.1
 # Standard errors are those of the means of so many regions: neighbours say the same.
 _REGIONS = 100
 
@@ -28,10 +30,11 @@ def choose_by_risk(
 ) -> Choice[Label] | None:
     """Choose the result whose slopes are expected to be nearest to the true ones [stein1981].
 
-    Held-out vertices say nothing where neighbours share their noise. But what a filter f makes of noise can be seen: with heights
-    h = n . (f(y) - y), one more noise b of the same kind, and g = n . (f(y + e b) - f(y)) / e, the mean over the edges of
-    (h_i - h_j)^2 + 2 (b_i - b_j) (g_i - g_j) is how far the differences of heights along the edges are from those of another scan
-    of the same surface: that is the squared error of the result and the variance of the noise.
+    Held-out vertices say nothing where neighbours share their noise, and little of filters that take noise and shape alike. But
+    what a filter f makes of noise can be seen: with heights h = n . (f(y) - y), one more noise b of the same kind, and
+    g = n . (f(y + e b) - f(y)) / e, the mean over the edges of (h_i - h_j)^2 + 2 (b_i - b_j) (g_i - g_j) is how far the
+    differences of heights along the edges are from those of another scan of the same surface: that is the squared error of the
+    result and the variance of the noise.
 
     Of those within one standard error of the best the last one is taken: candidates go from little to much, and normals are
     flatter where positions cannot tell.
@@ -54,13 +57,13 @@ def choose_by_risk(
     if not len(counted):
         return None
     nobody, regions = np.empty(0, dtype=np.int32), _regions(points, counted[:, 0])
-    more = points + LITTLE * noise[:, None] * normals
+    more = points + _LITTLE * noise[:, None] * normals
     every = [label for family in labels for label in family]
     sums = []
     for family, other in zip(candidates(points, nobody), candidates(more, nobody), strict=True):
         for result, result_of_more in zip(family, other, strict=True):
             heights = np.einsum("ij,ij->i", result - points, normals)
-            passed = np.einsum("ij,ij->i", result_of_more - result, normals) / LITTLE
+            passed = np.einsum("ij,ij->i", result_of_more - result, normals) / _LITTLE
             sums.append(np.bincount(regions, slope_squares(heights, passed, noise, counted), minlength=_REGIONS))
             progress(len(sums) / len(every))
     counts = np.bincount(regions, minlength=_REGIONS)

@@ -9,9 +9,9 @@ from ..topology import edges
 from .held_out import random_numbers
 from .local_means import local_means
 
-#: The noise is added once more, times this: little enough that a filter does not see it, and far more than rounding.
-LITTLE = 0.1
-
+# The noise is added once more, times this: little enough that it leaves a filter as it is, and so much that the jumps of kernels
+# that cut off are met by many faces and not by a few.
+_MORE = 0.3
 # How much results differ is averaged over so many rings.
 _AVERAGED = 2
 
@@ -67,8 +67,8 @@ def slope_errors(
     noise = np.sqrt((taken[best][scored] ** 2).mean()) * signs
     if not noise.any() or not len(pairs):
         return {best: 0.0}
-    more = heights(points + LITTLE * noise[:, None] * normals)
-    passed = {at: (more[at] - taken[at]) / LITTLE for at in taken}
+    more = heights(points + _MORE * noise[:, None] * normals)
+    passed = {at: (more[at] - taken[at]) / _MORE for at in taken}
     of_noise = float(((noise - passed[best])[scored] ** 2).mean())
     stronger = float((taken[best][scored] ** 2).mean()) / of_noise if of_noise > 0.0 else 1.0
     numbers = sorted(taken)
