@@ -46,7 +46,7 @@ from pymeshfair.filters.denoising import (
     settings,
 )
 from pymeshfair.filters.denoising.noise_level import smooth_normals
-from pymeshfair.filters.evidence import choose, judge
+from pymeshfair.filters.evidence import SlopeError, choose, judge
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.mesh import Bools
 
@@ -85,7 +85,7 @@ def steps() -> dict[str, tuple[dict[str, Any], dict[str, Any]]]:
     return {
         "clip": (verdict, {"_CLIP": np.inf}),
         "masks": (rule, {"_MASKS": 1, "_ENOUGH": 0}),
-        "slopes": (rule, {"slope_errors": lambda *_, best, **__: {best: 0.0}}),
+        "slopes": (rule, {"slope_errors": lambda *_, best, **__: {best: SlopeError(0.0, 0.0, 0.0)}}),
         "normal": (automatic, {"direction_for": lambda _: "all"}),
         "outliers": (automatic, {"_IMPULSIVE": 1.0}),
     }

@@ -1,7 +1,7 @@
 """Choosing among filters by evidence: vertices that a filter has not seen, and how well it predicts them."""
 
 from .calm_noise import calm_noise
-from .choose import Candidates, Choice, Trial, choose
+from .choose import Candidates, Choice, Trial, choose, roughness
 from .cloud_sample import CloudSample, cloud_patches, spacing_and_numbers
 from .first_guess import first_guess, guess_by_means
 from .flattening import flattening
@@ -13,7 +13,7 @@ from .outlying import outlying_vertices, put_where_expected, standing_out
 from .patches import Sample, sample_of
 from .quadric_prediction import predicted_heights
 from .risk import choose_by_risk
-from .slopes import slope_errors
+from .slopes import SlopeError, slope_errors
 from .verdict import Verdict, judge
 
 __all__ = [
@@ -22,6 +22,7 @@ __all__ = [
     "CloudSample",
     "NoiseField",
     "Sample",
+    "SlopeError",
     "Trial",
     "Verdict",
     "calm_noise",
@@ -43,6 +44,7 @@ __all__ = [
     "predicted_heights",
     "put_where_expected",
     "random_numbers",
+    "roughness",
     "run_to_last",
     "sample_of",
     "slope_errors",

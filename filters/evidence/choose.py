@@ -6,11 +6,13 @@ from typing import Generic, NamedTuple, TypeAlias, TypeVar
 import numpy as np
 
 from ..execution import Progress, ignore_progress, part_of, rising
+from ..geometry import face_normals
 from ..mesh import Bools, Floats, Ints
+from ..topology import face_adjacency
 from .first_guess import Guess, first_guess
 from .hearing import STAYS, hear, run_to_last, starts_of
 from .held_out import held_out_vertices
-from .slopes import slope_errors
+from .slopes import SlopeError, slope_errors
 
 Label = TypeVar("Label")
 
@@ -20,7 +22,7 @@ Candidates: TypeAlias = Callable[[Floats, Ints], Sequence[Iterator[Floats]]]
 
 # Sets of held-out vertices, and as many more on small meshes until so many vertices were held out or so many sets are made.
 _MASKS, _ENOUGH, _MOST_MASKS = 4, 1000, 12
-# Doing nothing is chosen if it is within so many standard errors of the best.
+# What is within so many standard errors of the best is as good.
 _EQUAL = 1.0
 
 
@@ -75,8 +77,10 @@ def choose(
        what the others are compared with.
     3. Positions hardly tell candidates apart whose normals differ by far. So of those within two standard errors of the best take
        the one whose slopes are expected to be nearest to the true ones [stein1981]: as much as a candidate follows the noise, so
-       much it will follow a little more of it, which is added to see that [ramani2008]; see `slope_errors`. But within one
-       standard error of the best the very first wins.
+       much it will follow a little more of it, which is added to see that [ramani2008]; see `slope_errors`.
+    4. Of those whose slopes are within one standard error take the one with the least product of the mean |n_f - n_g| over
+       adjacent faces f, g of its result and of their mean displacement along the normals, as [reginska1996] does for the two
+       norms of a regularised solution: flat, but not at any price. The very first wins where it predicts as well as the best.
 
     Args:
         points: (n, 3) coordinates with a mean edge of 1.
@@ -88,7 +92,7 @@ def choose(
         guess: where held-out vertices start; None for `first_guess`.
         seed: other vertices are held out for another number.
         stays: candidates farther behind than so many standard errors are dropped; a huge number to hear them all to the end.
-        slopes: whether step 3 is done; otherwise the best in step 2 is taken.
+        slopes: whether steps 3 and 4 are done; otherwise the best in step 2 is taken.
         progress: called after every family that was run; may raise to stop.
 
     Returns:
@@ -117,26 +121,38 @@ def choose(
     wanted[tried[verdict.within(STAYS)]] = True
     share = rising(part_of(progress, 0.8, 1.0))
 
+    products: dict[int, float] = {}
+
     def heights(start: Floats) -> dict[int, Floats]:
         found: dict[int, Floats] = {}
 
         def look(at: int, result: Floats) -> None:
             found[at] = np.einsum("ij,ij->i", result - points, normals)
+            if start is points:
+                products[at] = roughness(result, faces) * float(np.abs(found[at]).mean())
 
         run_to_last(candidates(start, np.empty(0, dtype=np.int32)), starts, wanted, look, share)
         return found
 
-    chosen, errors = int(tried[verdict.best]), dict[int, float]()
+    chosen, errors = int(tried[verdict.best]), dict[int, SlopeError]()
     if verdict.within(_EQUAL)[0]:
         chosen = 0
     elif slopes and wanted.sum() > 1:
         errors = slope_errors(points, faces, heights, best=chosen, normals=normals, scored=scored, seed=seed)
-        chosen = min(errors, key=lambda at: (errors[at], at))
+        equal = [at for at, slope in errors.items() if slope.excess <= _EQUAL * slope.uncertainty]
+        chosen = min(equal, key=lambda at: (products[at], at))
     trials = tuple(
-        Trial(every[at], float(error), float(excess), float(uncertainty), errors.get(int(at)))
+        Trial(every[at], float(error), float(excess), float(uncertainty), errors[int(at)].error if int(at) in errors else None)
         for at, error, excess, uncertainty in zip(tried, verdict.errors, verdict.excess, verdict.uncertainty, strict=True)
     )
     return Choice(trials[int(np.searchsorted(tried, chosen))], trials)
+
+
+def roughness(points: Floats, faces: Ints) -> float:
+    """The mean difference |n_f - n_g| of the unit normals of adjacent faces; 0 without any."""
+    pairs, _ = face_adjacency(faces)
+    sides = face_normals(points, faces)[pairs]
+    return float(np.linalg.norm(sides[:, 0] - sides[:, 1], axis=1).mean()) if len(pairs) else 0.0
 
 
 def _masks(points: Floats, faces: Ints, scored: Bools, seed: int) -> list[Ints]:

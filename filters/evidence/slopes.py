@@ -1,6 +1,7 @@
 """How far the slopes of results are expected to be from the true ones [stein1981]: normals follow from them, not from places."""
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,8 +13,26 @@ from .local_means import local_means
 # The noise is added once more, times this: little enough that it leaves a filter as it is, and so much that the jumps of kernels
 # that cut off are met by many faces and not by a few.
 _MORE = 0.3
+# So many such noises are tried, and meant over.
+_NOISES = 2
 # How much results differ is averaged over so many rings.
 _AVERAGED = 2
+# There are three edges to a vertex, which share its noise.
+_EDGES_OF_VERTEX = 3.0
+
+
+class SlopeError(NamedTuple):
+    """What is expected of a result.
+
+    Attributes:
+        error: the squared error of its slopes. It is known up to an uncertainty that all results share, and so may be below 0.
+        excess: how much that is more than the least.
+        uncertainty: the standard error of the excess.
+    """
+
+    error: float
+    excess: float
+    uncertainty: float
 
 
 def slope_squares(heights: Floats, passed: Floats, noise: Floats, pairs: Ints) -> Floats:
@@ -38,7 +57,7 @@ def slope_errors(
     normals: Floats,
     scored: Bools,
     seed: int = 0,
-) -> dict[int, float]:
+) -> dict[int, SlopeError]:
     """The expected squared errors of the slopes of results, where the noise of every vertex is its own.
 
     As much as a filter follows the noise, so much it follows a little more of it, which is added to see that [ramani2008]. How
@@ -58,26 +77,34 @@ def slope_errors(
         seed: another noise for another number.
 
     Returns:
-        By their numbers the errors. They are known up to an uncertainty that all share, and so may be below 0.
+        Their errors, by their numbers.
     """
     pairs = edges(faces)
-    signs = np.where(random_numbers(points, pairs, seed) < 0.5, -1.0, 1.0)
+    signs = [np.where(random_numbers(points, pairs, _NOISES * seed + k) < 0.5, -1.0, 1.0) for k in range(_NOISES)]
     pairs = pairs[scored[pairs].all(axis=1)]
     taken = heights(points)
-    noise = np.sqrt((taken[best][scored] ** 2).mean()) * signs
-    if not noise.any() or not len(pairs):
-        return {best: 0.0}
-    more = heights(points + _MORE * noise[:, None] * normals)
-    passed = {at: (more[at] - taken[at]) / _MORE for at in taken}
-    of_noise = float(((noise - passed[best])[scored] ** 2).mean())
-    stronger = float((taken[best][scored] ** 2).mean()) / of_noise if of_noise > 0.0 else 1.0
+    strength = float(np.sqrt((taken[best][scored] ** 2).mean()))
+    if strength == 0.0 or not len(pairs):
+        return {best: SlopeError(0.0, 0.0, 0.0)}
     numbers = sorted(taken)
+    squares = np.zeros((len(numbers), len(pairs)))
+    for noise in (strength * sign for sign in signs):
+        more = heights(points + _MORE * noise[:, None] * normals)
+        passed = {at: (more[at] - taken[at]) / _MORE for at in numbers}
+        of_noise = float(((noise - passed[best])[scored] ** 2).mean())
+        stronger = strength**2 / of_noise if of_noise > 0.0 else 1.0
+        own = stronger * (noise[pairs[:, 0]] - noise[pairs[:, 1]]) ** 2
+        squares += [slope_squares(taken[at], stronger * passed[at], noise, pairs) - own for at in numbers]
     differences = np.var([taken[at][pairs[:, 0]] - taken[at][pairs[:, 1]] for at in numbers], axis=0)
     weights = 1.0 / np.sqrt(_around(differences, pairs, len(points)))
-    own = stronger * (noise[pairs[:, 0]] - noise[pairs[:, 1]]) ** 2
+    weighted = squares * (weights / weights.sum()) / _NOISES
+    errors = weighted.sum(axis=1)
+    least = int(errors.argmin())
+    behind = weighted - weighted[least]
+    uncertainty = behind.std(axis=1) * np.sqrt(_EDGES_OF_VERTEX * len(pairs))
     return {
-        at: float((slope_squares(taken[at], stronger * passed[at], noise, pairs) - own) @ weights / weights.sum())
-        for at in numbers
+        at: SlopeError(float(error), float(error - errors[least]), float(doubt))
+        for at, error, doubt in zip(numbers, errors, uncertainty, strict=True)
     }
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from pymeshfair.filters.denoising.noise_level import smooth_normals
 from pymeshfair.filters.diffusion import taubin_fairing
-from pymeshfair.filters.evidence import choose, random_numbers, slope_errors
+from pymeshfair.filters.evidence import SlopeError, choose, random_numbers, slope_errors
 from pymeshfair.filters.geometry import mean_edge_length, vertex_normals_by_area
 from pymeshfair.filters.topology import edges
 from tests.meshes import Floats, Ints, icosphere, irregular_grid, renumbered, rotation, torus
@@ -33,7 +33,7 @@ def _by_taubin(points: Floats, faces: Ints, normals: Floats) -> Callable[[Floats
     return heights
 
 
-def _expected(points: Floats, faces: Ints, best: int, seed: int = 0) -> dict[int, float]:
+def _expected(points: Floats, faces: Ints, best: int, seed: int = 0) -> dict[int, SlopeError]:
     normals, scored = smooth_normals(points, faces), np.ones(len(points), dtype=np.bool_)
     heights = _by_taubin(points, faces, normals)
     return slope_errors(points, faces, heights, best=best, normals=normals, scored=scored, seed=seed)
@@ -55,7 +55,7 @@ def test_of_multiples_of_noise_the_errors_are_those_of_what_is_left(level: float
         for at, share in shares.items():
             # Means of about 10,000 squares at 3,600 vertices: 2 s^2 sqrt(2 / 3600) is a standard error of either of both.
             tolerance = 5.0 * 2.0 * level**2 * np.sqrt(2.0 / len(points))
-            assert found[at] == pytest.approx(2.0 * share**2 * level**2, abs=tolerance)
+            assert found[at].error == pytest.approx(2.0 * share**2 * level**2, abs=tolerance)
 
 
 @pytest.mark.parametrize("mesh", ["torus", "ball"])
@@ -68,23 +68,24 @@ def test_the_least_expected_error_is_nearly_the_least_true_one(mesh: str, level:
     off = {steps: h + np.einsum("ij,ij->i", points - truth, normals) for steps, h in heights.items()}
     true = {steps: float(np.mean((e[i] - e[j]) ** 2)) for steps, e in off.items()}
     expected = _expected(points, faces, best=8)
-    assert true[min(expected, key=lambda steps: expected[steps])] <= 1.1 * min(true.values())
+    assert true[min(expected, key=lambda steps: expected[steps].error)] <= 1.1 * min(true.values())
 
 
 def test_the_errors_are_the_same_for_the_mesh_turned_and_renumbered() -> None:
     """To rounding, which the added noise, a tenth of that of the scan, makes ten times larger."""
     _, points, faces = _scan(torus(40, 20), 0.1)
-    found = list(_expected(points, faces, best=8).values())
+    found = [slope.error for slope in _expected(points, faces, best=8).values()]
     turned = points @ rotation().T
     shuffled, other_faces, _ = renumbered((points, faces))
-    np.testing.assert_allclose(list(_expected(turned, faces, best=8).values()), found, rtol=0, atol=1e-10)
-    np.testing.assert_allclose(list(_expected(shuffled, other_faces, best=8).values()), found, rtol=0, atol=1e-10)
+    for vertices, triangles in ((turned, faces), (shuffled, other_faces)):
+        again = [slope.error for slope in _expected(vertices, triangles, best=8).values()]
+        np.testing.assert_allclose(again, found, rtol=0, atol=1e-10)
 
 
 def test_without_noise_nothing_is_asked() -> None:
     """A best filter that takes nothing away says of no noise how others pass it on."""
     _, points, faces = _scan(icosphere(3), 0.0)
-    assert _expected(points, faces, best=0) == {0: 0.0}
+    assert _expected(points, faces, best=0) == {0: SlopeError(0.0, 0.0, 0.0)}
 
 
 def test_random_numbers_are_even_and_others_for_other_seeds() -> None:
