@@ -44,7 +44,7 @@ CHOICE = Enum(
     label="Choice",
     choices=get_args(Chooser),
     help="How what is not given is found. 'held_out': some 140 settings are tried on the mesh, or on patches of a large one, and "
-    "the one is taken that best predicts vertices which it has not seen. 'fixed': all-round values, at once.",
+    "one of those is taken that best predict vertices which they have not seen. 'fixed': all-round values, at once.",
 )
 
 #: the parameters of `filter_face_normals`; the others are those of the vertices

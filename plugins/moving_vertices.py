@@ -61,7 +61,7 @@ def detail_size_parameter(
         of_band,
         "Larger is smoother.",
         "Mean edges are those of the curves." if of_edges else "",
-        "'auto' takes the size that best predicts vertices which the filter has not seen." if automatic else "",
+        "'auto' takes the size whose slopes are expected to be nearest to the true ones." if automatic else "",
         unless,
     )
     return Percentage(

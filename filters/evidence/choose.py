@@ -120,18 +120,17 @@ def choose(
     wanted = np.zeros(len(every), dtype=np.bool_)
     wanted[tried[verdict.within(STAYS)]] = True
     share = rising(part_of(progress, 0.8, 1.0))
-
     products: dict[int, float] = {}
 
-    def heights(start: Floats) -> dict[int, Floats]:
+    def heights(vertices: Floats) -> dict[int, Floats]:
         found: dict[int, Floats] = {}
 
         def look(at: int, result: Floats) -> None:
             found[at] = np.einsum("ij,ij->i", result - points, normals)
-            if start is points:
+            if vertices is points:  # the scan itself, no noise added
                 products[at] = roughness(result, faces) * float(np.abs(found[at]).mean())
 
-        run_to_last(candidates(start, np.empty(0, dtype=np.int32)), starts, wanted, look, share)
+        run_to_last(candidates(vertices, np.empty(0, dtype=np.int32)), starts, wanted, look, share)
         return found
 
     chosen, errors = int(tried[verdict.best]), dict[int, SlopeError]()

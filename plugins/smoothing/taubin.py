@@ -63,8 +63,8 @@ def apply_coord_taubin_fairing(
             label="Iterations",
             minimum=-1,
             maximum=100_000,
-            help="How many pairs of steps are taken. More are smoother and slower. -1: automatic, the number that best predicts "
-            "vertices which the filter has not seen.",
+            help="How many pairs of steps are taken. More are smoother and slower. -1: automatic, the number whose slopes "
+            "are expected to be nearest to the true ones.",
         ),
     ] = 10,
     border: Border = "along",

@@ -9,10 +9,10 @@ import pytest
 
 from pymeshfair.filters.denoising.noise_level import smooth_normals
 from pymeshfair.filters.diffusion import taubin_fairing
-from pymeshfair.filters.evidence import SlopeError, choose, random_numbers, slope_errors
+from pymeshfair.filters.evidence import SlopeError, choose, random_numbers, roughness, slope_errors
 from pymeshfair.filters.geometry import mean_edge_length, vertex_normals_by_area
 from pymeshfair.filters.topology import edges
-from tests.meshes import Floats, Ints, icosphere, irregular_grid, renumbered, rotation, torus
+from tests.meshes import Floats, Ints, cube, icosphere, irregular_grid, renumbered, rotation, torus
 
 STEPS = (0, 1, 2, 3, 5, 8, 12, 18, 28, 42)
 
@@ -127,3 +127,28 @@ def test_among_equals_slopes_decide() -> None:
     without = choose(points, faces, candidates, labels, normals=up, scored=scored, slopes=False)
     assert without is not None
     assert without.chosen == min(without.trials, key=lambda trial: trial.error)
+
+
+def test_where_slopes_cannot_tell_the_flatter_is_taken() -> None:
+    """Ripples of a thousandth of the noise are no evidence: a flat sheet wins over one with them, first or last."""
+    _, points, faces = _scan(irregular_grid(40, 40), 0.1)
+    up = np.tile([0.0, 0.0, 1.0], (len(points), 1))
+    ripples = 1e-4 * np.random.default_rng(1).normal(size=len(points))[:, None] * up
+
+    for added in ({"flat": 0.0, "ripples": 1.0}, {"ripples": 1.0, "flat": 0.0}):
+
+        def candidates(start: Floats, held: Ints, added: dict[str, float] = added) -> list[Iterator[Floats]]:
+            return [iter([start]), *(iter([start * (1.0, 1.0, 0.0) + much * ripples]) for much in added.values())]
+
+        labels = [["nothing"], *([name] for name in added)]
+        found = choose(points, faces, candidates, labels, normals=up, scored=np.ones(len(points), dtype=np.bool_))
+        assert found is not None
+        assert found.chosen.label == "flat"
+
+
+def test_the_roughness_of_a_cube() -> None:
+    """Twelve of its 18 edges are right angles, |n - m| = sqrt(2), six lie in a side; a plane and one triangle have 0."""
+    vertices, faces = cube()
+    assert roughness(vertices, faces) == pytest.approx(12.0 * np.sqrt(2.0) / 18.0)
+    assert roughness(*irregular_grid()) == pytest.approx(0.0, abs=1e-12)
+    assert roughness(vertices, faces[:1]) == 0.0

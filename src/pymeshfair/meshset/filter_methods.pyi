@@ -433,7 +433,7 @@ class FilterMethods:
 
         Args:
             detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay.
-                Larger is smoother. 'auto' takes the size that best predicts vertices which the filter has not seen. Not used
+                Larger is smoother. 'auto' takes the size whose slopes are expected to be nearest to the true ones. Not used
                 when a weight is given. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh
                 units) of at least 0.0, or 'auto'.
             weight: How strongly vertices are held to their places, w, in one over the fourth power of mean edges. Larger stays
@@ -963,7 +963,7 @@ class FilterMethods:
                 'robust' is the same for slivers, non-manifold meshes and point clouds; 'uniform', 'inverse_length' and
                 'scale_dependent' see the triangulation and need a time step.
             detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay.
-                Larger is smoother. 'auto' takes the size that best predicts vertices which the filter has not seen. For the
+                Larger is smoother. 'auto' takes the size whose slopes are expected to be nearest to the true ones. For the
                 operators 'cotangent' and 'robust'; not used when a time step is given. Takes a length such as '1%' (of the
                 bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
             time_step: The diffusion time of one iteration, in squared mean edges (a pure number for 'uniform' and
@@ -1130,8 +1130,8 @@ class FilterMethods:
             relaxation_direction: Where these steps go: 'all' directions, which evens out noise along the surface too, or along
                 the 'normal' alone, so that no vertex slides.
             choice: How what is not given is found. 'held_out': some 140 settings are tried on the mesh, or on patches of a
-                large one, and the one is taken that best predicts vertices which it has not seen. 'fixed': all-round values, at
-                once.
+                large one, and one of those is taken that best predict vertices which they have not seen. 'fixed': all-round
+                values, at once.
             compare: Say, too, how well low-pass filters predict the same vertices, each with the amount that suits the mesh
                 best: Taubin's, implicit, bi-Laplacian and spectral smoothing. The result is the same. Only where all is
                 automatic.
@@ -1269,9 +1269,9 @@ class FilterMethods:
                 component, to look at.
             detail_size: Waves of this length come out with half their amplitude: smaller details vanish, larger ones stay. With
                 'enhance' and 'band_pass' the shortest wave of the band: choose it above the size of the noise. Larger is
-                smoother. 'auto' takes the size that best predicts vertices which the filter has not seen. Not used when a
-                number of modes is given. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh
-                units) of at least 0.0, or 'auto'.
+                smoother. 'auto' takes the size whose slopes are expected to be nearest to the true ones. Not used when a number
+                of modes is given. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units)
+                of at least 0.0, or 'auto'.
             largest_size: The longest wave of the band of 'enhance' and 'band_pass'. Larger takes in larger parts. 0: four
                 detail sizes. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of
                 at least 0.0.
@@ -1384,8 +1384,8 @@ class FilterMethods:
             pass_band: Frequencies below it are kept, above it damped; on the operator's scale from 0 to 2, typically 0.01 to
                 0.1. Smaller is smoother. 0: not used, mu decides. With it, mu = 1 / (pass band - 1 / lambda). Takes a number
                 from 0 to 2.
-            iterations: How many pairs of steps are taken. More are smoother and slower. -1: automatic, the number that best
-                predicts vertices which the filter has not seen. Takes a whole number from -1 to 100000.
+            iterations: How many pairs of steps are taken. More are smoother and slower. -1: automatic, the number whose slopes
+                are expected to be nearest to the true ones. Takes a whole number from -1 to 100000.
             border: What the vertices of open borders do: 'fixed' stay; 'along' are smoothed as a curve, seeing their neighbours
                 on the border alone; 'free' move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
@@ -1618,8 +1618,8 @@ class FilterMethods:
             normal_iterations: How often the normals are filtered before the vertices follow. More smooth more. 0: automatic.
                 Takes a whole number from 0 to 10000.
             choice: How what is not given is found. 'held_out': some 140 settings are tried on the mesh, or on patches of a
-                large one, and the one is taken that best predicts vertices which it has not seen. 'fixed': all-round values, at
-                once.
+                large one, and one of those is taken that best predict vertices which they have not seen. 'fixed': all-round
+                values, at once.
             selected: Only the selected faces get a new normal; the others are seen by their neighbours but keep theirs.
 
         Returns:
