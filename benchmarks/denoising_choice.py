@@ -1,16 +1,15 @@
 """How near the setting that held-out vertices choose comes to the best of all that are tried, found with the truth at hand.
 
     python benchmarks/denoising_choice.py [--half looked_at|unseen|clean] [--scans FOLDER] [--only text,text] [--seeds N]
-                                          [--ablations] [--without clip,masks,flatness,equal,normal,outliers] [--processes N]
+                                          [--ablations] [--without clip,masks,slopes,normal,outliers] [--processes N]
 
 Prints, for every noisy mesh of `denoising_pairs`, the mean angle to the true normals of the best setting, and over it those of
 nothing, of the best number of Taubin's steps, and of the choice, in the mean and at worst; and the mean displacement of the
 vertices in mean edges.
 --seeds repeats the choice with other vertices held out.
 --without leaves a step of the method out: outliers are not clipped (clip), only one set is held out (masks), the least error of
-held-out vertices decides alone (equal), or among those as good the least movement (flatness), Taubin's steps go in all directions
-(normal), spikes are kept (outliers). --ablations adds columns of the first seed alone: the choice by all steps (full), and
-without each of them.
+held-out vertices decides alone (slopes), Taubin's steps go in all directions (normal), spikes are kept (outliers). --ablations
+adds columns of the first seed alone: the choice by all steps (full), and without each of them.
 Seconds are of the processor, of one choice.
 "clean" denoises meshes without noise and prints how far they are moved.
 """

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..denoising import CloudKernels, estimated_range_sigma, normals_of, projections, unit_normals
-from ..evidence import Choice, CloudSample, Trial, cloud_patches, hear, held_out_vertices, spacing_and_numbers, starts_of
+from ..evidence import Choice, CloudSample, cloud_patches, hear, held_out_vertices, spacing_and_numbers, starts_of, trials_of
 from ..execution import Progress, ignore_progress
 from ..mesh import Floats, Ints, check_points, normalised_mesh
 from ..neighbours import nearest_neighbours
@@ -111,10 +111,7 @@ def chosen_projection(
 
     tried, verdict = hear(held, run, deviations, starts_of(families), progress=progress)
     every = [setting._replace(range_sigma=setting.range_sigma * unit) for family in families for setting in family]
-    trials = tuple(
-        Trial(every[at], float(error), float(excess), float(uncertainty), None)
-        for at, error, excess, uncertainty in zip(tried, verdict.errors, verdict.excess, verdict.uncertainty, strict=True)
-    )
+    trials = trials_of(every, tried, verdict)
     equal = [trial for trial, near in zip(trials, verdict.within(_EQUAL), strict=True) if near]
     chosen = min(equal, key=lambda trial: trial.label.neighbors * trial.label.iterations)
     if sample.agreement > _INDEPENDENT and chosen.error**2 >= 2.0 * (_EVEN * sample.calm) ** 2:

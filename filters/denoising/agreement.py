@@ -85,8 +85,3 @@ class Agreement:
         clipped = np.minimum(squares, _CLIP * np.median(squares[self.inner]))
         means = local_means(clipped, self.inner, self.pairs, times=_AVERAGED)
         return np.asarray(means <= np.quantile(means[self.inner], share))
-
-
-def agreement(vertices: ArrayLike, faces: ArrayLike, *, calmest: float = 1.0) -> float:
-    """`Agreement.within` on a mesh of (n, 3) vertices and (m, 3) triangles."""
-    return Agreement.on(vertices, faces).within(calmest)

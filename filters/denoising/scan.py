@@ -18,7 +18,7 @@ from ..evidence import (
     guess_by_means,
     heights_of_means,
     judge,
-    random_numbers,
+    random_signs,
     sample_of,
 )
 from ..execution import Progress, ignore_progress
@@ -153,7 +153,8 @@ class Scan:
             labels: the names of their results.
             all_stay: all candidates are heard to the end.
             spikes: what is tried differs in what it makes of spikes: held-out vertices start at the mean of their neighbours,
-                since a quadric is bent by spikes, and hides what it costs to move vertices that are exact.
+                since a quadric is bent by spikes, and hides what it costs to move vertices that are exact. The least error
+                decides alone: slopes are expected for noise that is alike everywhere.
         """
         return choose(
             self.points,
@@ -171,7 +172,6 @@ class Scan:
 
     def choose_by_risk(self, candidates: Candidates, labels: Sequence[Sequence[Label]]) -> Choice[Label] | None:
         """`choose_by_risk` on it, for filters that take noise and shape alike; the noise is as strong as `noise` says."""
-        signs = np.where(random_numbers(self.points, edges(self.faces), self.seed) < 0.5, -1.0, 1.0)
         return choose_by_risk(
             self.points,
             self.faces,
@@ -179,7 +179,7 @@ class Scan:
             labels,
             normals=self.normals,
             scored=self.scored,
-            noise=self.noise.level * signs,
+            noise=self.noise.level * random_signs(self.points, edges(self.faces), self.seed),
             progress=self.progress,
         )
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..evidence import far_from_border, noise_field, sample_of
-from ..geometry import edge_lengths, face_normals, seen_from_one_side
+from ..geometry import edge_lengths, normal_differences, seen_from_one_side
 from ..mesh import Floats, Ints
-from ..topology import edges, face_adjacency
+from ..topology import edges
 from .noise_level import NoiseEstimate, differences_of_fourth_order, inner_vertices, smooth_normals
 
 # The vertices of a depth map lie on lines of sight, and so do their residuals: this share of their squares and more is along one
@@ -69,7 +69,5 @@ def on_lines_of_sight(points: Floats, faces: Ints) -> bool:
 
 def in_steps(points: Floats, faces: Ints) -> bool:
     """Whether the depth was rounded so coarsely that many adjacent faces are flush."""
-    pairs, _ = face_adjacency(faces)
-    sides = face_normals(points, faces)[pairs]
-    flush = np.linalg.norm(sides[:, 0] - sides[:, 1], axis=1) < _ROUNDING
+    flush = normal_differences(points, faces) < _ROUNDING
     return bool(len(flush) and flush.mean() > _FLUSH)

@@ -1,12 +1,12 @@
 """Choosing among filters by evidence: vertices that a filter has not seen, and how well it predicts them."""
 
 from .calm_noise import calm_noise
-from .choose import Candidates, Choice, Trial, choose, roughness
+from .choose import Candidates, Choice, Trial, choose, roughness, trials_of
 from .cloud_sample import CloudSample, cloud_patches, spacing_and_numbers
 from .first_guess import first_guess, guess_by_means
 from .flattening import flattening
 from .hearing import hear, run_to_last, starts_of
-from .held_out import far_from_border, heights_of_means, held_out_vertices, means_of_others, random_numbers, without
+from .held_out import far_from_border, heights_of_means, held_out_vertices, means_of_others, random_numbers, random_signs, without
 from .local_means import local_means
 from .noise_field import NoiseField, noise_field
 from .outlying import outlying_vertices, put_where_expected, standing_out
@@ -44,6 +44,7 @@ __all__ = [
     "predicted_heights",
     "put_where_expected",
     "random_numbers",
+    "random_signs",
     "roughness",
     "run_to_last",
     "sample_of",
@@ -51,5 +52,6 @@ __all__ = [
     "spacing_and_numbers",
     "standing_out",
     "starts_of",
+    "trials_of",
     "without",
 ]

@@ -1,18 +1,18 @@
 """A filter chosen by what it says of vertices that it has not seen."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Generic, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
 from ..execution import Progress, ignore_progress, part_of, rising
-from ..geometry import face_normals
+from ..geometry import normal_differences
 from ..mesh import Bools, Floats, Ints
-from ..topology import face_adjacency
 from .first_guess import Guess, first_guess
 from .hearing import STAYS, hear, run_to_last, starts_of
 from .held_out import held_out_vertices
 from .slopes import SlopeError, slope_errors
+from .verdict import Verdict
 
 Label = TypeVar("Label")
 
@@ -50,6 +50,24 @@ class Choice(NamedTuple, Generic[Label]):
 
     chosen: Trial[Label]
     trials: tuple[Trial[Label], ...]
+
+
+def trials_of(
+    every: Sequence[Label], tried: Ints, verdict: Verdict, slopes: Mapping[int, float] | None = None
+) -> tuple[Trial[Label], ...]:
+    """The trials of the candidates that were heard to the end.
+
+    Args:
+        every: the labels of all candidates.
+        tried: (k,) the numbers of those that were heard.
+        verdict: on these.
+        slopes: the errors of slopes that are expected of some, by their numbers.
+    """
+    known = slopes or {}
+    return tuple(
+        Trial(every[at], float(error), float(excess), float(uncertainty), known.get(int(at)))
+        for at, error, excess, uncertainty in zip(tried, verdict.errors, verdict.excess, verdict.uncertainty, strict=True)
+    )
 
 
 def choose(
@@ -140,18 +158,14 @@ def choose(
         errors = slope_errors(points, faces, heights, best=chosen, normals=normals, scored=scored, seed=seed)
         equal = [at for at, slope in errors.items() if slope.excess <= _EQUAL * slope.uncertainty]
         chosen = min(equal, key=lambda at: (products[at], at))
-    trials = tuple(
-        Trial(every[at], float(error), float(excess), float(uncertainty), errors[int(at)].error if int(at) in errors else None)
-        for at, error, excess, uncertainty in zip(tried, verdict.errors, verdict.excess, verdict.uncertainty, strict=True)
-    )
+    trials = trials_of(every, tried, verdict, {at: slope.error for at, slope in errors.items()})
     return Choice(trials[int(np.searchsorted(tried, chosen))], trials)
 
 
 def roughness(points: Floats, faces: Ints) -> float:
     """The mean difference |n_f - n_g| of the unit normals of adjacent faces; 0 without any."""
-    pairs, _ = face_adjacency(faces)
-    sides = face_normals(points, faces)[pairs]
-    return float(np.linalg.norm(sides[:, 0] - sides[:, 1], axis=1).mean()) if len(pairs) else 0.0
+    differences = normal_differences(points, faces)
+    return float(differences.mean()) if len(differences) else 0.0
 
 
 def _masks(points: Floats, faces: Ints, scored: Bools, seed: int) -> list[Ints]:

@@ -54,6 +54,11 @@ def random_numbers(points: Floats, pairs: Ints, seed: int) -> Floats:
     return np.asarray((_lengths_around(points, pairs) * multiple + distances * other) % 1.0)
 
 
+def random_signs(points: Floats, pairs: Ints, seed: int) -> Floats:
+    """(n,) 1 or -1 at every vertex, by `random_numbers`: noise with a standard deviation of 1."""
+    return np.where(random_numbers(points, pairs, seed) < 0.5, -1.0, 1.0)
+
+
 def _lengths_around(points: Floats, pairs: Ints) -> Floats:
     """(n,) the sums of the lengths of the edges at a vertex, in mean lengths."""
     lengths = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1) / mean_edge_length(points, pairs)

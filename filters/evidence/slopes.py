@@ -7,7 +7,7 @@ import numpy as np
 
 from ..mesh import Bools, Floats, Ints
 from ..topology import edges
-from .held_out import random_numbers
+from .held_out import random_signs
 from .local_means import local_means
 
 # The noise is added once more, times this: little enough that it leaves a filter as it is, and so much that the jumps of kernels
@@ -80,7 +80,7 @@ def slope_errors(
         Their errors, by their numbers.
     """
     pairs = edges(faces)
-    signs = [np.where(random_numbers(points, pairs, _NOISES * seed + k) < 0.5, -1.0, 1.0) for k in range(_NOISES)]
+    signs = [random_signs(points, pairs, _NOISES * seed + k) for k in range(_NOISES)]
     pairs = pairs[scored[pairs].all(axis=1)]
     taken = heights(points)
     strength = float(np.sqrt((taken[best][scored] ** 2).mean()))

@@ -3,7 +3,17 @@
 from .angles import angles_between, corner_angles
 from .closest_walk import WalkableSurface, nearest_by_walk
 from .edge_lengths import edge_lengths, mean_edge_length, vector_lengths
-from .face_normals import AREA, CENTRE, NORMAL, cross_products, face_normals, measure_faces, seen_from_one_side, turned_faces
+from .face_normals import (
+    AREA,
+    CENTRE,
+    NORMAL,
+    cross_products,
+    face_normals,
+    measure_faces,
+    normal_differences,
+    seen_from_one_side,
+    turned_faces,
+)
 from .loops import area_vector, side_lengths
 from .triangles import angle_at, cross_product, quality_and_normal, squared_length
 from .vertex_normals import vertex_normals_by_area
@@ -24,6 +34,7 @@ __all__ = [
     "mean_edge_length",
     "measure_faces",
     "nearest_by_walk",
+    "normal_differences",
     "quality_and_normal",
     "seen_from_one_side",
     "side_lengths",

@@ -5,6 +5,7 @@ import numpy as np
 from ..compilation import compiled
 from ..execution import over_range
 from ..mesh import Floats, Ints
+from ..topology import face_adjacency
 from .triangles import cross_product
 
 #: The columns of the table of `measure_faces`: the unit normal, the area, the centre; the last is not used.
@@ -29,6 +30,13 @@ def measure_faces(vertices: Floats, faces: Ints, table: Floats | None = None) ->
 def face_normals(vertices: Floats, faces: Ints) -> Floats:
     """(m, 3) the unit normals of the faces; 0 where a face has no area."""
     return np.ascontiguousarray(measure_faces(vertices, faces)[:, NORMAL])
+
+
+def normal_differences(vertices: Floats, faces: Ints) -> Floats:
+    """(k,) |n_f - n_g| of the unit normals of the adjacent faces f, g: 0 of flush ones, 2 of a fold."""
+    pairs, _ = face_adjacency(faces)
+    sides = face_normals(vertices, faces)[pairs]
+    return np.asarray(np.linalg.norm(sides[:, 0] - sides[:, 1], axis=1))
 
 
 def cross_products(vertices: Floats, faces: Ints) -> Floats:

@@ -7,18 +7,36 @@ import pytest
 from scipy.ndimage import gaussian_filter
 
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.denoising.agreement import agreement
+from pymeshfair.filters.denoising.agreement import Agreement
 from pymeshfair.filters.denoising.noise_level import estimate_noise, smooth_normals
 from pymeshfair.filters.denoising.shared_noise import neighbours_share_noise
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.topology import edges
-from tests.meshes import cube, grid, icosphere, irregular_grid, noisy, renumbered, rotation, single_triangle, subdivided, torus
+from tests.meshes import (
+    Floats,
+    Ints,
+    cube,
+    grid,
+    icosphere,
+    irregular_grid,
+    noisy,
+    renumbered,
+    rotation,
+    single_triangle,
+    subdivided,
+    torus,
+)
 
 SHAPES = {
     "sphere": icosphere(4),
     "torus": torus(80, 40),
     "cube": subdivided(*subdivided(*subdivided(*subdivided(*subdivided(*cube()))))),
 }
+
+
+def agreement(vertices: Floats, faces: Ints, *, calmest: float = 1.0) -> float:
+    """How much neighbours agree in the calmest part of a mesh."""
+    return Agreement.on(vertices, faces).within(calmest)
 
 
 def _along_normals(name: str, level: float, share: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
