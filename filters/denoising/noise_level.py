@@ -166,7 +166,7 @@ def smooth_normals(points: Floats, faces: Ints) -> Floats:
     table = measure_faces((smooth - mesh.middle) * mesh.scale, faces)
     normals = np.ascontiguousarray(table[:, NORMAL])
     for _ in range(_MEANS):
-        normals = mean_normals(normals, table, around)
+        normals = mean_normals(normals, table, around, overwrite=True)
     rows = faces.ravel()
     columns = np.repeat(np.arange(len(faces)), 3)
     sums = sparse.csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(len(points), len(faces))) @ normals

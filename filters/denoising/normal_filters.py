@@ -41,6 +41,7 @@ def weighted_normals(
     space_sigma: float = 1.0,
     itself: bool = False,
     cut_off: Ints | None = None,
+    overwrite: bool = False,
 ) -> Floats:
     """One pass of n_i' = normalise(sum_j A_j f(|c_i - c_j|) g(x_ij) n_j).
 
@@ -61,6 +62,7 @@ def weighted_normals(
         space_sigma: its scale, in the unit of the centres. Larger smooths larger details, as far as the neighbourhood reaches.
         itself: whether face i is one of its own neighbours.
         cut_off: faces whose neighbours lie to one side, at which the mean follows a trend, see `follow_trend`; None for none.
+        overwrite: whether the normals of the table may be overwritten, which saves a copy of it.
 
     Returns:
         (m, 3) unit normals; where all weights are 0 the normal as it was.
@@ -72,8 +74,7 @@ def weighted_normals(
         check_finite(name, number, least=0.0)
     result = np.empty_like(normals)
     # One row of 8 numbers, the guide in the place of the table's normal, is all that the kernel fetches of a guide's neighbour.
-    rows = table.copy()
-    rows[:, 0:3] = normals if guide is None else guide
+    rows = _with_normals(table, normals if guide is None else guide, overwrite)
     weighting = Weighting(
         _code(range_kernel),
         _scale(range_kernel, range_sigma),
@@ -90,13 +91,22 @@ def weighted_normals(
     return result
 
 
-def mean_normals(normals: Floats, table: Floats, neighbourhoods: FaceNeighbourhoods) -> Floats:
-    """(m, 3) the mean of each normal and its neighbours', weighted by area alone [belyaev2001]."""
+def mean_normals(normals: Floats, table: Floats, neighbourhoods: FaceNeighbourhoods, *, overwrite: bool = False) -> Floats:
+    """(m, 3) the mean of each normal and its neighbours', weighted by area alone [belyaev2001].
+
+    `overwrite` as in `weighted_normals`.
+    """
     result = np.empty_like(normals)
-    table = table.copy()
-    table[:, NORMAL] = normals
-    over_range(_means, len(normals), table, neighbourhoods.offsets, neighbourhoods.neighbours, result)
+    rows = _with_normals(table, normals, overwrite)
+    over_range(_means, len(normals), rows, neighbourhoods.offsets, neighbourhoods.neighbours, result)
     return result
+
+
+def _with_normals(table: Floats, normals: Floats, overwrite: bool) -> Floats:
+    """(m, 8) the table with other normals."""
+    rows = table if overwrite else table.copy()
+    rows[:, NORMAL] = normals
+    return rows
 
 
 def _code(kernel: str) -> int:

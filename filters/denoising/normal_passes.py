@@ -63,7 +63,7 @@ class NormalPasses(NamedTuple):
 
         Args:
             points: (n, 3) coordinates of ordinary size.
-            table: (m, 8) of `measure_faces` for these points.
+            table: (m, 8) of `measure_faces` for these points; its normals are overwritten.
             progress: called after every pass.
         """
         if self.settings.method != "vertex_normals":
@@ -72,19 +72,18 @@ class NormalPasses(NamedTuple):
         return corner_means(normals, self.known.faces, table[:, NORMAL])
 
     def _passed(self, table: Floats, progress: Progress) -> Floats:
-        """The normals of the table of faces or vertices after all passes."""
+        """The normals of the table of faces or vertices after all passes, which overwrite it: a copy is large."""
         settings = self.settings
         distance = mean_centre_distance(table, self.edge) if self.distance is None else self.distance
         normals = np.ascontiguousarray(table[:, NORMAL])
-        rows = table.copy() if self._is_gaussian else table
         for iteration in range(settings.normal_iterations):
             if self._is_gaussian:
-                rows[:, NORMAL] = normals
+                table[:, NORMAL] = normals
                 normals = gaussian_means(
-                    rows, self.averaged, settings.range_sigma, settings.space_sigma * distance, cut_off=self.cut_off
+                    table, self.averaged, settings.range_sigma, settings.space_sigma * distance, cut_off=self.cut_off
                 )
             elif settings.method == "mean":
-                normals = mean_normals(normals, table, self.averaged)
+                normals = mean_normals(normals, table, self.averaged, overwrite=True)
             else:
                 guide = self._guide(normals, table)
                 normals = weighted_normals(
@@ -101,6 +100,7 @@ class NormalPasses(NamedTuple):
                     # A normal deviates from itself by 0, which outweighs all others in a kernel such as 1 / x; a guide is a mean.
                     itself=guide is not None,
                     cut_off=self.cut_off,
+                    overwrite=True,
                 )
             progress((iteration + 1) / settings.normal_iterations)
         return normals
@@ -115,7 +115,7 @@ class NormalPasses(NamedTuple):
     def _guide(self, normals: Floats, table: Floats) -> Floats | None:
         """The normals on which deviations are measured; None for the filtered ones themselves."""
         if self.settings.method == "averaged":
-            return mean_normals(normals, table, self.patches)
+            return mean_normals(normals, table, self.patches, overwrite=True)
         if self.settings.method == "guided":
             return guide_normals(normals, table, self.patches, self.edge)
         return None

@@ -34,9 +34,8 @@ Label = TypeVar("Label")
 _INDEPENDENT, _SURFACE, _CALMEST, _SURFACE_THERE = 0.05, 0.2, 1.0 / 3.0, 0.13
 # Noise that is weaker moves no vertex by a hundredth of an edge.
 _NONE = 0.01
-# Scans smoothed or decimated, and meshes as they come, have up to so much noise by `calm_noise`. Noise of 0.05 edges has 0.036 to
-# 0.053, of 0.1 edges 0.06 and more.
-_SMOOTHED = 0.045
+# Noise of 0.05 edges has more than this by `calm_noise`, 0.036 to 0.053. Scans smoothed or decimated have less.
+_SMOOTHED = 0.035
 # Where spikes have been replaced what is left agrees by 0.09 and more on clean parts, and by less than 0.05 if others are noisy
 # too, be it in one half of the mesh. On a ball with bumps it does not, but hardly anything is left.
 _EXACT = 0.005

@@ -16,9 +16,10 @@ _ON_LINES = 0.75
 # Such noise is shared if more than half of its variance is, by a fit of noise of single vertices and of noise smoothed over two
 # steps, seen by differences of one step and of four.
 _WIDTHS, _SCALES, _HALF = (0, 2), (1, 4), 0.5
-# Every camera has some noise of its own at each vertex: 0.033 mean edges and more, fused maps 0.006 and more. Without noise the
-# first have up to 0.012, a laser scanner's map of a face, and the second up to 0.0035: what is left of them are details.
-_OWN, _OWN_FUSED = 0.03, 0.005
+# Every camera has some noise of its own at each vertex: 0.033 mean edges and more. Without noise maps have up to 0.012, a laser
+# scanner's map of a face: what is left of them are details. Fused maps have 0.017 and more; a fused scan that was smoothed, by a
+# single step of the umbrella already, up to 0.015, and what has less gains nothing by a strong setting.
+_OWN, _OWN_FUSED = 0.03, 0.02
 # Rounded depths are flush at so many edges. Maps of steps of a fifth to a sixteenth of a pixel of disparity are at 0.42 to 0.69,
 # those of millimetres by a time-of-flight camera at up to 0.33, others at less than 0.1.
 _FLUSH, _ROUNDING = 0.4, 1e-3
@@ -26,9 +27,9 @@ _FLUSH, _ROUNDING = 0.4, 1e-3
 RINGS = 3
 
 # A fused map is a level set in a grid of cubes, which cuts off corners anywhere: 7 to 10 % of its edges are shorter than a
-# quarter of the mean; of other meshes, decimated and uneven ones among them, at most 3 %. It is seen from one side: the mean of
-# its normals is longer than the last of these.
-_SHORT, _CUT_OFF, _FACING = 0.25, 0.05, 0.4
+# quarter of the mean; of other meshes, uneven ones among them, at most 3 %, and up to 5.5 % of a fused map that was decimated.
+# It is seen from one side: the mean of its normals is longer than the last of these.
+_SHORT, _CUT_OFF, _FACING = 0.25, 0.06, 0.4
 
 
 def neighbours_share_noise(points: Floats, faces: Ints, noise: NoiseEstimate) -> bool:

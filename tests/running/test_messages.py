@@ -113,12 +113,14 @@ def test_plain_values() -> None:
     assert plain(object).startswith("<class")
 
 
-def test_threads_of_a_worker() -> None:
-    """A number of threads goes to filters; linear algebra gets one; what the user has set stays."""
+def test_threads_and_memory_of_a_worker() -> None:
+    """A number of threads goes to filters; linear algebra gets one; large memory goes back at once; what the user has set stays."""
     assert worker_environment(3, {})["OMP_NUM_THREADS"] == "3"
     own = worker_environment(None, {"OMP_NUM_THREADS": "5", "OMP_WAIT_POLICY": "ACTIVE", "HOME": "/h"})
     assert (own["OMP_NUM_THREADS"], own["NUMBA_NUM_THREADS"], own["OPENBLAS_NUM_THREADS"]) == ("5", "5", "1")
     assert (own["OMP_WAIT_POLICY"], own["HOME"]) == ("ACTIVE", "/h")
+    assert worker_environment(None, {})["MALLOC_TRIM_THRESHOLD_"] == str(2**25)
+    assert worker_environment(None, {"MALLOC_TRIM_THRESHOLD_": "9"})["MALLOC_TRIM_THRESHOLD_"] == "9"
     processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     assert worker_environment(None, {})["NUMBA_NUM_THREADS"] == str(processors)
 
