@@ -10,6 +10,8 @@ from ..mesh import Floats, Ints
 from ..topology import edges
 from .noise_level import NoiseEstimate, differences_of_fourth_order, inner_vertices, smooth_normals
 
+# A map is seen from one side: the mean of its normals is longer than this. Of noisy maps it is 0.5 and more.
+_FACING = 0.4
 # The vertices of a depth map lie on lines of sight, and so do their residuals: this share of their squares and more is along one
 # direction. Maps of lenses of up to 45 degrees have 0.9 and more, other meshes with noise, terrain among them, up to 0.6.
 _ON_LINES = 0.75
@@ -28,8 +30,7 @@ RINGS = 3
 
 # A fused map is a level set in a grid of cubes, which cuts off corners anywhere: 7 to 10 % of its edges are shorter than a
 # quarter of the mean; of other meshes, uneven ones among them, at most 3 %, and up to 5.5 % of a fused map that was decimated.
-# It is seen from one side: the mean of its normals is longer than the last of these.
-_SHORT, _CUT_OFF, _FACING = 0.25, 0.06, 0.4
+_SHORT, _CUT_OFF = 0.25, 0.06
 
 
 def neighbours_share_noise(points: Floats, faces: Ints, noise: NoiseEstimate) -> bool:
@@ -40,10 +41,10 @@ def neighbours_share_noise(points: Floats, faces: Ints, noise: NoiseEstimate) ->
         faces: (m, 3) triangles.
         noise: of `estimate_noise`.
     """
-    if noise.level == 0.0:
+    if noise.level == 0.0 or seen_from_one_side(points, faces) <= _FACING:
         return False
     on_lines = on_lines_of_sight(points, faces)
-    if not on_lines and not _looks_fused(points, faces):
+    if not on_lines and not _corners_cut_off(points, faces):
         return False
     sample = sample_of(points, faces)
     normals, scored = smooth_normals(sample.points, sample.faces), far_from_border(sample.faces, len(sample.points), rings=RINGS)
@@ -53,10 +54,9 @@ def neighbours_share_noise(points: Floats, faces: Ints, noise: NoiseEstimate) ->
     return field.shared > _HALF or (on_lines and in_steps(points, faces))
 
 
-def _looks_fused(points: Floats, faces: Ints) -> bool:
+def _corners_cut_off(points: Floats, faces: Ints) -> bool:
     lengths = edge_lengths(points, edges(faces))
-    cut_off = np.mean(lengths < _SHORT * lengths.mean()) > _CUT_OFF
-    return bool(cut_off and seen_from_one_side(points, faces) > _FACING)
+    return bool(np.mean(lengths < _SHORT * lengths.mean()) > _CUT_OFF)
 
 
 def on_lines_of_sight(points: Floats, faces: Ints) -> bool:

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import igl
 import numpy as np
+import pymeshlab
 import pytest
-from scipy.ndimage import gaussian_filter
+from scipy.ndimage import gaussian_filter, map_coordinates
 
 from pymeshfair.filters.denoising.noise_level import estimate_noise
 from pymeshfair.filters.denoising.range_map import RANGE_MAP, range_map_setting
 from pymeshfair.filters.denoising.shared_noise import in_steps, neighbours_share_noise, on_lines_of_sight
 from pymeshfair.filters.diffusion.taubin import taubin_fairing
 from pymeshfair.filters.evidence import Choice, choose_by_risk, far_from_border, noise_field
+from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.mesh import normalised_mesh
-from tests.meshes import grid, irregular_grid, renumbered, rotation
+from tests.meshes import grid, irregular_grid, renumbered, rotation, sample
 
 FLAT, FACES = irregular_grid(80, 80)
 UP = np.broadcast_to([0.0, 0.0, 1.0], FLAT.shape)
@@ -50,6 +53,22 @@ def _map(camera: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     else:
         noisy[:, 2] = truth[:, 2] + 0.3 * rng.normal(size=len(x))
     return noisy, truth, faces
+
+
+def _fused(level: float) -> tuple[np.ndarray, np.ndarray]:
+    """A level set of waves in cells of 1, with noise of several widths."""
+    rng, n = np.random.default_rng(0), 64
+    z, y, x = (a.ravel() for a in np.meshgrid(np.arange(-6.0, 30.0), np.arange(n), np.arange(n), indexing="ij"))
+    error = np.zeros((n, n))
+    for width, share in ((4.0, 0.35), (2.0, 0.3), (1.0, 0.25), (0.0, 0.2)):
+        layer = gaussian_filter(rng.normal(size=(n, n)), width)
+        error += level * share * layer / layer.std()
+    values = z - 9.0 - 8.0 * np.sin(x / 9.0) * np.cos(y / 11.0) - 0.12 * x
+    values -= map_coordinates(error, [y, x], order=1, mode="nearest")
+    vertices, faces, *_ = igl.marching_cubes(values, np.column_stack([x, y, z]).astype(float), n, n, 36, 0.0)
+    a, b, c = (vertices[corner] for corner in faces.T)
+    used, numbers = np.unique(faces[np.linalg.norm(np.cross(b - a, c - a), axis=1) > 1e-3], return_inverse=True)
+    return vertices[used], np.ascontiguousarray(numbers.reshape(-1, 3), dtype=np.int32)
 
 
 def _found(vertices: np.ndarray, faces: np.ndarray) -> bool:
@@ -135,6 +154,26 @@ def test_maps_of_cameras_are_told_by_their_noise(camera: str, expected: bool) ->
         assert in_steps(vertices, faces) == (camera == "light")
         assert _found(vertices, faces) is expected
     assert not _found(truth, faces)
+
+
+def test_fused_maps_are_told_until_they_are_smoothed() -> None:
+    """Cut-off corners and shared noise tell them; after three of MeshLab's Laplacian steps, or without noise, there is none."""
+    vertices, faces = _fused(0.3)
+    assert _found(vertices, faces)
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
+    meshes.apply_coord_laplacian_smoothing(stepsmoothnum=3)
+    assert not _found(meshes.current_mesh().vertex_matrix(), faces)
+    assert not _found(*_fused(0.0))
+
+
+def test_noise_along_one_axis_of_a_closed_surface_is_no_map() -> None:
+    """The vertices of a bone are off along lines, but no camera sees it from all sides."""
+    vertices, faces = sample("bone.ply")
+    along = np.array([0.0, 0.0, 0.2 * mean_edge_length(vertices, faces)])
+    noisy = vertices + np.random.default_rng(0).normal(size=(len(vertices), 1)) * along
+    assert on_lines_of_sight(noisy, faces)
+    assert not _found(noisy, faces)
 
 
 def test_rounded_maps_get_the_strong_setting_and_others_are_chosen_for() -> None:

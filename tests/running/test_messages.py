@@ -114,7 +114,7 @@ def test_plain_values() -> None:
 
 
 def test_threads_and_memory_of_a_worker() -> None:
-    """A number of threads goes to filters; linear algebra gets one; large memory goes back at once; what the user has set stays."""
+    """Filters get the threads, linear algebra one; large memory goes back at once; what the user has set stays."""
     assert worker_environment(3, {})["OMP_NUM_THREADS"] == "3"
     own = worker_environment(None, {"OMP_NUM_THREADS": "5", "OMP_WAIT_POLICY": "ACTIVE", "HOME": "/h"})
     assert (own["OMP_NUM_THREADS"], own["NUMBA_NUM_THREADS"], own["OPENBLAS_NUM_THREADS"]) == ("5", "5", "1")
