@@ -19,7 +19,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from functools import partial
@@ -30,7 +30,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from denoising_holdouts import SAMPLES, measured, taken
 from denoising_memory import remembering
-from denoising_metrics import Floats
+from denoising_metrics import Floats, Ints
 from denoising_pairs import Maker, NoisyPair, looked_at, made, unseen
 
 from pymeshfair.filters.denoising import (
@@ -78,13 +78,20 @@ def of_settings(pair: NoisyPair) -> dict[Setting, tuple[float, float]]:
     return found
 
 
+def only_the_best(
+    points: Floats, faces: Ints, heights: Callable[[Floats], dict[int, Floats]], *, best: int, **_: Any
+) -> dict[int, SlopeError]:
+    """In place of `slope_errors`: what predicts best."""
+    return {at: SlopeError(0.0, 0.0, 0.0) for at in heights(points) if at == best}
+
+
 def steps() -> dict[str, tuple[dict[str, Any], dict[str, Any]]]:
     """For every step of the method the module that has it, and what stands there without it."""
     rule, automatic, verdict = (vars(sys.modules[f.__module__]) for f in (choose, automatic_choice, judge))
     return {
         "clip": (verdict, {"_CLIP": np.inf}),
         "masks": (rule, {"_MASKS": 1, "_ENOUGH": 0}),
-        "slopes": (rule, {"slope_errors": lambda *_, best, **__: {best: SlopeError(0.0, 0.0, 0.0)}}),
+        "slopes": (rule, {"slope_errors": only_the_best}),
         "normal": (automatic, {"direction_for": lambda _: "all"}),
         "outliers": (automatic, {"_IMPULSIVE": 1.0}),
     }

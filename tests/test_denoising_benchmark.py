@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import denoising
+import denoising_choice
 import numpy as np
 import pymeshlab
 import pytest
@@ -13,6 +14,8 @@ from denoising_findings import chest
 from denoising_methods import Method, normal_filtering, taubin
 from denoising_metrics import errors
 from denoising_trials import OUR_TRIALS
+
+from pymeshfair.filters.denoising import Setting, automatic_choice
 
 
 def save(path: Path, vertices: np.ndarray, faces: np.ndarray) -> None:
@@ -89,3 +92,13 @@ def test_every_trial_is_one_that_the_filter_takes() -> None:
     assert len({tuple(sorted(settings.items())) for settings in OUR_TRIALS}) == len(OUR_TRIALS)
     for settings in OUR_TRIALS:
         assert shape.mad(normal_filtering(shape.noisy, shape.faces, **settings)) < before, settings
+
+
+@pytest.mark.parametrize("step", denoising_choice.steps())
+def test_every_step_of_the_choice_can_be_left_out(step: str) -> None:
+    """The choice finds a setting on the chest without it, and afterwards the method is whole again."""
+    shape = chest(6)
+    whole = automatic_choice(shape.noisy, shape.faces).setting
+    with denoising_choice.left_out([step]):
+        assert automatic_choice(shape.noisy, shape.faces).setting != Setting()
+    assert automatic_choice(shape.noisy, shape.faces).setting == whole

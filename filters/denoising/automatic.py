@@ -152,7 +152,7 @@ class _Trial(NamedTuple):
             of=self.repertoire,
         )
         outliers: Outliers = "keep" if replaced is None else "replace"
-        evidence = scan.choose(tried, settings(direction, outliers, alone=alone, of=self.repertoire), spikes=replaced is not None)
+        evidence = scan.choose(tried, settings(direction, outliers, alone=alone, of=self.repertoire), spikes=alone)
         return evidence if evidence is None or replaced is not None else scan.or_nothing(evidence)
 
     def without_outliers(self, setting: Setting, evidence: Choice[Setting] | None) -> dict[Setting, Choice[Setting] | None]:

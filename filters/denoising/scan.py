@@ -36,9 +36,10 @@ _INDEPENDENT, _SURFACE, _CALMEST, _SURFACE_THERE = 0.05, 0.2, 1.0 / 3.0, 0.13
 _NONE = 0.01
 # Noise of 0.05 edges has more than this by `calm_noise`, 0.036 to 0.053. Scans smoothed or decimated have less.
 _SMOOTHED = 0.035
-# Where spikes have been replaced what is left agrees by 0.09 and more on clean parts, and by less than 0.05 if others are noisy
-# too, be it in one half of the mesh. On a ball with bumps it does not, but hardly anything is left.
-_EXACT = 0.005
+# Where spikes have been replaced and the other vertices are exact, or nearly so, these have up to 0.049 edges of noise by
+# `calm_noise`, and mostly agree in the calmest third by more than this. Where they have noise too, they have more of it or agree
+# by less; on a ball with bumps they do not agree without noise either, but hardly anything is left.
+_NEARLY_EXACT, _AGREES_THERE, _EXACT = 0.05, 0.07, 0.005
 # Even noise is so many times what `calm_noise` says of it: 1.2 to 1.5 on parts, figures and surfaces.
 _EVEN = 1.3
 # A vertex of a plane with even noise s is sqrt(1 + 1/6) s from the mean of its six neighbours, and s from the plane: 0.93 of it.
@@ -135,7 +136,8 @@ class Scan:
     @property
     def exact(self) -> bool:
         """Whether there is so little noise that most vertices are best left where they are, uneven noise not being clean."""
-        return self.agreement > _INDEPENDENT or self.calm < _EXACT
+        nearly = self.agreement > _INDEPENDENT and self.calm < _NEARLY_EXACT
+        return self.calm < _EXACT or (nearly and self.residuals.within(_CALMEST) > _AGREES_THERE)
 
     def choose(
         self,

@@ -10,17 +10,30 @@ import numba
 import numpy as np
 import pytest
 
-from pymeshfair.filters.denoising import REPERTOIRE, Outliers
+from pymeshfair.filters.denoising import REPERTOIRE, Outliers, replace_outlying
 from pymeshfair.filters.denoising.automatic import AutomaticChoice, automatic_choice, denoise_automatically
 from pymeshfair.filters.denoising.folded_faces import folded_faces
 from pymeshfair.filters.denoising.impulses import far_from
 from pymeshfair.filters.denoising.noise_level import smooth_normals
 from pymeshfair.filters.denoising.preparation import denoised
+from pymeshfair.filters.denoising.scan import Scan
 from pymeshfair.filters.diffusion.taubin import taubin_fairing
 from pymeshfair.filters.evidence import far_from_border, standing_out
 from pymeshfair.filters.geometry import face_normals, mean_edge_length
 from tests.angles import mean_angle
-from tests.meshes import cube, grid, icosphere, irregular_grid, noisy, renumbered, rotation, single_triangle, subdivided, torus
+from tests.meshes import (
+    cube,
+    grid,
+    icosphere,
+    irregular_grid,
+    noisy,
+    renumbered,
+    rotation,
+    sample,
+    single_triangle,
+    subdivided,
+    torus,
+)
 
 FINE_CUBE = subdivided(*subdivided(*subdivided(*cube())))
 
@@ -114,6 +127,18 @@ def test_spikes_are_replaced_and_the_rest_stays() -> None:
     assert choice.setting.outliers == "only"
     assert mean_angle(face_normals(result, faces), truth) < 0.1 * mean_angle(face_normals(vertices, faces), truth)
     assert (result == vertices).all(axis=1).mean() > 0.8
+
+
+@pytest.mark.parametrize(("level", "expected"), [(0.0, True), (0.1, False), (0.2, False)])
+def test_vertices_with_weak_noise_beside_spikes_are_not_exact(level: float, expected: bool) -> None:
+    """Of a cow with spikes on three in a hundred vertices the others are best left only if they have no noise of their own."""
+    vertices, faces = sample("cow.obj")
+    rng = np.random.default_rng(5)
+    heights = level * rng.normal(size=len(vertices)) + (rng.random(len(vertices)) < 0.03) * rng.normal(size=len(vertices))
+    size = mean_edge_length(vertices, faces)
+    scan = Scan.of(vertices + (size * heights)[:, None] * smooth_normals(vertices, faces), faces)
+    calmed, outlying = replace_outlying(scan.points, scan.faces, None)
+    assert Scan(calmed, scan.faces, replaced=outlying).exact is expected
 
 
 @pytest.mark.parametrize("outliers", ["keep", "replace", "only"])
