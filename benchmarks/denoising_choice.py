@@ -31,7 +31,7 @@ import numpy as np
 from denoising_holdouts import SAMPLES, measured, taken
 from denoising_memory import remembering
 from denoising_metrics import Floats, Ints
-from denoising_pairs import Maker, NoisyPair, looked_at, made, unseen
+from denoising_pairs import Maker, NoisyPair, looked_at, made, smoothed_scans, unseen
 
 from pymeshfair.filters.denoising import (
     Outliers,
@@ -188,15 +188,16 @@ def compared_without(names: str, seeds: int, ablated: Sequence[str], pair: Noisy
 
 def clean_meshes(scans: Path | None) -> None:
     """Print how far meshes without noise are moved: samples, the shapes of both halves, and scans smoothed."""
-    print("mesh                    faces  moved, mean edges")
+    print("mesh                        faces  moved, mean edges")
     samples = [(path.stem, path) for path in sorted(SAMPLES.rglob("*")) if path.suffix in (".obj", ".ply")]
     meshes: list[tuple[str, Maker]] = [(f"sample {name}", partial(taken, path)) for name, path in samples]
     meshes += [(shape.name, shape.make) for shape in (*looked_at(scans), *unseen(scans))]
+    meshes += smoothed_scans(scans)
     for name, make in meshes:
         vertices, faces = make()
         result, choice = denoise_automatically(vertices, faces)
         moved = np.linalg.norm(result - vertices, axis=1).mean() / mean_edge_length(vertices, faces)
-        print(f"{name:22} {len(faces):6} {moved:7.4f} {choice.kind}", flush=True)
+        print(f"{name:26} {len(faces):6} {moved:7.4f} {choice.kind}", flush=True)
 
 
 def main() -> int:

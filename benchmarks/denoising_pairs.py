@@ -223,6 +223,30 @@ def _scans(folder: Path | None, wanted: Sequence[tuple[str, int, str]]) -> tuple
     )
 
 
+def smoothed_scans(folder: Path | None) -> Iterator[tuple[str, Maker]]:
+    """The scans of a folder, whole and with at most 20,000 faces, after some steps of MeshLab's smoothing."""
+    for file in ("rabbit.obj", "angel.obj", "iron.ply") if folder is not None else ():
+        for faces in (0, 20_000):
+            for name, count in (
+                ("laplacian", 1),
+                ("laplacian", 3),
+                ("laplacian", 10),
+                ("taubin", 5),
+                ("taubin", 10),
+                ("taubin", 30),
+            ):
+                of = "" if faces == 0 else " decimated"
+                yield f"{Path(file).stem}{of} {name} {count}", partial(_smoothed, folder / file, faces, name, count)
+
+
+def _smoothed(path: Path, faces: int, name: str, count: int) -> tuple[Floats, Ints]:
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(*taken(path, faces=faces)))
+    meshes.apply_filter(f"apply_coord_{name}_smoothing", stepsmoothnum=count)
+    mesh = meshes.current_mesh()
+    return mesh.vertex_matrix().copy(), mesh.face_matrix().astype(np.int32)
+
+
 def made(shapes: Sequence[Shape], only: Sequence[str] = ()) -> Iterator[NoisyPair]:
     """The pairs of the shapes, those whose name holds one of the given texts, if any are given."""
     for shape in shapes:
@@ -234,4 +258,4 @@ def made(shapes: Sequence[Shape], only: Sequence[str] = ()) -> Iterator[NoisyPai
                 yield NoisyPair(f"{shape.name}_{name}", noisy, truth, faces)
 
 
-__all__ = ["NOISES", "NoisyPair", "Shape", "depth_maps", "looked_at", "made", "unseen"]
+__all__ = ["NOISES", "NoisyPair", "Shape", "depth_maps", "looked_at", "made", "smoothed_scans", "unseen"]
