@@ -64,8 +64,8 @@ def automatic_choice(
        predicts best must be nearer to the truth than the scan is, see `Scan.or_nothing`.
     4. If more vertices are far from the result than Gaussian noise has, the same setting is tried with such outliers taken away,
        see `without_outliers`. If more stand out from those around them, filters that keep edges keep them: step 2 once more
-       where they are replaced by what the others expect, the outlying vertices no evidence. Where the others are nearly exact, see
-       `Scan.exact`, nothing but they is to move: this too is tried. Of these settings, run in full, `choose` takes one.
+       where they are replaced by what the others expect, the outlying vertices no evidence. Where the others are nearly exact,
+       see `Scan.exact`, nothing but they is to move: this too is tried. Of these settings, run in full, `choose` takes one.
 
     Args:
         vertices: (n, 3) coordinates.
