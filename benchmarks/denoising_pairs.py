@@ -225,7 +225,9 @@ def _scans(folder: Path | None, wanted: Sequence[tuple[str, int, str]]) -> tuple
 
 def smoothed_scans(folder: Path | None) -> Iterator[tuple[str, Maker]]:
     """The scans of a folder, whole and with at most 20,000 faces, after some steps of MeshLab's smoothing."""
-    for file in ("rabbit.obj", "angel.obj", "iron.ply") if folder is not None else ():
+    if folder is None:
+        return
+    for file in ("rabbit.obj", "angel.obj", "iron.ply"):
         for faces in (0, 20_000):
             for name, count in (
                 ("laplacian", 1),
