@@ -204,6 +204,7 @@ def unseen(scans: Path | None) -> tuple[Shape, ...]:
     """The half that only the last run sees."""
     shapes = (
         Shape("bone", "n0.5 n2 n5 a2 i5", lambda: taken(SAMPLES / "bone.ply", edge=1.1)),
+        Shape("bone_smooth", "n0.5 n2 n5 a2 i5", lambda: _with_steps(*taken(SAMPLES / "bone.ply", edge=1.1), "taubin", 10)),
         Shape("airplane", "n1 n2 n3 i10", lambda: taken(SAMPLES / "airplane.obj", edge=0.9)),
         Shape("chest", "n0.5 n1 n3 a3 i8", chest_mesh),
         Shape("dodecahedron", "n0.3 n2 n5 a3 i5", dodecahedron),
@@ -242,8 +243,12 @@ def smoothed_scans(folder: Path | None) -> Iterator[tuple[str, Maker]]:
 
 
 def _smoothed(path: Path, faces: int, name: str, count: int) -> tuple[Floats, Ints]:
+    return _with_steps(*taken(path, faces=faces), name, count)
+
+
+def _with_steps(vertices: Floats, faces: Ints, name: str, count: int) -> tuple[Floats, Ints]:
     meshes = pymeshlab.MeshSet()
-    meshes.add_mesh(pymeshlab.Mesh(*taken(path, faces=faces)))
+    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
     meshes.apply_filter(f"apply_coord_{name}_smoothing", stepsmoothnum=count)
     mesh = meshes.current_mesh()
     return mesh.vertex_matrix().copy(), mesh.face_matrix().astype(np.int32)
