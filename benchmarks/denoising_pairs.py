@@ -230,16 +230,10 @@ def smoothed_scans(folder: Path | None) -> Iterator[tuple[str, Maker]]:
         return
     for file in ("rabbit.obj", "angel.obj", "iron.ply"):
         for faces in (0, 20_000):
-            for name, count in (
-                ("laplacian", 1),
-                ("laplacian", 3),
-                ("laplacian", 10),
-                ("taubin", 5),
-                ("taubin", 10),
-                ("taubin", 30),
-            ):
-                of = "" if faces == 0 else " decimated"
-                yield f"{Path(file).stem}{of} {name} {count}", partial(_smoothed, folder / file, faces, name, count)
+            of = "" if faces == 0 else " decimated"
+            for name, counts in (("laplacian", (1, 3, 10)), ("taubin", (5, 10, 30))):
+                for count in counts:
+                    yield f"{Path(file).stem}{of} {name} {count}", partial(_smoothed, folder / file, faces, name, count)
 
 
 def _smoothed(path: Path, faces: int, name: str, count: int) -> tuple[Floats, Ints]:
@@ -250,8 +244,7 @@ def _with_steps(vertices: Floats, faces: Ints, name: str, count: int) -> tuple[F
     meshes = pymeshlab.MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
     meshes.apply_filter(f"apply_coord_{name}_smoothing", stepsmoothnum=count)
-    mesh = meshes.current_mesh()
-    return mesh.vertex_matrix().copy(), mesh.face_matrix().astype(np.int32)
+    return remeshed(meshes, 0.0)
 
 
 def made(shapes: Sequence[Shape], only: Sequence[str] = ()) -> Iterator[NoisyPair]:

@@ -19,8 +19,8 @@ _ON_LINES = 0.75
 # steps, seen by differences of one step and of four.
 _WIDTHS, _SCALES, _HALF = (0, 2), (1, 4), 0.5
 # Every camera has some noise of its own at each vertex: 0.033 mean edges and more. Without noise maps have up to 0.012, a laser
-# scanner's map of a face: what is left of them are details. Fused maps have 0.017 and more; a fused scan that was smoothed, by a
-# single step of the umbrella already, up to 0.015, and what has less gains nothing by a strong setting.
+# scanner's map of a face: what is left of them are details. Fused maps mostly have more than the second; those with less gain
+# nothing by a strong setting, and a fused scan that was smoothed by a single Laplacian step has up to 0.015.
 _OWN, _OWN_FUSED = 0.03, 0.02
 # Rounded depths are flush at so many edges. Maps of steps of a fifth to a sixteenth of a pixel of disparity are at 0.42 to 0.69,
 # those of millimetres by a time-of-flight camera at up to 0.33, others at less than 0.1.
