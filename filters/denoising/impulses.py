@@ -39,9 +39,9 @@ def without_outliers(
     1. Put the vertices that stand out where a quadric expects them, `replace_outlying`, and filter: z.
     2. At edges a quadric takes vertices for outliers that are none, and misses others; a filter that keeps edges does not. So
        find them again: they are farther from z, along the normals, than three deviations of the others and than those around
-       them, `far_from`, and putting them on z makes the surface flatter, `flattening`. Put them on z, all others where they were,
-       and filter once more; and again, a few times, since outliers that were missed mislead the filter: what one in two is
-       hides most of them at first.
+       them, `far_from`, or were known before, since a filter that takes details is far from all vertices; and putting them on z
+       makes the surface flatter, `flattening`. Put them on z, all others where they were, and filter once more; and again, a few
+       times, since outliers that were missed mislead the filter: what one in two is hides most of them at first.
 
     Outliers may be off along the surface too, see `WaysBack`: then they are put back along it as well, and those that fold faces
     over are outliers.
@@ -83,7 +83,7 @@ def _found_again(vertices: Floats, faces: Ints, smoothed: Floats, outlying: Bool
     if ways.slid:
         found |= ways.folding(movable)
         smoothed = WaysBack.of(smoothed, faces, ways.normals, found).evened()
-    return smoothed, flattening(vertices, smoothed, faces, found)
+    return smoothed, flattening(vertices, smoothed, faces, found | outlying)
 
 
 def far_from(
