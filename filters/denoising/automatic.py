@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..evidence import Choice
+from ..evidence import Choice, folded_share, upright
 from ..execution import Progress, ignore_progress, part_of, rising
 from ..mesh import Bools, Floats, Ints, check_mesh, check_movable, normalised_mesh
 from ..topology import BorderPolicy
@@ -65,7 +65,8 @@ def automatic_choice(
     4. If more vertices are far from the result than Gaussian noise has, the same setting is tried with such outliers taken away,
        see `without_outliers`. If more stand out from those around them, filters that keep edges keep them: step 2 once more
        where they are replaced by what the others expect, the outlying vertices no evidence. Where the others are nearly exact,
-       see `Scan.exact`, nothing but they is to move: this too is tried. Of these settings, run in full, `choose` takes one.
+       see `Scan.exact`, nothing but they is to move: this too is tried. Of these settings, run in full, `choose` takes one, of
+       those that do not leave many faces folded over.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -167,15 +168,20 @@ class _Trial(NamedTuple):
         return found
 
     def best_of(self, few: Sequence[Setting]) -> Setting:
-        """Which of them, run in full, the held-out vertices speak for."""
+        """Which of them, run in full, the held-out vertices speak for; none that leaves many faces folded over, see `upright`."""
+        if len(few) == 1:
+            return few[0]
+        scan = self.scan
+        shares = [folded_share(self.result(scan.points, setting), scan.faces, scan.normals) for setting in few]
+        left = [setting for setting, stays in zip(few, upright(shares), strict=True) if stays or setting == Setting()]
 
         def candidates(points: Floats, held: Ints) -> list[Iterator[Floats]]:
             certain = np.zeros(len(points), dtype=np.bool_)
             certain[held] = True
-            return [iter([self.result(points, setting, certain)]) for setting in few]
+            return [iter([self.result(points, setting, certain)]) for setting in left]
 
-        found = None if len(few) == 1 else self.scan.choose(candidates, [[setting] for setting in few], spikes=True)
-        return few[0] if found is None else found.chosen.label
+        found = scan.choose(candidates, [[setting] for setting in left], spikes=True)
+        return left[0] if found is None else found.chosen.label
 
     def result(self, points: Floats, setting: Setting, certain: Bools | None = None) -> Floats:
         """(n, 3) what the setting makes of the points."""

@@ -1,10 +1,12 @@
 """Choosing among filters by evidence: vertices that a filter has not seen, and how well it predicts them."""
 
 from .calm_noise import calm_noise
-from .choose import Candidates, Choice, Trial, choose, roughness, trials_of
+from .choose import Candidates, Choice, Trial, choose, trials_of
 from .cloud_sample import CloudSample, cloud_patches, spacing_and_numbers
+from .equals import among_equals, roughness
 from .first_guess import first_guess, guess_by_means
 from .flattening import flattening
+from .folds import folded_share, upright
 from .hearing import hear, run_to_last, starts_of
 from .held_out import far_from_border, heights_of_means, held_out_vertices, means_of_others, random_numbers, random_signs, without
 from .local_means import local_means
@@ -25,6 +27,7 @@ __all__ = [
     "SlopeError",
     "Trial",
     "Verdict",
+    "among_equals",
     "calm_noise",
     "choose",
     "choose_by_risk",
@@ -32,6 +35,7 @@ __all__ = [
     "far_from_border",
     "first_guess",
     "flattening",
+    "folded_share",
     "guess_by_means",
     "hear",
     "heights_of_means",
@@ -53,5 +57,6 @@ __all__ = [
     "standing_out",
     "starts_of",
     "trials_of",
+    "upright",
     "without",
 ]

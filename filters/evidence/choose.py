@@ -6,13 +6,13 @@ from typing import Generic, NamedTuple, TypeAlias, TypeVar
 import numpy as np
 
 from ..execution import Progress, ignore_progress, part_of, rising
-from ..geometry import normal_differences
 from ..mesh import Bools, Floats, Ints
+from .equals import among_equals
 from .first_guess import Guess, first_guess
 from .hearing import STAYS, hear, run_to_last, starts_of
 from .held_out import held_out_vertices
-from .slopes import SlopeError, slope_errors
-from .verdict import Verdict
+from .slopes import SlopeError
+from .verdict import EQUAL, Verdict
 
 Label = TypeVar("Label")
 
@@ -22,8 +22,6 @@ Candidates: TypeAlias = Callable[[Floats, Ints], Sequence[Iterator[Floats]]]
 
 # Sets of held-out vertices, and as many more on small meshes until so many vertices were held out or so many sets are made.
 _MASKS, _ENOUGH, _MOST_MASKS = 4, 1000, 12
-# What is within so many standard errors of the best is as good.
-_EQUAL = 1.0
 
 
 class Trial(NamedTuple, Generic[Label]):
@@ -93,9 +91,10 @@ def choose(
     2. Run every candidate, and measure n . (y - f) at the held-out vertices y; again with other vertices. After each time
        candidates that are worse than the best by more than two standard errors are dropped, the very first one apart: it is
        what the others are compared with.
-    3. Positions hardly tell candidates apart whose normals differ by far. So of those within two standard errors of the best take
-       the one whose slopes are expected to be nearest to the true ones [stein1981]: as much as a candidate follows the noise, so
-       much it will follow a little more of it, which is added to see that [ramani2008]; see `slope_errors`.
+    3. Positions hardly tell candidates apart whose normals differ by far. Of those within two standard errors of the best leave
+       out those that leave many faces folded over where others do not, see `upright`. Of the others take the one whose slopes
+       are expected to be nearest to the true ones [stein1981]: as much as a candidate follows the noise, so much it will follow
+       a little more of it, which is added to see that [ramani2008]; see `slope_errors`.
     4. Of those whose slopes are within one standard error take the one with the least product of the mean |n_f - n_g| over
        adjacent faces f, g of its result and of their mean displacement along the normals, as [reginska1996] does for the two
        norms of a regularised solution: flat, but not at any price. The very first wins where it predicts as well as the best.
@@ -135,37 +134,21 @@ def choose(
         stays=stays,
         progress=part_of(progress, 0.0, 0.8),
     )
-    wanted = np.zeros(len(every), dtype=np.bool_)
-    wanted[tried[verdict.within(STAYS)]] = True
     share = rising(part_of(progress, 0.8, 1.0))
-    products: dict[int, float] = {}
 
-    def heights(vertices: Floats) -> dict[int, Floats]:
-        found: dict[int, Floats] = {}
-
-        def look(at: int, result: Floats) -> None:
-            found[at] = np.einsum("ij,ij->i", result - points, normals)
-            if vertices is points:  # the scan itself, no noise added
-                products[at] = roughness(result, faces) * float(np.abs(found[at]).mean())
-
+    def run(vertices: Floats, which: Sequence[int], look: Callable[[int, Floats], None]) -> None:
+        wanted = np.zeros(len(every), dtype=np.bool_)
+        wanted[list(which)] = True
         run_to_last(candidates(vertices, np.empty(0, dtype=np.int32)), starts, wanted, look, share)
-        return found
 
     chosen, errors = int(tried[verdict.best]), dict[int, SlopeError]()
-    if verdict.within(_EQUAL)[0]:
+    alike = [int(tried[at]) for at in np.argsort(verdict.excess, kind="stable") if verdict.within(STAYS)[at]]
+    if verdict.within(EQUAL)[0]:
         chosen = 0
-    elif slopes and wanted.sum() > 1:
-        errors = slope_errors(points, faces, heights, best=chosen, normals=normals, scored=scored, seed=seed)
-        equal = [at for at, slope in errors.items() if slope.excess <= _EQUAL * slope.uncertainty]
-        chosen = min(equal, key=lambda at: (products[at], at))
+    elif slopes and len(alike) > 1:
+        chosen, errors = among_equals(points, faces, run, alike, normals=normals, scored=scored, seed=seed)
     trials = trials_of(every, tried, verdict, {at: slope.error for at, slope in errors.items()})
     return Choice(trials[int(np.searchsorted(tried, chosen))], trials)
-
-
-def roughness(points: Floats, faces: Ints) -> float:
-    """The mean difference |n_f - n_g| of the unit normals of adjacent faces; 0 without any."""
-    differences = normal_differences(points, faces)
-    return float(differences.mean()) if len(differences) else 0.0
 
 
 def _masks(points: Floats, faces: Ints, scored: Bools, seed: int) -> list[Ints]:

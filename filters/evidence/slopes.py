@@ -1,6 +1,6 @@
 """How far the slopes of results are expected to be from the true ones [stein1981]: normals follow from them, not from places."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -51,7 +51,8 @@ def slope_squares(heights: Floats, passed: Floats, noise: Floats, pairs: Ints) -
 def slope_errors(
     points: Floats,
     faces: Ints,
-    heights: Callable[[Floats], dict[int, Floats]],
+    taken: Mapping[int, Floats],
+    heights: Callable[[Floats], Mapping[int, Floats]],
     *,
     best: int,
     normals: Floats,
@@ -70,7 +71,8 @@ def slope_errors(
     Args:
         points: (n, 3) coordinates with a mean edge of 1.
         faces: (m, 3) triangles.
-        heights: for (n, 3) points the heights (n,) of the results of the filters over the given ones, by their numbers.
+        taken: the heights (n,) of the results of the filters over the points, along the normals, by the filters' numbers.
+        heights: those of their results for other (n, 3) points, over the given ones too.
         best: the number of the filter that the strength of the noise is measured by.
         normals: (n, 3) unit normals along which noise is added.
         scored: (n,) the vertices that count.
@@ -82,7 +84,6 @@ def slope_errors(
     pairs = edges(faces)
     signs = [random_signs(points, pairs, _NOISES * seed + k) for k in range(_NOISES)]
     pairs = pairs[scored[pairs].all(axis=1)]
-    taken = heights(points)
     strength = float(np.sqrt((taken[best][scored] ** 2).mean()))
     if strength == 0.0 or not len(pairs):
         return {best: SlopeError(0.0, 0.0, 0.0)}

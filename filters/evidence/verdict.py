@@ -6,6 +6,9 @@ import numpy as np
 
 from ..mesh import Bools, Floats
 
+#: What is within so many standard errors of the best is as good.
+EQUAL = 1.0
+
 # Deviations count up to so many times the least median deviation: outliers are no evidence.
 _CLIP = 4.0
 # But at least up to this, in mean edges: where most of a mesh is exact planes the median is 0, and would leave no evidence but

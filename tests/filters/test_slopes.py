@@ -36,7 +36,7 @@ def _by_taubin(points: Floats, faces: Ints, normals: Floats) -> Callable[[Floats
 def _expected(points: Floats, faces: Ints, best: int, seed: int = 0) -> dict[int, SlopeError]:
     normals, scored = smooth_normals(points, faces), np.ones(len(points), dtype=np.bool_)
     heights = _by_taubin(points, faces, normals)
-    return slope_errors(points, faces, heights, best=best, normals=normals, scored=scored, seed=seed)
+    return slope_errors(points, faces, heights(points), heights, best=best, normals=normals, scored=scored, seed=seed)
 
 
 @pytest.mark.parametrize("level", [0.03, 0.1, 0.3])
@@ -51,7 +51,7 @@ def test_of_multiples_of_noise_the_errors_are_those_of_what_is_left(level: float
 
     up, scored = np.tile([0.0, 0.0, 1.0], (len(points), 1)), np.ones(len(points), dtype=np.bool_)
     for best in (1, 2, 3):
-        found = slope_errors(points, faces, heights, best=best, normals=up, scored=scored)
+        found = slope_errors(points, faces, heights(points), heights, best=best, normals=up, scored=scored)
         for at, share in shares.items():
             # Means of about 10,000 squares at 3,600 vertices: 2 s^2 sqrt(2 / 3600) is a standard error of either of both.
             tolerance = 5.0 * 2.0 * level**2 * np.sqrt(2.0 / len(points))
