@@ -19,7 +19,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from functools import partial
@@ -45,7 +45,7 @@ from pymeshfair.filters.denoising import (
     settings,
 )
 from pymeshfair.filters.denoising.noise_level import smooth_normals
-from pymeshfair.filters.evidence import SlopeError, choose, judge
+from pymeshfair.filters.evidence import SlopeError, among_equals, choose, judge
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.mesh import Bools
 
@@ -79,19 +79,27 @@ def of_settings(pair: NoisyPair) -> dict[Setting, tuple[float, float]]:
 
 
 def only_the_best(
-    points: Floats, faces: Ints, heights: Callable[[Floats], dict[int, Floats]], *, best: int, **_: Any
+    points: Floats,
+    faces: Ints,
+    taken: Mapping[int, Floats],
+    heights: Callable[[Floats], Mapping[int, Floats]],
+    *,
+    best: int,
+    **_: Any,
 ) -> dict[int, SlopeError]:
     """In place of `slope_errors`: what predicts best."""
-    return {at: SlopeError(0.0, 0.0, 0.0) for at in heights(points) if at == best}
+    return {best: SlopeError(0.0, 0.0, 0.0)}
 
 
 def steps() -> dict[str, tuple[dict[str, Any], dict[str, Any]]]:
     """For every step of the method the module that has it, and what stands there without it."""
-    rule, automatic, verdict = (vars(sys.modules[f.__module__]) for f in (choose, automatic_choice, judge))
+    of = (choose, among_equals, automatic_choice, judge)
+    rule, equals, automatic, verdict = (vars(sys.modules[f.__module__]) for f in of)
     return {
         "clip": (verdict, {"_CLIP": np.inf}),
         "masks": (rule, {"_MASKS": 1, "_ENOUGH": 0}),
-        "slopes": (rule, {"slope_errors": only_the_best}),
+        "slopes": (equals, {"slope_errors": only_the_best}),
+        "folds": (equals, {"FEW_AMONG_EQUALS": 1.0}),
         "normal": (automatic, {"direction_for": lambda _: "all"}),
         "outliers": (automatic, {"_IMPULSIVE": 1.0}),
     }

@@ -54,9 +54,14 @@ def along_normals(level: float, share: float = 1.0) -> Noise:
     return displaced
 
 
-def all_directions(level: float) -> Noise:
-    """Normally distributed along every axis, of `level` mean edges."""
-    return lambda v, f, r: v + r.normal(size=v.shape) * level * mean_edge_length(v, f)
+def all_directions(level: float, share: float = 1.0) -> Noise:
+    """A share of the vertices is off along every axis, by a normally distributed length of `level` mean edges."""
+
+    def displaced(v: Floats, f: Ints, r: np.random.Generator) -> Floats:
+        moves = r.normal(size=v.shape) * level * mean_edge_length(v, f)
+        return v + moves * (r.random(len(v)) < share)[:, None]
+
+    return displaced
 
 
 def uniform(reach: float) -> Noise:
@@ -64,7 +69,8 @@ def uniform(reach: float) -> Noise:
     return lambda v, f, r: v + r.uniform(-reach, reach, size=v.shape) * mean_edge_length(v, f)
 
 
-#: n: along the normals, a: in all directions, u: evenly in all directions, i: impulses; the number is in tenths of mean edges
+#: n: along the normals, a: in all directions, u: evenly in all directions, i: impulses along the normals, s: in all directions on
+#: three in ten vertices; the number is in tenths of mean edges
 NOISES: dict[str, Noise] = {
     **{f"n{10 * level:g}": along_normals(level) for level in (0.03, 0.05, 0.1, 0.2, 0.3, 0.5, 0.6)},
     **{f"a{10 * level:g}": all_directions(level) for level in (0.1, 0.2, 0.3)},
@@ -72,6 +78,7 @@ NOISES: dict[str, Noise] = {
     "i5": along_normals(0.5, share=0.2),
     "i10": along_normals(1.0, share=0.05),
     "i8": along_normals(0.8, share=0.5),
+    **{f"s{10 * level:g}": all_directions(level, share=0.3) for level in (0.2, 0.4, 0.8)},
 }
 
 
@@ -188,14 +195,14 @@ def _box(size: tuple[float, float, float], move: Floats) -> tuple[Floats, Ints]:
 def looked_at(scans: Path | None) -> tuple[Shape, ...]:
     """The half that constants may be found on."""
     shapes = (
-        Shape("bunny10k", "n0.5 n1 n2 n3 n5 a3 i5", lambda: taken(SAMPLES / "bunny10k_textured.obj")),
+        Shape("bunny10k", "n0.5 n1 n2 n3 n5 a3 i5 s2 s4 s8", lambda: taken(SAMPLES / "bunny10k_textured.obj")),
         Shape("cow", "n1 n3 a2 u4 i10", lambda: taken(SAMPLES / "cow.obj", edge=1.2)),
-        Shape("bracket", "n0.5 n1 n2 n3 n5 a2 a3 i5 i10 u4", lambda: part(True)),
+        Shape("bracket", "n0.5 n1 n2 n3 n5 a2 a3 i5 i10 u4 s4", lambda: part(True)),
         Shape("uneven", "n2 n3 i8", lambda: part(False)),
         Shape("lens", "n1 n2 n3 a2 i10", lens),
         Shape("torus", "n0.3 n1 n3 u4 i8", torus),
-        Shape("blobs", "n0.3 n1 n2 n5 a1 i10", blobs),
-        Shape("terrain", "n1 n3 a2", terrain),
+        Shape("blobs", "n0.3 n1 n2 n5 a1 i10 s4", blobs),
+        Shape("terrain", "n1 n3 a2 i5 i10 s2 s4", terrain),
     )
     return (*shapes, *_scans(scans, (("rabbit.obj", 16000, "n0.5 n2 n3 a3 i8"),)))
 
@@ -205,15 +212,15 @@ def unseen(scans: Path | None) -> tuple[Shape, ...]:
     shapes = (
         Shape("bone", "n0.5 n2 n5 a2 i5", lambda: taken(SAMPLES / "bone.ply", edge=1.1)),
         Shape("bone_smooth", "n0.5 n2 n5 a2 i5", lambda: _with_steps(*taken(SAMPLES / "bone.ply", edge=1.1), "taubin", 10)),
-        Shape("airplane", "n1 n2 n3 i10", lambda: taken(SAMPLES / "airplane.obj", edge=0.9)),
-        Shape("chest", "n0.5 n1 n3 a3 i8", chest_mesh),
+        Shape("airplane", "n1 n2 n3 i10 s4", lambda: taken(SAMPLES / "airplane.obj", edge=0.9)),
+        Shape("chest", "n0.5 n1 n3 a3 i8 s8", chest_mesh),
         Shape("dodecahedron", "n0.3 n2 n5 a3 i5", dodecahedron),
         Shape("gear", "n0.5 n1 n2 n3 n6 a2 i5 u4", gear),
-        Shape("gyroid", "n0.3 n1 n3 a1 a3 i10", gyroid),
-        Shape("knot", "n1 n3 n5 a2 i8", knot),
-        Shape("house", "n0.5 n1 n2 n5 a3 i10", house),
+        Shape("gyroid", "n0.3 n1 n3 a1 a3 i10 s2", gyroid),
+        Shape("knot", "n1 n3 n5 a2 i8 s4", knot),
+        Shape("house", "n0.5 n1 n2 n5 a3 i10 s2", house),
     )
-    return (*shapes, *_scans(scans, (("angel.obj", 24000, "n0.5 n2 n3 a2 i5"), ("iron.ply", 20000, "n1 n2 a3 i8"))))
+    return (*shapes, *_scans(scans, (("angel.obj", 24000, "n0.5 n2 n3 a2 i5 s2"), ("iron.ply", 20000, "n1 n2 a3 i8 s4"))))
 
 
 def _scans(folder: Path | None, wanted: Sequence[tuple[str, int, str]]) -> tuple[Shape, ...]:
