@@ -7,8 +7,8 @@ import numpy as np
 from ..geometry import face_normals
 from ..mesh import Bools, Floats, Ints
 
-# A hundredth of the faces folded over adds more than a degree to the mean angle; clean scans have up to a thousandth. This share is
-# too much where others have less, though they predict worse;
+# A hundredth of the faces folded over adds more than a degree to the mean angle; clean scans have up to a thousandth. This share
+# is too much where others have less, though they predict worse;
 _FEW = 0.008
 #: and this, where others predict as well.
 FEW_AMONG_EQUALS = 0.003
