@@ -19,7 +19,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from functools import partial
@@ -30,7 +30,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from denoising_holdouts import SAMPLES, measured, taken
 from denoising_memory import remembering
-from denoising_metrics import Floats, Ints
+from denoising_metrics import Floats
 from denoising_pairs import Maker, NoisyPair, looked_at, made, smoothed_scans, unseen
 
 from pymeshfair.filters.denoising import (
@@ -78,15 +78,7 @@ def of_settings(pair: NoisyPair) -> dict[Setting, tuple[float, float]]:
     return found
 
 
-def only_the_best(
-    points: Floats,
-    faces: Ints,
-    taken: Mapping[int, Floats],
-    heights: Callable[[Floats], Mapping[int, Floats]],
-    *,
-    best: int,
-    **_: Any,
-) -> dict[int, SlopeError]:
+def only_the_best(*_: Any, best: int, **__: Any) -> dict[int, SlopeError]:
     """In place of `slope_errors`: what predicts best."""
     return {best: SlopeError(0.0, 0.0, 0.0)}
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..evidence import means_of_others
+from ..evidence import facing, means_of_others
 from ..geometry import mean_edge_length
 from ..mesh import Bools, Floats, Ints
 from ..topology import one_rings, referenced_vertices
@@ -71,10 +71,7 @@ class WaysBack(NamedTuple):
 
     def folding(self, movable: Bools | None = None) -> Bools:
         """(n,) the vertices that are off along the surface so far that they fold faces over; of those that may move."""
-        corners, means = self.vertices[self.faces], self.normals[self.faces].sum(axis=1)
-        sides = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        sizes = np.linalg.norm(sides, axis=1) * np.linalg.norm(means, axis=1)
         folded = np.zeros(len(self.vertices), dtype=np.bool_)
-        folded[self.faces[np.einsum("ij,ij->i", sides, means) < _FOLDED * sizes]] = True
+        folded[self.faces[facing(self.vertices, self.faces, self.normals) < _FOLDED]] = True
         folded &= self.far
         return np.asarray(folded if movable is None else folded & movable)

@@ -142,7 +142,8 @@ def choose(
         run_to_last(candidates(vertices, np.empty(0, dtype=np.int32)), starts, wanted, look, share)
 
     chosen, errors = int(tried[verdict.best]), dict[int, SlopeError]()
-    alike = [int(tried[at]) for at in np.argsort(verdict.excess, kind="stable") if verdict.within(STAYS)[at]]
+    near = verdict.within(STAYS)
+    alike = [int(tried[at]) for at in np.argsort(verdict.excess, kind="stable") if near[at]]
     if verdict.within(EQUAL)[0]:
         chosen = 0
     elif slopes and len(alike) > 1:

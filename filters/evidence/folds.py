@@ -14,16 +14,22 @@ _FEW = 0.008
 FEW_AMONG_EQUALS = 0.003
 
 
-def folded_share(points: Floats, faces: Ints, normals: Floats) -> float:
-    """The share of the faces that look away from the surface.
+def facing(points: Floats, faces: Ints, normals: Floats) -> Floats:
+    """(m,) the cosines between the normals of the faces and the means of those at their corners; 0 of a face without area.
 
     Args:
         points: (n, 3) coordinates.
         faces: (m, 3) triangles.
         normals: (n, 3) unit normals of a smoothed copy.
     """
-    looks = np.einsum("ij,ij->i", face_normals(points, faces), normals[faces].sum(axis=1))
-    return float(np.mean(looks < 0.0))
+    means = normals[faces].sum(axis=1)
+    lengths = np.linalg.norm(means, axis=1)
+    return np.asarray(np.einsum("ij,ij->i", face_normals(points, faces), means) / np.where(lengths > 0.0, lengths, 1.0))
+
+
+def folded_share(points: Floats, faces: Ints, normals: Floats) -> float:
+    """The share of the faces that look away from the surface; the arguments are those of `facing`."""
+    return float(np.mean(facing(points, faces, normals) < 0.0))
 
 
 def upright(shares: Sequence[float], few: float = _FEW) -> Bools:
