@@ -1,15 +1,16 @@
 """How near the setting that held-out vertices choose comes to the best of all that are tried, found with the truth at hand.
 
     python benchmarks/denoising_choice.py [--half looked_at|unseen|clean] [--scans FOLDER] [--only text,text] [--seeds N]
-                                          [--ablations] [--without clip,masks,slopes,normal,outliers] [--processes N]
+                                          [--ablations] [--without step,step] [--processes N]
 
 Prints, for every noisy mesh of `denoising_pairs`, the mean angle to the true normals of the best setting, and over it those of
 nothing, of the best number of Taubin's steps, and of the choice, in the mean and at worst; and the mean displacement of the
 vertices in mean edges.
 --seeds repeats the choice with other vertices held out.
 --without leaves a step of the method out: outliers are not clipped (clip), only one set is held out (masks), the least error of
-held-out vertices decides alone (slopes), Taubin's steps go in all directions (normal), spikes are kept (outliers). --ablations
-adds columns of the first seed alone: the choice by all steps (full), and without each of them.
+held-out vertices decides alone (slopes), Taubin's steps go in all directions (normal), spikes are kept (outliers), folds do not
+speak against settings that predict alike (folds), nor are others tried that even them out (evening). --ablations adds columns of
+the first seed alone: the choice by all steps (full), and without each of them.
 Seconds are of the processor, of one choice.
 "clean" denoises meshes without noise and prints how far they are moved.
 """
@@ -41,6 +42,7 @@ from pymeshfair.filters.denoising import (
     denoise_automatically,
     direction_for,
     estimate_noise,
+    few_settings,
     replace_outlying,
     settings,
 )
@@ -85,15 +87,16 @@ def only_the_best(*_: Any, best: int, **__: Any) -> dict[int, SlopeError]:
 
 def steps() -> dict[str, tuple[dict[str, Any], dict[str, Any]]]:
     """For every step of the method the module that has it, and what stands there without it."""
-    of = (choose, among_equals, automatic_choice, judge)
-    rule, equals, automatic, verdict = (vars(sys.modules[f.__module__]) for f in of)
+    rule, equals, verdict = (vars(sys.modules[f.__module__]) for f in (choose, among_equals, judge))
+    few = vars(few_settings)
     return {
         "clip": (verdict, {"_CLIP": np.inf}),
         "masks": (rule, {"_MASKS": 1, "_ENOUGH": 0}),
         "slopes": (equals, {"slope_errors": only_the_best}),
         "folds": (equals, {"FEW_AMONG_EQUALS": 1.0}),
-        "normal": (automatic, {"direction_for": lambda _: "all"}),
-        "outliers": (automatic, {"_IMPULSIVE": 1.0}),
+        "evening": (few, {"_FOLDED": 1.0}),
+        "normal": (few, {"direction_for": lambda _: "all"}),
+        "outliers": (few, {"_IMPULSIVE": 1.0}),
     }
 
 

@@ -4,29 +4,22 @@ A clean mesh stays as it is; noise that neighbours share, as that of depth camer
 the setting that best predicts vertices which it has not seen.
 """
 
-from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from ..evidence import Choice, folded_share, upright
+from ..evidence import Choice
 from ..execution import Progress, ignore_progress, part_of, rising
-from ..mesh import Bools, Floats, Ints, check_mesh, check_movable, normalised_mesh
+from ..mesh import Floats, check_mesh, check_movable, normalised_mesh
 from ..topology import BorderPolicy
-from .candidates import SettingsTried
 from .designed import is_designed
-from .impulses import Outliers, far_from, replace_outlying
+from .few_settings import FewSettings
 from .noise_level import NoiseEstimate, estimate_noise
 from .range_map import range_map_setting
-from .relaxation import direction_for
-from .repertoire import REPERTOIRE, Repertoire, Setting, settings
+from .repertoire import REPERTOIRE, Repertoire, Setting
 from .scan import Scan
 from .shared_noise import neighbours_share_noise
-
-# More vertices than this stand out of impulsive noise: of Gaussian noise up to 0.003, of clean meshes up to 0.007.
-_IMPULSIVE = 0.01
 
 
 class AutomaticChoice(NamedTuple):
@@ -62,11 +55,9 @@ def automatic_choice(
        Steps of Taubin's go along the normals alone if the vertices are scattered less along the surface than across it.
     3. A surface without noise stays: residuals of differences that agree between neighbours rule noise out, see `Scan`, and what
        predicts best must be nearer to the truth than the scan is, see `Scan.or_nothing`.
-    4. If more vertices are far from the result than Gaussian noise has, the same setting is tried with such outliers taken away,
-       see `without_outliers`. If more stand out from those around them, filters that keep edges keep them: step 2 once more
-       where they are replaced by what the others expect, the outlying vertices no evidence. Where the others are nearly exact,
-       see `Scan.exact`, nothing but they is to move: this too is tried. Of these settings, run in full, `choose` takes one, of
-       those that do not leave many faces folded over.
+    4. Vertices that stand out from those around them are kept by filters that keep edges. If there are more of them than Gaussian
+       noise has, they are replaced before step 2, and what is found is compared with the same setting that keeps them: see
+       `FewSettings`.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -92,21 +83,15 @@ def automatic_choice(
     if neighbours_share_noise(mesh.points, mesh.cells, noise):
         setting, by_risk = range_map_setting(mesh, border=border, progress=progress)
         return AutomaticChoice("range map", setting, noise, by_risk)
-    trial = _Trial(Scan.of(vertices, faces, movable=movable, seed=seed, progress=rising(progress)), border, repertoire)
-    evidence = trial.of_settings()
-    setting = _chosen(evidence, Setting())
-    found = {setting: evidence}
-    if repertoire.outliers != "keep":
-        found |= trial.without_outliers(setting, evidence)
-    allowed = [candidate for candidate in found if repertoire.outliers in (None, candidate.outliers)]
+    scan = Scan.of(vertices, faces, movable=movable, seed=seed, progress=rising(progress))
+    few = FewSettings(scan, border, repertoire)
+    found = few.found()
+    allowed = [setting for setting in found if repertoire.outliers in (None, setting.outliers)]
     if allowed:
-        setting = trial.best_of(allowed)
+        setting = few.best_of(allowed)
         return AutomaticChoice("clean" if setting == Setting() else "noisy", setting, noise, found[setting])
+    setting, evidence = next(iter(found.items()))
     return AutomaticChoice("noisy", replace(setting, outliers=repertoire.outliers or "keep"), noise, evidence)
-
-
-def _chosen(evidence: Choice[Setting] | None, nothing: Setting) -> Setting:
-    return nothing if evidence is None else evidence.chosen.label
 
 
 def denoise_automatically(
@@ -126,63 +111,3 @@ def denoise_automatically(
     points, triangles = check_mesh(vertices, faces)
     moves = None if movable is None else check_movable(movable, len(points))
     return choice.setting.apply(points, triangles, border=border, movable=moves, progress=part_of(progress, 0.8, 1.0)), choice
-
-
-class _Trial(NamedTuple):
-    """Settings tried on a scan."""
-
-    scan: Scan
-    border: BorderPolicy
-    repertoire: Repertoire
-
-    def of_settings(self) -> Choice[Setting] | None:
-        """What the held-out vertices say of all settings; None if they say nothing, or nothing is to be done."""
-        scan, replaced = self.scan, self.scan.replaced
-        if replaced is None and scan.clean:
-            return None
-        direction = self.repertoire.relaxation_direction or direction_for(scan.noise)
-        alone = replaced is not None and scan.exact
-        tried = SettingsTried(
-            scan.faces,
-            scan.normals,
-            direction,
-            border=self.border,
-            movable=scan.movable,
-            replaced=replaced if alone else None,
-            whole=scan.whole,
-            of=self.repertoire,
-        )
-        outliers: Outliers = "keep" if replaced is None else "replace"
-        evidence = scan.choose(tried, settings(direction, outliers, alone=alone, of=self.repertoire), spikes=alone)
-        return evidence if evidence is None or replaced is not None else scan.or_nothing(evidence)
-
-    def without_outliers(self, setting: Setting, evidence: Choice[Setting] | None) -> dict[Setting, Choice[Setting] | None]:
-        """The settings that take outliers away, if there are any, each with what speaks for it: step 4 of `automatic_choice`."""
-        scan, found = self.scan, {}
-        if np.mean(far_from(scan.points, scan.faces, self.result(scan.points, setting))) > _IMPULSIVE:
-            found[replace(setting, outliers="replace")] = evidence
-        calmed, outlying = replace_outlying(scan.points, scan.faces, scan.movable)
-        if np.mean(outlying) > _IMPULSIVE:
-            of_the_rest = self._replace(scan=replace(scan, points=calmed, replaced=outlying)).of_settings()
-            found[_chosen(of_the_rest, Setting(outliers="only"))] = of_the_rest
-        return found
-
-    def best_of(self, few: Sequence[Setting]) -> Setting:
-        """Which of them, run in full, the held-out vertices speak for; none that leaves many faces folded over, see `upright`."""
-        if len(few) == 1:
-            return few[0]
-        scan = self.scan
-        shares = [folded_share(self.result(scan.points, setting), scan.faces, scan.normals) for setting in few]
-        left = [setting for setting, stays in zip(few, upright(shares), strict=True) if stays or setting == Setting()]
-
-        def candidates(points: Floats, held: Ints) -> list[Iterator[Floats]]:
-            certain = np.zeros(len(points), dtype=np.bool_)
-            certain[held] = True
-            return [iter([self.result(points, setting, certain)]) for setting in left]
-
-        found = scan.choose(candidates, [[setting] for setting in left], spikes=True)
-        return left[0] if found is None else found.chosen.label
-
-    def result(self, points: Floats, setting: Setting, certain: Bools | None = None) -> Floats:
-        """(n, 3) what the setting makes of the points."""
-        return setting.apply(points, self.scan.faces, border=self.border, movable=self.scan.movable, certain=certain)

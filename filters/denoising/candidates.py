@@ -53,7 +53,7 @@ class SettingsTried:
         they put back.
         """
         fair, of = {0: points}, self._of
-        for before, steps in pairwise(sorted({*of.taubin, *of.relaxations})):
+        for before, steps in pairwise(sorted({0, *of.taubin, *of.relaxations})):
             fair[steps] = taubin_fairing(
                 fair[before], self._faces, iterations=steps - before, border=self._border, movable=self._movable
             )

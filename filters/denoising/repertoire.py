@@ -93,6 +93,12 @@ class Repertoire(NamedTuple):
     relaxation_direction: RelaxationDirection | None = None
     outliers: Outliers | None = None
 
+    @property
+    def evening(self) -> "Repertoire":
+        """Those settings that even vertices out along the surface: steps of Taubin's before every chain, and as many alone."""
+        some = tuple(steps for steps in self.relaxations if steps > 0)
+        return self._replace(taubin=tuple(steps for steps in self.taubin if steps >= min(some, default=1)), relaxations=some)
+
     def narrowed(
         self,
         *,

@@ -6,7 +6,7 @@ from .cloud_sample import CloudSample, cloud_patches, spacing_and_numbers
 from .equals import among_equals, roughness
 from .first_guess import first_guess, guess_by_means
 from .flattening import flattening
-from .folds import facing, folded_share, upright
+from .folds import facing, folded_share, folds_cost_more, upright
 from .hearing import hear, run_to_last, starts_of
 from .held_out import far_from_border, heights_of_means, held_out_vertices, means_of_others, random_numbers, random_signs, without
 from .local_means import local_means
@@ -37,6 +37,7 @@ __all__ = [
     "first_guess",
     "flattening",
     "folded_share",
+    "folds_cost_more",
     "guess_by_means",
     "hear",
     "heights_of_means",

@@ -31,6 +31,8 @@ def hear(
 ) -> tuple[Ints, Verdict]:
     """Step 2 of `choose`: run all candidates without each set of held-out vertices, and judge what they say of these.
 
+    Once a single candidate is left no more sets are asked.
+
     Args:
         held: the sets, none of them empty.
         run: the candidates without a set, by families.
@@ -58,7 +60,10 @@ def hear(
             run_to_last(run(mask), starts, kept, deviate, share)
         heard.append(rows)
         kept[kept] = judge(np.concatenate(heard, axis=1)[kept]).within(stays)
+        decided = np.count_nonzero(kept) == 1
         kept[0] = True
+        if decided:
+            break
     return np.flatnonzero(kept).astype(np.int32), judge(np.concatenate(heard, axis=1)[kept])
 
 

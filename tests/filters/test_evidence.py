@@ -211,6 +211,20 @@ def test_a_family_that_falls_behind_is_not_run_to_its_end() -> None:
     assert made.count(grow[0]) == 1
 
 
+def test_a_single_candidate_that_is_left_is_not_asked_again() -> None:
+    """The true plane beats one an edge above it on the first set of held-out vertices: the others are not needed."""
+    points, held_out = _rough(0.3), list[int]()
+    flat = points * [1.0, 1.0, 0.0]
+
+    def candidates(start: Floats, held: Ints) -> list[Iterator[Floats]]:
+        held_out.append(len(held))
+        return [iter([flat + UP]), iter([flat])]
+
+    found = choose(points, FLAT[1], candidates, [["above"], ["flat"]], normals=UP, scored=far_from_border(FLAT[1], len(points)))
+    assert found is not None
+    assert (found.chosen.label, len(held_out)) == ("flat", 1)
+
+
 def test_nothing_can_be_said_where_no_vertex_can_be_held_out() -> None:
     """Without a scored vertex there is no choice."""
     points = _rough(0.1)

@@ -1,0 +1,124 @@
+"""The few settings that are run in full on a scan: what held-out vertices chose, and what becomes of outliers."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..evidence import Choice, folded_share, folds_cost_more, upright
+from ..mesh import Bools, Floats, Ints
+from ..topology import BorderPolicy
+from .candidates import SettingsTried
+from .impulses import Outliers, far_from, replace_outlying
+from .relaxation import direction_for
+from .repertoire import Repertoire, Setting, settings
+from .scan import Scan
+
+# More vertices than this stand out of impulsive noise: of Gaussian noise up to 0.003, of clean meshes up to 0.007.
+_IMPULSIVE = 0.01
+# Clean scans have up to this share of faces folded over.
+_FOLDED = 0.001
+
+
+@dataclass(frozen=True, eq=False)
+class FewSettings:
+    """Settings tried on a scan.
+
+    Filters that keep edges keep vertices that stand out, and those that have slid along the surface. So, if there are outliers:
+
+    1. They are replaced by what the others expect before settings are tried, and are no evidence. Where the others are nearly
+       exact, see `Scan.exact`, nothing but they is to move: this too is tried.
+    2. What is found is compared with the same setting that keeps outliers.
+    3. If it leaves faces folded over, vertices have slid: settings whose steps of Taubin's even that out are tried as well, and
+       instead of it if `folds_cost_more`.
+
+    Attributes:
+        scan: the scan.
+        border: see `normal_filtering`.
+        repertoire: what is chosen from.
+    """
+
+    scan: Scan
+    border: BorderPolicy
+    repertoire: Repertoire
+    _results: dict[Setting, Floats] = field(default_factory=dict)
+
+    def found(self) -> dict[Setting, Choice[Setting] | None]:
+        """The settings that are to be compared, each with what speaks for it; the first keeps outliers."""
+        scan, may = self.scan, self.repertoire.outliers != "keep"
+        if may:
+            calmed, outlying = replace_outlying(scan.points, scan.faces, scan.movable)
+            if np.mean(outlying) > _IMPULSIVE:
+                return self._without(replace(scan, points=calmed, replaced=outlying), outlying)
+        evidence = self._tried_on(scan, self.repertoire)
+        setting = Setting() if evidence is None else evidence.chosen.label
+        found = {setting: evidence}
+        if may and np.mean(far_from(scan.points, scan.faces, self._in_full(setting))) > _IMPULSIVE:
+            found[replace(setting, outliers="replace")] = evidence
+        return found
+
+    def _without(self, rest: Scan, outlying: Bools) -> dict[Setting, Choice[Setting] | None]:
+        """Those for a scan with outliers; in `rest` they are replaced."""
+        evidence = self._tried_on(rest, self.repertoire)
+        setting = Setting(outliers="only") if evidence is None else evidence.chosen.label
+        found = {replace(setting, outliers="keep"): evidence, setting: evidence}
+        if self._folded(setting) <= _FOLDED or not any(self.repertoire.relaxations):
+            return found
+        evening = self._tried_on(rest, self.repertoire.evening)
+        if evening is not None:
+            evens = evening.chosen.label
+            found[evens] = evening
+            others = self.scan.faces[~outlying[self.scan.faces].any(axis=1)]
+            share = self._folded(setting) - self._folded(evens)
+            if folds_cost_more(share, self._in_full(setting), self._in_full(evens), others):
+                del found[setting]
+        return found
+
+    def _tried_on(self, scan: Scan, repertoire: Repertoire) -> Choice[Setting] | None:
+        """What the held-out vertices say of all settings; None if they say nothing, or nothing is to be done."""
+        replaced = scan.replaced
+        if replaced is None and scan.clean:
+            return None
+        direction = repertoire.relaxation_direction or direction_for(scan.noise)
+        alone = replaced is not None and scan.exact and 0 in repertoire.relaxations
+        tried = SettingsTried(
+            scan.faces,
+            scan.normals,
+            direction,
+            border=self.border,
+            movable=scan.movable,
+            replaced=replaced if alone else None,
+            whole=scan.whole,
+            of=repertoire,
+        )
+        outliers: Outliers = "keep" if replaced is None else "replace"
+        evidence = scan.choose(tried, settings(direction, outliers, alone=alone, of=repertoire), spikes=alone)
+        return evidence if evidence is None or replaced is not None else scan.or_nothing(evidence)
+
+    def best_of(self, few: Sequence[Setting]) -> Setting:
+        """Which of them, run in full, the held-out vertices speak for; none that leaves many faces folded over, see `upright`."""
+        if len(few) == 1:
+            return few[0]
+        left = [s for s, stays in zip(few, upright([self._folded(s) for s in few]), strict=True) if stays or s == Setting()]
+
+        def candidates(points: Floats, held: Ints) -> list[Iterator[Floats]]:
+            certain = np.zeros(len(points), dtype=np.bool_)
+            certain[held] = True
+            return [(self._result(points, s, certain) for s in [setting]) for setting in left]
+
+        found = self.scan.choose(candidates, [[setting] for setting in left], spikes=True)
+        return left[0] if found is None else found.chosen.label
+
+    def _folded(self, setting: Setting) -> float:
+        """The share of the faces that it leaves folded over."""
+        return folded_share(self._in_full(setting), self.scan.faces, self.scan.normals)
+
+    def _in_full(self, setting: Setting) -> Floats:
+        """(n, 3) what the setting makes of the scan, found once."""
+        if setting not in self._results:
+            self._results[setting] = self._result(self.scan.points, setting)
+        return self._results[setting]
+
+    def _result(self, points: Floats, setting: Setting, certain: Bools | None = None) -> Floats:
+        """(n, 3) what the setting makes of the points."""
+        return setting.apply(points, self.scan.faces, border=self.border, movable=self.scan.movable, certain=certain)
