@@ -43,12 +43,16 @@ def upright(shares: Sequence[float], few: float = _FEW) -> Bools:
 def folds_cost_more(share: float, left: Floats, evened: Floats, faces: Ints) -> bool:
     """Whether faces folded over add more to the mean angle than evening them out adds elsewhere.
 
+    Elsewhere the one result is as it should be, or nearly, so that evening adds the angle between both; less where vertices are
+    outliers that nobody found.
+
     Args:
         share: the share of the faces that one result leaves folded over and the other does not.
-        left: (n, 3) the one, in which other vertices are as they should be, or nearly.
+        left: (n, 3) the one.
         evened: (n, 3) the other: all vertices moved.
-        faces: (k, 3) triangles whose corners are not known to be outliers. Half of them tell what evening adds: some of the
-            others have outliers that nobody found.
+        faces: (k, 3) triangles whose corners are not known to be outliers.
     """
+    if not len(faces):
+        return False
     angles = np.degrees(angles_between(face_normals(left, faces), face_normals(evened, faces)))
-    return bool(len(faces)) and _DEGREES * share > float(np.median(angles))
+    return _DEGREES * share > float(angles.mean())

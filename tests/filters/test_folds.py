@@ -50,13 +50,11 @@ def test_of_many_folds_twice_the_least_are_allowed_and_a_few_always() -> None:
     assert upright([0.05, 0.09, 0.11], 0.01).tolist() == [True, True, False]
 
 
-@pytest.mark.parametrize(("share", "expected"), [(0.02, True), (0.0005, False), (-0.02, False)])
-def test_folds_cost_more_than_a_tilt_of_half_of_the_faces(share: float, expected: bool) -> None:
-    """A fiftieth folded over outweighs 5 degrees on most faces, a two-thousandth does not; what steep others add is not asked."""
+@pytest.mark.parametrize(("share", "expected"), [(0.02, True), (0.002, False), (-0.02, False)])
+def test_folds_cost_more_than_a_tilt(share: float, expected: bool) -> None:
+    """A fiftieth of the faces folded over outweighs 5 degrees elsewhere, a five-hundredth does not."""
     tilted = POINTS.copy()
     tilted[:, 2] = np.tan(np.radians(5.0)) * POINTS[:, 0]
-    steep = POINTS[:, 0] > np.quantile(POINTS[:, 0], 0.8)
-    tilted[steep, 2] *= -20.0
     assert folds_cost_more(share, POINTS, tilted, FACES) is expected
     assert not folds_cost_more(share, POINTS, tilted, FACES[:0])
 
