@@ -204,7 +204,7 @@ def looked_at(scans: Path | None) -> tuple[Shape, ...]:
         Shape("blobs", "n0.3 n1 n2 n5 a1 i10 s4", blobs),
         Shape("terrain", "n1 n3 a2 i5 i10 s2 s4", terrain),
     )
-    return (*shapes, *_scans(scans, (("rabbit.obj", 16000, "n0.5 n2 n3 a3 i8"),)))
+    return (*shapes, *_scans(scans, (("rabbit.obj", 16000, "n0.5 n2 n3 a3 i8 s2 s4 s8"),)))
 
 
 def unseen(scans: Path | None) -> tuple[Shape, ...]:

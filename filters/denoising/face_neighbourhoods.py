@@ -74,7 +74,8 @@ def mean_centre_distance(table: Floats, edge_neighbours: FaceNeighbourhoods) -> 
     """
     sums = centre_distance_sums(table, edge_neighbours)
     count = len(edge_neighbours.neighbours)
-    return math.fsum(sums) / count if count else 0.0  # exact, so that the order of the faces does not matter
+    # Exact, so that the order of the faces does not matter; the buffer gives its numbers faster than the array does.
+    return math.fsum(sums.data) / count if count else 0.0
 
 
 def centre_distance_sums(table: Floats, edge_neighbours: FaceNeighbourhoods) -> Floats:
