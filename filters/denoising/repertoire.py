@@ -95,9 +95,10 @@ class Repertoire(NamedTuple):
 
     @property
     def evening(self) -> "Repertoire":
-        """Those settings that even vertices out along the surface: steps of Taubin's before every chain, and as many alone."""
+        """Settings that even vertices out along the surface: Taubin's steps in all directions, before every chain or alone."""
         some = tuple(steps for steps in self.relaxations if steps > 0)
-        return self._replace(taubin=tuple(steps for steps in self.taubin if steps >= min(some, default=1)), relaxations=some)
+        alone = tuple(steps for steps in self.taubin if steps >= min(some, default=1))
+        return self._replace(taubin=alone, relaxations=some, relaxation_direction=self.relaxation_direction or "all")
 
     def narrowed(
         self,

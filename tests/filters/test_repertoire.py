@@ -45,4 +45,6 @@ def test_evening_settings_have_steps_before_every_chain() -> None:
     every = [setting for family in settings("all", "replace", alone=False, of=REPERTOIRE.evening) for setting in family]
     assert min(setting.relaxation for setting in every) == min(steps for steps in REPERTOIRE.relaxations if steps)
     assert {setting.parameters is None for setting in every} == {True, False}
+    assert REPERTOIRE.evening.relaxation_direction == "all"
+    assert REPERTOIRE.narrowed(relaxation_direction="normal").evening.relaxation_direction == "normal"
     assert REPERTOIRE.narrowed(range_sigma=0.3).evening.taubin == ()
