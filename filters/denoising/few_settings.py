@@ -49,7 +49,7 @@ class FewSettings:
         if may:
             calmed, outlying = replace_outlying(scan.points, scan.faces, scan.movable)
             if np.mean(outlying) > _IMPULSIVE:
-                return self._without(replace(scan, points=calmed, replaced=outlying), outlying)
+                return self._without(calmed, outlying)
         evidence = self._tried_on(scan, self.repertoire)
         setting = Setting() if evidence is None else evidence.chosen.label
         found = {setting: evidence}
@@ -57,20 +57,21 @@ class FewSettings:
             found[replace(setting, outliers="replace")] = evidence
         return found
 
-    def _without(self, rest: Scan, outlying: Bools) -> dict[Setting, Choice[Setting] | None]:
-        """Those for a scan with outliers; in `rest` they are replaced."""
+    def _without(self, calmed: Floats, outlying: Bools) -> dict[Setting, Choice[Setting] | None]:
+        """Those for a scan with outliers, whose points are `calmed` where these are replaced."""
+        rest = replace(self.scan, points=calmed, replaced=outlying)
         evidence = self._tried_on(rest, self.repertoire)
         setting = Setting(outliers="only") if evidence is None else evidence.chosen.label
         found = {replace(setting, outliers="keep"): evidence, setting: evidence}
-        if self._folded(setting) <= _FOLDED or not any(self.repertoire.relaxations):
+        folded = self._folded(setting)
+        if folded <= _FOLDED or not any(self.repertoire.relaxations):
             return found
         evening = self._tried_on(rest, self.repertoire.evening)
         if evening is not None:
             evens = evening.chosen.label
             found[evens] = evening
             others = self.scan.faces[~outlying[self.scan.faces].any(axis=1)]
-            share = self._folded(setting) - self._folded(evens)
-            if folds_cost_more(share, self._in_full(setting), self._in_full(evens), others):
+            if folds_cost_more(folded - self._folded(evens), self._in_full(setting), self._in_full(evens), others):
                 del found[setting]
         return found
 
@@ -80,6 +81,7 @@ class FewSettings:
         if replaced is None and scan.clean:
             return None
         direction = repertoire.relaxation_direction or direction_for(scan.noise)
+        # What moves nothing but outliers has no steps of Taubin's.
         alone = replaced is not None and scan.exact and 0 in repertoire.relaxations
         tried = SettingsTried(
             scan.faces,
@@ -100,10 +102,13 @@ class FewSettings:
         if len(few) == 1:
             return few[0]
         left = [s for s, stays in zip(few, upright([self._folded(s) for s in few]), strict=True) if stays or s == Setting()]
+        if len(left) == 1:
+            return left[0]
 
         def candidates(points: Floats, held: Ints) -> list[Iterator[Floats]]:
             certain = np.zeros(len(points), dtype=np.bool_)
             certain[held] = True
+            # Each is run when it is read: what has fallen behind is not.
             return [(self._result(points, s, certain) for s in [setting]) for setting in left]
 
         found = self.scan.choose(candidates, [[setting] for setting in left], spikes=True)

@@ -7,10 +7,9 @@ import numpy as np
 from ..geometry import angles_between, face_normals
 from ..mesh import Bools, Floats, Ints
 
-# A hundredth of the faces folded over adds more than a degree to the mean angle; clean scans have up to a thousandth. This share
-# is too much where others have less, though they predict worse;
+# So large a share of the faces folded over is too much where others have less, though they predict worse.
 _FEW = 0.008
-#: and this, where others predict as well.
+#: So large a share is too much where others have less and predict as well.
 FEW_AMONG_EQUALS = 0.003
 # A vertex that has slid folds faces over, and others around it are off: by so many degrees times the share of the faces folded
 # over the mean angle rises. Five shapes have 600 to 1100.
