@@ -50,6 +50,12 @@ CHOICE = Enum(
 #: the parameters of `filter_face_normals`; the others are those of the vertices
 STEP_ONE = tuple(field.name for field in fields(NormalFilterParameters))
 
+#: the share of the time that a choice takes, if there is one
+CHOOSING = 0.7
+
+#: the parameters of normal filtering that are chosen for a mesh
+CHOSEN = frozenset(field.name for field in fields(AutomaticParameters))
+
 #: those of what comes before both steps, see `denoised`
 BEFORE = ("outliers", "relaxation", "relaxation_direction")
 
@@ -179,14 +185,15 @@ def apply_coord_normal_filtering(
     movable = movable_vertices(layer, selected)
     notes: tuple[str, ...] = ()
     if given or choice == "fixed":
-        effective, found = _completed(layer, given, choice)
-        vertices = _filtered(layer, effective, border, movable, progress)
+        choosing = part_of(progress, 0.0, CHOOSING)
+        effective, found = _completed(layer, given, choice, choosing, border=border, movable=movable)
+        vertices = _filtered(layer, effective, border, movable, part_of(progress, CHOOSING if found else 0.0, 1.0))
     else:
-        share = part_of(progress, 0.0, 0.7 if compare else 1.0)
+        share = part_of(progress, 0.0, CHOOSING if compare else 1.0)
         vertices, made = denoise_automatically(layer.vertices, layer.faces, border=border, movable=movable, progress=share)
         effective, found = _parameters(made.setting), _findings(made)
         if compare:
-            found["smoothers"] = _comparison(layer, made, movable, part_of(progress, 0.7, 1.0))
+            found["smoothers"] = _comparison(layer, made, movable, part_of(progress, CHOOSING, 1.0))
         if made.kind == "clean":
             notes = ("there is no noise to remove: the vertices stay where they are",)
     return Edit(
@@ -232,11 +239,13 @@ def apply_normal_robust_filtering_per_face(
     if selected and not layer.face_selection.any():
         raise MeshError(f"nothing is selected in {layer.label!r}: select faces, or use selected=False")
     given = _given(**asdict(normals))
-    effective, found = _completed(layer, given, choice, unused=frozenset({"vertex_iterations", "outer_iterations"}))
+    effective, found = _completed(layer, given, choice, part_of(progress, 0.0, CHOOSING), of=frozenset(STEP_ONE))
     if "normal_iterations" not in given:
         effective["normal_iterations"] *= effective["outer_iterations"]
     effective = {name: effective[name] for name in STEP_ONE}
-    filtered = filter_face_normals(layer.vertices, layer.faces, **effective, progress=progress)
+    filtered = filter_face_normals(
+        layer.vertices, layer.faces, **effective, progress=part_of(progress, CHOOSING if found else 0.0, 1.0)
+    )
     if selected:
         filtered = np.where(layer.face_selection[:, None], filtered, layer.face_normals)
     return Edit(face_normals=filtered, values={**effective, **found})
@@ -256,19 +265,26 @@ def _filtered(layer: Layer, effective: dict[str, Any], border: BorderPolicy, mov
 
 
 def _completed(
-    layer: Layer, given: dict[str, Any], choice: Chooser, *, unused: AbstractSet[str] = frozenset()
+    layer: Layer,
+    given: dict[str, Any],
+    choice: Chooser,
+    progress: Progress,
+    *,
+    of: AbstractSet[str] = CHOSEN,
+    **how: Any,
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """The given parameters and those that are chosen for the mesh where none is given, to go with them; and what that rests on.
 
-    The mesh is only looked at if the choice has a say.
+    The mesh is only looked at if the choice has a say in one of those that the filter is made `of`; `how` goes to
+    `automatic_choice`.
     """
-    if {f.name for f in fields(AutomaticParameters)} - unused <= given.keys():
+    if CHOSEN & of <= given.keys():
         return {**DEFAULTS, **given}, {}
     if choice == "fixed":
         return {**DEFAULTS, **asdict(FIXED), **given}, {}
     # Passes are no part of what is tried: twenty of them would cost twenty times as much.
-    tried = REPERTOIRE.narrowed(**{name: value for name, value in given.items() if name not in {"normal_iterations", *unused}})
-    made = automatic_choice(layer.vertices, layer.faces, repertoire=tried)
+    tried = REPERTOIRE.narrowed(**{name: value for name, value in given.items() if name != "normal_iterations"})
+    made = automatic_choice(layer.vertices, layer.faces, repertoire=tried, progress=progress, **how)
     chosen = _parameters(made.setting)
     if made.setting.parameters is None:
         # A mesh that asks for no normal filtering: what is given is then completed as the authors of the filter would.
