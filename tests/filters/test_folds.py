@@ -53,10 +53,23 @@ def test_of_many_folds_twice_the_least_are_allowed_and_a_few_always() -> None:
 @pytest.mark.parametrize(("share", "expected"), [(0.02, True), (0.002, False), (-0.02, False)])
 def test_folds_cost_more_than_a_tilt(share: float, expected: bool) -> None:
     """A fiftieth of the faces folded over outweighs 5 degrees elsewhere, a five-hundredth does not."""
-    tilted = POINTS.copy()
-    tilted[:, 2] = np.tan(np.radians(5.0)) * POINTS[:, 0]
-    assert folds_cost_more(share, POINTS, tilted, FACES) is expected
-    assert not folds_cost_more(share, POINTS, tilted, FACES[:0])
+    tilted, twice = (_tilted(degrees) for degrees in (5.0, 10.0))
+    assert folds_cost_more(share, POINTS, tilted, twice, FACES) is expected
+    assert not folds_cost_more(share, POINTS, tilted, twice, FACES[:0])
+
+
+def test_evening_out_costs_no_more_than_its_repetition_says() -> None:
+    """A five-hundredth of the faces folded over outweighs 5 degrees between results where the repetition takes a tenth of one."""
+    tilted, once_more = (_tilted(degrees) for degrees in (5.0, 5.1))
+    assert folds_cost_more(0.002, POINTS, tilted, once_more, FACES)
+    assert not folds_cost_more(0.0002, POINTS, tilted, once_more, FACES)
+
+
+def _tilted(degrees: float) -> Floats:
+    """The sheet, turned about an axis in it, or nearly: its normals are off by so many degrees."""
+    points = POINTS.copy()
+    points[:, 2] = np.tan(np.radians(degrees)) * POINTS[:, 0]
+    return points
 
 
 def test_folds_lose_though_heights_do_not_tell() -> None:
