@@ -82,7 +82,7 @@ def _found_again(vertices: Floats, faces: Ints, smoothed: Floats, outlying: Bool
     found = far_from(vertices, faces, smoothed, movable, outlying, normals=ways.normals)
     if ways.slid:
         found |= ways.folding(movable)
-        smoothed = WaysBack.of(smoothed, faces, ways.normals, found).evened()
+    smoothed = WaysBack.of(smoothed, faces, ways.normals, found).evened()
     return smoothed, flattening(vertices, smoothed, faces, found | outlying)
 
 
@@ -136,12 +136,11 @@ def replace_outlying(vertices: Floats, faces: Ints, movable: Bools | None = None
     outlying = outlying_vertices(points, faces, normals)
     if movable is not None:
         outlying &= movable
-    others = points
     ways = WaysBack.of(points, faces, normals, outlying)
     if ways.slid:
         outlying |= ways.folding(movable)
-        others = WaysBack.of(points, faces, normals, outlying).evened()
-    expected = put_where_expected(others, faces, normals, np.flatnonzero(outlying).astype(np.int32))
+        ways = WaysBack.of(points, faces, normals, outlying)
+    expected = put_where_expected(ways.evened(), faces, normals, np.flatnonzero(outlying).astype(np.int32))
     outlying = flattening(points, expected, faces, outlying)
     result = vertices.copy()
     result[outlying] += edge * (expected - points)[outlying]

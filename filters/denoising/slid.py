@@ -1,4 +1,4 @@
-"""Outliers that are off along the surface too: their heights tell only half of it, and on a plane they fold faces over."""
+"""Outliers that are off along the surface too: heights tell only half of it, and on a plane they fold faces over."""
 
 from typing import NamedTuple
 
@@ -7,11 +7,13 @@ import numpy as np
 from ..evidence import facing, means_of_others
 from ..geometry import mean_edge_length
 from ..mesh import Bools, Floats, Ints
-from ..topology import one_rings, referenced_vertices
+from ..topology import border_edges, one_rings, referenced_vertices
 
 # Outliers have slid if half of them are so many times as far from the mean of their neighbours along the surface as the others,
 # and by more than this part of an edge: less folds nothing over.
 _SLID, _LEAST = 2.0, 0.25
+# Less of the ways than this is by chance.
+_CHANCE = 0.2
 # One vertex is off along the surface by more than that, and than three deviations: the median length of normally distributed
 # vectors of a plane over their deviation along an axis is 1.1774.
 _FAR, _MEDIAN_IN_PLANE = 3.0, 1.1774
@@ -20,7 +22,7 @@ _FOLDED = -0.5
 
 
 class WaysBack(NamedTuple):
-    """The ways along the surface to the means of those around that are no outliers.
+    """The ways along the surface to the means of those around that are no outliers; of a border, to those next to it there.
 
     Attributes:
         vertices: (n, 3) coordinates.
@@ -45,8 +47,11 @@ class WaysBack(NamedTuple):
     @staticmethod
     def of(vertices: Floats, faces: Ints, normals: Floats, outlying: Bools) -> "WaysBack":
         """Measured once, for all that is asked of them."""
-        every = np.arange(len(vertices), dtype=np.int32)
-        ways = means_of_others(vertices, one_rings(faces, len(vertices)), every, outlying) - vertices
+        n, rim = len(vertices), border_edges(faces)
+        means = means_of_others(vertices, one_rings(faces, n), np.arange(n, dtype=np.int32), outlying)
+        on_rim = np.unique(rim)
+        means[on_rim] = means_of_others(vertices, one_rings(rim, n), on_rim, outlying)
+        ways = means - vertices
         ways -= np.einsum("ij,ij->i", ways, normals)[:, None] * normals
         lengths = np.linalg.norm(ways, axis=1)
         others = referenced_vertices(faces, len(vertices)) & ~outlying
@@ -65,9 +70,23 @@ class WaysBack(NamedTuple):
         """(n,) the vertices that are off along the surface."""
         return np.asarray(self.lengths > max(_FAR * self.usual / _MEDIAN_IN_PLANE, self.least))
 
+    @property
+    def share(self) -> float:
+        """How much of the ways of outliers is due to sliding; 0 if it may be chance.
+
+        Vertices that did not slide are off the mean of their neighbours too, by t in the root mean square. If outliers are off by
+        s, (s^2 - t^2) / s^2 of their ways is expected to be slid, which has the least expected square of all shares [james1961].
+        """
+        used = referenced_vertices(self.faces, len(self.vertices))
+        others, outlying = self.lengths[used & ~self.outlying], self.lengths[self.outlying]
+        if not len(others) or not outlying.any():
+            return 0.0
+        share = 1.0 - float(np.mean(others**2)) / float(np.mean(outlying**2))
+        return share if share > _CHANCE else 0.0
+
     def evened(self) -> Floats:
-        """(n, 3) the vertices, outliers off along the surface put back along it, to the mean of those around."""
-        return np.where((self.outlying & self.far)[:, None], self.vertices + self.ways, self.vertices)
+        """(n, 3) the vertices, outliers put back along the surface by their `share` of the ways."""
+        return np.where(self.outlying[:, None], self.vertices + self.share * self.ways, self.vertices)
 
     def folding(self, movable: Bools | None = None) -> Bools:
         """(n,) the vertices that are off along the surface so far that they fold faces over; of those that may move."""
