@@ -132,6 +132,19 @@ def remeshed(meshes: pymeshlab.MeshSet, edge: float = 1.0) -> tuple[Floats, Ints
     return mesh.vertex_matrix().copy(), mesh.face_matrix().astype(np.int32)
 
 
+def in_order(meshes: pymeshlab.MeshSet) -> pymeshlab.MeshSet:
+    """The current mesh alone, its vertices and faces sorted: MeshLab's booleans list them in another order from run to run.
+
+    Coordinates are rounded to nine digits, since their last ones differ too; what is meshed anew would be another mesh.
+    """
+    mesh = meshes.current_mesh()
+    vertices, number = np.unique(np.round(mesh.vertex_matrix(), 9) + 0.0, axis=0, return_inverse=True)
+    faces = np.array([np.roll(corners, -corners.argmin()) for corners in number.ravel()[mesh.face_matrix()]])
+    ordered = pymeshlab.MeshSet()
+    ordered.add_mesh(pymeshlab.Mesh(vertices, faces[np.lexsort(faces.T[::-1])]))
+    return ordered
+
+
 def chest_mesh() -> tuple[Floats, Ints]:
     """Flat and rounded sides that meet at sharp edges, meshed irregularly."""
     made = chest(30)
@@ -148,6 +161,7 @@ def part(even: bool) -> tuple[Floats, Ints]:
         meshes.add_mesh(pymeshlab.Mesh(piece.vertices, piece.faces))
     meshes.generate_boolean_union(first_mesh=0, second_mesh=1)
     meshes.generate_boolean_difference(first_mesh=3, second_mesh=2)
+    meshes = in_order(meshes)
     vertices, faces = remeshed(meshes, 1.6 if even else 0.9)
     if even:
         return vertices, faces
@@ -161,7 +175,7 @@ def lens() -> tuple[Floats, Ints]:
     for piece in (trimesh.creation.icosphere(subdivisions=5), trimesh.creation.box((1.2, 3.0, 3.0))):
         meshes.add_mesh(pymeshlab.Mesh(piece.vertices, piece.faces))
     meshes.generate_boolean_intersection(first_mesh=0, second_mesh=1)
-    return remeshed(meshes, 1.5)
+    return remeshed(in_order(meshes), 1.5)
 
 
 def dodecahedron() -> tuple[Floats, Ints]:

@@ -15,7 +15,7 @@ import igl
 import numpy as np
 import pymeshlab
 import trimesh
-from denoising_holdouts import SAMPLES, chest_mesh, depth_maps, dodecahedron, lens, part, remeshed, taken, torus
+from denoising_holdouts import SAMPLES, chest_mesh, depth_maps, dodecahedron, in_order, lens, part, remeshed, taken, torus
 from denoising_metrics import Floats, Ints
 
 from pymeshfair.filters.denoising.noise_level import smooth_normals
@@ -184,7 +184,7 @@ def house() -> tuple[Floats, Ints]:
         move[:3, 3] *= 1.25 / np.linalg.norm(move[:3, 3]) * np.array([1.4, 1.0, 1.0])
         meshes.add_mesh(pymeshlab.Mesh(*_box((1.1, 1.1, 1.1), move)))
         meshes.generate_boolean_difference(first_mesh=meshes.mesh_number() - 2, second_mesh=meshes.mesh_number() - 1)
-    return remeshed(meshes, 1.5)
+    return remeshed(in_order(meshes), 1.5)
 
 
 def _box(size: tuple[float, float, float], move: Floats) -> tuple[Floats, Ints]:
