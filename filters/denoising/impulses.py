@@ -43,8 +43,8 @@ def without_outliers(
        makes the surface flatter, `flattening`. Put them on z, all others where they were, and filter once more; and again, a few
        times, since outliers that were missed mislead the filter: what one in two is hides most of them at first.
 
-    Outliers may be off along the surface too, see `WaysBack`: then they are put back along it as well, and those that fold faces
-    over are outliers.
+    Outliers may be off along the surface too: they are put back along it as well, by what `WaysBack` expects, and where they are
+    off by far, vertices that fold faces over are outliers.
 
     Args:
         vertices: (n, 3) coordinates.

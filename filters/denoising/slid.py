@@ -9,8 +9,8 @@ from ..geometry import mean_edge_length
 from ..mesh import Bools, Floats, Ints
 from ..topology import border_edges, one_rings, referenced_vertices
 
-# Outliers have slid if half of them are so many times as far from the mean of their neighbours along the surface as the others,
-# and by more than this part of an edge: less folds nothing over.
+# Outliers have slid far if half of them are so many times as far from the mean of their neighbours along the surface as the
+# others, and by more than this part of an edge: less folds nothing over.
 _SLID, _LEAST = 2.0, 0.25
 # Less of the ways than this is by chance.
 _CHANCE = 0.2
@@ -60,7 +60,7 @@ class WaysBack(NamedTuple):
 
     @property
     def slid(self) -> bool:
-        """Whether the outliers are off along the surface as well as along the normals."""
+        """Whether the outliers are off along the surface by so much that they fold faces over."""
         if not self.outlying.any():
             return False
         return bool(np.median(self.lengths[self.outlying]) > max(_SLID * self.usual, self.least))
