@@ -6,7 +6,7 @@ from typing import Any
 from ..checks import check_choice, check_whole_number
 from ..execution import Progress, ignore_progress, part_of, rising
 from ..mesh import Bools, Floats, Ints
-from ..topology import BORDER_POLICIES, BorderPolicy
+from ..topology import BORDER_POLICIES, BorderPolicy, border_vertices
 from .impulses import Outliers, without_outliers
 from .normal_filtering import normal_filtering
 from .relaxation import RelaxationDirection, relaxed
@@ -62,6 +62,9 @@ def denoised(
             return fair
         return normal_filtering(fair, faces, **filtering, border=border, movable=moves, progress=part_of(tell, share, 1.0))
 
+    if border == "fixed" and outliers != "keep":
+        inside = ~border_vertices(faces, len(vertices))
+        movable = inside if movable is None else movable & inside
     result = without_outliers(vertices, faces, outliers, smooth, movable=movable, certain=certain)
     progress(1.0)  # also where there was nothing to do
     return result

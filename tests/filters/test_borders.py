@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pymeshfair.filters.denoising import normal_filtering
+from pymeshfair.filters.denoising import Outliers, denoised, normal_filtering
 from pymeshfair.filters.denoising.border_trend import cut_off_by_border
 from pymeshfair.filters.denoising.face_neighbourhoods import Neighborhood, face_neighbourhoods
 from pymeshfair.filters.denoising.impulses import replace_outlying
@@ -15,7 +15,7 @@ from pymeshfair.filters.denoising.surroundings import Surroundings
 from pymeshfair.filters.diffusion.taubin import taubin_fairing
 from pymeshfair.filters.geometry import CENTRE, NORMAL, face_normals, measure_faces
 from pymeshfair.filters.mesh import normalised_mesh
-from pymeshfair.filters.topology import border_vertices, vertex_faces
+from pymeshfair.filters.topology import BORDER_POLICIES, border_vertices, vertex_faces
 from tests.angles import mean_angle
 from tests.meshes import Bools, Floats, irregular_grid, torus
 
@@ -104,6 +104,24 @@ def test_a_spike_at_a_border_is_taken_away() -> None:
     found, outlying = replace_outlying(points, FACES)
     assert outlying[spikes].all()
     assert np.abs(found[:, 2]).max() < 1e-9
+
+
+@pytest.mark.parametrize("outliers", ["replace", "only"])
+def test_a_fixed_border_keeps_its_spikes(outliers: Outliers) -> None:
+    """Outliers at a border that is to stay keep every bit, those inside go; a border that may move loses them as well."""
+    sheet, faces = irregular_grid(30, 33)
+    border = border_vertices(faces, len(sheet))
+    spikes = sheet.copy()
+    spikes[::29] += np.array([0.5, 0.4, 1.0]) * np.ptp(sheet[:, 0]) / 30
+    at = np.arange(len(sheet)) % 29 == 0
+    for policy in BORDER_POLICIES:
+        found = denoised(spikes, faces, outliers=outliers, border=policy)
+        gone = np.abs(found - sheet)[:, 2] < 0.5 * np.abs(spikes - sheet)[:, 2]
+        assert gone[at & ~border].mean() > 0.9
+        if policy == "fixed":
+            np.testing.assert_array_equal(found[border], spikes[border])
+        else:
+            assert gone[at & border].mean() > 0.5
 
 
 def test_an_outline_goes_along_the_surface_as_far_as_the_others() -> None:
