@@ -70,10 +70,9 @@ class FewSettings:
         if evening is not None:
             evens = evening.chosen.label
             found[evens] = evening
-            left, even = self._in_full(setting), self._in_full(evens)
+            even = self._in_full(evens)
             again = self._result(even, replace(evens, outliers="keep"))
-            others = self.scan.faces[~outlying[self.scan.faces].any(axis=1)]
-            if folds_cost_more(folded - self._folded(evens), left, even, again, others):
+            if folds_cost_more(folded - self._folded(evens), even, again, self.scan.faces):
                 del found[setting]
         return found
 
