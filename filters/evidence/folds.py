@@ -11,10 +11,10 @@ from ..mesh import Bools, Floats, Ints
 _FEW = 0.008
 #: So large a share is too much where others have less and predict as well.
 FEW_AMONG_EQUALS = 0.003
-# A vertex that has slid folds faces over, and others around it are off: the mean angle rises by 300 to 1900 degrees times the share
-# of the faces folded over. Evening out takes details of a surface: 2 to 4 times the angle that it takes if it is repeated. On
-# fourteen shapes with sparse noise it is worth that where these degrees times the share are more than the angle of the repetition;
-# 340 to 540 tell the same ones apart.
+# A vertex that has slid folds faces over, and others around it are off: the mean angle rises by 300 to 1900 degrees times the
+# share of the faces folded over. Evening out takes details of a surface: 2 to 4 times the angle that it takes if it is repeated.
+# On fourteen shapes with sparse noise it is worth that where these degrees times the share are more than the angle of the
+# repetition; 340 to 540 tell the same ones apart.
 _DEGREES = 425.0
 
 
