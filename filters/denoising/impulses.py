@@ -136,11 +136,13 @@ def replace_outlying(vertices: Floats, faces: Ints, movable: Bools | None = None
     outlying = outlying_vertices(points, faces, normals)
     if movable is not None:
         outlying &= movable
+    others = points
     ways = WaysBack.of(points, faces, normals, outlying)
+    # Where a smoothed copy is still bent by spikes, their heights look like ways along the surface.
     if ways.slid:
         outlying |= ways.folding(movable)
-        ways = WaysBack.of(points, faces, normals, outlying)
-    expected = put_where_expected(ways.evened(), faces, normals, np.flatnonzero(outlying).astype(np.int32))
+        others = WaysBack.of(points, faces, normals, outlying).evened()
+    expected = put_where_expected(others, faces, normals, np.flatnonzero(outlying).astype(np.int32))
     outlying = flattening(points, expected, faces, outlying)
     result = vertices.copy()
     result[outlying] += edge * (expected - points)[outlying]
