@@ -10,14 +10,16 @@ from ..mesh import Bools, Floats, Ints
 from ..topology import BorderPolicy
 from .candidates import SettingsTried
 from .impulses import Outliers, far_from, replace_outlying
+from .noise_level import smooth_normals
 from .relaxation import direction_for
 from .repertoire import Repertoire, Setting, settings
 from .scan import Scan
+from .slid import WaysBack
 
 # More vertices than this stand out of impulsive noise: of Gaussian noise up to 0.003, of clean meshes up to 0.007.
 _IMPULSIVE = 0.01
-# Clean scans have up to this share of faces folded over.
-_FOLDED = 0.001
+# Fewer faces folded over than this share cost less than evening out a ball does, see `folds_cost_more`.
+_FOLDED = 0.0005
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,8 +31,8 @@ class FewSettings:
     1. They are replaced by what the others expect before settings are tried, and are no evidence. Where the others are nearly
        exact, see `Scan.exact`, nothing but they is to move: this too is tried.
     2. What is found is compared with the same setting that keeps outliers.
-    3. If it leaves faces folded over, vertices have slid: settings whose steps of Taubin's even that out are tried as well, and
-       instead of it if `folds_cost_more`.
+    3. If outliers have slid along the surface and it leaves faces folded over, others have slid too: settings whose steps of
+       Taubin's even that out are tried as well, and instead of it if `folds_cost_more`.
 
     Attributes:
         scan: the scan.
@@ -64,7 +66,7 @@ class FewSettings:
         setting = Setting(outliers="only") if evidence is None else evidence.chosen.label
         found = {replace(setting, outliers="keep"): evidence, setting: evidence}
         folded = self._folded(setting)
-        if folded <= _FOLDED or not any(self.repertoire.relaxations):
+        if folded <= _FOLDED or not any(self.repertoire.relaxations) or not self._slid(setting, outlying):
             return found
         evening = self._tried_on(rest, self.repertoire.evening)
         if evening is not None:
@@ -118,6 +120,11 @@ class FewSettings:
     def _folded(self, setting: Setting) -> float:
         """The share of the faces that it leaves folded over."""
         return folded_share(self._in_full(setting), self.scan.faces, self.scan.normals)
+
+    def _slid(self, setting: Setting, outlying: Bools) -> bool:
+        """Whether outliers are off along the surface that the setting makes of the scan."""
+        normals = smooth_normals(self._in_full(setting), self.scan.faces)
+        return WaysBack.of(self.scan.points, self.scan.faces, normals, outlying).share > 0.0
 
     def _in_full(self, setting: Setting) -> Floats:
         """(n, 3) what the setting makes of the scan, found once."""
