@@ -15,7 +15,7 @@ from ..execution import Progress, ignore_progress, threads_for
 from ..geometry import mean_edge_length
 from ..mesh import Floats, Ints, NormalisedMesh, check_mesh, normalised_mesh
 from ..robust import KernelName
-from ..topology import BORDER_POLICIES, BorderPolicy, border_edges, border_vertices, one_rings, referenced_vertices, ring_ends
+from ..topology import BORDER_POLICIES, BorderPolicy, border_vertices, one_rings, referenced_vertices, ring_ends
 from .kernel_terms import REACH, Term, range_term, space_term
 from .triangle_predictors import heights_of_corners, mollified, predicted, triangles_in_cells
 from .vertex_heights import HeightNeighbours, bilateral_step, heights_of_rings
@@ -161,7 +161,8 @@ def _moving(mesh: NormalisedMesh, border: BorderPolicy) -> Ints:
 
 def _height_neighbours(mesh: NormalisedMesh, border: BorderPolicy) -> HeightNeighbours:
     faces, n = mesh.cells, len(mesh)
-    rings, curves = one_rings(faces, n), one_rings(border_edges(faces), n)
+    rings = one_rings(faces, n)
+    curves = rings.along_border()
     on_curve = border_vertices(faces, n) if border == "along" else np.zeros(n, dtype=np.bool_)
     return HeightNeighbours(
         _moving(mesh, border),

@@ -66,7 +66,7 @@ class FewSettings:
         setting = Setting(outliers="only") if evidence is None else evidence.chosen.label
         found = {replace(setting, outliers="keep"): evidence, setting: evidence}
         folded = self._folded(setting)
-        if folded <= _FOLDED or not any(self.repertoire.relaxations) or not self._slid(setting, outlying):
+        if folded <= _FOLDED or not any(self.repertoire.relaxations) or not self._have_slid(outlying, setting):
             return found
         evening = self._tried_on(rest, self.repertoire.evening)
         if evening is not None:
@@ -121,7 +121,7 @@ class FewSettings:
         """The share of the faces that it leaves folded over."""
         return folded_share(self._in_full(setting), self.scan.faces, self.scan.normals)
 
-    def _slid(self, setting: Setting, outlying: Bools) -> bool:
+    def _have_slid(self, outlying: Bools, setting: Setting) -> bool:
         """Whether outliers are off along the surface that the setting makes of the scan."""
         normals = smooth_normals(self._in_full(setting), self.scan.faces)
         return WaysBack.of(self.scan.points, self.scan.faces, normals, outlying).share > 0.0

@@ -80,7 +80,7 @@ def _found_again(vertices: Floats, faces: Ints, smoothed: Floats, outlying: Bool
     """Where outliers are to be put by a filtered mesh, and which they are, by it and by those known before."""
     ways = WaysBack.of(vertices, faces, smooth_normals(smoothed, faces), outlying)
     found = far_from(vertices, faces, smoothed, movable, outlying, normals=ways.normals)
-    if ways.slid:
+    if ways.outliers_fold:
         found |= ways.folding(movable)
     smoothed = WaysBack.of(smoothed, faces, ways.normals, found).evened()
     return smoothed, flattening(vertices, smoothed, faces, found | outlying)
@@ -139,7 +139,7 @@ def replace_outlying(vertices: Floats, faces: Ints, movable: Bools | None = None
     others = points
     ways = WaysBack.of(points, faces, normals, outlying)
     # Where a smoothed copy is still bent by spikes, their heights look like ways along the surface.
-    if ways.slid:
+    if ways.outliers_fold:
         outlying |= ways.folding(movable)
         others = WaysBack.of(points, faces, normals, outlying).evened()
     expected = put_where_expected(others, faces, normals, np.flatnonzero(outlying).astype(np.int32))

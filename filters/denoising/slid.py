@@ -7,7 +7,7 @@ import numpy as np
 from ..evidence import facing, means_of_others
 from ..geometry import mean_edge_length
 from ..mesh import Bools, Floats, Ints
-from ..topology import border_edges, one_rings, referenced_vertices
+from ..topology import one_rings, referenced_vertices
 
 # Outliers have slid far if half of them are so many times as far from the mean of their neighbours along the surface as the
 # others, and by more than this part of an edge: less folds nothing over.
@@ -30,9 +30,8 @@ class WaysBack(NamedTuple):
         normals: (n, 3) unit normals of a smoothed copy.
         outlying: (n,) the outliers.
         ways: (n, 3) from each vertex.
-        lengths: (n,) of these.
+        lengths: (n,) of these in mean edges.
         usual: the median length of those that are no outliers.
-        least: shorter ways fold nothing over.
     """
 
     vertices: Floats
@@ -42,33 +41,34 @@ class WaysBack(NamedTuple):
     ways: Floats
     lengths: Floats
     usual: float
-    least: float
 
     @staticmethod
     def of(vertices: Floats, faces: Ints, normals: Floats, outlying: Bools) -> "WaysBack":
         """Measured once, for all that is asked of them."""
-        n, rim = len(vertices), border_edges(faces)
-        means = means_of_others(vertices, one_rings(faces, n), np.arange(n, dtype=np.int32), outlying)
-        on_rim = np.unique(rim)
-        means[on_rim] = means_of_others(vertices, one_rings(rim, n), on_rim, outlying)
+        rings = one_rings(faces, len(vertices))
+        along_border = rings.along_border()
+        on_border = np.flatnonzero(np.diff(along_border.offsets)).astype(np.int32)
+        means = means_of_others(vertices, rings, np.arange(len(vertices), dtype=np.int32), outlying)
+        means[on_border] = means_of_others(vertices, along_border, on_border, outlying)
         ways = means - vertices
         ways -= np.einsum("ij,ij->i", ways, normals)[:, None] * normals
-        lengths = np.linalg.norm(ways, axis=1)
+        edge = mean_edge_length(vertices, faces)
+        lengths = np.linalg.norm(ways / edge, axis=1) if edge > 0.0 else np.zeros(len(vertices))
         others = referenced_vertices(faces, len(vertices)) & ~outlying
         usual = float(np.median(lengths[others])) if others.any() else 0.0
-        return WaysBack(vertices, faces, normals, outlying, ways, lengths, usual, _LEAST * mean_edge_length(vertices, faces))
+        return WaysBack(vertices, faces, normals, outlying, ways, lengths, usual)
 
     @property
-    def slid(self) -> bool:
+    def outliers_fold(self) -> bool:
         """Whether the outliers are off along the surface by so much that they fold faces over."""
         if not self.outlying.any():
             return False
-        return bool(np.median(self.lengths[self.outlying]) > max(_SLID * self.usual, self.least))
+        return bool(np.median(self.lengths[self.outlying]) > max(_SLID * self.usual, _LEAST))
 
     @property
     def far(self) -> Bools:
         """(n,) the vertices that are off along the surface."""
-        return np.asarray(self.lengths > max(_FAR * self.usual / _MEDIAN_IN_PLANE, self.least))
+        return np.asarray(self.lengths > max(_FAR * self.usual / _MEDIAN_IN_PLANE, _LEAST))
 
     @property
     def share(self) -> float:
@@ -77,12 +77,11 @@ class WaysBack(NamedTuple):
         Vertices that did not slide are off the mean of their neighbours too, by t in the root mean square. If outliers are off by
         s, (s^2 - t^2) / s^2 of their ways is expected to be slid, which has the least expected square of all shares [james1961].
         """
-        used = referenced_vertices(self.faces, len(self.vertices))
-        others, outlying = self.lengths[used & ~self.outlying], self.lengths[self.outlying]
-        if not len(others) or not outlying.any():
+        others = referenced_vertices(self.faces, len(self.vertices)) & ~self.outlying
+        if not others.any() or not self.outlying.any():
             return 0.0
-        share = 1.0 - float(np.mean(others**2)) / float(np.mean(outlying**2))
-        return share if share > _CHANCE else 0.0
+        of_others, of_outliers = (float(np.mean(self.lengths[which] ** 2)) for which in (others, self.outlying))
+        return 1.0 - of_others / of_outliers if of_others < (1.0 - _CHANCE) * of_outliers else 0.0
 
     def evened(self) -> Floats:
         """(n, 3) the vertices, outliers put back along the surface by their `share` of the ways."""

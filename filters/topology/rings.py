@@ -24,6 +24,12 @@ class OneRings(NamedTuple):
     neighbours: Ints
     face_counts: Ints
 
+    def along_border(self) -> "OneRings":
+        """The neighbours along the edges with exactly one face; nobody has any on a closed mesh."""
+        border = self.face_counts == 1
+        before = np.concatenate(([0], np.cumsum(border, dtype=np.int64)))
+        return OneRings(before[self.offsets], self.neighbours[border], self.face_counts[border])
+
 
 def one_rings(faces_or_edges: Ints, n_vertices: int) -> OneRings:
     """The one-ring of every vertex, and the number of faces at each of its edges.

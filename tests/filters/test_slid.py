@@ -27,10 +27,10 @@ def _off(along: float, up: float) -> np.ndarray:
 
 def test_spikes_along_normals_have_not_slid() -> None:
     """Heights alone, however large, and ways along a sheet that fold nothing say nothing; an edge and a half does."""
-    assert not WaysBack.of(_off(0.0, 3.0), FACES, UP, OUTLYING).slid
-    assert not WaysBack.of(_off(0.1, 3.0), FACES, UP, OUTLYING).slid
-    assert WaysBack.of(_off(1.5, 0.0), FACES, UP, OUTLYING).slid
-    assert not WaysBack.of(POINTS, FACES, UP, NOBODY).slid
+    assert not WaysBack.of(_off(0.0, 3.0), FACES, UP, OUTLYING).outliers_fold
+    assert not WaysBack.of(_off(0.1, 3.0), FACES, UP, OUTLYING).outliers_fold
+    assert WaysBack.of(_off(1.5, 0.0), FACES, UP, OUTLYING).outliers_fold
+    assert not WaysBack.of(POINTS, FACES, UP, NOBODY).outliers_fold
 
 
 def test_what_folds_is_found_and_put_back() -> None:
@@ -79,3 +79,18 @@ def test_of_all_shares_of_the_ways_the_one_taken_is_nearly_the_best(level: float
     assert taken == pytest.approx(error(ways.share))
     assert taken < 1.1 * min(map(error, np.linspace(0.0, 1.0, 101)))
     assert taken < min(error(0.0), error(1.0))
+
+
+@pytest.mark.parametrize("exponent", [-800, -3, 400])
+def test_the_share_is_that_of_the_mesh_in_other_units(exponent: int) -> None:
+    """Powers of two change no digit, also where squares of lengths are too small or too large for a number."""
+    points = _off(0.4, 0.0)
+    assert (
+        WaysBack.of(np.ldexp(points, exponent), FACES, UP, OUTLYING).share == WaysBack.of(points, FACES, UP, OUTLYING).share > 0.0
+    )
+
+
+def test_what_nothing_is_known_of_has_not_slid() -> None:
+    """Without outliers, without anybody else, on a single point: the share is 0."""
+    for points, outlying in ((POINTS, NOBODY), (_off(0.4, 0.0), ~NOBODY), (np.zeros_like(POINTS), OUTLYING)):
+        assert WaysBack.of(points, FACES, UP, outlying).share == 0.0

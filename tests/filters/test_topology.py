@@ -153,6 +153,16 @@ def test_edges_are_cells_too() -> None:
     assert np.diff(rings.offsets).tolist() == [2, 2, 2, 2, 2, 0]
 
 
+@given(any_faces())
+def test_rings_along_the_border_are_those_of_the_border_edges(drawn: tuple[NDArray[np.int32], int]) -> None:
+    """What is left of the one-rings is what the border edges alone give, whatever the faces."""
+    faces, n = drawn
+    got, expected = topology.one_rings(faces, n).along_border(), topology.one_rings(topology.border_edges(faces), n)
+    assert np.array_equal(got.offsets, expected.offsets)
+    assert np.array_equal(got.neighbours, expected.neighbours)
+    assert np.array_equal(got.face_counts, expected.face_counts)
+
+
 def test_check_mesh_converts_and_does_not_copy() -> None:
     """Any real and integer types and memory orders become float64 and int32 in C order; what is so already is not copied."""
     vertices, faces = icosphere(1)
