@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable, Iterator
 from functools import cached_property
 from types import FunctionType
-from typing import TYPE_CHECKING, Any, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 from .fingerprint import fingerprint
 
@@ -99,7 +99,9 @@ def compiled(function: Function, /) -> Function: ...
 
 
 @overload
-def compiled(*, nogil: bool = ..., parallel: bool = ..., fastmath: object = ...) -> Callable[[Function], Function]: ...
+def compiled(
+    *, nogil: bool = ..., parallel: bool = ..., fastmath: object = ..., error_model: Literal["python", "numpy"] = ...
+) -> Callable[[Function], Function]: ...
 
 
 def compiled(function: Any = None, /, **options: Any) -> Any:
@@ -108,7 +110,8 @@ def compiled(function: Any = None, /, **options: Any) -> Any:
     Args:
         function: it may use what numba knows, and other kernels.
         **options: numba's: `nogil` lets other threads run meanwhile, `parallel` gives the loops over `prange` to numba's threads,
-            and `fastmath` names the freedom that sums may take.
+            `fastmath` names the freedom that sums may take, and with "numpy" for `error_model` a division by 0 is no error: loops
+            without a look at each divisor are done for several elements at once.
     """
     return Kernel(function, options) if function is not None else lambda function: Kernel(function, options)
 

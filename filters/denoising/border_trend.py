@@ -8,7 +8,7 @@ from ..compilation import compiled
 from ..execution import over_range
 from ..mesh import Bools, Floats, Ints, Longs
 from .face_neighbourhoods import RINGS_OF_NEIGHBORHOOD, FaceNeighbourhoods, Neighborhood
-from .neighbour_weight import GAUSSIAN, Weighting, neighbour_weight
+from .neighbour_weights import Weighting, most_neighbours, neighbour_weights
 
 # To the second moments of the centres is added this share of their sum, so that faces in a row have a trend along it alone.
 _RIDGE = 0.02
@@ -59,7 +59,8 @@ def follow_trend(
         weighting: the weights.
     """
     if len(which):
-        over_range(_follow, len(which), which, normals, rows, *neighbourhoods, *weighting, result)
+        most = most_neighbours(neighbourhoods.offsets, weighting.itself)
+        over_range(_follow, len(which), which, normals, rows, *neighbourhoods, *weighting, most, result)
 
 
 @compiled(nogil=True)
@@ -76,35 +77,43 @@ def _follow(
     space_code: int,
     space_scale: float,
     itself: bool,
+    most: int,
     result: Floats,
     first: int,
     last: int,
 ) -> None:
+    near, weights, deviations, distances = np.empty(most, np.int32), np.empty(most), np.empty(most), np.empty(most)
     x, mean_x, solved, mean, at_face = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     second, mixed, trend = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-    both_gaussian = range_code == GAUSSIAN and space_code == GAUSSIAN and measure == 0 and floor == 0.0
-    per_space, per_range = 1.0 / (space_scale * space_scale), 1.0 / (range_scale * range_scale)
     for at in range(first, last):
         i = which[at]
-        gx, gy, gz, cx, cy, cz = rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 4], rows[i, 5], rows[i, 6]
+        count = neighbour_weights(
+            i,
+            rows,
+            offsets,
+            neighbours,
+            range_code,
+            range_scale,
+            measure,
+            floor,
+            space_code,
+            space_scale,
+            itself,
+            near,
+            weights,
+            deviations,
+            distances,
+        )
+        cx, cy, cz = rows[i, 4], rows[i, 5], rows[i, 6]
         total = squares = 0.0
         # Numbers of their own stay in registers.
         ax = ay = az = px = py = pz = xx = xy = xz = yy = yz = zz = 0.0
         bxx = bxy = bxz = byx = byy = byz = bzx = bzy = bzz = 0.0
-        for k in range(offsets[i] - 1 if itself else offsets[i], offsets[i + 1]):
-            j = np.int32(i) if k < offsets[i] else neighbours[k]
-            dx, dy, dz = rows[j, 4] - cx, rows[j, 5] - cy, rows[j, 6] - cz
-            rx, ry, rz = rows[j, 0] - gx, rows[j, 1] - gy, rows[j, 2] - gz
-            distance, deviation = dx * dx + dy * dy + dz * dz, rx * rx + ry * ry + rz * rz
-            weight = rows[j, 3]
-            if both_gaussian:
-                weight *= math.exp(-(distance * per_space + deviation * per_range))
-            else:
-                weight = neighbour_weight(
-                    weight, distance, deviation, range_code, range_scale, measure, floor, space_code, space_scale, per_space
-                )
+        for k in range(count):
+            j, weight = near[k], weights[k]
             if weight == 0.0:
                 continue
+            dx, dy, dz = rows[j, 4] - cx, rows[j, 5] - cy, rows[j, 6] - cz
             total += weight
             squares += weight * weight
             nx, ny, nz = normals[j, 0], normals[j, 1], normals[j, 2]

@@ -13,7 +13,7 @@ from ..mesh import Floats, Ints, Longs
 from ..robust import KERNEL_CODES, KERNEL_NAMES, KernelName
 from .border_trend import follow_trend
 from .face_neighbourhoods import FaceNeighbourhoods
-from .neighbour_weight import GAUSSIAN, Weighting, neighbour_weight
+from .neighbour_weights import Weighting, most_neighbours, neighbour_weights
 
 #: Kernels of the distance between centres: those of the table, or none at all.
 SpaceKernel: TypeAlias = KernelName | Literal["constant"]
@@ -84,8 +84,8 @@ def weighted_normals(
         _scale(space_kernel, space_sigma),
         itself,
     )
-    arguments = (normals, rows, guide is None, neighbourhoods.offsets, neighbourhoods.neighbours, *weighting, result)
-    over_range(_weighted_means, len(normals), *arguments)
+    most = most_neighbours(neighbourhoods.offsets, itself)
+    over_range(_weighted_means, len(normals), normals, rows, guide is None, *neighbourhoods, *weighting, most, result)
     if cut_off is not None:
         follow_trend(result, cut_off, normals, rows, neighbourhoods, weighting)
     return result
@@ -150,29 +150,33 @@ def _weighted_means(
     space_code: int,
     space_scale: float,
     itself: bool,
+    most: int,
     result: Floats,
     first: int,
     last: int,
 ) -> None:
-    both_gaussian = range_code == GAUSSIAN and space_code == GAUSSIAN and measure == 0 and floor == 0.0
-    per_space, per_range = 1.0 / (space_scale * space_scale), 1.0 / (range_scale * range_scale)
-    for i in range(first, last):
+    near, weights, squares, distances = np.empty(most, np.int32), np.empty(most), np.empty(most), np.empty(most)
+    for i in range(np.uint64(first), np.uint64(last)):
+        count = neighbour_weights(
+            i,
+            rows,
+            offsets,
+            neighbours,
+            range_code,
+            range_scale,
+            measure,
+            floor,
+            space_code,
+            space_scale,
+            itself,
+            near,
+            weights,
+            squares,
+            distances,
+        )
         x = y = z = 0.0
-        gx, gy, gz = rows[i, 0], rows[i, 1], rows[i, 2]
-        cx, cy, cz = rows[i, 4], rows[i, 5], rows[i, 6]
-        start = offsets[i] - 1 if itself else offsets[i]
-        for k in range(start, offsets[i + 1]):
-            j = np.int32(i) if k < offsets[i] else neighbours[k]
-            dx, dy, dz = rows[j, 4] - cx, rows[j, 5] - cy, rows[j, 6] - cz
-            rx, ry, rz = rows[j, 0] - gx, rows[j, 1] - gy, rows[j, 2] - gz
-            distance, deviation = dx * dx + dy * dy + dz * dz, rx * rx + ry * ry + rz * rz
-            weight = rows[j, 3]
-            if both_gaussian:
-                weight *= math.exp(-(distance * per_space + deviation * per_range))
-            else:
-                weight = neighbour_weight(
-                    weight, distance, deviation, range_code, range_scale, measure, floor, space_code, space_scale, per_space
-                )
+        for k in range(count):
+            j, weight = np.uint32(near[k]), weights[k]
             if unguided:
                 x += weight * rows[j, 0]
                 y += weight * rows[j, 1]

@@ -1,25 +1,18 @@
 """The passes of a filter of face normals over a measured mesh."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
-from ..compilation import compiled
-from ..execution import Progress, over_range
+from ..execution import Progress
 from ..geometry import NORMAL
-from ..mesh import Floats, Ints, Longs
-from ..robust import KERNEL_CODES
-from .border_trend import follow_trend
+from ..mesh import Floats, Ints
 from .face_neighbourhoods import RINGS_OF_NEIGHBORHOOD, FaceNeighbourhoods, mean_centre_distance
 from .guided import guide_normals
-from .neighbour_weight import Weighting
 from .normal_filter import NormalFilter
 from .normal_filters import mean_normals, weighted_normals
 from .surroundings import Surroundings
 from .vertex_normals import corner_means, measure_vertices, vertex_neighbourhoods
-
-_GAUSSIAN = KERNEL_CODES["gaussian"]
 
 
 class NormalPasses(NamedTuple):
@@ -77,12 +70,7 @@ class NormalPasses(NamedTuple):
         distance = mean_centre_distance(table, self.edge) if self.distance is None else self.distance
         normals = np.ascontiguousarray(table[:, NORMAL])
         for iteration in range(settings.normal_iterations):
-            if self._is_gaussian:
-                table[:, NORMAL] = normals
-                normals = gaussian_means(
-                    table, self.averaged, settings.range_sigma, settings.space_sigma * distance, cut_off=self.cut_off
-                )
-            elif settings.method == "mean":
+            if settings.method == "mean":
                 normals = mean_normals(normals, table, self.averaged, overwrite=True)
             else:
                 guide = self._guide(normals, table)
@@ -105,13 +93,6 @@ class NormalPasses(NamedTuple):
             progress((iteration + 1) / settings.normal_iterations)
         return normals
 
-    @property
-    def _is_gaussian(self) -> bool:
-        """Whether the filter is the bilateral one with Gaussians of the distance and of the difference of the normals."""
-        settings = self.settings
-        plain = settings.method in ("bilateral", "vertex_normals") and settings.range_measure == "euclidean"
-        return plain and settings.range_kernel == settings.space_kernel == "gaussian" and settings.range_floor == 0.0
-
     def _guide(self, normals: Floats, table: Floats) -> Floats | None:
         """The normals on which deviations are measured; None for the filtered ones themselves."""
         if self.settings.method == "averaged":
@@ -119,68 +100,3 @@ class NormalPasses(NamedTuple):
         if self.settings.method == "guided":
             return guide_normals(normals, table, self.patches, self.edge)
         return None
-
-
-def gaussian_means(
-    rows: Floats, neighbourhoods: FaceNeighbourhoods, range_sigma: float, space_sigma: float, *, cut_off: Ints | None = None
-) -> Floats:
-    """`weighted_normals` with two Gaussians, to the bit, in two thirds of its time.
-
-    Args:
-        rows: (m, 8) of `measure_faces`, with the normals that are averaged.
-        neighbourhoods: which faces are averaged over.
-        range_sigma: the standard deviation of the kernel of the difference of two normals.
-        space_sigma: that of the kernel of the distance of two centres.
-        cut_off: see `weighted_normals`.
-    """
-    # A Gaussian of scale 0 lets nothing but what is equal count.
-    scales = [max(math.sqrt(2.0) * sigma, 1e-150) for sigma in (space_sigma, range_sigma)]
-    per_space, per_range = (1.0 / (scale * scale) for scale in scales)
-    result = np.empty((len(rows), 3))
-    over_range(_gaussian_means, len(rows), rows, neighbourhoods.offsets, neighbourhoods.neighbours, per_space, per_range, result)
-    if cut_off is not None:
-        weighting = Weighting(_GAUSSIAN, scales[1], 0, 0.0, _GAUSSIAN, scales[0], itself=False)
-        follow_trend(result, cut_off, np.ascontiguousarray(rows[:, NORMAL]), rows, neighbourhoods, weighting)
-    return result
-
-
-# The exponentials of a neighbourhood are taken one after the other: calls between the sums would put these aside each time.
-# Unsigned indices need no look whether they count from the end.
-@compiled(nogil=True)
-def _gaussian_means(
-    rows: Floats,
-    offsets: Longs,
-    neighbours: Ints,
-    per_space: float,
-    per_range: float,
-    result: Floats,
-    first: int,
-    last: int,
-) -> None:
-    weights = np.empty(64)
-    for i in range(first, last):
-        gx, gy, gz = rows[i, 0], rows[i, 1], rows[i, 2]
-        cx, cy, cz = rows[i, 4], rows[i, 5], rows[i, 6]
-        start, count = np.uint64(offsets[i]), np.uint64(offsets[i + 1] - offsets[i])
-        if count > weights.shape[0]:
-            weights = np.empty(2 * count)
-        for k in range(count):
-            j = np.uint32(neighbours[start + k])
-            dx, dy, dz = rows[j, 4] - cx, rows[j, 5] - cy, rows[j, 6] - cz
-            rx, ry, rz = rows[j, 0] - gx, rows[j, 1] - gy, rows[j, 2] - gz
-            distance, deviation = dx * dx + dy * dy + dz * dz, rx * rx + ry * ry + rz * rz
-            weights[k] = -(distance * per_space + deviation * per_range)
-        for k in range(count):
-            weights[k] = math.exp(weights[k])
-        x = y = z = 0.0
-        for k in range(count):
-            j = np.uint32(neighbours[start + k])
-            weight = rows[j, 3] * weights[k]
-            x += weight * rows[j, 0]
-            y += weight * rows[j, 1]
-            z += weight * rows[j, 2]
-        length = math.sqrt(x * x + y * y + z * z)
-        if length > 1e-300:
-            result[i, 0], result[i, 1], result[i, 2] = x / length, y / length, z / length
-        else:
-            result[i, 0], result[i, 1], result[i, 2] = gx, gy, gz

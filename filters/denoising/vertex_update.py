@@ -8,6 +8,7 @@ import numpy as np
 from ..checks import check_choice
 from ..compilation import compiled
 from ..execution import over_range
+from ..geometry import NORMAL
 from ..mesh import Bools, Floats, Ints, Longs
 from ..topology import VertexFaces
 from .vertex_descent import descend
@@ -21,6 +22,9 @@ VERTEX_UPDATES: tuple[VertexUpdate, ...] = get_args(VertexUpdate)
 _HALVINGS = 3
 # Below 1 by more than rounding: what is called too short to turn a face is so in the sums of `_flips` too.
 _SAFE = 0.999
+# The columns of what is known of each face: the normal m that is wanted, m . c of its centre c, its weight, and the square of how
+# far a corner can move without turning it.
+_OFFSET, _WEIGHT, _REACH, _COLUMNS = 3, 4, 5, 6
 
 
 def fit_vertices(
@@ -57,89 +61,115 @@ def fit_vertices(
     if update == "conjugate_gradient":
         return descend(vertices, at_vertices, normals, iterations, moves, bound, faces)
     now, then = vertices.copy(), np.empty_like(vertices)
+    planes = np.empty((len(faces), _COLUMNS))
+    planes[:, NORMAL] = normals
     for _ in range(iterations):
-        arguments = (now, at_vertices.offsets, at_vertices.rows, normals, moves, bound, update == "ohtake", avoid_flips, then)
-        over_range(_step, len(vertices), *arguments)
+        over_range(_measure, len(faces), now, faces, update == "ohtake", planes)
+        over_range(_step, len(vertices), now, at_vertices.offsets, at_vertices.rows, planes, moves, bound, avoid_flips, then)
         now, then = then, now
     return now
 
 
-@compiled(nogil=True)
+@compiled(nogil=True, error_model="numpy")
+def _measure(now: Floats, faces: Ints, by_area: bool, planes: Floats, first: int, last: int) -> None:
+    for f in range(np.uint64(first), np.uint64(last)):
+        a, b, c = np.uint32(faces[f, 0]), np.uint32(faces[f, 1]), np.uint32(faces[f, 2])
+        px, py, pz = now[a, 0], now[a, 1], now[a, 2]
+        ux, uy, uz = now[b, 0] - px, now[b, 1] - py, now[b, 2] - pz
+        vx, vy, vz = now[c, 0] - px, now[c, 1] - py, now[c, 2] - pz
+        wx, wy, wz = vx - ux, vy - uy, vz - uz
+        nx, ny, nz = planes[f, 0], planes[f, 1], planes[f, 2]
+        cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        planes[f, _OFFSET] = nx * px + ny * py + nz * pz + (nx * (ux + vx) + ny * (uy + vy) + nz * (uz + vz)) / 3.0
+        planes[f, _WEIGHT] = math.sqrt(cx * cx + cy * cy + cz * cz) if by_area else 1.0
+        # A step s of a corner changes (u x v) . m by at most |s| times the side opposite to it.
+        side = cx * nx + cy * ny + cz * nz
+        longest = max(ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, wx * wx + wy * wy + wz * wz)
+        planes[f, _REACH] = side * side / longest if side > 0.0 else math.inf
+
+
+# Unsigned indices need no look whether they count from the end.
+@compiled(nogil=True, error_model="numpy")
 def _step(
     now: Floats,
     offsets: Longs,
     rows: Ints,
-    normals: Floats,
+    planes: Floats,
     moves: Bools,
     bound: Bools,
-    by_area: bool,
     avoid_flips: bool,
     then: Floats,
     first: int,
     last: int,
 ) -> None:
-    for i in range(first, last):
+    for i in range(np.uint64(first), np.uint64(last)):
         px, py, pz = now[i, 0], now[i, 1], now[i, 2]
-        then[i, 0], then[i, 1], then[i, 2] = px, py, pz
-        if not moves[i] or offsets[i] == offsets[i + 1]:
-            continue
         x = y = z = total = 0.0
-        mx = my = mz = 0.0
-        smallest, longest = math.inf, 0.0
-        for k in range(offsets[i], offsets[i + 1]):
-            f, a, b = rows[k, 0], rows[k, 1], rows[k, 2]
-            ux, uy, uz = now[a, 0] - px, now[a, 1] - py, now[a, 2] - pz
-            vx, vy, vz = now[b, 0] - px, now[b, 1] - py, now[b, 2] - pz
-            nx, ny, nz = normals[f, 0], normals[f, 1], normals[f, 2]
-            cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-            weight = 1.0
-            if by_area:
-                weight = math.sqrt(cx * cx + cy * cy + cz * cz)
-            side = cx * nx + cy * ny + cz * nz
-            if side > 0.0:
-                smallest = min(smallest, side)
-            wx, wy, wz = vx - ux, vy - uy, vz - uz
-            longest = max(longest, wx * wx + wy * wy + wz * wz)
-            height = weight * (nx * (ux + vx) + ny * (uy + vy) + nz * (uz + vz)) / 3.0
-            x += height * nx
-            y += height * ny
-            z += height * nz
-            mx += weight * nx
-            my += weight * ny
-            mz += weight * nz
-            total += weight
-        if not total > 0.0:
-            continue
-        x, y, z = x / total, y / total, z / total
-        if bound[i]:
-            squared = mx * mx + my * my + mz * mz
-            if squared > 0.0:
-                share = (x * mx + y * my + z * mz) / squared
-                x, y, z = share * mx, share * my, share * mz
-        # A step s changes (u x v) . n by at most |s| |v - u|. Most steps are too short to turn any face: no need to look again.
-        if avoid_flips and not (x * x + y * y + z * z) * longest < _SAFE * smallest * smallest:
-            for trial in range(_HALVINGS + 1):
-                if not _flips(now, offsets[i], offsets[i + 1], rows, normals, px, py, pz, x, y, z):
-                    break
-                if trial == _HALVINGS:
-                    x = y = z = 0.0
-                else:
-                    x, y, z = 0.5 * x, 0.5 * y, 0.5 * z
-        if x != 0.0:
-            then[i, 0] = px + x
-        if y != 0.0:
-            then[i, 1] = py + y
-        if z != 0.0:
-            then[i, 2] = pz + z
+        least = math.inf
+        if moves[i]:
+            start, stop = np.uint64(offsets[i]), np.uint64(offsets[i + 1])
+            for k in range(start, stop):
+                f = np.uint32(rows[k, 0])
+                nx, ny, nz, weight = planes[f, 0], planes[f, 1], planes[f, 2], planes[f, _WEIGHT]
+                height = weight * (planes[f, _OFFSET] - (nx * px + ny * py + nz * pz))
+                x += height * nx
+                y += height * ny
+                z += height * nz
+                total += weight
+                if planes[f, _REACH] < least:
+                    least = planes[f, _REACH]
+        if total > 0.0:
+            x, y, z = x / total, y / total, z / total
+            if bound[i]:
+                x, y, z = _along_mean_normal(x, y, z, rows, int(start), int(stop), planes)
+            # Most steps are too short to turn any face: no need to look again.
+            if avoid_flips and not x * x + y * y + z * z < _SAFE * least:
+                share = _share_without_flips(now, rows, int(start), int(stop), planes, px, py, pz, x, y, z)
+                x, y, z = share * x, share * y, share * z
+        then[i, 0] = px + x if x != 0.0 else px
+        then[i, 1] = py + y if y != 0.0 else py
+        then[i, 2] = pz + z if z != 0.0 else pz
 
 
-@compiled
+@compiled(nogil=True)
+def _along_mean_normal(
+    x: float, y: float, z: float, rows: Ints, start: int, stop: int, planes: Floats
+) -> tuple[float, float, float]:
+    """The part of a step along the mean of the faces' normals by weight; all of it where these cancel out."""
+    mx = my = mz = 0.0
+    for k in range(start, stop):
+        f = np.uint32(rows[k, 0])
+        weight = planes[f, _WEIGHT]
+        mx += weight * planes[f, 0]
+        my += weight * planes[f, 1]
+        mz += weight * planes[f, 2]
+    squared = mx * mx + my * my + mz * mz
+    if not squared > 0.0:
+        return x, y, z
+    share = (x * mx + y * my + z * mz) / squared
+    return share * mx, share * my, share * mz
+
+
+@compiled(nogil=True)
+def _share_without_flips(
+    now: Floats, rows: Ints, start: int, stop: int, planes: Floats, px: float, py: float, pz: float, x: float, y: float, z: float
+) -> float:
+    """How much of the step (x, y, z) of the vertex p is taken."""
+    share = 1.0
+    for _ in range(_HALVINGS + 1):
+        if not _flips(now, rows, start, stop, planes, px, py, pz, share * x, share * y, share * z):
+            return share
+        share *= 0.5
+    return 0.0
+
+
+@compiled(nogil=True)
 def _flips(
     now: Floats,
+    rows: Ints,
     start: int,
     stop: int,
-    rows: Ints,
-    normals: Floats,
+    planes: Floats,
     px: float,
     py: float,
     pz: float,
@@ -149,8 +179,8 @@ def _flips(
 ) -> bool:
     """Whether the step (x, y, z) of the vertex p turns a face that looks the right way to the other side."""
     for k in range(start, stop):
-        f, a, b = rows[k, 0], rows[k, 1], rows[k, 2]
-        nx, ny, nz = normals[f, 0], normals[f, 1], normals[f, 2]
+        f, a, b = np.uint32(rows[k, 0]), np.uint32(rows[k, 1]), np.uint32(rows[k, 2])
+        nx, ny, nz = planes[f, 0], planes[f, 1], planes[f, 2]
         ux, uy, uz = now[a, 0] - px, now[a, 1] - py, now[a, 2] - pz
         vx, vy, vz = now[b, 0] - px, now[b, 1] - py, now[b, 2] - pz
         before = (uy * vz - uz * vy) * nx + (uz * vx - ux * vz) * ny + (ux * vy - uy * vx) * nz

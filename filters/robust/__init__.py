@@ -1,6 +1,8 @@
 """M-estimators and the robust statistics made of them."""
 
-from .m_estimators import KERNEL_CODES, KERNEL_NAMES, KernelName, kernel_code, kernel_weight, psi, rho, weight
+from .exponential import exponential
+from .kernel_weights import KERNEL_CODES, KERNEL_NAMES, KernelName, kernel_weight, weigh
+from .m_estimators import kernel_code, psi, rho, weight
 from .statistics import SIGMA_IN_DEVIATIONS, Line, robust_deviation, robust_line, robust_mean
 
 __all__ = [
@@ -9,6 +11,7 @@ __all__ = [
     "SIGMA_IN_DEVIATIONS",
     "KernelName",
     "Line",
+    "exponential",
     "kernel_code",
     "kernel_weight",
     "psi",
@@ -16,5 +19,6 @@ __all__ = [
     "robust_deviation",
     "robust_line",
     "robust_mean",
+    "weigh",
     "weight",
 ]

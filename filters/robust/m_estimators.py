@@ -23,7 +23,6 @@ that fit exactly and negative for negative deviations. Here psi / x is used.
 """
 
 import math
-from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,18 +30,23 @@ from numpy.typing import ArrayLike
 from ..checks import check_choice, check_positive
 from ..compilation import compiled
 from ..mesh import Floats
-
-KernelName: TypeAlias = Literal["l2", "l1", "truncated_l2", "truncated_l1", "huber", "lorentzian", "gaussian", "tukey", "hampel"]
-KERNEL_NAMES: tuple[KernelName, ...] = get_args(KernelName)
-#: The number of each kernel in compiled code.
-KERNEL_CODES: dict[KernelName, int] = {name: code for code, name in enumerate(KERNEL_NAMES)}
-#: Hampel's a1, a2, a3 in units of sigma: psi is x up to a1, level up to a2, and falls to 0 at a3. His 2, 4, 8 in proportion.
-HAMPEL_KNOTS = (1.0, 2.0, 4.0)
-#: 1 / |x| is bounded by 1 / (SMALLEST_DEVIATION sigma), so that a sample that fits exactly has a weight that can be summed.
-SMALLEST_DEVIATION = 1e-6
-
-_L2, _L1, _TRUNCATED_L2, _TRUNCATED_L1, _HUBER, _LORENTZIAN, _GAUSSIAN, _TUKEY, _HAMPEL = range(len(KERNEL_NAMES))
-_A1, _A2, _A3 = HAMPEL_KNOTS
+from .kernel_weights import (
+    A1,
+    A2,
+    A3,
+    GAUSSIAN,
+    HAMPEL,
+    HUBER,
+    KERNEL_CODES,
+    KERNEL_NAMES,
+    L1,
+    LORENTZIAN,
+    TRUNCATED_L1,
+    TRUNCATED_L2,
+    TUKEY,
+    KernelName,
+    kernel_weight,
+)
 
 
 def rho(name: KernelName, x: ArrayLike, sigma: float) -> Floats:
@@ -83,64 +87,31 @@ def kernel_code(name: KernelName) -> int:
 
 
 @compiled
-def kernel_weight(code: int, x: float, sigma: float) -> float:
-    """The weight of one deviation, for compiled code: the kernel by its `KERNEL_CODES`, sigma above 0."""
-    size = abs(x)
-    result = 2.0
-    if code == _L1:
-        result = 1.0 / max(size, SMALLEST_DEVIATION * sigma)
-    elif code == _TRUNCATED_L2:
-        result = 2.0 if size < sigma else 0.0
-    elif code == _TRUNCATED_L1:
-        result = 1.0 / max(size, SMALLEST_DEVIATION * sigma) if size < sigma else 0.0
-    elif code == _HUBER:
-        result = 1.0 / max(size, sigma)
-    elif code == _LORENTZIAN:
-        result = 2.0 / (x * x + 2.0 * sigma * sigma)
-    elif code == _GAUSSIAN:
-        result = math.exp(-(x / sigma) * (x / sigma))
-    elif code == _TUKEY:
-        rest = 1.0 - (x / sigma) * (x / sigma)
-        result = 0.5 * rest * rest if size < sigma else 0.0
-    elif code == _HAMPEL:
-        u = size / sigma
-        if u <= _A1:
-            result = 1.0
-        elif u <= _A2:
-            result = _A1 / u
-        elif u < _A3:
-            result = _A1 * (_A3 - u) / ((_A3 - _A2) * u)
-        else:
-            result = 0.0
-    return result
-
-
-@compiled
 def _rho(code: int, x: float, sigma: float) -> float:
     size, u = abs(x), abs(x) / sigma
     result = x * x
-    if code == _L1:
+    if code == L1:
         result = size
-    elif code == _TRUNCATED_L2:
+    elif code == TRUNCATED_L2:
         result = min(x * x, sigma * sigma)
-    elif code == _TRUNCATED_L1:
+    elif code == TRUNCATED_L1:
         result = min(size, sigma)
-    elif code == _HUBER:
+    elif code == HUBER:
         result = 0.5 * x * x / sigma if size < sigma else size - 0.5 * sigma
-    elif code == _LORENTZIAN:
+    elif code == LORENTZIAN:
         result = math.log1p(0.5 * u * u)
-    elif code == _GAUSSIAN:
+    elif code == GAUSSIAN:
         result = -0.5 * sigma * sigma * math.expm1(-u * u)
-    elif code == _TUKEY:
+    elif code == TUKEY:
         result = sigma * sigma / 12.0 * (1.0 - (1.0 - u * u) ** 3 if u < 1.0 else 1.0)
-    elif code == _HAMPEL:
-        if u <= _A1:
+    elif code == HAMPEL:
+        if u <= A1:
             result = 0.5 * u * u
-        elif u <= _A2:
-            result = _A1 * (u - 0.5 * _A1)
+        elif u <= A2:
+            result = A1 * (u - 0.5 * A1)
         else:
-            rest = max(_A3 - u, 0.0)
-            result = _A1 * (_A2 - 0.5 * _A1 + 0.5 * ((_A3 - _A2) - rest * rest / (_A3 - _A2)))
+            rest = max(A3 - u, 0.0)
+            result = A1 * (A2 - 0.5 * A1 + 0.5 * ((A3 - A2) - rest * rest / (A3 - A2)))
         result *= sigma * sigma
     return result
 

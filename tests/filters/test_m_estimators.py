@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 import scipy.integrate
 import scipy.optimize
+from hypothesis import given
+from hypothesis import strategies as st
 from numba import njit
 from numpy.typing import NDArray
 
@@ -18,12 +20,14 @@ from pymeshfair.filters.robust import (
     KERNEL_NAMES,
     SIGMA_IN_DEVIATIONS,
     KernelName,
+    exponential,
     kernel_weight,
     psi,
     rho,
     robust_deviation,
     robust_line,
     robust_mean,
+    weigh,
     weight,
 )
 
@@ -73,6 +77,31 @@ def test_weights_are_those_of_the_literature(name: KernelName, sigma: float) -> 
         found = weight(name, signed, sigma)
         assert found.tobytes() == compiled_weights(KERNEL_CODES[name], signed, sigma).tobytes()
         assert found.tobytes() == weight(name, x, sigma).tobytes()
+
+
+@pytest.mark.parametrize("floor", [0.0, 0.5])
+@pytest.mark.parametrize("name", KERNEL_NAMES)
+def test_bilateral_weights_are_those_of_the_kernel_and_of_a_gaussian(name: KernelName, floor: float) -> None:
+    """For any number of samples in a row, to the rounding of two products; what comes after them is not touched."""
+    random = np.random.default_rng(3)
+    for count in (0, 1, 3, 4, 16, 37, 100):
+        weights, x, distances = random.random((3, 100)) * 3.0
+        expected = weights.copy()
+        expected[:count] *= (weight(name, np.maximum(x, floor), 1.2) * np.exp(-0.7 * distances))[:count]
+        weigh(weights, KERNEL_CODES[name], 1.2, x * x, floor, distances, 0.7, count)
+        np.testing.assert_allclose(weights, expected, rtol=1e-14, atol=0)
+
+
+@given(st.floats(-708.0, 709.0))
+def test_the_exponential_is_that_of_the_library(x: float) -> None:
+    """To two units of the last digit, one more than what the library itself is allowed."""
+    assert exponential(x) == pytest.approx(math.exp(x), rel=2.0**-51, abs=0.0)
+
+
+def test_the_exponential_ends_where_numbers_do() -> None:
+    """1 at 0, and 0 below the exponential of -708, minus infinity included."""
+    assert exponential(0.0) == exponential(-0.0) == exponential(-1e-320) == 1.0
+    assert exponential(-708.1) == exponential(-1e308) == exponential(-math.inf) == 0.0
 
 
 @pytest.mark.parametrize("sigma", [0.3, 1.0, 2.5])

@@ -1,0 +1,123 @@
+"""How neighbours count in a weighted mean of normals."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..compilation import compiled
+from ..mesh import Floats, Ints, Longs
+from ..robust import KERNEL_CODES, exponential, weigh
+
+_GAUSSIAN = KERNEL_CODES["gaussian"]
+
+
+class Weighting(NamedTuple):
+    """How neighbours are weighted, as the kernels are told; see `weighted_normals`.
+
+    Attributes:
+        range_code: of the kernel of the deviation; below 0 for a constant.
+        range_scale: its scale.
+        measure: how the deviation is measured: 0 the difference, 1 the angle, 2 the squared difference.
+        floor: smaller deviations count as this one.
+        space_code: of the kernel of the distance; below 0 for a constant.
+        space_scale: its scale.
+        itself: whether face i is one of its own neighbours.
+    """
+
+    range_code: int
+    range_scale: float
+    measure: int
+    floor: float
+    space_code: int
+    space_scale: float
+    itself: bool
+
+
+@compiled(nogil=True)
+def most_neighbours(offsets: Longs, itself: bool) -> int:
+    """The most neighbours of any face: what the arrays of `neighbour_weights` must hold."""
+    most = np.int64(0)
+    for i in range(offsets.shape[0] - 1):
+        most = max(most, offsets[i + 1] - offsets[i])
+    return int(most + 1 if itself else most)
+
+
+# Each step is a loop of its own over arrays in a row, which is done for several neighbours at once. Unsigned indices need no look
+# whether they count from the end.
+@compiled(nogil=True, error_model="numpy")
+def neighbour_weights(
+    i: int,
+    rows: Floats,
+    offsets: Longs,
+    neighbours: Ints,
+    range_code: int,
+    range_scale: float,
+    measure: int,
+    floor: float,
+    space_code: int,
+    space_scale: float,
+    itself: bool,
+    near: Ints,
+    weights: Floats,
+    squares: Floats,
+    distances: Floats,
+) -> int:
+    """The neighbours of face i and their weights: their areas times both kernels. See `Weighting` and `weighted_normals`.
+
+    Args:
+        i: the number of the face.
+        rows: (m, 8) of `measure_faces`, with the normals on which deviations are measured.
+        offsets: of `FaceNeighbourhoods`, as `neighbours`.
+        neighbours: see there.
+        range_code: of `Weighting`, and those that follow.
+        range_scale: see there.
+        measure: see there.
+        floor: see there.
+        space_code: see there.
+        space_scale: see there.
+        itself: see there.
+        near: (k,) the neighbours are written here, with k of `most_neighbours`.
+        weights: (k,) and their weights here.
+        squares: (k,) overwritten.
+        distances: (k,) overwritten.
+
+    Returns:
+        How many they are.
+    """
+    start, count = np.uint64(offsets[i]), np.uint64(offsets[i + 1] - offsets[i])
+    before = np.uint64(1) if itself else np.uint64(0)
+    if itself:
+        near[0] = i
+    for k in range(count):
+        near[before + k] = neighbours[start + k]
+    count += before
+    gx, gy, gz = rows[i, 0], rows[i, 1], rows[i, 2]
+    cx, cy, cz = rows[i, 4], rows[i, 5], rows[i, 6]
+    for k in range(count):
+        j = np.uint32(near[k])
+        dx, dy, dz = rows[j, 4] - cx, rows[j, 5] - cy, rows[j, 6] - cz
+        rx, ry, rz = rows[j, 0] - gx, rows[j, 1] - gy, rows[j, 2] - gz
+        weights[k] = rows[j, 3]
+        distances[k], squares[k] = dx * dx + dy * dy + dz * dz, rx * rx + ry * ry + rz * rz
+    per_space, per_range = 1.0 / (space_scale * space_scale), 1.0 / (range_scale * range_scale)
+    if range_code == space_code == _GAUSSIAN and measure == 0 and floor == 0.0:
+        for k in range(count):
+            weights[k] *= exponential(-(distances[k] * per_space + squares[k] * per_range))
+        return int(count)
+    if measure == 1:
+        for k in range(count):
+            squares[k] = (2.0 * math.asin(min(1.0, 0.5 * math.sqrt(squares[k])))) ** 2
+    elif measure == 2:
+        for k in range(count):
+            squares[k] *= squares[k]
+    if space_code != _GAUSSIAN:
+        per_space = 0.0
+    if range_code >= 0:
+        weigh(weights, range_code, range_scale, squares, floor, distances, per_space, int(count))
+    elif space_code == _GAUSSIAN:
+        for k in range(count):
+            weights[k] *= exponential(-distances[k] * per_space)
+    if space_code >= 0 and space_code != _GAUSSIAN:
+        weigh(weights, space_code, space_scale, distances, 0.0, squares, 0.0, int(count))
+    return int(count)
