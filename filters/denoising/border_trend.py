@@ -8,7 +8,7 @@ from ..compilation import compiled
 from ..execution import over_range
 from ..mesh import Bools, Floats, Ints, Longs
 from .face_neighbourhoods import RINGS_OF_NEIGHBORHOOD, FaceNeighbourhoods, Neighborhood
-from .neighbour_weights import Weighting, most_neighbours, neighbour_weights
+from .neighbour_weights import Weighting, neighbour_weights, room_for
 
 # To the second moments of the centres is added this share of their sum, so that faces in a row have a trend along it alone.
 _RIDGE = 0.02
@@ -59,8 +59,8 @@ def follow_trend(
         weighting: the weights.
     """
     if len(which):
-        most = most_neighbours(neighbourhoods.offsets, weighting.itself)
-        over_range(_follow, len(which), which, normals, rows, *neighbourhoods, *weighting, most, result)
+        room = room_for(neighbourhoods.offsets, weighting.itself)
+        over_range(_follow, len(which), which, normals, rows, *neighbourhoods, *weighting, room, result)
 
 
 @compiled(nogil=True)
@@ -77,18 +77,19 @@ def _follow(
     space_code: int,
     space_scale: float,
     itself: bool,
-    most: int,
+    room: int,
     result: Floats,
     first: int,
     last: int,
 ) -> None:
-    near, weights, deviations, distances = np.empty(most, np.int32), np.empty(most), np.empty(most), np.empty(most)
+    near, weights, deviations, distances = np.empty(room, np.int32), np.empty(room), np.empty(room), np.empty(room)
     x, mean_x, solved, mean, at_face = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     second, mixed, trend = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
     for at in range(first, last):
         i = which[at]
         count = neighbour_weights(
             i,
+            i + 1,
             rows,
             offsets,
             neighbours,

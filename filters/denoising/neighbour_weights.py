@@ -10,6 +10,8 @@ from ..mesh import Floats, Ints, Longs
 from ..robust import KERNEL_CODES, exponential, weigh
 
 _GAUSSIAN = KERNEL_CODES["gaussian"]
+# Weights of about so many neighbours are found at once: few enough to stay at hand.
+_MORE = 256
 
 
 class Weighting(NamedTuple):
@@ -35,19 +37,29 @@ class Weighting(NamedTuple):
 
 
 @compiled(nogil=True)
-def most_neighbours(offsets: Longs, itself: bool) -> int:
-    """The most neighbours of any face: what the arrays of `neighbour_weights` must hold."""
+def room_for(offsets: Longs, itself: bool) -> int:
+    """How many neighbours the arrays of `neighbour_weights` must hold: those of any one face, and some more."""
     most = np.int64(0)
     for i in range(offsets.shape[0] - 1):
         most = max(most, offsets[i + 1] - offsets[i])
-    return int(most + 1 if itself else most)
+    return int(_MORE + most + 1 if itself else _MORE + most)
 
 
-# Each step is a loop of its own over arrays in a row, which is done for several neighbours at once. Unsigned indices need no look
-# whether they count from the end.
+@compiled(nogil=True)
+def faces_with_room(offsets: Longs, first: int, last: int, itself: bool, room: int) -> int:
+    """The end of the faces, from `first` and up to `last`, whose neighbours have room; that of one face at least."""
+    stop = first + 1
+    while stop < last and offsets[stop + 1] - offsets[first] + (stop + 1 - first if itself else 0) <= room:
+        stop += 1
+    return stop
+
+
+# Each step is a loop of its own over arrays in a row, which is done for several neighbours at once. Short loops take longer: so
+# it goes over the neighbours of several faces. Unsigned indices need no look whether they count from the end.
 @compiled(nogil=True, error_model="numpy")
 def neighbour_weights(
-    i: int,
+    first: int,
+    last: int,
     rows: Floats,
     offsets: Longs,
     neighbours: Ints,
@@ -63,10 +75,13 @@ def neighbour_weights(
     squares: Floats,
     distances: Floats,
 ) -> int:
-    """The neighbours of face i and their weights: their areas times both kernels. See `Weighting` and `weighted_normals`.
+    """The neighbours of some faces, of one after the other, and their weights: their areas times both kernels.
+
+    See `Weighting` and `weighted_normals`.
 
     Args:
-        i: the number of the face.
+        first: the number of the first face.
+        last: of that after the last one, as `faces_with_room` says.
         rows: (m, 8) of `measure_faces`, with the normals on which deviations are measured.
         offsets: of `FaceNeighbourhoods`, as `neighbours`.
         neighbours: see there.
@@ -76,8 +91,8 @@ def neighbour_weights(
         floor: see there.
         space_code: see there.
         space_scale: see there.
-        itself: see there.
-        near: (k,) the neighbours are written here, with k of `most_neighbours`.
+        itself: see there; a face is the first of its neighbours.
+        near: (k,) the neighbours are written here, with k of `room_for`.
         weights: (k,) and their weights here.
         squares: (k,) overwritten.
         distances: (k,) overwritten.
@@ -85,21 +100,24 @@ def neighbour_weights(
     Returns:
         How many they are.
     """
-    start, count = np.uint64(offsets[i]), np.uint64(offsets[i + 1] - offsets[i])
-    before = np.uint64(1) if itself else np.uint64(0)
-    if itself:
-        near[0] = i
-    for k in range(count):
-        near[before + k] = neighbours[start + k]
-    count += before
-    gx, gy, gz = rows[i, 0], rows[i, 1], rows[i, 2]
-    cx, cy, cz = rows[i, 4], rows[i, 5], rows[i, 6]
-    for k in range(count):
-        j = np.uint32(near[k])
-        dx, dy, dz = rows[j, 4] - cx, rows[j, 5] - cy, rows[j, 6] - cz
-        rx, ry, rz = rows[j, 0] - gx, rows[j, 1] - gy, rows[j, 2] - gz
-        weights[k] = rows[j, 3]
-        distances[k], squares[k] = dx * dx + dy * dy + dz * dz, rx * rx + ry * ry + rz * rz
+    count = np.uint64(0)
+    for i in range(np.uint64(first), np.uint64(last)):
+        start, stop = np.uint64(offsets[i]), np.uint64(offsets[i + np.uint64(1)])
+        of_face = count
+        if itself:
+            near[count] = i
+            count += np.uint64(1)
+        for k in range(start, stop):
+            near[count] = neighbours[k]
+            count += np.uint64(1)
+        gx, gy, gz = rows[i, 0], rows[i, 1], rows[i, 2]
+        cx, cy, cz = rows[i, 4], rows[i, 5], rows[i, 6]
+        for k in range(of_face, count):
+            j = np.uint32(near[k])
+            dx, dy, dz = rows[j, 4] - cx, rows[j, 5] - cy, rows[j, 6] - cz
+            rx, ry, rz = rows[j, 0] - gx, rows[j, 1] - gy, rows[j, 2] - gz
+            weights[k] = rows[j, 3]
+            distances[k], squares[k] = dx * dx + dy * dy + dz * dz, rx * rx + ry * ry + rz * rz
     per_space, per_range = 1.0 / (space_scale * space_scale), 1.0 / (range_scale * range_scale)
     if range_code == space_code == _GAUSSIAN and measure == 0 and floor == 0.0:
         for k in range(count):

@@ -13,7 +13,7 @@ from ..mesh import Floats, Ints, Longs
 from ..robust import KERNEL_CODES, KERNEL_NAMES, KernelName
 from .border_trend import follow_trend
 from .face_neighbourhoods import FaceNeighbourhoods
-from .neighbour_weights import Weighting, most_neighbours, neighbour_weights
+from .neighbour_weights import Weighting, faces_with_room, neighbour_weights, room_for
 
 #: Kernels of the distance between centres: those of the table, or none at all.
 SpaceKernel: TypeAlias = KernelName | Literal["constant"]
@@ -84,8 +84,8 @@ def weighted_normals(
         _scale(space_kernel, space_sigma),
         itself,
     )
-    most = most_neighbours(neighbourhoods.offsets, itself)
-    over_range(_weighted_means, len(normals), normals, rows, guide is None, *neighbourhoods, *weighting, most, result)
+    room = room_for(neighbourhoods.offsets, itself)
+    over_range(_weighted_means, len(normals), normals, rows, guide is None, *neighbourhoods, *weighting, room, result)
     if cut_off is not None:
         follow_trend(result, cut_off, normals, rows, neighbourhoods, weighting)
     return result
@@ -150,15 +150,18 @@ def _weighted_means(
     space_code: int,
     space_scale: float,
     itself: bool,
-    most: int,
+    room: int,
     result: Floats,
     first: int,
     last: int,
 ) -> None:
-    near, weights, squares, distances = np.empty(most, np.int32), np.empty(most), np.empty(most), np.empty(most)
-    for i in range(np.uint64(first), np.uint64(last)):
-        count = neighbour_weights(
-            i,
+    near, weights, squares, distances = np.empty(room, np.int32), np.empty(room), np.empty(room), np.empty(room)
+    begin = first
+    while begin < last:
+        end = faces_with_room(offsets, begin, last, itself, room)
+        neighbour_weights(
+            begin,
+            end,
             rows,
             offsets,
             neighbours,
@@ -174,19 +177,24 @@ def _weighted_means(
             squares,
             distances,
         )
-        x = y = z = 0.0
-        for k in range(count):
-            j, weight = np.uint32(near[k]), weights[k]
-            if unguided:
-                x += weight * rows[j, 0]
-                y += weight * rows[j, 1]
-                z += weight * rows[j, 2]
+        stop = np.uint64(0)
+        for i in range(np.uint64(begin), np.uint64(end)):
+            start = stop
+            stop += np.uint64(offsets[i + np.uint64(1)] - offsets[i]) + np.uint64(itself)
+            x = y = z = 0.0
+            for k in range(start, stop):
+                j, weight = np.uint32(near[k]), weights[k]
+                if unguided:
+                    x += weight * rows[j, 0]
+                    y += weight * rows[j, 1]
+                    z += weight * rows[j, 2]
+                else:
+                    x += weight * normals[j, 0]
+                    y += weight * normals[j, 1]
+                    z += weight * normals[j, 2]
+            length = math.sqrt(x * x + y * y + z * z)
+            if length > 1e-300:
+                result[i, 0], result[i, 1], result[i, 2] = x / length, y / length, z / length
             else:
-                x += weight * normals[j, 0]
-                y += weight * normals[j, 1]
-                z += weight * normals[j, 2]
-        length = math.sqrt(x * x + y * y + z * z)
-        if length > 1e-300:
-            result[i, 0], result[i, 1], result[i, 2] = x / length, y / length, z / length
-        else:
-            result[i, 0], result[i, 1], result[i, 2] = normals[i, 0], normals[i, 1], normals[i, 2]
+                result[i, 0], result[i, 1], result[i, 2] = normals[i, 0], normals[i, 1], normals[i, 2]
+        begin = end
