@@ -15,7 +15,7 @@ from ..diffusion.taubin import taubin_fairing
 from ..geometry import NORMAL, mean_edge_length, measure_faces
 from ..libraries import sparse
 from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
-from ..topology import BorderPolicy, border_vertices, edges, vertex_faces
+from ..topology import BorderPolicy, border_vertices, edges, referenced_vertices, vertex_faces
 from .face_neighbourhoods import face_neighbourhoods
 from .normal_filters import mean_normals
 
@@ -76,13 +76,12 @@ def estimate_noise(vertices: ArrayLike, faces: ArrayLike) -> NoiseEstimate:
         FilterInputError: not a mesh.
     """
     points, triangles = check_mesh(vertices, faces)
-    edge = mean_edge_length(points, triangles)
     pairs = edges(triangles)
+    edge = mean_edge_length(points, pairs)
     inner = inner_vertices(triangles, pairs, len(points))
     if edge == 0.0 or not inner.any():
         return NoiseEstimate(0.0, 0.0, 0.0, 1.0, 0.0, 0.0, np.array([0.0, 0.0, 1.0]))
-    used = np.unique(pairs)
-    local = (points - points[used].mean(axis=0)) / edge
+    local = (points - points[referenced_vertices(triangles, len(points))].mean(axis=0)) / edge
     residuals = differences_of_fourth_order(local, pairs)[inner]
     normals = smooth_normals(points, triangles)[inner]
     heights = np.einsum("ij,ij->i", residuals, normals)
