@@ -55,5 +55,6 @@ def rounds(
             iterations=vertex_iterations,
             moves=moves,
             along_normal=known.on_border if border == "along" else None,
+            overwrite=table,
         )
         yield now

@@ -38,6 +38,7 @@ def fit_vertices(
     moves: Bools,
     along_normal: Bools | None = None,
     avoid_flips: bool = True,
+    overwrite: Floats | None = None,
 ) -> Floats:
     """(n, 3) the vertices after `iterations` steps towards faces with the given normals.
 
@@ -55,13 +56,14 @@ def fit_vertices(
         along_normal: (n,) which vertices move along the mean of their faces' wanted normals only, as those of borders.
         avoid_flips: halve, and in the end leave out, a step that turns a face that looks to the side of its wanted normal away
             from it.
+        overwrite: (m, 8) a table of `measure_faces` that is not needed any more: a new one is large.
     """
     check_choice("vertex_update", update, VERTEX_UPDATES)
     bound = np.zeros(len(vertices), dtype=np.bool_) if along_normal is None else along_normal
     if update == "conjugate_gradient":
         return descend(vertices, at_vertices, normals, iterations, moves, bound, faces)
     now, then = vertices.copy(), np.empty_like(vertices)
-    planes = np.empty((len(faces), _COLUMNS))
+    planes = np.empty((len(faces), _COLUMNS)) if overwrite is None else overwrite
     planes[:, NORMAL] = normals
     for _ in range(iterations):
         over_range(_measure, len(faces), now, faces, update == "ohtake", planes)

@@ -46,60 +46,6 @@ def kernel_weight(code: int, x: float, sigma: float) -> float:
     return result
 
 
-@compiled(nogil=True)
-def weigh(
-    weights: Floats, code: int, sigma: float, squares: Floats, floor: float, distances: Floats, per_distance: float, count: int
-) -> None:
-    """Multiply weights w by g(max(|x|, floor)) exp(-d c), for compiled code: a bilateral filter's, if d are squared distances.
-
-    Args:
-        weights: (n,) w.
-        code: the kernel g, by its `KERNEL_CODES`.
-        sigma: its scale, above 0.
-        squares: (n,) x^2 of deviations x.
-        floor: smaller deviations count as this one.
-        distances: (n,) d, not below 0.
-        per_distance: c, not below 0.
-        count: how many are multiplied, from the first.
-    """
-    if code == L2:
-        _weigh_by(_l2, weights, sigma, squares, floor, distances, per_distance, count)
-    elif code == L1:
-        _weigh_by(_l1, weights, sigma, squares, floor, distances, per_distance, count)
-    elif code == TRUNCATED_L2:
-        _weigh_by(_truncated_l2, weights, sigma, squares, floor, distances, per_distance, count)
-    elif code == TRUNCATED_L1:
-        _weigh_by(_truncated_l1, weights, sigma, squares, floor, distances, per_distance, count)
-    elif code == HUBER:
-        _weigh_by(_huber, weights, sigma, squares, floor, distances, per_distance, count)
-    elif code == LORENTZIAN:
-        _weigh_by(_lorentzian, weights, sigma, squares, floor, distances, per_distance, count)
-    elif code == GAUSSIAN:
-        _weigh_by(_gaussian, weights, sigma, squares, floor, distances, per_distance, count)
-    elif code == TUKEY:
-        _weigh_by(_tukey, weights, sigma, squares, floor, distances, per_distance, count)
-    elif code == HAMPEL:
-        _weigh_by(_hampel, weights, sigma, squares, floor, distances, per_distance, count)
-
-
-# Compiled for each kernel by itself, so that it is done for several samples at once.
-@compiled(nogil=True, error_model="numpy")
-def _weigh_by(
-    kernel: Callable[[float, float], float],
-    weights: Floats,
-    sigma: float,
-    squares: Floats,
-    floor: float,
-    distances: Floats,
-    per_distance: float,
-    count: int,
-) -> None:
-    for k in range(count):
-        size = math.sqrt(squares[k])
-        size = size if size > floor else floor
-        weights[k] *= kernel(size, sigma) * exponential(-distances[k] * per_distance)
-
-
 # Of a size |x| each. What is not wanted is found too and left out, and `max`, which looks for what is no number, is avoided: then
 # a loop has no branches and is done for several at once. So do divisions by 0: they give infinity, and no error.
 @compiled(error_model="numpy")
@@ -152,3 +98,64 @@ def _hampel(size: float, sigma: float) -> float:
     beyond = falling if u < A3 else 0.0
     farther = level if u <= A2 else beyond
     return 1.0 if u <= A1 else farther
+
+
+# Compiled for each kernel by itself, so that it is done for several samples at once.
+def _loop(kernel: Callable[[float, float], float]) -> Callable[[Floats, float, Floats, float, Floats, float, int], None]:
+    @compiled(nogil=True, error_model="numpy")
+    def loop(
+        weights: Floats, sigma: float, squares: Floats, floor: float, distances: Floats, per_distance: float, count: int
+    ) -> None:
+        for k in range(count):
+            size = math.sqrt(squares[k])
+            size = size if size > floor else floor
+            weights[k] *= kernel(size, sigma) * exponential(-distances[k] * per_distance)
+
+    return loop
+
+
+_by_l2 = _loop(_l2)
+_by_l1 = _loop(_l1)
+_by_truncated_l2 = _loop(_truncated_l2)
+_by_truncated_l1 = _loop(_truncated_l1)
+_by_huber = _loop(_huber)
+_by_lorentzian = _loop(_lorentzian)
+_by_gaussian = _loop(_gaussian)
+_by_tukey = _loop(_tukey)
+_by_hampel = _loop(_hampel)
+
+
+@compiled(nogil=True)
+def weigh(
+    weights: Floats, code: int, sigma: float, squares: Floats, floor: float, distances: Floats, per_distance: float, count: int
+) -> None:
+    """Multiply weights w by g(max(|x|, floor)) exp(-d c), for compiled code: a bilateral filter's, if d are squared distances.
+
+    Args:
+        weights: (n,) w.
+        code: the kernel g, by its `KERNEL_CODES`.
+        sigma: its scale, above 0.
+        squares: (n,) x^2 of deviations x.
+        floor: smaller deviations count as this one.
+        distances: (n,) d, not below 0.
+        per_distance: c, not below 0.
+        count: how many are multiplied, from the first.
+    """
+    if code == L2:
+        _by_l2(weights, sigma, squares, floor, distances, per_distance, count)
+    elif code == L1:
+        _by_l1(weights, sigma, squares, floor, distances, per_distance, count)
+    elif code == TRUNCATED_L2:
+        _by_truncated_l2(weights, sigma, squares, floor, distances, per_distance, count)
+    elif code == TRUNCATED_L1:
+        _by_truncated_l1(weights, sigma, squares, floor, distances, per_distance, count)
+    elif code == HUBER:
+        _by_huber(weights, sigma, squares, floor, distances, per_distance, count)
+    elif code == LORENTZIAN:
+        _by_lorentzian(weights, sigma, squares, floor, distances, per_distance, count)
+    elif code == GAUSSIAN:
+        _by_gaussian(weights, sigma, squares, floor, distances, per_distance, count)
+    elif code == TUKEY:
+        _by_tukey(weights, sigma, squares, floor, distances, per_distance, count)
+    elif code == HAMPEL:
+        _by_hampel(weights, sigma, squares, floor, distances, per_distance, count)
