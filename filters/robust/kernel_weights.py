@@ -46,8 +46,8 @@ def kernel_weight(code: int, x: float, sigma: float) -> float:
     return result
 
 
-# Of a size |x| each. What is not wanted is found too and left out, and `max`, which looks for what is no number, is avoided: then
-# a loop has no branches and is done for several at once. So do divisions by 0: they give infinity, and no error.
+# Each of a size |x|. Both sides of a condition are computed and one is taken, a division by 0 is infinite and no error, and
+# `max`, which looks for what is no number, is avoided: a loop without branches is done for several samples at once.
 @compiled(error_model="numpy")
 def _l2(_size: float, _sigma: float) -> float:
     return 2.0
@@ -100,7 +100,7 @@ def _hampel(size: float, sigma: float) -> float:
     return 1.0 if u <= A1 else farther
 
 
-# Compiled for each kernel by itself, so that it is done for several samples at once.
+# Compiled for each kernel by itself: of many loops in one function none would be done for several samples at once.
 def _loop(kernel: Callable[[float, float], float]) -> Callable[[Floats, float, Floats, float, Floats, float, int], None]:
     @compiled(nogil=True, error_model="numpy")
     def loop(
