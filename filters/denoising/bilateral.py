@@ -163,7 +163,7 @@ def _height_neighbours(mesh: NormalisedMesh, border: BorderPolicy) -> HeightNeig
     faces, n = mesh.cells, len(mesh)
     rings = one_rings(faces, n)
     curves = rings.along_border()
-    on_curve = border_vertices(faces, n) if border == "along" else np.zeros(n, dtype=np.bool_)
+    on_curve = np.diff(curves.offsets) > 0 if border == "along" else np.zeros(n, dtype=np.bool_)
     return HeightNeighbours(
         _moving(mesh, border),
         rings.offsets,

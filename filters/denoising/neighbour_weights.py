@@ -36,13 +36,9 @@ class Weighting(NamedTuple):
     itself: bool
 
 
-@compiled(nogil=True)
 def room_for(offsets: Longs, itself: bool) -> int:
     """How many neighbours the arrays of `neighbour_weights` must hold: those of any one face, and some more."""
-    most = np.int64(0)
-    for i in range(offsets.shape[0] - 1):
-        most = max(most, offsets[i + 1] - offsets[i])
-    return int(_MORE + most + 1 if itself else _MORE + most)
+    return _MORE + int(np.diff(offsets).max(initial=0)) + itself
 
 
 @compiled(nogil=True)

@@ -29,15 +29,17 @@ class WaysBack(NamedTuple):
         faces: (m, 3) triangles.
         normals: (n, 3) unit normals of a smoothed copy.
         outlying: (n,) the outliers.
+        others: (n,) the vertices of faces that are none.
         ways: (n, 3) from each vertex.
         lengths: (n,) of these in mean edges.
-        usual: the median length of those that are no outliers.
+        usual: the median length of the others.
     """
 
     vertices: Floats
     faces: Ints
     normals: Floats
     outlying: Bools
+    others: Bools
     ways: Floats
     lengths: Floats
     usual: float
@@ -56,7 +58,7 @@ class WaysBack(NamedTuple):
         lengths = np.linalg.norm(ways / edge, axis=1) if edge > 0.0 else np.zeros(len(vertices))
         others = referenced_vertices(faces, len(vertices)) & ~outlying
         usual = float(np.median(lengths[others])) if others.any() else 0.0
-        return WaysBack(vertices, faces, normals, outlying, ways, lengths, usual)
+        return WaysBack(vertices, faces, normals, outlying, others, ways, lengths, usual)
 
     @property
     def outliers_fold(self) -> bool:
@@ -77,10 +79,9 @@ class WaysBack(NamedTuple):
         Vertices that did not slide are off the mean of their neighbours too, by t in the root mean square. If outliers are off by
         s, (s^2 - t^2) / s^2 of their ways is expected to be slid, which has the least expected square of all shares [james1961].
         """
-        others = referenced_vertices(self.faces, len(self.vertices)) & ~self.outlying
-        if not others.any() or not self.outlying.any():
+        if not self.others.any() or not self.outlying.any():
             return 0.0
-        of_others, of_outliers = (float(np.mean(self.lengths[which] ** 2)) for which in (others, self.outlying))
+        of_others, of_outliers = (float(np.mean(self.lengths[which] ** 2)) for which in (self.others, self.outlying))
         return 1.0 - of_others / of_outliers if of_others < (1.0 - _CHANCE) * of_outliers else 0.0
 
     def evened(self) -> Floats:
