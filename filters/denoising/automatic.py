@@ -50,7 +50,8 @@ def automatic_choice(
 ) -> AutomaticChoice:
     """Find how a mesh is denoised.
 
-    1. Made of planes without noise: nothing is done. Noise that neighbours share: that of `range_map_setting`.
+    1. Made of planes without noise: nothing is done. Noise that neighbours share: that of `range_map_setting`,
+       if that does anything: where noise is uneven the calmest places, by which it goes, may have none.
     2. Otherwise that of `settings`, nothing at all among them, that `choose` finds on the mesh, or on patches of a large one.
        Steps of Taubin's go along the normals alone if the vertices are scattered less along the surface than across it.
     3. A surface without noise stays: residuals of differences that agree between neighbours rule noise out, see `Scan`, and what
@@ -81,8 +82,11 @@ def automatic_choice(
     if is_designed(mesh.points, mesh.cells):
         return AutomaticChoice("clean", Setting(), noise)
     if neighbours_share_noise(mesh.points, mesh.cells, noise):
-        setting, by_risk = range_map_setting(mesh, border=border, progress=progress)
-        return AutomaticChoice("range map", setting, noise, by_risk)
+        setting, by_risk = range_map_setting(mesh, border=border, progress=part_of(progress, 0.0, 0.3))
+        if setting != Setting():
+            progress(1.0)
+            return AutomaticChoice("range map", setting, noise, by_risk)
+        progress = part_of(progress, 0.3, 1.0)
     scan = Scan.of(vertices, faces, movable=movable, seed=seed, progress=rising(progress))
     few = FewSettings(scan, border, repertoire)
     found = few.found()

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..evidence import Choice, folded_share, folds_cost_more, upright
+from ..evidence import Choice, folded_share, folds_cost_more, sizes_beside, upright
 from ..mesh import Bools, Floats, Ints
 from ..topology import BorderPolicy
 from .candidates import SettingsTried
@@ -18,6 +18,9 @@ from .slid import WaysBack
 
 # More vertices than this stand out of impulsive noise: of Gaussian noise up to 0.003, of clean meshes up to 0.007.
 _IMPULSIVE = 0.01
+# Beside spikes vertices are as far off as elsewhere, up to 1.1 times. Where uneven noise stands out they are 1.2 times as far off
+# and more, and by more than this, in mean edges: details that stand out have up to 0.05.
+_LOUDER, _LOUD, _STAND_OUT = 1.2, 0.05, 0.005
 # Fewer faces folded over than this share cost less than evening out a ball does, see `folds_cost_more`.
 _FOLDED = 0.0005
 
@@ -28,7 +31,8 @@ class FewSettings:
 
     Filters that keep edges keep vertices that stand out, and those that have slid along the surface. So, if there are outliers:
 
-    1. They are replaced by what the others expect before settings are tried, and are no evidence. Where the others are nearly
+    1. They are replaced by what the others expect before settings are tried, and are no evidence, unless all are off beside
+       them, as where noise is uneven. Where the others are nearly
        exact, see `Scan.exact`, nothing but they is to move: this too is tried.
     2. What is found is compared with the same setting that keeps outliers.
     3. If outliers have slid along the surface and it leaves faces folded over, others have slid too: settings whose steps of
@@ -48,16 +52,23 @@ class FewSettings:
     def found(self) -> dict[Setting, Choice[Setting] | None]:
         """The settings that are to be compared, each with what speaks for it; the first keeps outliers."""
         scan, may = self.scan, self.repertoire.outliers != "keep"
-        if may:
-            calmed, outlying = replace_outlying(scan.points, scan.faces, scan.movable)
-            if np.mean(outlying) > _IMPULSIVE:
-                return self._without(calmed, outlying)
-        evidence = self._tried_on(scan, self.repertoire)
+        calmed, outlying = replace_outlying(scan.points, scan.faces, scan.movable)
+        uneven = self._uneven(calmed, outlying)
+        if may and not uneven and np.mean(outlying) > _IMPULSIVE:
+            return self._without(calmed, outlying)
+        evidence = self._tried_on(scan, self.repertoire, certain=uneven)
         setting = Setting() if evidence is None else evidence.chosen.label
         found = {setting: evidence}
-        if may and np.mean(far_from(scan.points, scan.faces, self._in_full(setting))) > _IMPULSIVE:
+        if may and not uneven and np.mean(far_from(scan.points, scan.faces, self._in_full(setting))) > _IMPULSIVE:
             found[replace(setting, outliers="replace")] = evidence
         return found
+
+    def _uneven(self, calmed: Floats, outlying: Bools) -> bool:
+        """Whether outliers, which are `calmed`, are where noise is loud, and not spikes: half a mesh of noise is none."""
+        if np.mean(outlying) <= _STAND_OUT:
+            return False
+        beside, elsewhere = sizes_beside(calmed, self.scan.faces, self.scan.normals, outlying, self.scan.scored)
+        return beside > max(_LOUDER * elsewhere, _LOUD)
 
     def _without(self, calmed: Floats, outlying: Bools) -> dict[Setting, Choice[Setting] | None]:
         """Those for a scan with outliers, whose points are `calmed` where these are replaced."""
@@ -78,8 +89,11 @@ class FewSettings:
                 del found[setting]
         return found
 
-    def _tried_on(self, scan: Scan, repertoire: Repertoire) -> Choice[Setting] | None:
-        """What the held-out vertices say of all settings; None if they say nothing, or nothing is to be done."""
+    def _tried_on(self, scan: Scan, repertoire: Repertoire, *, certain: bool = False) -> Choice[Setting] | None:
+        """What the held-out vertices say of all settings; None if they say nothing, or nothing is to be done.
+
+        Where noise is `certain` what is calm does not tell how strong it is.
+        """
         replaced = scan.replaced
         if replaced is None and scan.clean:
             return None
@@ -98,7 +112,7 @@ class FewSettings:
         )
         outliers: Outliers = "keep" if replaced is None else "replace"
         evidence = scan.choose(tried, settings(direction, outliers, alone=alone, of=repertoire), spikes=alone)
-        return evidence if evidence is None or replaced is not None else scan.or_nothing(evidence)
+        return evidence if evidence is None or certain or replaced is not None else scan.or_nothing(evidence)
 
     def best_of(self, few: Sequence[Setting]) -> Setting:
         """Which of them, run in full, the held-out vertices speak for; none that leaves many faces folded over, see `upright`."""

@@ -123,8 +123,11 @@ class Scan:
     @property
     def clean(self) -> bool:
         """Whether there is no noise to speak of: hardly any, or what is left is surface, where it is calm too."""
-        if self.noise.level < _NONE or self.agreement > _SURFACE:
+        if self.noise.level < _NONE:
             return True
+        if self.agreement > _SURFACE:
+            # Edges and details agree beside weak noise too: where it is calm noise does not.
+            return self.calm < _EXACT or self.residuals.within(_CALMEST) > _AGREES_THERE
         smoothed = self.agreement > _INDEPENDENT and self.calm < _SMOOTHED
         return smoothed and self.residuals.within(_CALMEST) > _SURFACE_THERE
 

@@ -11,7 +11,7 @@ from .hearing import hear, run_to_last, starts_of
 from .held_out import far_from_border, heights_of_means, held_out_vertices, means_of_others, random_numbers, random_signs, without
 from .local_means import local_means
 from .noise_field import NoiseField, noise_field
-from .outlying import outlying_vertices, put_where_expected, standing_out
+from .outlying import outlying_vertices, put_where_expected, sizes_beside, standing_out
 from .patches import Sample, sample_of
 from .quadric_prediction import predicted_heights
 from .risk import choose_by_risk
@@ -54,6 +54,7 @@ __all__ = [
     "roughness",
     "run_to_last",
     "sample_of",
+    "sizes_beside",
     "slope_errors",
     "spacing_and_numbers",
     "standing_out",

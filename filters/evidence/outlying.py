@@ -81,6 +81,29 @@ def standing_out(heights: Floats, faces: Ints, level: float) -> Bools:
     return out
 
 
+def sizes_beside(points: Floats, faces: Ints, normals: Floats, outlying: Bools, scored: Bools) -> tuple[float, float]:
+    """How far vertices that are no outliers are from where others expect them: those beside an outlier, and all others.
+
+    Spikes strike anywhere, so that both are alike. Uneven noise stands out where it is loud, and all vertices there are off.
+
+    Args:
+        points: (n, 3) coordinates with a mean edge of 1.
+        faces: (m, 3) triangles.
+        normals: (n, 3) unit normals of a smoothed copy.
+        outlying: (n,) the outliers, which nothing is expected by.
+        scored: (n,) the vertices that count.
+
+    Returns:
+        Both medians of the sizes s of `outlying_vertices`; 0 where no vertex is.
+    """
+    a, b = edges(faces).T
+    beside = np.zeros_like(outlying)
+    beside[a[outlying[b]]] = beside[b[outlying[a]]] = True
+    sizes, counted = _sizes(points, one_rings(faces, len(points)), normals, outlying), scored & ~outlying
+    near, far = (sizes[counted & which] for which in (beside, ~beside))
+    return (float(np.median(near)) if len(near) else 0.0), (float(np.median(far)) if len(far) else 0.0)
+
+
 def put_where_expected(points: Floats, faces: Ints, normals: Floats, which: Ints) -> Floats:
     """(n, 3) the points, some vertices moved along their normals to where the quadric through the others expects them."""
     hidden = np.zeros(len(points), dtype=np.bool_)

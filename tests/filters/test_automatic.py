@@ -51,6 +51,29 @@ MESHES = {
 }
 
 
+def _plate(squares: int) -> tuple[np.ndarray, np.ndarray]:
+    """A curved sheet and another 1.5 below it, joined along their borders."""
+    top, faces = grid(squares, squares)
+    top[:, 2] = 4.0 * np.sin(6.0 / squares * top[:, 0]) * np.sin(5.0 / squares * top[:, 1])
+    at = np.arange(len(top)).reshape(squares + 1, squares + 1)
+    rim = np.concatenate([at[0, :], at[1:, -1], at[-1, -2::-1], at[-2:0:-1, 0]])
+    following, below = np.roll(rim, -1), len(top)
+    sides = [np.column_stack([rim, rim + below, following]), np.column_stack([following, rim + below, following + below])]
+    return np.concatenate([top, top - [0.0, 0.0, 1.5]]), np.concatenate([faces, faces[:, ::-1] + below, *sides]).astype(np.int32)
+
+
+def _steps(squares: int) -> tuple[np.ndarray, np.ndarray]:
+    """Heights over a grid: gentle waves, and nine blocks with sloped sides on them."""
+    vertices, faces = grid(squares, squares)
+    x, y = vertices[:, 0] / squares, vertices[:, 1] / squares
+    vertices[:, 2] = 0.05 * np.sin(3.0 * x) * np.cos(2.0 * y)
+    for across in (0.2, 0.5, 0.8):
+        for along in (0.2, 0.5, 0.8):
+            vertices[:, 2] += np.clip(4.0 * (0.1 - np.maximum(abs(x - across), abs(y - along))), 0.0, 0.05)
+    vertices[:, 2] *= squares
+    return vertices, faces
+
+
 def _spiky_ball() -> np.ndarray:
     vertices, faces = icosphere(3)
     moved = np.arange(7, len(vertices), 12)
@@ -300,6 +323,40 @@ def test_uneven_noise_is_noise() -> None:
     truth = face_normals(true_vertices, faces)
     assert choice.kind == "noisy"
     assert mean_angle(face_normals(result, faces), truth) < mean_angle(face_normals(vertices, faces), truth) / 2.0
+
+
+def test_noise_along_an_axis_is_noise() -> None:
+    """Of a cube two sides are rough and four exact: it is not clean, nothing is a spike, and the angle falls to a fifth."""
+    true_vertices, faces = subdivided(*FINE_CUBE)
+    heights = 0.2 * np.random.default_rng(3).normal(size=len(true_vertices)) * mean_edge_length(true_vertices, faces)
+    vertices = true_vertices + heights[:, None] * [0.0, 0.0, 1.0]
+    result, choice = denoise_automatically(vertices, faces)
+    truth = face_normals(true_vertices, faces)
+    assert choice.kind == "noisy"
+    assert choice.setting.outliers == "keep"
+    assert mean_angle(face_normals(result, faces), truth) < mean_angle(face_normals(vertices, faces), truth) / 5.0
+
+
+def test_weak_noise_beside_many_edges_is_taken() -> None:
+    """A thin plate agrees along its rim, by 0.36; its noise of 0.05 edges does not, and its angle falls to a third."""
+    true_vertices, faces = _plate(40)
+    vertices, _ = _along_normals((true_vertices, faces), 0.05)
+    result, choice = denoise_automatically(vertices, faces)
+    truth = face_normals(true_vertices, faces)
+    assert choice.kind == "noisy"
+    assert mean_angle(face_normals(result, faces), truth) < mean_angle(face_normals(vertices, faces), truth) / 3.0
+    assert np.array_equal(denoise_automatically(true_vertices, faces)[0], true_vertices)
+
+
+def test_a_map_whose_noise_grows_is_denoised() -> None:
+    """Heights over a grid with noise of up to 0.4 edges on one side and none on the other: the angle falls to a third."""
+    true_vertices, faces = _steps(84)
+    growing = true_vertices[:, :1] / true_vertices[:, 0].max()
+    vertices = true_vertices + growing * (_along_normals((true_vertices, faces), 0.4)[0] - true_vertices)
+    result, choice = denoise_automatically(vertices, faces)
+    truth = face_normals(true_vertices, faces)
+    assert choice.kind == "noisy"
+    assert mean_angle(face_normals(result, faces), truth) < mean_angle(face_normals(vertices, faces), truth) / 3.0
 
 
 @pytest.mark.parametrize("mesh", [torus(60, 30), subdivided(*FINE_CUBE)], ids=["torus", "cube"])

@@ -18,6 +18,7 @@ from pymeshfair.filters.evidence import (
     outlying_vertices,
     predicted_heights,
     sample_of,
+    sizes_beside,
     without,
 )
 from pymeshfair.filters.geometry import mean_edge_length
@@ -245,6 +246,23 @@ def test_spikes_stand_out_and_the_tip_of_a_cone_does_not() -> None:
     away = np.linalg.norm(cone[:, :2] - np.median(cone[:, :2], axis=0), axis=1)
     cone[:, 2] -= away
     assert not outlying_vertices(cone, FLAT[1], UP)[away.argmin()]
+
+
+def test_beside_spikes_a_sheet_is_as_rough_as_elsewhere_and_where_noise_is_loud_it_is_rougher() -> None:
+    """With spikes both medians agree to a fifth; where noise is loud on one half outliers are there, and it is rougher."""
+    scored = far_from_border(FLAT[1], len(FLAT[0]))
+    spiky, uneven, none = _rough(0.1), _rough(0.05), np.zeros(len(FLAT[0]), dtype=np.bool_)
+    spiky[np.flatnonzero(scored)[::23], 2] += 1.5
+    loud = uneven[:, 0] > np.median(uneven[:, 0])
+    uneven[loud, 2] *= 6.0
+    beside, elsewhere = sizes_beside(spiky, FLAT[1], UP, outlying_vertices(spiky, FLAT[1], UP), scored)
+    assert beside == pytest.approx(elsewhere, rel=0.2)
+    outlying = outlying_vertices(uneven, FLAT[1], UP)
+    assert outlying[loud].sum() > 10 * outlying[~loud].sum()
+    beside, elsewhere = sizes_beside(uneven, FLAT[1], UP, outlying, scored)
+    assert beside > 1.5 * elsewhere
+    assert sizes_beside(spiky, FLAT[1], UP, none, scored)[0] == 0.0
+    assert sizes_beside(spiky, FLAT[1], UP, none, none) == (0.0, 0.0)
 
 
 def test_what_stands_out_is_the_same_for_a_renumbered_mesh() -> None:
