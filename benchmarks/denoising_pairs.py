@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -69,8 +70,24 @@ def uniform(reach: float) -> Noise:
     return lambda v, f, r: v + r.uniform(-reach, reach, size=v.shape) * mean_edge_length(v, f)
 
 
+def uneven(levels: Callable[[Floats], Floats]) -> Noise:
+    """Along the normals, of so many mean edges as `levels` says of places scaled to a box from 0 to 1."""
+
+    def displaced(v: Floats, f: Ints, r: np.random.Generator) -> Floats:
+        heights = r.normal(size=len(v)) * levels((v - v.min(axis=0)) / np.ptp(v, axis=0)) * mean_edge_length(v, f)
+        return v + heights[:, None] * smooth_normals(v, f)
+
+    return displaced
+
+
+def along_an_axis(level: float) -> Noise:
+    """Along z alone, as of a scanner that looks down: nothing on what is parallel to its view."""
+    return lambda v, f, r: v + np.outer(r.normal(size=len(v)) * level * mean_edge_length(v, f), [0.0, 0.0, 1.0])
+
+
 #: n: along the normals, a: in all directions, u: evenly in all directions, i: impulses along the normals, s: in all directions on
-#: three in ten vertices; the number is in tenths of mean edges
+#: three in ten vertices, h: along the normals, a sixth of it on one half, g: growing from nothing to it along x, x: along an axis; the
+#: number is in tenths of mean edges
 NOISES: dict[str, Noise] = {
     **{f"n{10 * level:g}": along_normals(level) for level in (0.03, 0.05, 0.1, 0.2, 0.3, 0.5, 0.6)},
     **{f"a{10 * level:g}": all_directions(level) for level in (0.1, 0.2, 0.3)},
@@ -78,6 +95,9 @@ NOISES: dict[str, Noise] = {
     "i5": along_normals(0.5, share=0.2),
     "i10": along_normals(1.0, share=0.05),
     "i8": along_normals(0.8, share=0.5),
+    "h3": uneven(lambda p: np.where(p[:, 1] > np.median(p[:, 1]), 0.3, 0.05)),
+    "g4": uneven(lambda p: 0.4 * p[:, 0]),
+    "x2": along_an_axis(0.2),
     **{f"s{10 * level:g}": all_directions(level, share=0.3) for level in (0.2, 0.4, 0.8)},
 }
 
@@ -148,10 +168,8 @@ def terrain() -> tuple[Floats, Ints]:
         for _ in range(4):
             direction, phase = rng.normal(size=2), rng.uniform(0, 6.28)
             z += 0.12 * 0.45**octave * np.sin(2**octave * 3.0 * (direction[0] * x + direction[1] * y) + phase)
-    at = np.arange(n * n).reshape(n, n)
-    a, b, c, d = at[:-1, :-1].ravel(), at[:-1, 1:].ravel(), at[1:, 1:].ravel(), at[1:, :-1].ravel()
-    faces = np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])]).astype(np.int32)
-    return np.column_stack([x.ravel(), y.ravel(), z.ravel()]), faces
+    at = np.arange(n * n, dtype=np.int32).reshape(n, n)
+    return np.column_stack([x.ravel(), y.ravel(), z.ravel()]), _halved(at[:-1, :-1], at[:-1, 1:], at[1:, 1:], at[1:, :-1])
 
 
 def knot() -> tuple[Floats, Ints]:
@@ -167,10 +185,9 @@ def knot() -> tuple[Floats, Ints]:
     s = np.linspace(0.0, 2.0 * np.pi, m, endpoint=False)
     ring = np.cos(s)[None, :, None] * first[:, None, :] + np.sin(s)[None, :, None] * second[:, None, :]
     points = (middle[:, None, :] + 0.5 * ring).reshape(-1, 3)
-    at = np.arange(n * m).reshape(n, m)
-    b, c, d = np.roll(at, -1, axis=0), np.roll(np.roll(at, -1, axis=0), -1, axis=1), np.roll(at, -1, axis=1)
-    faces = np.concatenate([np.column_stack([p.ravel() for p in (at, b, c)]), np.column_stack([p.ravel() for p in (at, c, d)])])
-    return points, faces.astype(np.int32)
+    at = np.arange(n * m, dtype=np.int32).reshape(n, m)
+    b, d = np.roll(at, -1, axis=0), np.roll(at, -1, axis=1)
+    return points, _halved(at, b, np.roll(b, -1, axis=1), d)
 
 
 def house() -> tuple[Floats, Ints]:
@@ -185,6 +202,58 @@ def house() -> tuple[Floats, Ints]:
         meshes.add_mesh(pymeshlab.Mesh(*_box((1.1, 1.1, 1.1), move)))
         meshes.generate_boolean_difference(first_mesh=meshes.mesh_number() - 2, second_mesh=meshes.mesh_number() - 1)
     return remeshed(in_order(meshes), 1.5)
+
+
+def turned() -> tuple[Floats, Ints]:
+    """A turned part with steps, grooves and cones, its faces in rows and longer across them."""
+    profile = np.array(
+        [(0.3, 0.0), (1.0, 0.0), (1.0, 0.4), (0.7, 0.5), (0.7, 1.2), (0.9, 1.3), (0.9, 1.6), (0.5, 1.8), (0.5, 2.2), (0.3, 2.2)]
+    )
+    outline = []
+    for start, end in pairwise(profile):
+        pieces = max(2, int(np.linalg.norm(end - start) / 0.06))
+        outline += [start + (end - start) * k / pieces for k in range(pieces)]
+    radius, height = np.array(outline).T
+    angles = np.linspace(0.0, 2.0 * np.pi, 90, endpoint=False)[:, None]
+    points = np.stack([radius * np.cos(angles), radius * np.sin(angles), np.broadcast_to(height, (90, len(height)))], axis=2)
+    at = np.arange(90 * len(height), dtype=np.int32).reshape(90, len(height))
+    b, d = np.roll(at, -1, axis=0), np.roll(at, -1, axis=1)
+    return points.reshape(-1, 3), _halved(at, b, np.roll(b, -1, axis=1), d)
+
+
+def plate() -> tuple[Floats, Ints]:
+    """A curved sheet of one and a half edges' thickness."""
+    n = 60
+    x, y = np.meshgrid(np.linspace(0.0, 1.0, n), np.linspace(0.0, 1.0, n))
+    top = np.column_stack([x.ravel(), y.ravel(), (0.1 * np.sin(6.0 * x) * np.sin(5.0 * y)).ravel()])
+    at = np.arange(n * n, dtype=np.int32).reshape(n, n)
+    sheet = _halved(at[:-1, :-1], at[:-1, 1:], at[1:, 1:], at[1:, :-1])
+    rim = np.concatenate([at[0, :], at[1:, -1], at[-1, -2::-1], at[-2:0:-1, 0]])
+    following, below = np.roll(rim, -1), n * n
+    sides = [np.column_stack([rim, rim + below, following]), np.column_stack([following, rim + below, following + below])]
+    faces = np.concatenate([sheet, sheet[:, ::-1] + below, *sides])
+    return np.concatenate([top, top - [0.0, 0.0, 1.5 / n]]), faces.astype(np.int32)
+
+
+def emblems() -> tuple[Floats, Ints]:
+    """Squares, discs and rhombs with sloped sides on gentle waves, on an even grid with a border."""
+    n = 85
+    x, y = np.meshgrid(np.linspace(0.0, 1.0, n), np.linspace(0.0, 1.0, n))
+    z = 0.05 * np.sin(3.0 * x) * np.cos(2.0 * y)
+    for i in range(3):
+        for j in range(3):
+            across, along = np.abs(x - 0.2 - 0.3 * i), np.abs(y - 0.2 - 0.3 * j)
+            away = (np.maximum(across, along), np.hypot(across, along), across + along)[(i + j) % 3]
+            z += np.clip((0.1 - away) * 4.0, 0.0, 0.05)
+    at = np.arange(n * n, dtype=np.int32).reshape(n, n)
+    faces = _halved(at[:-1, :-1], at[:-1, 1:], at[1:, 1:], at[1:, :-1])
+    return np.column_stack([x.ravel(), y.ravel(), z.ravel()]), faces
+
+
+def _halved(a: Ints, b: Ints, c: Ints, d: Ints) -> Ints:
+    """(2 k, 3) triangles of k quadrilaterals, given by their corners in order."""
+    halves = [np.column_stack([p.ravel() for p in corners]) for corners in ((a, b, c), (a, c, d))]
+    return np.concatenate(halves).astype(np.int32)
 
 
 def _box(size: tuple[float, float, float], move: Floats) -> tuple[Floats, Ints]:
@@ -203,6 +272,9 @@ def looked_at(scans: Path | None) -> tuple[Shape, ...]:
         Shape("torus", "n0.3 n1 n3 u4 i8", torus),
         Shape("blobs", "n0.3 n1 n2 n5 a1 i10 s4", blobs),
         Shape("terrain", "n1 n3 a2 i5 i10 s2 s4", terrain),
+        Shape("turned", "n0.5 n2 h3 g4 x2", turned),
+        Shape("plate", "n0.5 n2 h3 g4 x2", plate),
+        Shape("emblems", "n0.5 n2 h3 g4 x2", emblems),
     )
     return (*shapes, *_scans(scans, (("rabbit.obj", 16000, "n0.5 n2 n3 a3 i8 s2 s4 s8"),)))
 
@@ -211,16 +283,19 @@ def unseen(scans: Path | None) -> tuple[Shape, ...]:
     """The half that only the last run sees."""
     shapes = (
         Shape("bone", "n0.5 n2 n5 a2 i5", lambda: taken(SAMPLES / "bone.ply", edge=1.1)),
-        Shape("bone_smooth", "n0.5 n2 n5 a2 i5", lambda: _with_steps(*taken(SAMPLES / "bone.ply", edge=1.1), "taubin", 10)),
-        Shape("airplane", "n1 n2 n3 i10 s4", lambda: taken(SAMPLES / "airplane.obj", edge=0.9)),
-        Shape("chest", "n0.5 n1 n3 a3 i8 s8", chest_mesh),
-        Shape("dodecahedron", "n0.3 n2 n5 a3 i5", dodecahedron),
-        Shape("gear", "n0.5 n1 n2 n3 n6 a2 i5 u4", gear),
-        Shape("gyroid", "n0.3 n1 n3 a1 a3 i10 s2", gyroid),
-        Shape("knot", "n1 n3 n5 a2 i8 s4", knot),
-        Shape("house", "n0.5 n1 n2 n5 a3 i10 s2", house),
+        Shape("bone_smooth", "n0.5 n2 n5 a2 i5 h3 x2", lambda: _with_steps(*taken(SAMPLES / "bone.ply", edge=1.1), "taubin", 10)),
+        Shape("airplane", "n1 n2 n3 i10 s4 h3 x2", lambda: taken(SAMPLES / "airplane.obj", edge=0.9)),
+        Shape("chest", "n0.5 n1 n3 a3 i8 s8 g4 x2", chest_mesh),
+        Shape("dodecahedron", "n0.3 n2 n5 a3 i5 h3", dodecahedron),
+        Shape("gear", "n0.5 n1 n2 n3 n6 a2 i5 u4 h3 g4 x2", gear),
+        Shape("gyroid", "n0.3 n1 n3 a1 a3 i10 s2 g4 x2", gyroid),
+        Shape("knot", "n1 n3 n5 a2 i8 s4 h3 x2", knot),
+        Shape("house", "n0.5 n1 n2 n5 a3 i10 s2 h3 g4 x2", house),
     )
-    return (*shapes, *_scans(scans, (("angel.obj", 24000, "n0.5 n2 n3 a2 i5 s2"), ("iron.ply", 20000, "n1 n2 a3 i8 s4"))))
+    return (
+        *shapes,
+        *_scans(scans, (("angel.obj", 24000, "n0.5 n2 n3 a2 i5 s2 h3 x2"), ("iron.ply", 20000, "n1 n2 a3 i8 s4 g4"))),
+    )
 
 
 def _scans(folder: Path | None, wanted: Sequence[tuple[str, int, str]]) -> tuple[Shape, ...]:
