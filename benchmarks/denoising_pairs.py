@@ -49,8 +49,7 @@ def along_normals(level: float, share: float = 1.0) -> Noise:
     """A share of the vertices is off along the normals, by a normally distributed height of `level` mean edges."""
 
     def displaced(v: Floats, f: Ints, r: np.random.Generator) -> Floats:
-        heights = r.normal(size=len(v)) * level * (r.random(len(v)) < share) * mean_edge_length(v, f)
-        return v + heights[:, None] * smooth_normals(v, f)
+        return _raised(v, f, r.normal(size=len(v)) * level * (r.random(len(v)) < share))
 
     return displaced
 
@@ -74,10 +73,14 @@ def uneven(levels: Callable[[Floats], Floats]) -> Noise:
     """Along the normals, of so many mean edges as `levels` says of places scaled to a box from 0 to 1."""
 
     def displaced(v: Floats, f: Ints, r: np.random.Generator) -> Floats:
-        heights = r.normal(size=len(v)) * levels((v - v.min(axis=0)) / np.ptp(v, axis=0)) * mean_edge_length(v, f)
-        return v + heights[:, None] * smooth_normals(v, f)
+        return _raised(v, f, r.normal(size=len(v)) * levels((v - v.min(axis=0)) / np.ptp(v, axis=0)))
 
     return displaced
+
+
+def _raised(v: Floats, f: Ints, heights: Floats) -> Floats:
+    """The vertices moved along their normals, by heights in mean edges."""
+    return v + (heights * mean_edge_length(v, f))[:, None] * smooth_normals(v, f)
 
 
 def along_an_axis(level: float) -> Noise:
@@ -168,8 +171,7 @@ def terrain() -> tuple[Floats, Ints]:
         for _ in range(4):
             direction, phase = rng.normal(size=2), rng.uniform(0, 6.28)
             z += 0.12 * 0.45**octave * np.sin(2**octave * 3.0 * (direction[0] * x + direction[1] * y) + phase)
-    at = np.arange(n * n, dtype=np.int32).reshape(n, n)
-    return np.column_stack([x.ravel(), y.ravel(), z.ravel()]), _halved(at[:-1, :-1], at[:-1, 1:], at[1:, 1:], at[1:, :-1])
+    return np.column_stack([x.ravel(), y.ravel(), z.ravel()]), _sheet(n)
 
 
 def knot() -> tuple[Floats, Ints]:
@@ -185,9 +187,7 @@ def knot() -> tuple[Floats, Ints]:
     s = np.linspace(0.0, 2.0 * np.pi, m, endpoint=False)
     ring = np.cos(s)[None, :, None] * first[:, None, :] + np.sin(s)[None, :, None] * second[:, None, :]
     points = (middle[:, None, :] + 0.5 * ring).reshape(-1, 3)
-    at = np.arange(n * m, dtype=np.int32).reshape(n, m)
-    b, d = np.roll(at, -1, axis=0), np.roll(at, -1, axis=1)
-    return points, _halved(at, b, np.roll(b, -1, axis=1), d)
+    return points, _ring(n, m)
 
 
 def house() -> tuple[Floats, Ints]:
@@ -216,9 +216,7 @@ def turned() -> tuple[Floats, Ints]:
     radius, height = np.array(outline).T
     angles = np.linspace(0.0, 2.0 * np.pi, 90, endpoint=False)[:, None]
     points = np.stack([radius * np.cos(angles), radius * np.sin(angles), np.broadcast_to(height, (90, len(height)))], axis=2)
-    at = np.arange(90 * len(height), dtype=np.int32).reshape(90, len(height))
-    b, d = np.roll(at, -1, axis=0), np.roll(at, -1, axis=1)
-    return points.reshape(-1, 3), _halved(at, b, np.roll(b, -1, axis=1), d)
+    return points.reshape(-1, 3), _ring(90, len(height))
 
 
 def plate() -> tuple[Floats, Ints]:
@@ -226,8 +224,7 @@ def plate() -> tuple[Floats, Ints]:
     n = 60
     x, y = np.meshgrid(np.linspace(0.0, 1.0, n), np.linspace(0.0, 1.0, n))
     top = np.column_stack([x.ravel(), y.ravel(), (0.1 * np.sin(6.0 * x) * np.sin(5.0 * y)).ravel()])
-    at = np.arange(n * n, dtype=np.int32).reshape(n, n)
-    sheet = _halved(at[:-1, :-1], at[:-1, 1:], at[1:, 1:], at[1:, :-1])
+    at, sheet = np.arange(n * n, dtype=np.int32).reshape(n, n), _sheet(n)
     rim = np.concatenate([at[0, :], at[1:, -1], at[-1, -2::-1], at[-2:0:-1, 0]])
     following, below = np.roll(rim, -1), n * n
     sides = [np.column_stack([rim, rim + below, following]), np.column_stack([following, rim + below, following + below])]
@@ -245,9 +242,20 @@ def emblems() -> tuple[Floats, Ints]:
             across, along = np.abs(x - 0.2 - 0.3 * i), np.abs(y - 0.2 - 0.3 * j)
             away = (np.maximum(across, along), np.hypot(across, along), across + along)[(i + j) % 3]
             z += np.clip((0.1 - away) * 4.0, 0.0, 0.05)
+    return np.column_stack([x.ravel(), y.ravel(), z.ravel()]), _sheet(n)
+
+
+def _sheet(n: int) -> Ints:
+    """The triangles of n rows of n vertices."""
     at = np.arange(n * n, dtype=np.int32).reshape(n, n)
-    faces = _halved(at[:-1, :-1], at[:-1, 1:], at[1:, 1:], at[1:, :-1])
-    return np.column_stack([x.ravel(), y.ravel(), z.ravel()]), faces
+    return _halved(at[:-1, :-1], at[:-1, 1:], at[1:, 1:], at[1:, :-1])
+
+
+def _ring(n: int, m: int) -> Ints:
+    """The triangles of n closed rows of m vertices, the last row joined to the first."""
+    at = np.arange(n * m, dtype=np.int32).reshape(n, m)
+    following, beside = np.roll(at, -1, axis=0), np.roll(at, -1, axis=1)
+    return _halved(at, following, np.roll(following, -1, axis=1), beside)
 
 
 def _halved(a: Ints, b: Ints, c: Ints, d: Ints) -> Ints:
@@ -292,10 +300,8 @@ def unseen(scans: Path | None) -> tuple[Shape, ...]:
         Shape("knot", "n1 n3 n5 a2 i8 s4 h3 x2", knot),
         Shape("house", "n0.5 n1 n2 n5 a3 i10 s2 h3 g4 x2", house),
     )
-    return (
-        *shapes,
-        *_scans(scans, (("angel.obj", 24000, "n0.5 n2 n3 a2 i5 s2 h3 x2"), ("iron.ply", 20000, "n1 n2 a3 i8 s4 g4"))),
-    )
+    figures = (("angel.obj", 24000, "n0.5 n2 n3 a2 i5 s2 h3 x2"), ("iron.ply", 20000, "n1 n2 a3 i8 s4 g4"))
+    return (*shapes, *_scans(scans, figures))
 
 
 def _scans(folder: Path | None, wanted: Sequence[tuple[str, int, str]]) -> tuple[Shape, ...]:

@@ -18,9 +18,9 @@ from .slid import WaysBack
 
 # More vertices than this stand out of impulsive noise: of Gaussian noise up to 0.003, of clean meshes up to 0.007.
 _IMPULSIVE = 0.01
-# Beside spikes vertices are as far off as elsewhere, up to 1.1 times. Where uneven noise stands out they are 1.2 times as far off
-# and more, and by more than this, in mean edges: details that stand out have up to 0.05.
-_LOUDER, _LOUD, _STAND_OUT = 1.2, 0.05, 0.005
+# Noise may be uneven where more vertices than this share stand out. Beside spikes the others are as far off as elsewhere, up to
+# 1.1 times. Where uneven noise stands out they are 1.2 times as far off and more, and by more mean edges than details are.
+_STAND_OUT, _LOUDER, _LOUD = 0.005, 1.2, 0.05
 # Fewer faces folded over than this share cost less than evening out a ball does, see `folds_cost_more`.
 _FOLDED = 0.0005
 
@@ -31,9 +31,8 @@ class FewSettings:
 
     Filters that keep edges keep vertices that stand out, and those that have slid along the surface. So, if there are outliers:
 
-    1. They are replaced by what the others expect before settings are tried, and are no evidence, unless all are off beside
-       them, as where noise is uneven. Where the others are nearly
-       exact, see `Scan.exact`, nothing but they is to move: this too is tried.
+    1. They are replaced by what the others expect before settings are tried, and are no evidence, unless all are off beside them,
+       as where noise is uneven. Where the others are nearly exact, see `Scan.exact`, nothing but they is to move: this is tried.
     2. What is found is compared with the same setting that keeps outliers.
     3. If outliers have slid along the surface and it leaves faces folded over, others have slid too: settings whose steps of
        Taubin's even that out are tried as well, and instead of it if `folds_cost_more`.
@@ -51,15 +50,16 @@ class FewSettings:
 
     def found(self) -> dict[Setting, Choice[Setting] | None]:
         """The settings that are to be compared, each with what speaks for it; the first keeps outliers."""
-        scan, may = self.scan, self.repertoire.outliers != "keep"
+        scan = self.scan
         calmed, outlying = replace_outlying(scan.points, scan.faces, scan.movable)
         uneven = self._uneven(calmed, outlying)
-        if may and not uneven and np.mean(outlying) > _IMPULSIVE:
+        may = not uneven and self.repertoire.outliers != "keep"
+        if may and np.mean(outlying) > _IMPULSIVE:
             return self._without(calmed, outlying)
         evidence = self._tried_on(scan, self.repertoire, certain=uneven)
         setting = Setting() if evidence is None else evidence.chosen.label
         found = {setting: evidence}
-        if may and not uneven and np.mean(far_from(scan.points, scan.faces, self._in_full(setting))) > _IMPULSIVE:
+        if may and np.mean(far_from(scan.points, scan.faces, self._in_full(setting))) > _IMPULSIVE:
             found[replace(setting, outliers="replace")] = evidence
         return found
 

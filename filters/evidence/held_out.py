@@ -97,14 +97,20 @@ def heights_of_means(points: Floats, rings: OneRings, normals: Floats, which: In
     return np.asarray(np.einsum("ij,ij->i", ways, normals[which]))
 
 
+def with_neighbours(which: Bools, pairs: Ints) -> Bools:
+    """(n,) some vertices and those that (e, 2) edges join to them."""
+    a, b = pairs.T
+    reached = which.copy()
+    reached[b[which[a]]] = reached[a[which[b]]] = True
+    return reached
+
+
 def far_from_border(faces: Ints, n_vertices: int, *, rings: int = 2) -> Bools:
     """(n,) the vertices of the faces that more than that many edges separate from the border: their surroundings are whole."""
     pairs = edges(faces)
     near = border_vertices(faces, n_vertices)
     for _ in range(rings):
-        reached = near[pairs]
-        near[pairs[reached[:, 0], 1]] = True
-        near[pairs[reached[:, 1], 0]] = True
+        near = with_neighbours(near, pairs)
     far = np.zeros(n_vertices, dtype=np.bool_)
     far[pairs] = True
     return np.asarray(far & ~near)

@@ -6,6 +6,7 @@ from ..compilation import compiled
 from ..execution import over_range
 from ..mesh import Bools, Floats, Ints, Longs
 from ..topology import OneRings, edges, one_rings, referenced_vertices
+from .held_out import with_neighbours
 from .quadric_prediction import predicted_heights
 
 # A vertex stands out if it is off by more than three times what those in its two rings are, and those of the whole mesh, and by
@@ -96,9 +97,7 @@ def sizes_beside(points: Floats, faces: Ints, normals: Floats, outlying: Bools, 
     Returns:
         Both medians of the sizes s of `outlying_vertices`; 0 where no vertex is.
     """
-    a, b = edges(faces).T
-    beside = np.zeros_like(outlying)
-    beside[a[outlying[b]]] = beside[b[outlying[a]]] = True
+    beside = with_neighbours(outlying, edges(faces))
     sizes, counted = _sizes(points, one_rings(faces, len(points)), normals, outlying), scored & ~outlying
     near, far = (sizes[counted & which] for which in (beside, ~beside))
     return (float(np.median(near)) if len(near) else 0.0), (float(np.median(far)) if len(far) else 0.0)
