@@ -16,7 +16,7 @@ from .face_normals import (
 )
 from .loops import area_vector, side_lengths
 from .triangles import angle_at, cross_product, quality_and_normal, squared_length
-from .vertex_normals import vertex_normals_by_area
+from .vertex_normals import vertex_normals_by_angle, vertex_normals_by_area
 
 __all__ = [
     "AREA",
@@ -41,5 +41,6 @@ __all__ = [
     "squared_length",
     "turned_faces",
     "vector_lengths",
+    "vertex_normals_by_angle",
     "vertex_normals_by_area",
 ]

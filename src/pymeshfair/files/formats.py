@@ -1,23 +1,27 @@
-"""The mesh files that a run reads and writes, and what each kind can hold.
-
-What a format holds was found by writing a mesh that has everything with pymeshlab 2025.7 and reading it back; the tests do it
-again. The edges of a PLY file are written here, see `ply_edges`.
-"""
+"""The mesh files that a run reads and writes, and what each kind can hold."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
-from typing import Any
 
-#: Everything that MeshLab reads as a mesh, but for programs that generate one (.es), molecules (.pdb), MeshLab's own memory dumps
-#: (.vmi) and .fbx, on which it crashes.
-READABLE = (
-    *("ply", "obj", "stl", "off", "3mf", "glb", "gltf", "dae", "wrl", "x3d", "x3dv", "3ds", "ctm", "qobj", "tri"),
-    *("xyz", "pts", "asc", "txt", "apts", "ptx", "e57", "bre"),
+from ..mesh_data import MeshData
+from ..mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES
+
+#: everything that a mesh may have besides its vertices and that a file may keep or lose, in the words of messages
+ATTRIBUTES = (
+    *("faces", "edges", "vertex normals", "vertex colours", "vertex scalars", "vertex texture coordinates"),
+    *("face colours", "face scalars", "wedge texture coordinates", "textures", "custom attributes"),
+    *("vertex opacities", "face opacities", "vertex radii", "polygons"),
 )
+#: formats that are read here, strictly and to their last byte
+READABLE = (
+    *("ply", "obj", "stl", "off", "3mf", "glb", "gltf", "dae", "wrl", "x3d", "x3dv"),
+    *("xyz", "pts", "asc", "txt", "apts", "ptx", "las", "laz"),
+)
+#: formats that MeshLab's own readers alone know; they believe whatever a file says
+UNCHECKED = ("3ds", "ctm", "qobj", "tri", "e57", "bre")
 
 
 @dataclass(frozen=True)
@@ -28,57 +32,57 @@ class Format:
         extension: without the dot, in lower case.
         rounding: how far writing moves a coordinate at most, as a share of its amount, and in units besides.
         holds: what of `ATTRIBUTES` it keeps; everything else that a mesh has is named in a warning.
-        options: what to tell pymeshlab when saving.
     """
 
     extension: str
     rounding: tuple[float, float]
     holds: frozenset[str]
-    options: Mapping[str, Any]
 
 
-#: everything that a mesh of MeshLab may have besides its vertices and that a file may keep or lose, in the words of warnings
-ATTRIBUTES = (
-    "faces",
-    "edges",
-    "vertex normals",
-    "vertex colours",
-    "vertex scalars",
-    "vertex texture coordinates",
-    "face colours",
-    "face scalars",
-    "wedge texture coordinates",
-    "textures",
-    "custom attributes",
-    "vertex opacities",
-    "face opacities",
-    "vertex radii",
-)
-
-
-def _format(extension: str, rounding: tuple[float, float], *holds: str, **options: Any) -> Format:
+def _format(extension: str, rounding: tuple[float, float], *holds: str) -> Format:
     assert set(holds) <= set(ATTRIBUTES)
-    return Format(extension, rounding, frozenset(holds), MappingProxyType(options))
+    return Format(extension, rounding, frozenset(holds))
 
 
-# Without `save_polygonal=False` MeshLab merges triangles back into polygons, and then writes 7 decimals and texture coordinates
-# that are all 0.
-_OBJ = ("faces", "edges", "vertex normals", "vertex colours", "face colours", "wedge texture coordinates", "textures")
+_OBJ = ("faces", "edges", "vertex normals", "vertex colours", "vertex texture coordinates", "wedge texture coordinates")
 _OFF = ("faces", "vertex normals", "vertex colours", "vertex opacities", "face colours", "vertex texture coordinates")
-# Not .x3d, in which MeshLab tears a textured mesh apart, and not .ctm, .e57, .3ds and .dae, which lose more than they say.
 _EXACT, _FLOAT = (0.0, 0.0), 2.0**-24
 WRITABLE: Mapping[str, Format] = {
     f.extension: f
     for f in (
-        _format("ply", _EXACT, *ATTRIBUTES, binary=True),
-        _format("obj", _EXACT, *_OBJ, save_polygonal=False),
-        _format("off", _EXACT, *_OFF, save_polygonal=False),
-        _format("stl", (_FLOAT, 0.0), "faces", binary=True, save_face_color=False),
+        _format("ply", _EXACT, *ATTRIBUTES),
+        _format("obj", _EXACT, *_OBJ, "face colours", "textures", "polygons"),
+        _format("off", _EXACT, *_OFF, "polygons"),
+        _format("stl", (_FLOAT, 0.0), "faces", "face colours"),
+        _format("glb", (_FLOAT, 0.0), "faces", "vertex normals", "vertex colours", "vertex opacities", "textures"),
         _format("3mf", (_FLOAT, 1e-6), "faces"),
-        _format("wrl", (5e-6, 0.0), "faces", "vertex colours", save_wedge_texcoord=False),
-        _format("xyz", (0.0, 5e-7), "vertex normals"),
+        _format("wrl", (5e-6, 0.0), "faces", "vertex colours"),
+        _format("xyz", _EXACT, "vertex normals"),
     )
 }
+
+
+def attributes_of(mesh: MeshData) -> set[str]:
+    """Which of `ATTRIBUTES` a mesh has."""
+    vertex, face, has_faces = mesh.vertex_attributes, mesh.face_attributes, len(mesh.faces) > 0
+    present = {
+        "faces": has_faces,
+        "edges": len(mesh.edges) > 0,
+        "vertex normals": mesh.keeps_normals or (not has_faces and "normals" in vertex),
+        "vertex colours": "colors" in vertex,
+        "vertex scalars": "scalars" in vertex,
+        "vertex texture coordinates": "texture_coordinates" in vertex,
+        "face colours": "colors" in face,
+        "face scalars": "scalars" in face,
+        "wedge texture coordinates": "wedge_texture_coordinates" in face,
+        "textures": bool(mesh.textures),
+        "custom attributes": bool(vertex.keys() - VERTEX_ATTRIBUTES or face.keys() - FACE_ATTRIBUTES),
+        "vertex opacities": "colors" in vertex and bool((vertex["colors"][:, 3] != 255).any()),
+        "face opacities": "colors" in face and bool((face["colors"][:, 3] != 255).any()),
+        "vertex radii": "radii" in vertex,
+        "polygons": "polygon" in face and bool((face["polygon"] >= 0).any()),
+    }
+    return {name for name, there in present.items() if there}
 
 
 def extension(path: Path) -> str:
@@ -86,6 +90,6 @@ def extension(path: Path) -> str:
     return path.suffix[1:].lower()
 
 
-def listed(extensions: Mapping[str, object] | tuple[str, ...]) -> str:
+def listed(extensions: Iterable[str]) -> str:
     """The extensions as a message gives them: ``.ply, .obj, .stl``."""
     return ", ".join(f".{e}" for e in extensions)

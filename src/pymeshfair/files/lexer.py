@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import functools
+import math
+from fractions import Fraction
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -10,8 +13,20 @@ from numpy.typing import NDArray
 from ..filters.compilation import compiled
 
 Bytes: TypeAlias = NDArray[np.uint8]
+Floats: TypeAlias = NDArray[np.float64]
 
-_POWERS = 10.0 ** np.arange(301)
+#: the largest power of ten that is tabled, and the least with another sign
+_MOST = 300
+#: added to the kind of a number that is not sure to be the nearest double
+UNSURE = 16
+
+
+@functools.cache
+def powers_of_ten() -> tuple[Floats, Floats]:
+    """Powers of ten, from 10^-300 to 10^300, each as the sum of two doubles."""
+    exact = [Fraction(10) ** power for power in range(-_MOST, _MOST + 1)]
+    high = [float(power) for power in exact]
+    return np.array(high), np.array([float(power - Fraction(first)) for power, first in zip(exact, high, strict=True)])
 
 
 @compiled
@@ -54,18 +69,40 @@ def _not_finite(text: Bytes, i: int, end: int) -> tuple[int, float]:
 
 
 @compiled
-def _scaled(mantissa: int, power: int) -> float:
-    """Mantissa * 10 ** power, in two steps so that neither leaves the range of a double before the result does."""
-    value = float(mantissa)
-    if power < 0:
-        value /= _POWERS[min(-power, 300)]
-        if power < -300:
-            value /= _POWERS[min(-power - 300, 300)]
-    elif power > 0:
-        value *= _POWERS[min(power, 300)]
-        if power > 300:
-            value *= _POWERS[min(power - 300, 300)]
-    return value
+def _product(a: float, b: float) -> tuple[float, float]:
+    """A * b as the sum of two doubles, exactly [dekker1971]."""
+    p = a * b
+    c = 134217729.0 * a
+    a_high = c - (c - a)
+    a_low = a - a_high
+    c = 134217729.0 * b
+    b_high = c - (c - b)
+    b_low = b - b_high
+    return p, ((a_high * b_high - p) + a_high * b_low + a_low * b_high) + a_low * b_low
+
+
+@compiled
+def _decimal(mantissa: int, power: int, high: Floats, low: Floats) -> tuple[float, bool]:
+    """Mantissa * 10 ** power in double precision, and whether that is sure to be the nearest double.
+
+    Twice the digits of a double are computed; what is too near to the middle of two doubles is left to others.
+    """
+    first = float(mantissa)
+    if power == 0 and mantissa <= 9007199254740992:
+        return first, True
+    if mantissa <= 9007199254740992 and -22 <= power <= 22:  # both are doubles, so that one rounding is all
+        return (first / high[_MOST - power] if power < 0 else first * high[_MOST + power]), True
+    if power < -290 or power > 280:
+        return 0.0, False
+    second = float(mantissa - int(first))
+    scale, rest = high[_MOST + power], low[_MOST + power]
+    p, e = _product(first, scale)
+    e += first * rest + second * scale
+    value = p + e
+    left = e - (value - p)
+    half = math.ldexp(1.0, math.frexp(value)[1] - 54)  # of a unit in the last place
+    error = value * 1e-29  # all of this is within 2^-100 of the value
+    return value, abs(abs(left) - half) > error and abs(abs(left) - 0.5 * half) > error
 
 
 @compiled
@@ -79,9 +116,15 @@ def lex(
     numbers: Any,
     keywords: Any,
     seconds: Any,
+    places: Any,
     line: int,
+    high: Floats,
+    low: Floats,
 ) -> tuple[int, int, int, int]:
-    """Fill the arrays; how many tokens and lines there are, the number of the next line, and the oddities."""
+    """Fill the arrays; how many tokens and lines there are, the number of the next line, and the oddities.
+
+    The arrays are those of `Tokens`; `places` says where each token begins, `high` and `low` are `powers_of_ten`.
+    """
     i, n, t, length, oddities = 0, len(text), 0, 0, 0
     end_of_token = np.zeros(256, np.bool_)
     for c in (9, 10, 13, 32):
@@ -107,7 +150,7 @@ def lex(
             if t == token0 and i > begin:
                 oddities |= 1
             # a number: its sign, its digits, its exponent
-            j, kind, mantissa, digits, power = i, 1, 0, 0, 0
+            j, kind, mantissa, digits, power, cut = i, 1, 0, 0, 0, False
             negative = c == 45
             if negative or c == 43:
                 j += 1
@@ -116,6 +159,7 @@ def lex(
                     mantissa = mantissa * 10 + (text[j] - 48)
                 else:
                     power += 1
+                    cut |= text[j] != 48
                 digits += 1
                 j += 1
             if j < n and text[j] == 46:
@@ -125,6 +169,8 @@ def lex(
                     if mantissa < 100000000000000000:
                         mantissa = mantissa * 10 + (text[j] - 48)
                         power -= 1
+                    else:
+                        cut |= text[j] != 48
                     digits += 1
                     j += 1
             if digits > 0 and j + 1 < n and text[j] | 32 == 101:
@@ -146,13 +192,11 @@ def lex(
                 elif digits == 0:
                     kind = 0
                 else:
-                    value = float(mantissa) if power == 0 else _scaled(mantissa, power)
-                    if mantissa > 9007199254740992 or power < -22 or power > 22:
-                        oddities |= 8  # else both are whole numbers of double precision, and one division rounds once
+                    value, sure = (0.0, True) if mantissa == 0 else _decimal(mantissa, power, high, low)
                     if negative:
                         value = -value
-                    if not np.isfinite(value):
-                        kind = 3
+                    if cut or not sure:
+                        kind += 16
             else:
                 kind = 0
                 while j < n and not end_of_token[text[j]]:
@@ -160,6 +204,7 @@ def lex(
                 kind, value = _not_finite(text, i, j)
             kinds[t] = kind + (8 if after_slash else 0)
             values[t] = value
+            places[t] = i
             if kind == 0 and j - i <= 8 and t - token0 < 2:
                 code = np.uint64(0)
                 for k in range(j - 1, i - 1, -1):
@@ -177,6 +222,7 @@ def lex(
                 if i == n or _ends_line(text, i) or text[i] == 32 or text[i] == 9:
                     kinds[t] = 4 + 8
                     values[t] = 0.0
+                    places[t] = i
                     t += 1
                     after_slash = False
         if i < n:
@@ -194,3 +240,27 @@ def lex(
             length += 1
     first[length] = t
     return t, length, line, oddities
+
+
+@compiled
+def spans(text: Bytes, starts: Any, columns: Any, found: Any) -> None:
+    """Where chosen tokens of chosen lines begin and end.
+
+    Args:
+        text: the bytes.
+        starts: (r,) where the lines begin.
+        columns: (c,) which tokens of each line, counted from 0, ascending.
+        found: (r, c, 2) takes the first byte of each and the one behind its last.
+    """
+    for r in range(len(starts)):
+        i, token, k = starts[r], -1, 0
+        while k < len(columns):
+            while text[i] == 32 or text[i] == 9:
+                i += 1
+            begin = i
+            while i < len(text) and text[i] != 32 and text[i] != 9 and text[i] != 10 and text[i] != 13:
+                i += 1
+            token += 1
+            if token == columns[k]:
+                found[r, k, 0], found[r, k, 1] = begin, i
+                k += 1

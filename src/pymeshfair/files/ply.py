@@ -1,163 +1,359 @@
-"""Reads and checks the header of a PLY file before MeshLab allocates what it declares.
-
-MeshLab trusts a header: 306 bytes that declare 10 million vertices make it allocate 838 MB.
-"""
+"""Reads PLY files: every element and property of any legal type, in either byte order or as a text."""
 
 from __future__ import annotations
 
-import re
+import mmap
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from .errors import ContentsError
+import numpy as np
+from numpy.typing import NDArray
 
-#: the bytes of a value of each type, under both of its names
-SIZES: Mapping[str, int] = {
-    **dict.fromkeys(("char", "int8", "uchar", "uint8"), 1),
-    **dict.fromkeys(("short", "int16", "ushort", "uint16"), 2),
-    **dict.fromkeys(("int", "int32", "uint", "uint32", "float", "float32"), 4),
-    **dict.fromkeys(("double", "float64"), 8),
-}
-_PLAIN_NAMES = {"uint8": "uchar", "int32": "int", "uint32": "uint", "float32": "float", "float64": "double"}
-FORMATS = ("ascii", "binary_little_endian", "binary_big_endian")
-#: bytes; longer than any header that a program writes, so that a hostile file cannot fill the memory
-HEADER_LIMIT = 1 << 26
-#: properties and elements; MeshLab's time grows with their square
-MOST_DECLARED = 1_000
-_END = re.compile(rb"[\r\n]end_header(\r\n|\n|\r)")
+from ..mesh_data import MeshData, Source, Texture
+from .ply_header import PlyElement, PlyError, PlyHeader, read_header
+from .ply_tables import Array, Lists, Table, binary_tables, text_tables
+from .polygons import triangulated
+from .reading import Reading, unended
+from .references import References
+from .tokens import Tokens
 
-
-class PlyError(ContentsError):
-    """The file is no PLY file that can be read; the message is the reason."""
-
-
-@dataclass(frozen=True)
-class PlyProperty:
-    """One property of an element; `count_type` is the type of a list's length, None if it is no list."""
-
-    name: str
-    type: str
-    count_type: str | None = None
-
-    def __str__(self) -> str:
-        return f"{'' if self.count_type is None else 'list '}{self.type} {self.name}"
+#: the lists of a face's corners, under both of their names
+CORNERS = ("vertex_indices", "vertex_index")
+PLACE, NORMAL, COLOR = ("x", "y", "z"), ("nx", "ny", "nz"), ("red", "green", "blue")
+ALPHA, SCALAR, RADIUS = "alpha", "quality", "radius"
+#: the names under which vertices have texture coordinates
+TEXTURE = (("texture_u", "texture_v"), ("s", "t"), ("u", "v"))
+WEDGES, TEXTURE_NUMBER = "texcoord", "texnumber"
+EDGE = ("vertex1", "vertex2")
+#: properties that become attributes of `MeshData`; all others are custom ones
+_MEANT = {*PLACE, *NORMAL, *COLOR, ALPHA, SCALAR, RADIUS, *CORNERS, WEDGES, TEXTURE_NUMBER, *TEXTURE[0], *TEXTURE[1]}
 
 
-@dataclass(frozen=True)
-class PlyElement:
-    """One kind of element, such as ``vertex``, and how many of it are declared."""
-
-    name: str
-    count: int
-    properties: tuple[PlyProperty, ...] = ()
-
-    @property
-    def smallest_row(self) -> int:
-        """The fewest bytes that one element takes in a binary file; lists may be empty."""
-        return sum(SIZES[p.count_type or p.type] for p in self.properties)
-
-
-@dataclass(frozen=True)
-class PlyHeader:
-    """What the header says.
+@dataclass(frozen=True, eq=False)
+class PlyDocument:
+    """A PLY file as it was read, for the writer.
 
     Attributes:
-        format: one of `FORMATS`.
-        elements: in the order of the file.
-        comments: the words after ``comment`` and ``obj_info``.
-        size: its bytes, with the end of its last line.
+        header: of the file.
+        tables: the rows of its elements.
+        data: its bytes.
+        tokens: those of what stands behind the header, of a text.
+        row_of_face: (m,) the row of ``face`` that each triangle comes from; None if there is one row a triangle.
+        has_other_faces: whether triangles come from strips or a grid, and not from rows of ``face``.
+        wedges: (m, 3, 2) the texture coordinates at the corners of the triangles, or None.
     """
 
-    format: str
-    elements: tuple[PlyElement, ...]
-    comments: tuple[str, ...]
-    size: int
-
-    def element(self, name: str) -> PlyElement:
-        """The element of that name; one with a count of 0 if the file does not declare it."""
-        return next((e for e in self.elements if e.name == name), PlyElement(name, 0))
+    header: PlyHeader
+    tables: Mapping[str, Table]
+    data: NDArray[np.uint8]
+    tokens: Tokens | None = None
+    row_of_face: NDArray[np.int32] | None = None
+    has_other_faces: bool = False
+    wedges: Array | None = None
 
     @property
-    def textures(self) -> tuple[str, ...]:
-        """The texture files that it names, as written there."""
-        words = (comment.split(maxsplit=1) for comment in self.comments)
-        return tuple(w[1].strip() for w in words if len(w) == 2 and w[0].lower() == "texturefile")
+    def tail(self) -> bytes:
+        """What stands behind the last row: ends of lines, and what some programs fill a file up with."""
+        if self.tokens is not None:
+            return self.data[self.header.size + len(self.tokens.text) :].tobytes()
+        return self.data[max((table.bytes[1] for table in self.tables.values()), default=0) :].tobytes()
+
+    def custom(self, element: str) -> dict[str, Array]:
+        """The single numbers of an element that are no attributes of `MeshData`, by name."""
+        table = self.tables.get(element)
+        if table is None:
+            return {}
+        known = meant(table)
+        return {name: c for name, c in table.columns.items() if name not in known and not isinstance(c, Lists)}
 
 
-def read_header(path: Path) -> PlyHeader:
-    """The header of a PLY file, checked against the size of the file.
+def read_ply(path: Path, references: References) -> Reading:
+    """Read a PLY file.
 
     Raises:
-        PlyError: it is no PLY header, or declares more than the file can hold.
-        OSError: the file cannot be read.
+        PlyError: it is none, or its rows are not what it declares.
+        InputError: a texture that it names must not be opened.
+        OSError: it cannot be read.
     """
+    header = read_header(path)
+    _check_names(header)
     with path.open("rb") as file:
-        data = file.read(1 << 16)
-        if _END.search(data) is None:
-            data += file.read(HEADER_LIMIT)
-        file_size = file.seek(0, 2)
-    header = parse_header(data)
-    _check_size(header, file_size)
-    return header
+        data = np.frombuffer(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ), np.uint8)
+    tokens, doubts = None, ()
+    if header.format == "ascii":
+        tables, tokens = text_tables(data[header.size :].tobytes(), header)
+        doubts = unended(data[-1:].tobytes())
+    else:
+        tables = binary_tables(data, header)
+    vertex = tables["vertex"]
+    vertices = _vectors(vertex, PLACE, np.float64)
+    if vertices is None:
+        raise PlyError("its vertices have no numbers x, y and z")
+    faces, rows, attributes = _faces(tables, header, vertices)
+    others = len(faces) > 0 and not _has_face_rows(tables)
+    document = PlyDocument(header, tables, data, tokens, rows, others, attributes.get("wedge_texture_coordinates"))
+    textures = [Texture(name, references.find_image(name)) for name in header.textures]
+    vertex_attributes = _attributes_of_vertices(vertex)
+    mesh = MeshData(
+        vertices=vertices,
+        faces=faces,
+        edges=_edges(tables.get("edge"), len(vertices)),
+        vertex_attributes=vertex_attributes,
+        face_attributes=attributes,
+        keeps_normals="normals" in vertex_attributes,
+        textures=tuple(textures),
+        source=Source(path, "ply", document, tuple(_extras(document))),
+    )
+    return Reading(mesh, doubts, tuple(t.image for t in textures if isinstance(t.image, Path)))
 
 
-def parse_header(data: bytes) -> PlyHeader:
-    """The header that these bytes begin with.
+def meant(table: Table) -> set[str]:
+    """The properties of an element that become attributes of `MeshData`."""
+    names = set(table.columns) & _MEANT
+    groups = [PLACE, NORMAL, COLOR, *TEXTURE] if table.element.name == "vertex" else [COLOR]
+    for group in groups:
+        if any(table.numbers(name) is None for name in group):
+            names -= set(group)
+    if not set(COLOR) <= names:
+        names.discard(ALPHA)
+    if table.element.name != "vertex":
+        names -= {*PLACE, *NORMAL, RADIUS}
+    return names
+
+
+def _check_names(header: PlyHeader) -> None:
+    names = [e.name for e in header.elements]
+    if "vertex" not in names:
+        raise PlyError("it has no element 'vertex'")
+    if len(set(names)) != len(names):
+        raise PlyError("it declares an element twice")
+    for element in header.elements:
+        properties = [p.name for p in element.properties]
+        if len(set(properties)) != len(properties):
+            raise PlyError(f"its element {element.name!r} has a property twice")
+
+
+def _vectors(table: Table, names: tuple[str, ...], dtype: Any) -> NDArray[Any] | None:
+    """(n, k) the numbers of these names; None if one is missing."""
+    columns = [table.numbers(name) for name in names]
+    if any(column is None for column in columns):
+        return None
+    vectors = np.empty((table.element.count, len(names)), dtype)
+    for k, column in enumerate(columns):
+        vectors[:, k] = column
+    return vectors
+
+
+def colors_of(table: Table) -> NDArray[np.uint8] | None:
+    """(n, 4) the colours of an element as levels from 0 to 255; None if it has none.
+
+    Whole numbers of more bits are levels of their own range, real ones shares from 0 to 1, or levels if one is above 1.
+    """
+    channels = [table.numbers(name) for name in (*COLOR, ALPHA)]
+    if any(c is None for c in channels[:3]):
+        return None
+    colors = np.full((table.element.count, 4), 255, np.uint8)
+    for k, channel in enumerate(channels):
+        if channel is None or not len(channel):
+            continue
+        if channel.dtype.kind == "f":
+            top = 1.0 if np.nanmax(channel) <= 1.0 else 255.0
+            channel = np.nan_to_num(np.clip(channel / top, 0.0, 1.0))
+            colors[:, k] = np.rint(255.0 * channel)
+        elif channel.dtype.itemsize == 1:
+            colors[:, k] = np.maximum(channel, 0)
+        else:
+            top = 255 if channel.max(initial=0) <= 255 else np.iinfo(channel.dtype).max
+            colors[:, k] = np.rint(255.0 * np.clip(channel / top, 0.0, 1.0))
+    return colors
+
+
+def texture_names(table: Table) -> tuple[str, str] | None:
+    """The properties with the texture coordinates of the vertices, if there are any."""
+    return next((pair for pair in TEXTURE[:2] if all(table.numbers(name) is not None for name in pair)), None)
+
+
+def _attributes_of_vertices(table: Table) -> dict[str, Array]:
+    found: dict[str, Array | None] = {
+        "normals": _vectors(table, NORMAL, np.float64),
+        "colors": colors_of(table),
+        "texture_coordinates": _vectors(table, texture_names(table) or ("",), np.float64),
+    }
+    for name, attribute in ((SCALAR, "scalars"), (RADIUS, "radii")):
+        column = table.numbers(name)
+        found[attribute] = None if column is None else column.astype(np.float64)
+    return {name: values for name, values in found.items() if values is not None}
+
+
+def _has_face_rows(tables: Mapping[str, Table]) -> bool:
+    return bool("face" in tables and tables["face"].element.count and any(n in tables["face"].columns for n in CORNERS))
+
+
+def _faces(
+    tables: Mapping[str, Table], header: PlyHeader, vertices: NDArray[np.float64]
+) -> tuple[NDArray[np.int32], NDArray[np.int32] | None, dict[str, Array]]:
+    """The triangles, the row of each, and their attributes."""
+    if _has_face_rows(tables):
+        return _faces_of_rows(tables["face"], vertices, len(header.textures))
+    if (strips := tables.get("tristrips")) is not None and strips.element.count and (lists := strips.lists(CORNERS[0])):
+        return _of_strips(_checked(lists.values, len(vertices), "strip", least=-1), lists.lengths), None, {}
+    if (grid := tables.get("range_grid")) is not None and grid.element.count and (lists := grid.lists(CORNERS[0])):
+        return _of_grid(header, lists, len(vertices)), None, {}
+    return np.empty((0, 3), np.int32), None, {}
+
+
+def _faces_of_rows(
+    table: Table, vertices: NDArray[np.float64], textures: int
+) -> tuple[NDArray[np.int32], NDArray[np.int32] | None, dict[str, Array]]:
+    named = [name for name in CORNERS if table.lists(name) is not None]
+    if len(named) > 1:
+        raise PlyError(f"its faces have their corners twice, as {' and as '.join(map(repr, named))}")
+    if not named:
+        raise PlyError("the corners of its faces are no lists")
+    lists = table.lists(named[0])
+    assert lists is not None
+    if lists.lengths.min() < 3:
+        k = int(np.argmin(lists.lengths))
+        raise PlyError(f"its face {k + 1:,} has {lists.lengths[k]} vertices")
+    corners = _checked(lists.values, len(vertices), "face")
+    faces, of_polygon = triangulated(vertices, corners, lists.lengths)
+    rows = slice(None) if of_polygon is None else of_polygon
+    attributes: dict[str, Array] = {}
+    if (colors := colors_of(table)) is not None:
+        attributes["colors"] = colors[rows]
+    if (scalars := table.numbers(SCALAR)) is not None:
+        attributes["scalars"] = scalars.astype(np.float64)[rows]
+    if of_polygon is not None:
+        sizes = lists.lengths[of_polygon]
+        attributes["polygon"] = np.where(sizes > 3, of_polygon, -1).astype(np.int32)
+    if (pairs := table.lists(WEDGES)) is not None:
+        attributes["wedge_texture_coordinates"] = _wedges(pairs, lists.lengths, corners, faces, of_polygon)
+    if (numbers := table.numbers(TEXTURE_NUMBER)) is not None:
+        wrong = ~((numbers >= -1) & (numbers < max(textures, 1)))
+        if wrong.any():
+            k = int(np.argmax(wrong))
+            raise PlyError(f"its face {k + 1:,} has the texture {numbers[k]:.0f}, counted from 0, of {textures}")
+        attributes["texture"] = numbers.astype(np.int32)[rows]
+    elif pairs is not None and textures:
+        attributes["texture"] = np.zeros(len(faces), np.int32)
+    return faces, of_polygon, attributes
+
+
+def _checked(values: Array, count: int, what: str, least: int = 0) -> NDArray[np.int64]:
+    """Indices of vertices as whole numbers.
 
     Raises:
-        PlyError: they begin with no PLY header.
+        PlyError: one names no vertex.
     """
-    if not data.startswith(b"ply"):
-        raise PlyError("it does not begin with 'ply'")
-    end = _END.search(data)
-    if end is None:
-        raise PlyError(f"its header has no end within {min(len(data), HEADER_LIMIT):,} bytes")
-    # A carriage return alone ends the lines of files from old Macs.
-    lines = data[: end.start()].decode("utf-8", "surrogateescape").replace("\r\n", "\n").replace("\r", "\n").split("\n")[1:]
-    format_, comments, elements = "", [], []
-    if sum(line.lstrip().startswith(("property", "element")) for line in lines) > MOST_DECLARED:
-        raise PlyError(f"its header declares more than {MOST_DECLARED:,} elements and properties")
-    for number, line in enumerate(lines, 2):
-        match line.split():
-            case ["format", word, "1.0"] if word in FORMATS and not format_:
-                format_ = word
-            case ["comment" | "obj_info" as keyword, *_]:
-                comments.append(line.strip()[len(keyword) :].strip())
-            case ["element", name, count] if count.isascii() and count.isdigit():
-                elements.append(PlyElement(name, int(count)))
-            case ["property", "list", count_type, type_, name] if elements and count_type in SIZES and type_ in SIZES:
-                elements.append(_extended(elements.pop(), PlyProperty(name, _plain(type_), _plain(count_type))))
-            case ["property", type_, name] if elements and type_ in SIZES:
-                elements.append(_extended(elements.pop(), PlyProperty(name, _plain(type_))))
-            case []:
-                pass
-            case _:
-                raise PlyError(f"line {number} of its header is {line.strip()[:80]!r}")
-    if not format_:
-        raise PlyError("its header names no format (ascii, binary_little_endian or binary_big_endian)")
-    return PlyHeader(format_, tuple(elements), tuple(comments), end.end())
+    if values.dtype.kind == "f" and (values != np.rint(values)).any():
+        raise PlyError(f"a {what} of it names a vertex by a number that is no whole one")
+    if values.size and not (values.min() >= least and values.max() < count):
+        raise PlyError(f"a {what} of it names a vertex that is none of its {count:,}")
+    return values.astype(np.int64)
 
 
-def _extended(element: PlyElement, new: PlyProperty) -> PlyElement:
-    return PlyElement(element.name, element.count, (*element.properties, new))
+def _wedges(
+    pairs: Lists,
+    lengths: NDArray[np.int64],
+    corners: NDArray[np.int64],
+    faces: NDArray[np.int32],
+    of_polygon: NDArray[np.int32] | None,
+) -> NDArray[np.float64]:
+    """(m, 3, 2) the texture coordinates at the corners of the triangles."""
+    if (wrong := pairs.lengths != 2 * lengths).any():
+        k = int(np.argmax(wrong))
+        raise PlyError(f"the list 'texcoord' of its face {k + 1:,} has {pairs.lengths[k]} values for {lengths[k]} corners")
+    values = pairs.values.astype(np.float64).reshape(-1, 2)
+    if of_polygon is None:
+        return values.reshape(-1, 3, 2)
+    starts = np.cumsum(lengths) - lengths
+    return values[_place_in_polygon(starts, lengths, corners, faces, of_polygon)]
 
 
-def _plain(type_: str) -> str:
-    return _PLAIN_NAMES.get(type_, type_)
+def _place_in_polygon(
+    starts: NDArray[np.int64],
+    lengths: NDArray[np.int64],
+    corners: NDArray[np.int64],
+    faces: NDArray[np.int32],
+    of_polygon: NDArray[np.int32],
+) -> NDArray[np.int64]:
+    """(m, 3) which of all corners of polygons each corner of a triangle is."""
+    places = np.full(faces.shape, -1, np.int64)
+    for step in range(int(lengths.max())):
+        at = starts[of_polygon] + np.minimum(step, lengths[of_polygon] - 1)
+        hit = (places < 0) & (corners[at][:, None] == faces)
+        places[hit] = np.broadcast_to(at[:, None], faces.shape)[hit]
+    return places
 
 
-def _check_size(header: PlyHeader, file_size: int) -> None:
-    """Refuse counts that the rest of the file cannot hold: every value of a text takes a digit and a blank."""
-    left = file_size - header.size
-    for element in header.elements:
-        if element.count and not element.properties:
-            raise PlyError(f"its header declares {element.count:,} of {element.name[:40]!r}, which have no properties")
-        row = 2 * len(element.properties) if header.format == "ascii" else element.smallest_row
-        needed = element.count * row - (header.format == "ascii")
-        if needed > left:
-            raise PlyError(
-                f"its header declares {element.count:,} of {element.name!r}, which take at least {needed:,} bytes, "
-                f"but only {max(left, 0):,} follow"
-            )
-        left -= needed
+def _of_strips(values: NDArray[np.int64], lengths: NDArray[np.int64]) -> NDArray[np.int32]:
+    """The triangles of strips, which a -1 parts; every second one the other way round."""
+    triples = np.stack([values[:-2], values[1:-1], values[2:]], axis=1) if len(values) > 2 else np.empty((0, 3), np.int64)
+    breaks = values < 0
+    begins = np.zeros(len(values), np.bool_)
+    begins[(np.cumsum(lengths) - lengths)[lengths > 0]] = True
+    whole = ~(breaks[:-2] | breaks[1:-1] | breaks[2:] | begins[1:-1] | begins[2:]) if len(triples) else np.empty(0, np.bool_)
+    first = np.arange(len(values))
+    opening = np.maximum.accumulate(np.where(breaks, first + 1, np.where(begins, first, 0)))
+    odd = ((first - opening) % 2 == 1)[: len(triples)]
+    triples[odd] = triples[odd][:, [1, 0, 2]]
+    return triples[whole].astype(np.int32)
+
+
+def _of_grid(header: PlyHeader, lists: Lists, count: int) -> NDArray[np.int32]:
+    """The triangles of a range image: two a square whose corners were all measured, one if three were."""
+    said = [comment.split() for comment in header.comments]
+    sizes = {w[0]: int(w[1]) for w in said if len(w) == 2 and w[0] in ("num_cols", "num_rows") and w[1].isdigit()}
+    columns, rows = sizes.get("num_cols", 0), sizes.get("num_rows", 0)
+    if columns * rows != len(lists.lengths):
+        raise PlyError(f"it has a grid of {len(lists.lengths):,} places, but num_cols and num_rows say otherwise")
+    grid = np.full(len(lists.lengths), -1, np.int64)
+    if lists.lengths.max() > 1:
+        raise PlyError("a place of its grid has several vertices")
+    grid[lists.lengths > 0] = _checked(lists.values, count, "grid", least=-1)
+    grid = grid.reshape(rows, columns)
+    a, b, c, d = (part.ravel() for part in (grid[:-1, :-1], grid[:-1, 1:], grid[1:, :-1], grid[1:, 1:]))
+    first, second = (a >= 0) & (c >= 0) & (d >= 0), (a >= 0) & (d >= 0) & (b >= 0)
+    alone = ~(first | second)
+    third, fourth = alone & (c >= 0) & (a >= 0) & (b >= 0), alone & (b >= 0) & (d >= 0) & (c >= 0)
+    found = np.full((len(a), 2, 3), -1, np.int64)
+    for there, place, corners in ((first, 0, (a, c, d)), (second, 1, (a, d, b)), (third, 0, (c, a, b)), (fourth, 1, (b, d, c))):
+        found[there, place] = np.stack(corners, axis=1)[there]
+    triangles = found.reshape(-1, 3)
+    return triangles[triangles[:, 0] >= 0].astype(np.int32)
+
+
+def _edges(table: Table | None, count: int) -> NDArray[np.int32]:
+    pairs = None if table is None else _vectors(table, EDGE, np.float64)
+    if table is None or pairs is None:
+        return np.empty((0, 2), np.int32)
+    wrong = ~((pairs >= 0) & (pairs < count) & (pairs == np.rint(pairs))).all(axis=1)
+    if wrong.any():
+        raise PlyError(f"its edge {int(np.argmax(wrong)) + 1:,} ends at a vertex that is none of its {count:,}")
+    return pairs.astype(np.int32)
+
+
+def _extras(document: PlyDocument) -> list[str]:
+    """What the file has and `MeshData` has not, in words."""
+    extras: list[str] = []
+    for element in document.header.elements:
+        if not element.count:
+            continue
+        if element.name not in ("vertex", "face", "edge"):
+            taken = document.has_other_faces and element.name in ("tristrips", "range_grid")
+            extras += [] if taken else [f"element {element.name!r} ({element.count:,})"]
+            continue
+        table = document.tables[element.name]
+        known = meant(table) | ({*EDGE} if element.name == "edge" else set())
+        extras += [f"{element.name} property {str(p)!r}" for p in element.properties if p.name not in known]
+    told = [c for c in document.header.comments if c and c != "VCGLIB generated" and not c.lower().startswith("texturefile")]
+    if told:
+        extras.append(f"comment {told[0][:60]!r}" + (f" and {len(told) - 1} more" if len(told) > 1 else ""))
+    return extras
+
+
+def element_of(header: PlyHeader, name: str) -> PlyElement | None:
+    """The element of that name, if the header declares it."""
+    return next((e for e in header.elements if e.name == name), None)

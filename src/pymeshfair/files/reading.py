@@ -1,21 +1,39 @@
-"""Loads the input into a mesh set, and reports what MeshLab removed or split silently."""
+"""What a reader gives back, and what all readers check."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .announced import Announced
+from ..mesh_data import MeshData
 from .errors import InputError
-from .formats import extension
 
-#: how many losses are named one by one, and how many letters of each: a file may say a million
-_MOST_LOSSES, _LONGEST_LOSS = 50, 200
+#: of a text that ends within a line
+NO_END = "its last line has no end: if the file was cut short, so was perhaps its last number"
+
+
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """A mesh file that was read.
+
+    Attributes:
+        mesh: what is in it.
+        doubts: sentences that the user should read about it.
+        side_files: the files that belong to it.
+    """
+
+    mesh: MeshData
+    doubts: tuple[str, ...] = ()
+    side_files: tuple[Path, ...] = ()
+
+
+def unended(text: bytes) -> tuple[str, ...]:
+    """The doubt about a text that ends within a line: its last number may be the beginning of a longer one."""
+    return () if text.endswith((b"\n", b"\r", b"\x1a")) else (NO_END,)
 
 
 @contextmanager
@@ -32,108 +50,32 @@ def unchanged(path: Path) -> Iterator[None]:
         raise InputError(path, "it changed while it was read")
 
 
-def load_mesh(meshes: Any, path: Path, announced: Announced) -> list[str]:
-    """Load a file as the current mesh.
-
-    Args:
-        meshes: the mesh set.
-        path: the file.
-        announced: what it declares.
-
-    Returns:
-        What was left out, split or will not be kept, in words.
+def completed(path: Path, reading: Reading) -> Reading:
+    """The reading with a label and counts, and without vertices that are not finite, which nothing can compute with.
 
     Raises:
-        InputError: MeshLab refuses it, or finds no vertex in it.
+        InputError: there is no vertex.
     """
-    layers = meshes.mesh_number()
-    # Only the current layer is written, so the layers of one file have to become one.
-    options = {"load_in_a_single_layer": True} if extension(path) in ("3ds", "glb", "gltf") else {}
-    try:
-        meshes.load_new_mesh(str(announced.reading or path), **options)
-    except MemoryError:
-        raise
-    except Exception as error:  # pymeshlab raises several unrelated types
-        reason = " ".join(str(error).split("Error details:")[-1].split())
-        raise InputError(path, f"MeshLab says: {reason}") from error
-    warnings = []
-    if (loaded := meshes.mesh_number() - layers) > 1:
-        warnings.append(f"{path.name} holds {loaded} meshes; one is cleaned and written, the others are not")
-    apply_matrix(meshes)
-    mesh = meshes.current_mesh()
-    if mesh.vertex_number() == 0:
+    mesh = reading.mesh
+    source = mesh.source
+    assert source is not None
+    counts = {"vertices": len(mesh.vertices), "faces": len(mesh.faces), "edges": len(mesh.edges)}
+    source = replace(source, side_files=reading.side_files, **counts)
+    mesh = replace(mesh, source=source, label=path.name)
+    doubts = list(reading.doubts)
+    finite = np.isfinite(mesh.vertices).all(axis=1)
+    if not finite.all():
+        whole, mesh = mesh, mesh.part(finite)
+        lost_vertices, lost_faces = len(whole.vertices) - len(mesh.vertices), len(whole.faces) - len(mesh.faces)
+        doubts.append(
+            f"left out: {_counted(lost_vertices, 'vertex', 'vertices')} with a coordinate that is not finite, and "
+            f"{_counted(lost_faces, 'face', 'faces')} with such a vertex"
+        )
+    if not len(mesh.vertices):
         raise InputError(path, "no vertex could be read from it")
-    _compare_places(path, announced, mesh.vertex_matrix())
-    warnings += _differences(path.name, announced, mesh.vertex_number(), mesh.face_number())
-    warnings += _attach(mesh, path.name, announced)
-    if mesh.vertex_number() > 1 and not np.ptp(mesh.vertex_matrix(), axis=0).any():
-        warnings.append(f"all {mesh.vertex_number():,} vertices of {path.name} are at one place")
-    if announced.not_kept:
-        more = len(announced.not_kept) - _MOST_LOSSES
-        told = [
-            text if len(text) <= _LONGEST_LOSS else f"{text[:_LONGEST_LOSS]}..." for text in announced.not_kept[:_MOST_LOSSES]
-        ]
-        told += [f"and {more:,} more"] if more > 0 else []
-        warnings.append(f"MeshLab does not keep of {path.name}: {'; '.join(told)}")
-    return warnings
-
-
-def _compare_places(path: Path, announced: Announced, vertices: NDArray[np.float64]) -> None:
-    """Refuse vertices that are not where the file says."""
-    points = announced.points
-    if points is None:
-        return
-    if len(points) != len(vertices):  # those that are not finite are left out
-        points = points[np.isfinite(points).all(axis=1)]
-    if len(points) != len(vertices):
-        raise InputError(
-            path, f"it says where {len(points):,} vertices are, but MeshLab read {len(vertices):,}; this is a defect"
-        )
-    same = np.isclose(vertices, points, rtol=announced.precision, atol=1e-300, equal_nan=True).all(axis=1)
-    if not same.all():
-        k = int(np.argmin(same))
-        raise InputError(path, f"its vertex {k + 1:,} is at {points[k].tolist()}, but MeshLab read {vertices[k].tolist()}")
-
-
-def _attach(mesh: Any, name: str, announced: Announced) -> list[str]:
-    """Give the mesh what MeshLab's reader passes over; what cannot be given, in words."""
-    lost = []
-    for kind, attributes, n in (
-        ("vertex", announced.vertex_attributes, mesh.vertex_number()),
-        ("face", announced.face_attributes, mesh.face_number()),
-    ):
-        for attribute, values in attributes.items():
-            if len(values) == n:
-                getattr(mesh, f"add_{kind}_custom_scalar_attribute")(values, attribute)
-            else:
-                lost.append(f"{kind} property {attribute!r}")
-    return [f"of {name} were not kept, as MeshLab left some vertices or faces out: {'; '.join(lost)}"] if lost else []
-
-
-def apply_matrix(meshes: Any) -> bool:
-    """Apply the layer's matrix to its coordinates, as no file that a run writes holds one; whether there was one."""
-    if np.array_equal(meshes.current_mesh().transform_matrix(), np.eye(4)):
-        return False
-    meshes.apply_filter("apply_matrix_freeze")
-    return True
-
-
-def _differences(name: str, announced: Announced, vertices: int, faces: int) -> list[str]:
-    """What MeshLab left out or split: vertices that are not finite, degenerate faces, polygons."""
-    expected = announced.faces if announced.faces is not None else faces
-    if faces != expected:
-        expected = announced.triangles if announced.triangles is not None else max(faces, expected)
-    lost_vertices = max((announced.vertices or 0) - vertices, 0)
-    lost_faces = max(expected - faces, 0)
-    found = []
-    if lost_vertices or lost_faces:
-        found.append(
-            f"of {name} were left out: {_counted(lost_vertices, 'vertex', 'vertices')} with a coordinate that is not finite, and "
-            f"{_counted(lost_faces, 'face', 'faces')} with such a vertex or with one twice"
-        )
-    if announced.faces is not None and expected > announced.faces:
-        found.append(f"polygons of {name} were split into triangles: {announced.faces:,} faces became {faces:,}")
-    return found
+    if len(mesh.vertices) > 1 and not np.ptp(mesh.vertices, axis=0).any():
+        doubts.append(f"all its {len(mesh.vertices):,} vertices are at one place")
+    return replace(reading, mesh=mesh, doubts=tuple(doubts))
 
 
 def _counted(number: int, one: str, many: str) -> str:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import stat
 import warnings
-from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
@@ -21,21 +20,6 @@ IMAGES = ("PNG", "JPEG", "BMP", "GIF", "TIFF", "PPM", "XBM", "XPM", "WEBP")
 LARGEST_IMAGE = 1 << 28
 #: above so many pixels, 128 MB in memory, a file has at least a byte for so many of them, unless it is of one colour
 _SMALL_IMAGE, _PIXELS_A_BYTE = 1 << 25, 256
-
-
-@dataclass(frozen=True)
-class Texture:
-    """A texture that a mesh file names.
-
-    Attributes:
-        name: as written there.
-        file: the image, or None if there is none.
-        given: the name of it in what MeshLab is given to read.
-    """
-
-    name: str
-    file: Path | None
-    given: str
 
 
 class References:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .lexer import Bytes, count, lex
+from .lexer import UNSURE, Bytes, count, lex, powers_of_ten, spans
 from .references import shown
 
 #: what a token is: a word, a whole number, a number, or one that is not finite; nothing between two slashes or at a slash's end
@@ -24,8 +24,8 @@ AFTER_SLASH = 8
 #: what a text has that MeshLab's readers do not all understand alike: lines that begin with blanks, comments behind other words,
 #: and carriage returns that are no part of a line's end
 INDENTED, REMARKED, LONE_RETURN = 1, 2, 4
-_ROUNDED = 8
 _CHUNK = 64 << 20
+_TOKEN_END = re.compile(rb"[ \t\r\n/]")
 
 
 @dataclass(frozen=True)
@@ -35,14 +35,13 @@ class Tokens:
     Attributes:
         text: the bytes.
         kinds: (t,) what each token is.
-        values: (t,) the numbers, within a few units in the last place, 0 for words.
+        values: (t,) the numbers, to the nearest double, 0 for words.
         first: (l + 1,) the first token of each line, and t.
         keywords: (l,) the first word of each line, see `word`; 0 if the line begins with a number or a longer word.
         seconds: (l,) the same of the second word.
         starts: (l,) where each line begins in the text.
         numbers: (l,) the number of each line in the file, from 1.
         oddities: the sum of what makes the text ambiguous.
-        exact: whether the numbers are right to the last bit.
     """
 
     text: Bytes
@@ -54,12 +53,17 @@ class Tokens:
     starts: NDArray[np.int64]
     numbers: NDArray[np.int64]
     oddities: int
-    exact: bool = True
 
     @property
     def lengths(self) -> NDArray[np.int64]:
         """(l,) how many tokens each line has."""
         return np.diff(self.first)
+
+    def spans(self, lines: NDArray[np.int64], columns: list[int]) -> NDArray[np.int64]:
+        """(l, c, 2) where tokens of lines, counted from 0 and ascending, begin and end in the text."""
+        found = np.empty((len(lines), len(columns), 2), np.int64)
+        spans(self.text, self.starts[lines], np.array(columns, np.int64), found)
+        return found
 
     def line(self, k: int) -> bytes:
         """The bytes of a line, without its end."""
@@ -89,10 +93,26 @@ def tokenise(data: bytes, *, slashes: bool = False) -> Iterator[Tokens]:
         kinds, values = np.empty(n_tokens, np.uint8), np.empty(n_tokens)
         first, starts, numbers = (np.empty(n_lines + 1, np.int64) for _ in range(3))
         keywords, seconds = np.zeros(n_lines, np.uint64), np.zeros(n_lines, np.uint64)
-        t, k, line, oddities = lex(piece, slashes, kinds, values, first, starts, numbers, keywords, seconds, line)
-        found = (kinds[:t], values[:t], first[: k + 1], keywords[:k], seconds[:k], starts[:k], numbers[:k])
-        yield Tokens(piece, *found, oddities=oddities & ~_ROUNDED, exact=not oddities & _ROUNDED)
+        places = np.empty(n_tokens, np.int64)
+        arrays = (kinds, values, first, starts, numbers, keywords, seconds, places)
+        t, k, line, oddities = lex(piece, slashes, *arrays, line, *powers_of_ten())
+        kinds, values = kinds[:t], values[:t]
+        _complete(piece, kinds, values, places)
+        yield Tokens(piece, kinds, values, first[: k + 1], keywords[:k], seconds[:k], starts[:k], numbers[:k], oddities)
         start = end
+
+
+def _complete(text: Bytes, kinds: NDArray[np.uint8], values: NDArray[np.float64], places: NDArray[np.int64]) -> None:
+    """Read the numbers again that were not sure to be the nearest double: with more digits than a double has, or very large."""
+    for t in np.flatnonzero(kinds & UNSURE).tolist():
+        place, length = int(places[t]), 64
+        while not (end := _TOKEN_END.search(text[place : place + length].tobytes())) and place + length < len(text):
+            length *= 16
+        token = text[place : place + (end.start() if end else length)].tobytes()
+        values[t] = float(token)
+        kinds[t] -= UNSURE
+        if not np.isfinite(values[t]):
+            kinds[t] += NOT_FINITE - (kinds[t] & (AFTER_SLASH - 1))
 
 
 def joined_pieces(pieces: Iterable[Tokens]) -> Tokens:
@@ -121,7 +141,6 @@ def joined_pieces(pieces: Iterable[Tokens]) -> Tokens:
         starts=joined("starts", sizes),
         numbers=joined("numbers"),
         oddities=oddities,
-        exact=all(p.exact for p in parts),
     )
 
 

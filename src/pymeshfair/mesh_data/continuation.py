@@ -2,20 +2,77 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
-from typing import Any
+import io
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..declaration import Bools, Floats, Ints
 from ..filters.libraries import spatial
+from .mesh_data import Texture
 
 #: Added faces show the texture of old ones that are at most so many rings away from them.
 _RINGS = 4
 #: Where a face's texture is looked at, as shares of its corners: its middle, and half way from there to each corner.
 _WITHIN = np.array([[2, 2, 2], [4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6.0
+
+
+class Donors(NamedTuple):
+    """The old elements from which added ones take what an edit does not say.
+
+    Attributes:
+        vertices: (a,) for each added vertex the old one.
+        faces: (b,) for each added face the old one.
+    """
+
+    vertices: NDArray[np.intp]
+    faces: NDArray[np.intp]
+
+
+def find_donors(points: Floats, faces: Ints, added_faces: Ints, old: int, may_give: Bools) -> Donors:
+    """The old elements next to the added ones.
+
+    Args:
+        points: (n + a, 3) old and added vertices.
+        faces: (m, 3) old faces.
+        added_faces: (b, 3) indices of `points`.
+        old: n.
+        may_give: (m,) the faces that may be donors, and whose vertices may; at least one.
+
+    Returns:
+        For an added vertex the nearest old vertex that added faces use, for an added face an old face at the one nearest to its
+        centre. If added faces use no old vertex, all old vertices of faces may give.
+    """
+    givers = np.flatnonzero(may_give)
+    at, first = np.unique(faces[givers], return_index=True)  # the first corner at each vertex
+    rim = np.isin(at, added_faces[added_faces < old])
+    if rim.any():
+        at, first = at[rim], first[rim]
+    # Squares of distances must neither overflow nor vanish; a power of two leaves every digit as it is.
+    points = np.ldexp(points, -np.frexp(np.abs(points).max())[1])
+    tree = spatial.cKDTree(points[at])
+    _, near_vertex = tree.query(points[old:])
+    _, near_face = tree.query(points[added_faces].mean(axis=1))
+    return Donors(at[near_vertex], givers[first[near_face] // 3])
+
+
+def faces_with_most_used_texture(faces: Ints, added_faces: Ints, wedges: Floats, textures: Ints | None) -> Bools:
+    """(m,) the faces that have the texture which most vertices of the rim have, and finite texture coordinates.
+
+    Args:
+        faces: (m, 3) the old faces.
+        added_faces: (b, 3) indices of old and added vertices.
+        wedges: (m, 3, 2) texture coordinates at the corners of the old faces.
+        textures: (m,) the number of the texture of each; None if there is one alone.
+    """
+    finite: Bools = np.isfinite(wedges).all(axis=(1, 2))
+    numbers = np.zeros(len(faces), np.int32) if textures is None else textures
+    candidates = [finite & (numbers == number) for number in np.unique(numbers)]
+    used = np.unique(added_faces)
+    shares = [np.isin(used, faces[those]).sum() + those.any() for those in candidates]
+    best = candidates[int(np.argmax(shares))]
+    return best if best.any() else np.ones(len(faces), np.bool_)
 
 
 def continued_vertex_colors(before: Floats, added_faces: Ints, of: NDArray[np.intp]) -> Floats:
@@ -45,7 +102,7 @@ def continued_face_colors(before: Floats, faces: Ints, added_faces: Ints, vertic
 
 
 def continued_texture(
-    image: Any, wedges: Floats, faces: Ints, added_faces: Ints, may_give: Bools, of: NDArray[np.intp]
+    pixels: NDArray[np.uint8] | None, wedges: Floats, faces: Ints, added_faces: Ints, may_give: Bools, of: NDArray[np.intp]
 ) -> Floats:
     """(b, 2) for each added face a place of the texture, well inside an old face, whose colour continues those around.
 
@@ -54,7 +111,7 @@ def continued_texture(
     neighbour, never its corner, where the image may show what lies beside its charts.
 
     Args:
-        image: pymeshlab's image of the texture; None if it is not known.
+        pixels: (height, width, 3) of the texture; None if it is not known.
         wedges: (m, 3, 2) texture coordinates at the corners of old faces.
         faces: (m, 3) the old faces.
         added_faces: (b, 3) indices of old and added vertices.
@@ -62,7 +119,6 @@ def continued_texture(
         of: (b,) for each added face the old one next to it.
     """
     middles = wedges.mean(axis=1).astype(np.float32).astype(np.float64)  # as MeshLab keeps them
-    pixels = None if image is None else read_pixels(image)
     old = int(faces.max()) + 1
     near = np.zeros(old, dtype=np.bool_)
     near[added_faces[added_faces < old]] = True
@@ -83,18 +139,17 @@ def continued_texture(
     return np.asarray(middles[givers[chosen]])
 
 
-def read_pixels(image: Any) -> NDArray[np.uint8] | None:
-    """(height, width, 3) the pixels of pymeshlab's image, from the top; None if it has none."""
-    if not (image.width() and image.height()):
+def read_pixels(texture: Texture) -> NDArray[np.uint8] | None:
+    """(height, width, 3) the pixels of a texture, from the top; None if it is no image that can be read."""
+    from PIL import Image, UnidentifiedImageError
+
+    if texture.image is None:
         return None
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "texture.ppm"
-        image.save(str(file))
-        content = file.read_bytes() if file.exists() else b""
-    size = 3 * image.width() * image.height()
-    if not content.startswith(b"P6") or len(content) < size:
+    try:
+        with Image.open(io.BytesIO(texture.image) if isinstance(texture.image, bytes) else texture.image) as image:
+            return np.asarray(image.convert("RGB"))
+    except (UnidentifiedImageError, Image.DecompressionBombError, OSError, ValueError, SyntaxError):
         return None
-    return np.frombuffer(content, dtype=np.uint8)[-size:].reshape(image.height(), image.width(), 3)
 
 
 def _sampled(pixels: NDArray[np.uint8], uv: Floats) -> Floats:
@@ -130,7 +185,7 @@ def _continued(values: Floats, added_faces: Ints, old: int) -> Floats:
 
 def _harmonic(values: Floats, added_faces: Ints, known: Bools) -> Floats:
     """The values, with those that are not known by `harmonic_values` on the added faces."""
-    from pymeshfair.filters.fairing import harmonic_values
+    from ..filters.fairing import harmonic_values
 
     used, index = np.unique(added_faces, return_inverse=True)
     found = values.copy()

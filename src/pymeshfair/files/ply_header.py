@@ -1,0 +1,234 @@
+"""The header of a PLY file: read, checked against the size of the file, and written with other counts and types."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from .errors import ContentsError
+
+#: the bytes of a value of each type, under both of its names
+SIZES: Mapping[str, int] = {
+    **dict.fromkeys(("char", "int8", "uchar", "uint8"), 1),
+    **dict.fromkeys(("short", "int16", "ushort", "uint16"), 2),
+    **dict.fromkeys(("int", "int32", "uint", "uint32", "float", "float32"), 4),
+    **dict.fromkeys(("double", "float64"), 8),
+}
+#: numpy's names of the types
+KINDS: Mapping[str, str] = {
+    **{"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4", "double": "f8"},
+    **{"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4", "float32": "f4"},
+    "float64": "f8",
+}
+_PLAIN_NAMES = {"uint8": "uchar", "int32": "int", "uint32": "uint", "float32": "float", "float64": "double"}
+FORMATS = ("ascii", "binary_little_endian", "binary_big_endian")
+#: bytes; longer than any header that a program writes, so that a hostile file cannot fill the memory
+HEADER_LIMIT = 1 << 26
+#: properties and elements
+MOST_DECLARED = 1_000
+_END = re.compile(rb"[\r\n]end_header(\r\n|\n|\r)")
+
+
+class PlyError(ContentsError):
+    """The file is no PLY file that can be read; the message is the reason."""
+
+
+@dataclass(frozen=True)
+class PlyProperty:
+    """One property of an element; `count_type` is the type of a list's length, None if it is no list."""
+
+    name: str
+    type: str
+    count_type: str | None = None
+
+    def __str__(self) -> str:
+        return f"{'' if self.count_type is None else 'list '}{self.type} {self.name}"
+
+
+@dataclass(frozen=True)
+class PlyElement:
+    """One kind of element, such as ``vertex``, and how many of it are declared."""
+
+    name: str
+    count: int
+    properties: tuple[PlyProperty, ...] = ()
+
+    @property
+    def smallest_row(self) -> int:
+        """The fewest bytes that one element takes in a binary file; lists may be empty."""
+        return sum(SIZES[p.count_type or p.type] for p in self.properties)
+
+
+@dataclass(frozen=True)
+class PlyHeader:
+    """What the header says.
+
+    Attributes:
+        format: one of `FORMATS`.
+        elements: in the order of the file.
+        comments: the words after ``comment`` and ``obj_info``.
+        size: its bytes, with the end of its last line.
+        text: the bytes themselves.
+    """
+
+    format: str
+    elements: tuple[PlyElement, ...]
+    comments: tuple[str, ...]
+    size: int
+    text: bytes
+
+    @property
+    def byte_order(self) -> str:
+        """Of a binary file: ``"<"`` for little-endian, ``">"`` for big-endian."""
+        return ">" if self.format == "binary_big_endian" else "<"
+
+    def element(self, name: str) -> PlyElement:
+        """The element of that name; one with a count of 0 if the file does not declare it."""
+        return next((e for e in self.elements if e.name == name), PlyElement(name, 0))
+
+    @property
+    def textures(self) -> tuple[str, ...]:
+        """The texture files that it names, as written there."""
+        words = (comment.split(maxsplit=1) for comment in self.comments)
+        return tuple(w[1].strip() for w in words if len(w) == 2 and w[0].lower() == "texturefile")
+
+
+def read_header(path: Path) -> PlyHeader:
+    """The header of a PLY file, checked against the size of the file.
+
+    Raises:
+        PlyError: it is no PLY header, or declares more than the file can hold.
+        OSError: the file cannot be read.
+    """
+    with path.open("rb") as file:
+        data = file.read(1 << 16)
+        if _END.search(data) is None:
+            data += file.read(HEADER_LIMIT)
+        file_size = file.seek(0, 2)
+    header = parse_header(data)
+    _check_size(header, file_size)
+    return header
+
+
+def parse_header(data: bytes) -> PlyHeader:
+    """The header that these bytes begin with.
+
+    Raises:
+        PlyError: they begin with no PLY header.
+    """
+    if not data.startswith(b"ply"):
+        raise PlyError("it does not begin with 'ply'")
+    end = _END.search(data)
+    if end is None:
+        raise PlyError(f"its header has no end within {min(len(data), HEADER_LIMIT):,} bytes")
+    # A carriage return alone ends the lines of files from old Macs.
+    lines = data[: end.start()].decode("utf-8", "surrogateescape").replace("\r\n", "\n").replace("\r", "\n").split("\n")[1:]
+    format_, comments, elements = "", [], []
+    if sum(line.lstrip().startswith(("property", "element")) for line in lines) > MOST_DECLARED:
+        raise PlyError(f"its header declares more than {MOST_DECLARED:,} elements and properties")
+    for number, line in enumerate(lines, 2):
+        match line.split():
+            case ["format", word, "1.0"] if word in FORMATS and not format_:
+                format_ = word
+            case ["comment" | "obj_info" as keyword, *_]:
+                comments.append(line.strip()[len(keyword) :].strip())
+            case ["element", name, count] if count.isascii() and count.isdigit():
+                elements.append(PlyElement(name, int(count)))
+            case ["property", "list", count_type, type_, name] if elements and count_type in SIZES and type_ in SIZES:
+                elements.append(_extended(elements.pop(), PlyProperty(name, _plain(type_), _plain(count_type))))
+            case ["property", type_, name] if elements and type_ in SIZES:
+                elements.append(_extended(elements.pop(), PlyProperty(name, _plain(type_))))
+            case []:
+                pass
+            case _:
+                raise PlyError(f"line {number} of its header is {line.strip()[:80]!r}")
+    if not format_:
+        raise PlyError("its header names no format (ascii, binary_little_endian or binary_big_endian)")
+    return PlyHeader(format_, tuple(elements), tuple(comments), end.end(), data[: end.end()])
+
+
+def _extended(element: PlyElement, new: PlyProperty) -> PlyElement:
+    return PlyElement(element.name, element.count, (*element.properties, new))
+
+
+def _plain(type_: str) -> str:
+    return _PLAIN_NAMES.get(type_, type_)
+
+
+def _check_size(header: PlyHeader, file_size: int) -> None:
+    """Refuse counts that the rest of the file cannot hold: every value of a text takes a digit and a blank."""
+    left = file_size - header.size
+    for element in header.elements:
+        if element.count and not element.properties:
+            raise PlyError(f"its header declares {element.count:,} of {element.name[:40]!r}, which have no properties")
+        row = 2 * len(element.properties) if header.format == "ascii" else element.smallest_row
+        needed = element.count * row - (header.format == "ascii")
+        if needed > left:
+            raise PlyError(
+                f"its header declares {element.count:,} of {element.name!r}, which take at least {needed:,} bytes, "
+                f"but only {max(left, 0):,} follow"
+            )
+        left -= needed
+
+
+def header_bytes(header: PlyHeader, elements: Sequence[PlyElement], textures: Mapping[str, str] | None = None) -> bytes:
+    """The header with other elements: counts, types and properties as given, everything else as it was.
+
+    Args:
+        header: as it was read.
+        elements: what the file has now; those that the header does not declare come last.
+        textures: the new names of texture files by their old ones.
+    """
+    wanted = {e.name: e for e in elements}
+    lines: list[bytes] = []
+    current: PlyElement | None = None
+    left: dict[str, PlyProperty] = {}
+    skipped = False
+    text, end = header.text, b"\n"
+
+    def add(line: str) -> None:
+        lines.append(line.encode("utf-8", "surrogateescape") + end)
+
+    for raw in re.findall(rb"[^\r\n]*(?:\r\n|\n|\r)", text):
+        end = raw[len(raw.rstrip(b"\r\n")) :]
+        line = raw.decode("utf-8", "surrogateescape").rstrip("\r\n")
+        words = line.split()
+        keyword = words[0] if words else ""
+        if keyword in ("element", "end_header"):
+            for p in left.values():
+                add(_declaration(p))
+            current, left, skipped = None, {}, False
+        if keyword == "end_header":
+            break
+        if keyword == "element":
+            current = wanted.pop(words[1], None)
+            skipped = current is None
+            left = {} if current is None else {p.name: p for p in current.properties}
+            if current is not None and int(words[2]) != current.count:
+                add(f"element {current.name} {current.count}")
+                continue
+        elif keyword == "property" and current is not None:
+            new = left.pop(words[-1], None)
+            if new is None:
+                continue
+            if _plain(words[-2]) != new.type or (words[1] == "list" and _plain(words[2]) != new.count_type):
+                add(_declaration(new))
+                continue
+        elif keyword == "comment" and len(words) > 2 and words[1].lower() == "texturefile":
+            name = line.split(maxsplit=2)[2].strip()
+            if (new_name := (textures or {}).get(name, name)) != name:
+                add(f"comment {words[1]} {new_name}")
+                continue
+        if not skipped:
+            lines.append(raw)
+    for element in wanted.values():
+        add(f"element {element.name} {element.count}")
+        for p in element.properties:
+            add(_declaration(p))
+    return b"".join((*lines, b"end_header", end))
+
+
+def _declaration(p: PlyProperty) -> str:
+    return f"property {p.type} {p.name}" if p.count_type is None else f"property list {p.count_type} {p.type} {p.name}"

@@ -1,0 +1,293 @@
+"""The rows of a PLY file as columns, read and checked to the last byte."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..filters.compilation import compiled
+from .ply_header import KINDS, SIZES, PlyElement, PlyError, PlyHeader, PlyProperty
+from .tokens import INTEGER, NOT_FINITE, REAL, REMARKED, Tokens, joined_pieces, tokenise
+
+#: what may stand behind the last row: ends of lines, and what some programs fill a file up with
+PADDING = b" \t\r\n\0\x1a"
+Array: TypeAlias = NDArray[Any]
+
+
+class Lists(NamedTuple):
+    """The lists of one property: all values, one row after the other, and (n,) how many each row has."""
+
+    values: Array
+    lengths: NDArray[np.int64]
+
+    @property
+    def width(self) -> int | None:
+        """The length of all lists; None if they differ, or there is no row."""
+        return int(self.lengths[0]) if len(self.lengths) and (self.lengths == self.lengths[0]).all() else None
+
+    @property
+    def starts(self) -> NDArray[np.int64]:
+        """(n,) the number of the first value of each row."""
+        return np.cumsum(self.lengths) - self.lengths
+
+    def chosen(self, rows: NDArray[np.int64]) -> Lists:
+        """The lists of some rows; -1 stands for an empty one."""
+        lengths = np.where(rows < 0, 0, self.lengths[rows]) if len(self.lengths) else np.zeros(len(rows), np.int64)
+        starts = self.starts[rows] if len(self.lengths) else lengths
+        return Lists(self.values[indices_of_runs(starts, lengths)], lengths)
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """The rows of one element.
+
+    Attributes:
+        element: what the header says of it.
+        columns: by property, (n,) values, or lists.
+        rows: the rows as they are in a binary file where they are equally long; None elsewhere.
+        bytes: where they begin and end in the file.
+        lines: (n,) the lines of a text that they are, as `Tokens` counts them.
+    """
+
+    element: PlyElement
+    columns: Mapping[str, Array | Lists]
+    rows: Array | None = None
+    bytes: tuple[int, int] = (0, 0)
+    lines: NDArray[np.int64] | None = None
+
+    def numbers(self, name: str) -> Array | None:
+        """(n,) the values of a property; None if it has no such property, or one of lists."""
+        column = self.columns.get(name)
+        return None if isinstance(column, Lists) else column
+
+    def lists(self, name: str) -> Lists | None:
+        """The lists of a property; None if it has no such property, or one of single values."""
+        column = self.columns.get(name)
+        return column if isinstance(column, Lists) else None
+
+
+def indices_of_runs(starts: NDArray[np.int64], lengths: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The numbers from each start on, as many as its length says, one run after the other."""
+    ends = np.cumsum(lengths)
+    found = np.repeat(starts - (ends - lengths), lengths)
+    found += np.arange(len(found))
+    return found
+
+
+def row_type(element: PlyElement, order: str, widths: Mapping[str, int]) -> np.dtype[Any]:
+    """The type of a binary row whose lists have these lengths; the length of the list ``x`` is the field ``x count``."""
+    fields: list[Any] = []
+    for p in element.properties:
+        if p.count_type is None:
+            fields.append((p.name, order + KINDS[p.type]))
+        else:
+            fields += [(f"{p.name} count", order + KINDS[p.count_type]), (p.name, order + KINDS[p.type], (widths[p.name],))]
+    return np.dtype(fields)
+
+
+# ------------------------------------------------------------------------------------------------------------------- binary
+
+
+def binary_tables(data: NDArray[np.uint8], header: PlyHeader) -> dict[str, Table]:
+    """The tables of a binary file by element.
+
+    Raises:
+        PlyError: the file ends before they do, or holds more.
+    """
+    tables: dict[str, Table] = {}
+    position = header.size
+    for element in header.elements:
+        tables[element.name] = table = _binary_table(data, position, element, header.byte_order)
+        position = table.bytes[1]
+    more = data[position:].tobytes().strip(PADDING)
+    if more:
+        raise PlyError(f"{len(more):,} bytes follow behind all that its header declares")
+    return tables
+
+
+def _binary_table(data: NDArray[np.uint8], position: int, element: PlyElement, order: str) -> Table:
+    lists = [p for p in element.properties if p.count_type]
+    if not element.count or not element.properties:
+        empty = np.empty(0, row_type(element, order, {p.name: 0 for p in lists}))
+        return Table(element, _columns(empty, element), empty, (position, position))
+    # All rows may be like the first.
+    widths = _first_widths(data, position, element, order)
+    if widths is not None:
+        kind = row_type(element, order, widths)
+        end = position + element.count * kind.itemsize
+        if end <= len(data):
+            rows = np.frombuffer(data, kind, element.count, position)
+            if all((rows[f"{p.name} count"] == widths[p.name]).all() for p in lists):
+                return Table(element, _columns(rows, element), rows, (position, end))
+    return _uneven_table(data, position, element, order)
+
+
+def _columns(rows: Array, element: PlyElement) -> dict[str, Array | Lists]:
+    columns: dict[str, Array | Lists] = {}
+    for p in element.properties:
+        column = rows[p.name]
+        if p.count_type:
+            columns[p.name] = Lists(column.reshape(-1), np.full(len(rows), column.shape[1] if column.ndim > 1 else 0, np.int64))
+        else:
+            columns[p.name] = column
+    return columns
+
+
+def _first_widths(data: NDArray[np.uint8], position: int, element: PlyElement, order: str) -> dict[str, int] | None:
+    """How long the lists of the row at a position are; None if the file ends before it does."""
+    widths = {}
+    for p in element.properties:
+        if p.count_type:
+            size = SIZES[p.count_type]
+            if position + size > len(data):
+                return None
+            count = float(np.frombuffer(data, order + KINDS[p.count_type], 1, position)[0])
+            position += size
+            if not (0 <= count <= (len(data) - position) // SIZES[p.type] and count == int(count)):
+                return None
+            widths[p.name] = int(count)
+        position += SIZES[p.type] * widths.get(p.name, 1)
+    return widths
+
+
+def _uneven_table(data: NDArray[np.uint8], position: int, element: PlyElement, order: str) -> Table:
+    """Rows with lists of different lengths."""
+    n, properties = element.count, element.properties
+    counts = np.array([SIZES[p.count_type] if p.count_type else 0 for p in properties])
+    kinds = np.array([ord(KINDS[p.count_type][0]) if p.count_type else 0 for p in properties])
+    sizes = np.array([SIZES[p.type] for p in properties])
+    places, lengths = np.empty((n, len(properties)), np.int64), np.empty((n, len(properties)), np.int64)
+    end = _walk(data, position, n, counts, kinds, sizes, order == ">", places, lengths)
+    if end < 0:
+        raise PlyError(f"its element {element.name!r} is cut short, or a list in it has a length that cannot be")
+    columns: dict[str, Array | Lists] = {}
+    for k, p in enumerate(properties):
+        kind = np.dtype(order + KINDS[p.type])
+        at = places[:, k]
+        if p.count_type:
+            at = np.repeat(at, lengths[:, k])
+            at += indices_of_runs(np.zeros(n, np.int64), lengths[:, k]) * kind.itemsize
+        each = data[at[:, None] + np.arange(kind.itemsize)] if len(at) else np.empty((0, kind.itemsize), np.uint8)
+        values = np.ascontiguousarray(each).view(kind)[:, 0]
+        columns[p.name] = Lists(values, lengths[:, k].copy()) if p.count_type else values
+    return Table(element, columns, None, (position, end))
+
+
+@compiled
+def _count_at(data: Any, position: int, size: int, kind: int, big: bool) -> int:
+    """The length of a list in a file; -1 if it is below 0 or no whole number."""
+    whole = 0
+    for b in range(size):
+        whole = whole * 256 + data[position + b if big else position + size - 1 - b]
+    if kind != 102:  # no "f"
+        return -1 if kind == 105 and whole >= 1 << (8 * size - 1) else whole
+    # IEEE 754: sign, exponent, fraction
+    digits, bias = (23, 127) if size == 4 else (52, 1023)
+    exponent = (whole >> digits) & (2 * bias + 1)
+    fraction = (whole & ((1 << digits) - 1)) | (1 << digits)
+    if whole == 0 or whole == 1 << (8 * size - 1):
+        return 0
+    shift = exponent - bias - digits
+    if whole >> (8 * size - 1) or exponent < bias or shift > 0 or (fraction & ((1 << -shift) - 1)) != 0:
+        return -1
+    return fraction >> -shift
+
+
+@compiled
+def _walk(data: Any, position: int, n: int, counts: Any, kinds: Any, sizes: Any, big: bool, places: Any, lengths: Any) -> int:
+    """Where each value or list of each row begins and how long it is; the end of the last row, or -1."""
+    for row in range(n):
+        for k in range(len(sizes)):
+            length = 1
+            if counts[k]:
+                if position + counts[k] > len(data):
+                    return -1
+                length = _count_at(data, position, counts[k], kinds[k], big)
+                if length < 0:
+                    return -1
+                position += counts[k]
+            places[row, k] = position
+            lengths[row, k] = length
+            if length > (len(data) - position) // sizes[k]:
+                return -1
+            position += length * sizes[k]
+    return position
+
+
+# --------------------------------------------------------------------------------------------------------------------- text
+
+
+def text_tables(text: bytes, header: PlyHeader) -> tuple[dict[str, Table], Tokens]:
+    """The tables of what stands behind the header of a text, one row a line; and the text in tokens.
+
+    Raises:
+        PlyError: a line is not what the header declares.
+    """
+    body = text.rstrip(PADDING)
+    piece = joined_pieces(tokenise(body))
+    if piece.oddities & REMARKED or b"#" in body:
+        raise PlyError("it has comments behind its header")
+    tables: dict[str, Table] = {}
+    line = 0
+    for element in header.elements:
+        if len(piece.lengths) - line < element.count:
+            raise PlyError(f"it declares {element.count:,} of {element.name!r}, but {len(piece.lengths) - line:,} lines follow")
+        tables[element.name] = _text_table(piece, line, element)
+        line += element.count
+    if line < len(piece.lengths):
+        raise _fail(piece, line, "is one more than its header declares")
+    return tables, piece
+
+
+def _text_table(piece: Tokens, line: int, element: PlyElement) -> Table:
+    at = piece.first[line : line + element.count].copy()
+    end = piece.first[line + 1 : line + element.count + 1]
+    last = max(len(piece.kinds) - 1, 0)
+    columns: dict[str, Array | Lists] = {}
+    for p in element.properties:
+        lengths = np.ones(element.count, np.int64)
+        if p.count_type:
+            said = piece.values[np.minimum(at, last)]
+            wrong = (at >= end) | (said != np.rint(said)) | (said < 0) | (said > end - at)
+            wrong |= ~_fits(piece, np.minimum(at, last), p.count_type)
+            _refuse(piece, line, wrong, f"does not say how long its list {p.name!r} is")
+            lengths = said.astype(np.int64)
+            at += 1
+        _refuse(piece, line, at + lengths > end, f"ends before its {p.name!r}")
+        tokens = indices_of_runs(at, lengths)
+        if not (fits := _fits(piece, tokens, p.type)).all():
+            row = int(np.repeat(np.arange(element.count), lengths)[np.argmin(fits)])
+            raise _fail(piece, line + row, f"has a {p.name!r} that is no {p.type}")
+        values = piece.values[tokens].astype(KINDS[p.type])
+        columns[p.name] = Lists(values, lengths) if p.count_type else values
+        at += lengths
+    _refuse(piece, line, at != end, "has more than is declared")
+    return Table(element, columns, lines=np.arange(line, line + element.count))
+
+
+def _fits(piece: Tokens, tokens: NDArray[np.int64], type_: str) -> NDArray[np.bool_]:
+    """Which tokens are numbers of a type."""
+    kinds, values = piece.kinds[tokens], piece.values[tokens]
+    if KINDS[type_][0] != "f":
+        limits = np.iinfo(KINDS[type_])
+        return (kinds == INTEGER) & (values >= limits.min) & (values <= limits.max)
+    numbers = (kinds == INTEGER) | (kinds == REAL) | (kinds == NOT_FINITE)
+    return numbers & ~(np.isfinite(values) & (np.abs(values) > np.finfo(KINDS[type_]).max))
+
+
+def _refuse(piece: Tokens, line: int, wrong: NDArray[np.bool_], why: str) -> None:
+    if wrong.any():
+        raise _fail(piece, line + int(np.argmax(wrong)), why)
+
+
+def _fail(piece: Tokens, k: int, why: str) -> PlyError:
+    return PlyError(f"line {piece.numbers[k]:,} behind its header, {piece.line(k)[:60].decode('utf-8', 'replace')!r}, {why}")
+
+
+def property_of(element: PlyElement, name: str) -> PlyProperty | None:
+    """The property of that name, if the element has it."""
+    return next((p for p in element.properties if p.name == name), None)

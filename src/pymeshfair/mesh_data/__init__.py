@@ -1,0 +1,17 @@
+"""The one value that travels through a run: a mesh with all its attributes, and how an edit makes the next one of it."""
+
+from .apply_edit import apply_edit, as_layer, moved
+from .edits import adds, adds_or_removes, checked_edit
+from .mesh_data import MeshData, Source, Texture
+
+__all__ = [
+    "MeshData",
+    "Source",
+    "Texture",
+    "adds",
+    "adds_or_removes",
+    "apply_edit",
+    "as_layer",
+    "checked_edit",
+    "moved",
+]

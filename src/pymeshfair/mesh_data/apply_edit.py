@@ -1,0 +1,156 @@
+"""The mesh that an edit makes of another one: every attribute is kept, carried on to added elements, or named as dropped."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..declaration import Edit, Floats, Ints, NewLayer
+from ..errors import MeshError
+from .continuation import (
+    continued_face_colors,
+    continued_texture,
+    continued_vertex_colors,
+    faces_with_most_used_texture,
+    find_donors,
+    read_pixels,
+)
+from .edits import adds
+from .mesh_data import MeshData, Texture
+
+
+def apply_edit(mesh: MeshData, edit: Edit) -> MeshData:
+    """The mesh after a checked edit (`checked_edit`), but for its new layers; see `Edit` for what added elements get.
+
+    Raises:
+        MeshError: vertices are deleted at which edges of polylines end.
+    """
+    if adds(edit):
+        mesh = _with_additions(mesh, edit)
+    if edit.vertices is not None:
+        mesh = moved(mesh, np.concatenate([edit.vertices, mesh.vertices[len(edit.vertices) :]]))
+    vertex: dict[str, Any] = {}
+    face: dict[str, Any] = {}
+    for element, attributes in (("vertex", vertex), ("face", face)):
+        for name in ("selection", "scalars", "normals"):
+            if (values := getattr(edit, f"{element}_{name}")) is not None:
+                attributes[name] = values
+        if (colors := getattr(edit, f"{element}_colors")) is not None:
+            attributes["colors"] = as_levels(colors)
+    if vertex or face:
+        mesh = mesh.with_attributes(vertex, face)
+    return _with_deletions(mesh, edit)
+
+
+def moved(mesh: MeshData, vertices: Floats) -> MeshData:
+    """The mesh with other coordinates. Normals of faces follow them, and those of vertices if there are faces."""
+    if not len(mesh.faces):
+        return replace(mesh, vertices=vertices)
+    return replace(mesh.with_attributes({"normals": None}, {"normals": None}), vertices=vertices)
+
+
+def as_layer(layer: NewLayer) -> MeshData:
+    """The mesh of a layer that a filter has made.
+
+    Raises:
+        MeshError: its arrays do not fit together.
+    """
+    n = len(layer.vertices)
+    for name in ("faces", "edges"):
+        cells = getattr(layer, name)
+        if cells is not None and len(cells) and not (np.min(cells) >= 0 and np.max(cells) < n):
+            raise MeshError(f"the new layer {layer.label!r} has {name} that name vertices outside 0 to {n - 1}")
+    attributes = {"normals": layer.vertex_normals, "scalars": layer.vertex_scalars}
+    faces = np.empty((0, 3), np.int32) if layer.faces is None else layer.faces
+    edges = np.empty((0, 2), np.int32) if layer.edges is None else layer.edges
+    return MeshData(
+        vertices=layer.vertices,
+        faces=faces,
+        edges=edges,
+        vertex_attributes={name: values for name, values in attributes.items() if values is not None},
+        label=layer.label,
+        vertex_ids=np.full(n, -1),
+        face_ids=np.full(len(faces), -1),
+        edge_ids=np.full(len(edges), -1),
+    )
+
+
+def as_levels(colors: Floats) -> NDArray[np.uint8]:
+    """Colours from 0 to 1 as levels from 0 to 255."""
+    return np.rint(np.asarray(colors) * 255.0).astype(np.uint8)
+
+
+def _with_additions(mesh: MeshData, edit: Edit) -> MeshData:
+    """The mesh with the added vertices and faces, and with what near elements give them."""
+    added_vertices = np.empty((0, 3)) if edit.added_vertices is None else edit.added_vertices
+    added_faces: Ints = np.empty((0, 3), np.int32) if edit.added_faces is None else edit.added_faces
+    old_vertices = mesh.vertices if edit.vertices is None else edit.vertices
+    points = np.concatenate([old_vertices, added_vertices])
+    wedges, numbers = (mesh.face_attributes.get(name) for name in ("wedge_texture_coordinates", "texture"))
+    may_give = np.ones(len(mesh.faces), np.bool_)
+    if wedges is not None:
+        may_give = faces_with_most_used_texture(mesh.faces, added_faces, wedges, numbers)
+    donors = find_donors(points, mesh.faces, added_faces, len(mesh.vertices), may_give)
+
+    vertex: dict[str, NDArray[Any]] = {}
+    for name, values in mesh.vertex_attributes.items():
+        if name == "colors":
+            vertex[name] = as_levels(continued_vertex_colors(values / 255.0, added_faces, donors.vertices))
+        elif name in ("scalars", "texture_coordinates"):
+            vertex[name] = np.concatenate([values, values[donors.vertices]])
+        elif name != "normals":
+            vertex[name] = _extended(values, len(added_vertices))
+    face: dict[str, NDArray[Any]] = {}
+    for name, values in mesh.face_attributes.items():
+        if name == "colors":
+            continued = continued_face_colors(values / 255.0, mesh.faces, added_faces, len(mesh.vertices), donors.faces)
+            face[name] = as_levels(continued)
+        elif name in ("scalars", "texture"):
+            face[name] = np.concatenate([values, values[donors.faces]])
+        elif name == "wedge_texture_coordinates":
+            image = _pixels(mesh.textures, numbers, donors.faces)
+            shown = continued_texture(image, values, mesh.faces, added_faces, may_give, donors.faces)
+            face[name] = np.concatenate([values, np.repeat(shown[:, None], 3, axis=1)])
+        elif name == "polygon":
+            face[name] = np.concatenate([values, np.full(len(added_faces), -1, values.dtype)])
+        elif name != "normals":
+            face[name] = _extended(values, len(added_faces))
+    return replace(
+        mesh,
+        vertices=points,
+        faces=np.concatenate([mesh.faces, added_faces]),
+        vertex_attributes=vertex,
+        face_attributes=face,
+        vertex_ids=_with_new(mesh.vertex_ids, len(mesh.vertices), len(added_vertices)),
+        face_ids=_with_new(mesh.face_ids, len(mesh.faces), len(added_faces)),
+    )
+
+
+def _pixels(textures: tuple[Texture, ...], numbers: Any, donors: NDArray[np.intp]) -> Any:
+    """The pixels of the texture that the donors show; None if it cannot be read."""
+    number = 0 if numbers is None or not len(donors) else int(numbers[donors[0]])
+    return read_pixels(textures[number]) if 0 <= number < len(textures) else None
+
+
+def _extended(values: NDArray[Any], count: int) -> NDArray[Any]:
+    return np.concatenate([values, np.zeros((count, *values.shape[1:]), values.dtype)])
+
+
+def _with_new(ids: NDArray[np.int64] | None, count: int, added: int) -> NDArray[np.int64]:
+    return np.concatenate([np.arange(count) if ids is None else ids, np.full(added, -1)])
+
+
+def _with_deletions(mesh: MeshData, edit: Edit) -> MeshData:
+    gone, gone_faces = edit.delete_vertices, edit.delete_faces
+    if not any(x is not None and x.any() for x in (gone, gone_faces)):
+        return mesh
+    kept = np.ones(len(mesh.vertices), np.bool_) if gone is None else ~gone
+    if len(mesh.edges) and (lost := ~kept[mesh.edges].all(axis=1)).any():
+        raise MeshError(
+            f"the {int(lost.sum())} edges of {mesh.label!r} that end in vertices to be deleted would lose an end; "
+            "select the vertices and build the polyline anew from the others"
+        )
+    return mesh.part(kept, None if gone_faces is None else ~gone_faces)

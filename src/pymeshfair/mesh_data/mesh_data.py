@@ -1,0 +1,321 @@
+"""A mesh as a value: arrays, named attributes of its elements, textures, and the file that it comes from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..declaration import Bools, Floats, Ints
+from ..errors import MeshError
+
+#: the attributes of vertices and of faces that MeshLab knows, too; all others are custom ones
+VERTEX_ATTRIBUTES = frozenset(("normals", "colors", "scalars", "radii", "texture_coordinates", "selection"))
+FACE_ATTRIBUTES = frozenset(("normals", "colors", "scalars", "selection", "wedge_texture_coordinates", "texture", "polygon"))
+Array: TypeAlias = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Texture:
+    """An image on the surface.
+
+    Attributes:
+        name: as the mesh file writes it.
+        image: the image file, or its bytes where it lies within the mesh file; None if it does not exist.
+        painted: whether a step may have changed it since it was read.
+    """
+
+    name: str
+    image: Path | bytes | None
+    painted: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """The file that a mesh was read from.
+
+    Attributes:
+        path: the file.
+        format: its format, an extension in lower case.
+        document: what the reader of that format keeps for its writer, so that what has not changed is written as it was.
+        extras: what the file has and `MeshData` has not, in words; only a file of the same format can keep it.
+        side_files: the files that belong to it: materials, textures, buffers.
+        vertices: how many vertices it has.
+        faces: how many triangles its faces make.
+        edges: how many edges its polylines have.
+    """
+
+    path: Path
+    format: str
+    document: Any = None
+    extras: tuple[str, ...] = ()
+    side_files: tuple[Path, ...] = ()
+    vertices: int = 0
+    faces: int = 0
+    edges: int = 0
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class MeshData:
+    """A mesh: n vertices, m triangles, e edges of polylines. Arrays are read-only; an edit makes another value.
+
+    A mesh with vertices alone is a point cloud, one with edges and no triangles a polyline. It is a `pymeshfair.declaration.Layer`
+    but for `other`.
+
+    Attributes:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) indices of vertices, counter-clockwise seen from outside.
+        edges: (e, 2) indices of vertices.
+        vertex_attributes: by name: ``normals`` (n, 3), ``colors`` (n, 4) uint8, ``scalars`` (n,), ``radii`` (n,),
+            ``texture_coordinates`` (n, 2), ``selection`` (n,) bool; any other name is a custom attribute, (n,) or (n, 3).
+        face_attributes: by name: ``normals`` (m, 3), ``colors`` (m, 4) uint8, ``scalars`` (m,), ``selection`` (m,) bool,
+            ``wedge_texture_coordinates`` (m, 3, 2), ``texture`` (m,) the number of the texture or -1, ``polygon`` (m,) the same
+            number for the triangles of one polygon, -1 for a triangle; any other name is a custom attribute.
+        keeps_normals: whether the vertices of a mesh with faces have normals of their own, which a file then gets. They follow
+            the coordinates.
+        textures: in the order that ``texture`` counts them.
+        matrix: (4, 4) that places the coordinates, None for the identity. Files hold none.
+        label: the name of the layer.
+        unit: of the coordinates, where the file says it: ``"mm"``, ``"cm"``, ``"m"``, ``"in"`` or ``"ft"``.
+        source: the file that it comes from.
+        vertex_ids: (n,) the vertex of the source that each is, -1 for a new one; None if they are all there in their order.
+        face_ids: (m,) the same of the triangles.
+        edge_ids: (e,) the same of the edges.
+    """
+
+    vertices: Floats
+    faces: Ints = field(default_factory=lambda: np.empty((0, 3), np.int32))
+    edges: Ints = field(default_factory=lambda: np.empty((0, 2), np.int32))
+    vertex_attributes: Mapping[str, Array] = field(default_factory=dict)
+    face_attributes: Mapping[str, Array] = field(default_factory=dict)
+    keeps_normals: bool = False
+    textures: tuple[Texture, ...] = ()
+    matrix: Floats | None = None
+    label: str = ""
+    unit: str | None = None
+    source: Source | None = None
+    vertex_ids: NDArray[np.int64] | None = None
+    face_ids: NDArray[np.int64] | None = None
+    edge_ids: NDArray[np.int64] | None = None
+
+    def __post_init__(self) -> None:
+        for name, dtype, shape in (("vertices", np.float64, (-1, 3)), ("faces", np.int32, (-1, 3)), ("edges", np.int32, (-1, 2))):
+            object.__setattr__(self, name, _frozen(np.asarray(getattr(self, name), dtype).reshape(shape)))
+        for name in ("vertex_attributes", "face_attributes"):
+            object.__setattr__(self, name, {key: _frozen(value) for key, value in getattr(self, name).items()})
+
+    def replaced(self, **changes: Any) -> MeshData:
+        """The mesh with other values of its fields."""
+        return replace(self, **changes)
+
+    def with_attributes(
+        self, vertex: Mapping[str, Array | None] | None = None, face: Mapping[str, Array | None] | None = None
+    ) -> MeshData:
+        """The mesh with these attributes added or replaced; None takes one away."""
+        return replace(
+            self,
+            vertex_attributes=_changed(self.vertex_attributes, vertex or {}),
+            face_attributes=_changed(self.face_attributes, face or {}),
+        )
+
+    def part(self, vertices: Bools, faces: Bools | None = None) -> MeshData:
+        """The chosen vertices, and those of the chosen faces and of the edges whose vertices are all among them.
+
+        Args:
+            vertices: (n,) which vertices stay.
+            faces: (m,) which faces may stay; None for all.
+        """
+        number = np.cumsum(vertices, dtype=np.int32) - np.int32(1)
+        kept_faces = vertices[self.faces].all(axis=1)
+        if faces is not None:
+            kept_faces &= faces
+        kept_edges = vertices[self.edges].all(axis=1)
+        return replace(
+            self,
+            vertices=self.vertices[vertices],
+            faces=number[self.faces[kept_faces]],
+            edges=number[self.edges[kept_edges]],
+            vertex_attributes={name: values[vertices] for name, values in self.vertex_attributes.items()},
+            face_attributes={name: values[kept_faces] for name, values in self.face_attributes.items()},
+            vertex_ids=_ids(self.vertex_ids, len(self.vertices))[vertices],
+            face_ids=_ids(self.face_ids, len(self.faces))[kept_faces],
+            edge_ids=_ids(self.edge_ids, len(self.edges))[kept_edges],
+        )
+
+    def without_matrix(self) -> MeshData:
+        """The mesh with its matrix applied to its coordinates and normals."""
+        if self.matrix is None:
+            return self
+        turn = self.matrix[:3, :3]
+        attributes = dict(self.vertex_attributes)
+        if "normals" in attributes:
+            attributes["normals"] = attributes["normals"] @ np.linalg.inv(turn)
+        face_attributes = {name: value for name, value in self.face_attributes.items() if name != "normals"}
+        return replace(
+            self,
+            vertices=self.vertices @ turn.T + self.matrix[:3, 3],
+            vertex_attributes=attributes,
+            face_attributes=face_attributes,
+            matrix=None,
+        )
+
+    # ------------------------------------------------------------------------------------------------------ as a `Layer`
+
+    @cached_property
+    def vertex_normals(self) -> Floats:
+        """(n, 3) of a mesh with faces those of its own, or the means of those of the faces by angle; 0 where there are none."""
+        if (own := self.vertex_attributes.get("normals")) is not None:
+            return own
+        from ..filters.geometry import vertex_normals_by_angle
+
+        return _frozen(vertex_normals_by_angle(self.vertices, self.faces))
+
+    @cached_property
+    def face_normals(self) -> Floats:
+        """(m, 3) unit normals, 0 of a face without area."""
+        if (own := self.face_attributes.get("normals")) is not None:
+            return own
+        from ..filters.geometry import face_normals
+
+        return _frozen(face_normals(self.vertices, self.faces))
+
+    @property
+    def vertex_selection(self) -> Bools:
+        """(n,) the selected vertices."""
+        own = self.vertex_attributes.get("selection")
+        return np.zeros(len(self.vertices), np.bool_) if own is None else own
+
+    @property
+    def face_selection(self) -> Bools:
+        """(m,) the selected faces."""
+        own = self.face_attributes.get("selection")
+        return np.zeros(len(self.faces), np.bool_) if own is None else own
+
+    @property
+    def vertex_scalars(self) -> Floats:
+        """(n,) the scalars; 0 if it has none, as in MeshLab."""
+        own = self.vertex_attributes.get("scalars")
+        return np.zeros(len(self.vertices)) if own is None else own
+
+    @property
+    def face_scalars(self) -> Floats:
+        """(m,) the scalars of the faces."""
+        return self._own_of_faces("scalars")
+
+    @property
+    def vertex_colors(self) -> Floats:
+        """(n, 4) from 0 to 1; white if it has none, as in MeshLab."""
+        own = self.vertex_attributes.get("colors")
+        return np.ones((len(self.vertices), 4)) if own is None else own / 255.0
+
+    @property
+    def face_colors(self) -> Floats:
+        """(m, 4) from 0 to 1."""
+        return self._own_of_faces("colors") / 255.0
+
+    @property
+    def has_vertex_scalars(self) -> bool:
+        """Whether its vertices have scalars."""
+        return "scalars" in self.vertex_attributes
+
+    @property
+    def has_vertex_colors(self) -> bool:
+        """Whether its vertices have colours."""
+        return "colors" in self.vertex_attributes
+
+    @property
+    def has_face_scalars(self) -> bool:
+        """Whether its faces have scalars."""
+        return "scalars" in self.face_attributes
+
+    @property
+    def has_face_colors(self) -> bool:
+        """Whether its faces have colours."""
+        return "colors" in self.face_attributes
+
+    @property
+    def has_wedge_tex_coords(self) -> bool:
+        """Whether the corners of its faces have texture coordinates."""
+        return "wedge_texture_coordinates" in self.face_attributes
+
+    @cached_property
+    def diagonal(self) -> float:
+        """The diagonal of the bounding box."""
+        return diagonal_of(self.vertices)
+
+    @cached_property
+    def mean_edge(self) -> float:
+        """The mean edge length; of a cloud the mean distance to the nearest neighbour."""
+        return mean_edge_of(self.vertices, self.faces, self.edges)
+
+    def selected_vertices(self) -> Bools:
+        """(n,) the selected vertices or, if there are none, those all of whose faces are selected.
+
+        Raises:
+            MeshError: nothing is selected.
+        """
+        return selected_vertices_of(self.label, self.faces, self.vertex_selection, self.face_selection)
+
+    def _own_of_faces(self, name: str) -> Array:
+        if name not in self.face_attributes:
+            raise MeshError(f"the mesh {self.label!r} has no face {name}")
+        return self.face_attributes[name]
+
+
+def diagonal_of(vertices: Floats) -> float:
+    """The diagonal of the bounding box of (n, 3) vertices."""
+    if not len(vertices):
+        return 0.0
+    extent = vertices.max(axis=0) - vertices.min(axis=0)
+    with np.errstate(over="ignore", under="ignore"):
+        diagonal = float(np.linalg.norm(extent))
+    return diagonal if 1e-140 < diagonal < 1e140 else math.hypot(*extent)  # elsewhere squares are no ordinary numbers
+
+
+def mean_edge_of(vertices: Floats, faces: Ints, edges: Ints) -> float:
+    """The mean length of the edges of the faces, else of the polylines, else the mean distance of nearest points."""
+    from ..filters.geometry import mean_edge_length
+    from ..filters.neighbours import nearest_neighbours
+
+    if len(faces) or len(edges):
+        return float(mean_edge_length(vertices, faces if len(faces) else edges))
+    return float(nearest_neighbours(vertices, 1)[0].mean()) if len(vertices) > 1 else 0.0
+
+
+def selected_vertices_of(label: str, faces: Ints, vertices: Bools, selected_faces: Bools) -> Bools:
+    """(n,) the selected vertices or, if there are none, those all of whose faces are selected.
+
+    Raises:
+        MeshError: nothing is selected.
+    """
+    if vertices.any():
+        return vertices
+    if selected_faces.any():
+        strictly: Bools = np.zeros(len(vertices), dtype=np.bool_)
+        strictly[faces[selected_faces]] = True
+        strictly[faces[~selected_faces]] = False
+        if strictly.any():
+            return strictly
+    raise MeshError(
+        f"nothing is selected in {label!r}: select vertices, or triangles on all sides of them, or use selected=False"
+    )
+
+
+def _ids(ids: NDArray[np.int64] | None, count: int) -> NDArray[np.int64]:
+    return np.arange(count) if ids is None else ids
+
+
+def _changed(attributes: Mapping[str, Array], changes: Mapping[str, Array | None]) -> dict[str, Array]:
+    return {name: value for name, value in {**attributes, **changes}.items() if value is not None}
+
+
+def _frozen(array: Array) -> Array:
+    view = np.ascontiguousarray(array).view()
+    view.flags.writeable = False
+    return view
