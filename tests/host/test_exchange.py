@@ -12,7 +12,7 @@ import trimesh
 
 from pymeshfair import MeshSet
 from pymeshfair.errors import UnknownNameError
-from pymeshfair.meshset.errors import ForeignMeshError
+from pymeshfair.meshlab.errors import ForeignMeshError
 from tests.meshes import icosphere, noisy, torus
 
 

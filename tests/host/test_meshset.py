@@ -31,7 +31,7 @@ from pymeshfair.declaration import (
 from pymeshfair.errors import ConvergenceError, FilterInputError, Place, StepFailedError
 from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.meshset import MeshSet
-from pymeshfair.meshset.errors import (
+from pymeshfair.meshlab.errors import (
     FilterFailedError,
     FilterParameterError,
     ScriptStepFailedError,

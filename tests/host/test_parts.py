@@ -10,7 +10,7 @@ import pytest
 
 from pymeshfair.declaration import Edit
 from pymeshfair.errors import StepFailedError
-from pymeshfair.meshset.errors import FilterParameterError, UnknownLayerError
+from pymeshfair.meshlab.errors import FilterParameterError, UnknownLayerError
 from pymeshfair.meshset.filter_runner import FilterRunner
 from pymeshfair.meshset.layers import Layers
 from pymeshfair.meshset.script_log import ScriptLog

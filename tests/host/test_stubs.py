@@ -11,7 +11,7 @@ from stubs import STUB, format_stub, method_text
 from pymeshfair.declaration import Bool, Filter, FilterClass, Matrix, Point, Shot
 from pymeshfair.meshlab.facts import meshlab_filters
 from pymeshfair.meshset import MeshSet
-from pymeshfair.meshset.errors import FilterParameterError, UnknownFilterError
+from pymeshfair.meshlab.errors import FilterParameterError, UnknownFilterError
 from pymeshfair.registry import custom_filters
 
 

@@ -66,7 +66,7 @@ def faces_with_most_used_texture(faces: Ints, added_faces: Ints, wedges: Floats,
         wedges: (m, 3, 2) texture coordinates at the corners of the old faces.
         textures: (m,) the number of the texture of each; None if there is one alone.
     """
-    finite: Bools = np.isfinite(wedges).all(axis=(1, 2))
+    finite: Bools = np.all(np.isfinite(wedges), axis=(1, 2), out=np.empty(len(wedges), np.bool_))
     numbers = np.zeros(len(faces), np.int32) if textures is None else textures
     candidates = [finite & (numbers == number) for number in np.unique(numbers)]
     used = np.unique(added_faces)

@@ -9,7 +9,7 @@ import numpy as np
 import pymeshlab
 
 from ..declaration import Floats, Ints
-from .errors import ForeignMeshError
+from ..meshlab.errors import ForeignMeshError
 
 #: cells of meshio: each row of corners becomes these triangles
 _TRIANGLES = {"triangle": ((0, 1, 2),), "quad": ((0, 1, 2), (0, 2, 3))}

@@ -9,9 +9,9 @@ from typing import Any
 import pymeshlab
 
 from ..declaration import Filter
+from ..meshlab.errors import UnknownFilterError
 from ..meshlab.facts import meshlab_filters
 from ..registry import custom_filters
-from .errors import UnknownFilterError
 from .listing import known_filter
 from .methods import filter_method
 

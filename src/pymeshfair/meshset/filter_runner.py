@@ -8,13 +8,13 @@ from typing import Any
 
 import pymeshlab
 
-from ..declaration import Arity, Filter, Percentage
+from ..declaration import Arity, Filter
 from ..declaration import Mesh as MeshParameter
+from ..meshlab.builtin_filters import BuiltinFilters, constant_defaults
+from ..meshlab.errors import FilterFailedError
 from ..registry import is_known
 from ..scripts.script import Step
 from ..write_back import without_helpers
-from .builtin_filters import BuiltinFilters
-from .errors import FilterFailedError
 from .layers import Layers
 from .listing import known_filter
 from .plugin_filters import PluginFilters
@@ -34,7 +34,7 @@ class FilterRunner:
     def __init__(self, layers: Layers) -> None:
         self._layers = layers
         self.plugins = PluginFilters(layers)
-        self.builtins = BuiltinFilters(layers)
+        self.builtins = BuiltinFilters(layers.meshset, layers.current, layers.forget)
 
     def apply(self, filter_name: str, given: Mapping[str, Any]) -> tuple[dict[str, Any], Step | None]:
         """Apply a filter with values as a caller gives them.
@@ -45,6 +45,7 @@ class FilterRunner:
         """
         known = known_filter(filter_name)
         if known is None:
+            self._layers.settle()
             return self.builtins.call(filter_name, given), None
         self._check_mesh(known)
         result, values = self._of_kind(known, dict(given) if known.is_builtin else self.plugins.check(known, given))
@@ -58,12 +59,14 @@ class FilterRunner:
     def effective(self, step: Step) -> dict[str, Any]:
         """All values that a step would run with, as a script says them: relative lengths stay relative."""
         known, values = step.filter, self._values_here(step)
+        self._layers.settle()
         found = self.builtins.effective(known, values) if known.is_builtin else {**known.defaults, **values}
         return _with_ids(known, found, self._layers.bench.without_helpers)
 
     def on_mesh(self, step: Step) -> dict[str, Any]:
         """As `effective`, with lengths in mesh units of the current layer."""
         known, values = step.filter, self._values_here(step)
+        self._layers.settle()
         found = (self.builtins if known.is_builtin else self.plugins).on_mesh(known, values)
         return _with_ids(known, found, self._layers.bench.without_helpers)
 
@@ -81,7 +84,12 @@ class FilterRunner:
         return self.plugins.on_mesh(known, self.plugins.check(known, given))
 
     def _of_kind(self, known: Filter, values: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-        return (self.builtins if known.is_builtin else self.plugins).apply(known, values)
+        if not known.is_builtin:
+            return self.plugins.apply(known, values)
+        self._layers.settle()
+        self._layers.check_named(known, values)
+        self.builtins.verbose = self._layers.bench.verbose
+        return self.builtins.apply(known, values)
 
     def _check_mesh(self, known: Filter) -> None:
         if known.arity is not Arity.NONE and not self._layers.has_current():
@@ -89,16 +97,7 @@ class FilterRunner:
 
     def _values_here(self, step: Step) -> dict[str, Any]:
         values = _with_ids(step.filter, step.values, self._layers.bench.with_helpers)
-        return {**_constant_defaults(step.filter), **values} if step.filter.is_builtin else values
-
-
-def _constant_defaults(known: Filter) -> dict[str, Any]:
-    """The defaults that are the same on every mesh.
-
-    Some filters of MeshLab, such as isotropic remeshing, take the values of their last use in the process as defaults; a script
-    must not depend on what ran before it.
-    """
-    return {p.name: p.default for p in known.parameters if p.default is not None and not isinstance(p, Percentage)}
+        return {**constant_defaults(step.filter), **values} if step.filter.is_builtin else values
 
 
 def _with_ids(known: Filter, values: Mapping[str, Any], change: Callable[[int], int]) -> dict[str, Any]:

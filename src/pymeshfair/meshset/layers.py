@@ -11,8 +11,9 @@ import pymeshlab
 
 from ..declaration import Edit, Filter, Layer
 from ..declaration import Mesh as MeshParameter
-from ..write_back import MeshLayer, Workbench, adds, adds_or_removes, write_edit
-from .errors import UnknownLayerError
+from ..mesh_data import adds, adds_or_removes
+from ..meshlab.errors import UnknownLayerError
+from ..write_back import MeshLayer, Workbench, write_edit
 
 _BASE = pymeshlab.MeshSet
 

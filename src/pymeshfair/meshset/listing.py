@@ -8,8 +8,8 @@ import pymeshlab
 
 from ..declaration import Filter
 from ..errors import UnknownNameError
+from ..meshlab.errors import UnknownFilterError
 from ..registry import all_filters, custom_filters, find_filter
-from .errors import UnknownFilterError
 from .methods import shown_default
 
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import pymeshlab
 
+from ..meshlab.aftermath import after_failure
 from ..scripts.script import Step
-from ..write_back import after_failure
 from .conveniences import Conveniences
 from .exchange import as_meshlab
 from .filter_methods import FilterMethods

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import inspect
 import logging
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from ..declaration import Edit, Filter, Layer, Length, Percentage
-from ..errors import ParameterError, UnknownNameError
-from ..write_back import MeshLayer, checked_edit
-from .errors import FilterFailedError, FilterParameterError, UnknownFilterError, reason
+from ..calling import StoppedError, call, check_needs, resolved
+from ..declaration import Edit, Filter, Percentage
+from ..errors import MeshError, ParameterError, UnknownNameError
+from ..meshlab.errors import FilterFailedError, FilterParameterError, UnknownFilterError, reason
+from ..meshlab.values import as_length
+from ..write_back import MeshLayer
 from .layers import Layers
-from .meshlab_values import as_length
-from .preconditions import missing
 
 _LOG = logging.getLogger("pymeshfair")
 
@@ -51,8 +50,10 @@ class PluginFilters:
         values = {**known.defaults, **checked}
         self._layers.check_named(known, values)
         layer = self._layers.current()
-        if lacking := missing(known, layer):
-            raise FilterFailedError(f"{known.python_name} cannot be applied: {layer.label!r} has no {' and no '.join(lacking)}")
+        try:
+            check_needs(known, layer)
+        except MeshError as error:
+            raise FilterFailedError(str(error)) from None
         edit, notes = self._compute(known, values, layer)
         for note in (*edit.notes, *notes):
             self.tell(note)
@@ -60,7 +61,7 @@ class PluginFilters:
 
     def on_mesh(self, known: Filter, checked: Mapping[str, Any]) -> dict[str, Any]:
         """The values that the filter would run with, lengths in mesh units."""
-        return _resolved(known, {**known.defaults, **checked}, self._layers.current())
+        return resolved(known, {**known.defaults, **checked}, self._layers.current())
 
     def tell(self, note: str) -> None:
         """Pass on a sentence that the user should read."""
@@ -70,55 +71,16 @@ class PluginFilters:
             _LOG.warning("%s", note)
 
     def _compute(self, known: Filter, values: Mapping[str, Any], layer: MeshLayer) -> tuple[Edit, tuple[str, ...]]:
-        assert known.function is not None
-        progress = _Progress(self.on_progress)
         try:
-            inputs = _resolved(known, values, layer)
+            inputs = resolved(known, values, layer)
             if self._layers.bench.verbose or self._layers.bench.tells_parameters:
                 print(f"\nApplying filter {known.python_name} with the following parameters:\n{inputs}\n")
-            if "progress" in inspect.signature(known.function).parameters:
-                inputs["progress"] = progress
-            edit = checked_edit(known.function(layer, **inputs), layer)
+            edit = call(known, inputs, layer, self.on_progress)
             return edit, self._layers.take(layer, edit)
-        except Exception as error:
-            if progress.stopped is error or isinstance(error, MemoryError):
-                raise
-            raise FilterFailedError(f"{known.python_name}: {reason(error)}") from error
-
-
-def _resolved(known: Filter, values: Mapping[str, Any], layer: Layer) -> dict[str, Any]:
-    """Declared values as a filter's function takes them: lengths in mesh units on this layer."""
-    of_edges = {p.name for p in known.parameters if isinstance(p, Percentage) and p.of_edges}
-
-    def mesh_units(name: str, length: Length) -> float:
-        measure = _mean_polyline_edge if name in of_edges else _mean_edge
-        return length.resolve(diagonal=layer.diagonal, mean_edge=lambda: measure(layer))
-
-    return {name: mesh_units(name, value) if isinstance(value, Length) else value for name, value in values.items()}
-
-
-def _mean_edge(layer: Layer) -> float:
-    return layer.mean_edge
-
-
-def _mean_polyline_edge(layer: Layer) -> float:
-    from ..filters.geometry import mean_edge_length  # compiled code, which not every use of a mesh set needs
-
-    return mean_edge_length(layer.vertices, layer.edges) if len(layer.edges) else layer.mean_edge
-
-
-class _Progress:
-    """Hands progress on, and remembers the exception by which the receiver stopped the work."""
-
-    def __init__(self, receiver: Callable[[float], None] | None) -> None:
-        self._receiver = receiver
-        self.stopped: BaseException | None = None
-
-    def __call__(self, done: float) -> None:
-        if self._receiver is None:
-            return
-        try:
-            self._receiver(done)
-        except BaseException as error:
-            self.stopped = error
+        except StoppedError as error:
+            assert error.__cause__ is not None
+            raise error.__cause__ from None
+        except MemoryError:
             raise
+        except Exception as error:
+            raise FilterFailedError(f"{known.python_name}: {reason(error)}") from error

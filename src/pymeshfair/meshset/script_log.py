@@ -7,9 +7,9 @@ from pathlib import Path
 
 from ..declaration import Layer, Length
 from ..errors import Place
+from ..meshlab.errors import ScriptStepFailedError, reason
 from ..scripts import Script, Step, read_script, write_script
 from ..scripts.write import NOMINAL_DIAGONAL, NOMINAL_EDGE
-from .errors import ScriptStepFailedError, reason
 from .methods import length_text
 
 

@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from ..declaration import Floats, Ints
+from ..declaration import Floats
 from ..filters.inspection import SHARP, share_kept, sharp_edges
+from ..mesh_data import MeshData
 from ..scripts.guards import Guards
-from .origins import InputMesh, Origins
+from .origins import Origins
 
 
 @dataclass(frozen=True)
@@ -38,9 +39,8 @@ class Breach:
 def breaches(
     guards: Guards,
     origins: Origins,
-    before: InputMesh,
-    vertices: Floats,
-    faces: Ints,
+    before: MeshData,
+    result: MeshData,
     measures_before: Mapping[str, Any] | None,
     measures_after: Mapping[str, Any] | None,
 ) -> list[Breach]:
@@ -50,8 +50,7 @@ def breaches(
         guards: the limits.
         origins: where the elements of the result come from.
         before: the mesh as read.
-        vertices: (n, 3) coordinates of the result.
-        faces: (m, 3) triangles of the result.
+        result: the mesh after the steps.
         measures_before: of the mesh as read, by name; None where none were taken, and then there can be no limits.
         measures_after: of the result.
     """
@@ -61,13 +60,13 @@ def breaches(
     edge = measures_before["mean_edge"] or measures_before["mean_spacing"] or 0.0
     if guards.max_displacement is not None:
         limit = guards.max_displacement.resolve(diagonal=measures_before["diagonal"], mean_edge=lambda: edge)
-        found += _displacement(origins, vertices, limit, str(guards.max_displacement))
+        found += _displacement(origins, result.vertices, limit, str(guards.max_displacement))
     if guards.max_volume_change is not None:
         found += _volume(measures_before["volume"], measures_after["volume"], guards.max_volume_change)
     for word, number in guards.require:
         found += _requirement(word, number, measures_after)
     if guards.keep_sharp is not None:
-        kept = share_kept(sharp_edges(before.vertices, before.faces), sharp_edges(vertices, faces), within=edge)
+        kept = share_kept(sharp_edges(before.vertices, before.faces), sharp_edges(result.vertices, result.faces), within=edge)
         if kept is not None and 100.0 * kept < guards.keep_sharp:
             text = f"{100.0 * kept:.4g} % of the length of the edges sharper than {SHARP:g} degrees are kept"
             found.append(

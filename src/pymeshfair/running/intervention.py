@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..declaration import Floats, Ints
+from ..declaration import Ints
 from ..files.ply_write import write_ply
-from .origins import InputMesh, Origins
+from ..mesh_data import MeshData
+from .origins import Origins
 
 #: what became of an element; the face scalar of the map
 KEPT, MOVED, ADDED, REMOVED = 0, 1, 2, 3
@@ -34,34 +35,31 @@ def states_of(origins: Origins, faces: Ints) -> tuple[NDArray[np.uint8], NDArray
     return vertices, np.where(origins.faces < 0, ADDED, np.where(touched, MOVED, KEPT)).astype(np.uint8)
 
 
-def stage_map(
-    folder: Path, target: Path, vertices: Floats, faces: Ints, before: InputMesh, origins: Origins
-) -> list[dict[str, str]]:
+def stage_map(folder: Path, target: Path, result: MeshData, before: MeshData, origins: Origins) -> list[dict[str, str]]:
     """Write both files into a staging folder; where each is and where it belongs, the second only if something was removed."""
     staged, gone = folder / "map.ply", folder / "map.removed.ply"
-    write_map(staged, vertices, faces, origins)
-    files = [(staged, target)]
-    if write_removed(gone, before, origins):
-        files.append((gone, removed_path(target)))
-    return [{"staged": str(file), "target": str(place)} for file, place in files]
+    files = [(staged, target, map_of(result, origins))]
+    if (removed := removed_of(before, origins)) is not None:
+        files.append((gone, removed_path(target), removed))
+    for path, _, mesh in files:
+        with path.open("xb") as file:
+            write_ply(mesh, file)
+    return [{"staged": str(path), "target": str(place)} for path, place, _ in files]
 
 
-def write_map(path: Path, vertices: Floats, faces: Ints, origins: Origins) -> None:
-    """Write the result with how far each vertex moved as its scalar, and what became of it as colour and scalar of faces."""
-    of_vertices, of_faces = states_of(origins, faces)
-    write_ply(
-        path,
-        vertices,
-        faces,
-        vertex_scalars=origins.distances,
-        vertex_colors=COLORS[of_vertices],
-        face_scalars=of_faces.astype(np.float64),
-        face_colors=COLORS[of_faces],
+def map_of(result: MeshData, origins: Origins) -> MeshData:
+    """The result with how far each vertex moved as its scalar, and what became of it as colour and scalar of faces."""
+    of_vertices, of_faces = states_of(origins, result.faces)
+    return MeshData(
+        vertices=result.vertices,
+        faces=result.faces,
+        vertex_attributes={"scalars": origins.distances, "colors": COLORS[of_vertices]},
+        face_attributes={"scalars": of_faces.astype(np.float64), "colors": COLORS[of_faces]},
     )
 
 
-def write_removed(path: Path, before: InputMesh, origins: Origins) -> bool:
-    """Write the faces and lone vertices of the input that the result does not have; whether there are any.
+def removed_of(before: MeshData, origins: Origins) -> MeshData | None:
+    """The faces and lone vertices of the input that the result does not have; None if there are none.
 
     Their vertex scalar is the number of the vertex in the input.
     """
@@ -72,16 +70,9 @@ def write_removed(path: Path, before: InputMesh, origins: Origins) -> bool:
     needed = gone.copy()
     needed[before.faces[faces_gone]] = True
     if not needed.any():
-        return False
-    number = np.cumsum(needed) - 1
-    faces = number[before.faces[faces_gone]].astype(np.int32)
-    write_ply(
-        path,
-        before.vertices[needed],
-        faces,
-        vertex_scalars=np.flatnonzero(needed).astype(np.float64),
-        vertex_colors=np.repeat(COLORS[[REMOVED]], int(needed.sum()), axis=0),
-        face_scalars=np.full(len(faces), float(REMOVED)),
-        face_colors=np.repeat(COLORS[[REMOVED]], len(faces), axis=0),
+        return None
+    part = MeshData(vertices=before.vertices, faces=before.faces[faces_gone]).part(needed)
+    return part.with_attributes(
+        {"scalars": np.flatnonzero(needed).astype(np.float64), "colors": np.tile(COLORS[REMOVED], (len(part.vertices), 1))},
+        {"scalars": np.full(len(part.faces), float(REMOVED)), "colors": np.tile(COLORS[REMOVED], (len(part.faces), 1))},
     )
-    return True

@@ -1,53 +1,54 @@
-"""Writes the current mesh to a file of arrays, for a supervisor that looks at it without MeshLab."""
+"""Writes a mesh to a file of arrays, for another process that looks at it."""
 
 from __future__ import annotations
 
-from collections.abc import Set
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ..declaration import Bools
+from ..files.formats import attributes_of
+from ..mesh_data import MeshData
+from ..registry import find_filter
+from ..scripts.script import Step
+from .document import Document
 
-#: name of the array, what `pymeshfair.files.formats.ATTRIBUTES` calls it, and pymeshlab's method; None: every mesh has it
-_ARRAYS = (
-    ("vertices", None, "vertex_matrix"),
-    ("faces", None, "face_matrix"),
-    ("edges", None, "edge_matrix"),
-    ("vertex_normals", "vertex normals", "vertex_normal_matrix"),
-    ("vertex_scalars", "vertex scalars", "vertex_scalar_array"),
-    ("vertex_colors", "vertex colours", "vertex_color_matrix"),
-    ("face_scalars", "face scalars", "face_scalar_array"),
-    ("face_colors", "face colours", "face_color_matrix"),
-)
+#: names of arrays, and what `pymeshfair.files.formats.ATTRIBUTES` calls what they hold
+_ARRAYS = {
+    "vertex_normals": "vertex normals",
+    "vertex_scalars": "vertex scalars",
+    "vertex_colors": "vertex colours",
+    "face_scalars": "face scalars",
+    "face_colors": "face colours",
+}
 
 
-def write_arrays(meshes: Any, present: Set[str], path: Path, *, intersections: bool) -> None:
-    """Write what the current mesh has.
+def write_arrays(mesh: MeshData, path: Path, *, intersections: Path | None) -> None:
+    """Write what a mesh has.
 
     Args:
-        meshes: the mesh set.
-        present: which attributes the mesh has.
+        mesh: the mesh.
         path: the .npz file to write.
-        intersections: whether to find the faces that cut others; the mesh is shifted for that.
+        intersections: a folder for the files of MeshLab, which then finds the faces that cut others; None to leave that out.
     """
-    mesh = meshes.current_mesh()
-    arrays = {
-        name: np.ascontiguousarray(getattr(mesh, method)())
-        for name, attribute, method in _ARRAYS
-        if attribute is None or attribute in present
-    }
-    arrays["faces"], arrays["edges"] = arrays["faces"].astype(np.int32), arrays["edges"].astype(np.int32)
-    if intersections:
-        arrays["self_intersecting"] = _self_intersecting(meshes)
+    present = attributes_of(mesh)
+    arrays = {"vertices": mesh.vertices, "faces": mesh.faces, "edges": mesh.edges}
+    arrays |= {name: getattr(mesh, name) for name, attribute in _ARRAYS.items() if attribute in present}
+    if intersections is not None:
+        arrays["self_intersecting"] = self_intersecting(mesh, intersections)
     np.savez(path, **arrays)  # type: ignore[arg-type]
 
 
-def _self_intersecting(meshes: Any) -> Bools:
+def self_intersecting(mesh: MeshData, folder: Path) -> Bools:
     """(m,) the faces that cut others, as MeshLab finds them; near the origin, where its tests have all their digits."""
-    if meshes.current_mesh().face_number() == 0:
+    if not len(mesh.faces):
         return np.zeros(0, dtype=np.bool_)
-    meshes.apply_filter("compute_matrix_from_translation", traslmethod="Center on Layer BBox")
-    meshes.apply_filter("compute_selection_by_self_intersections_per_face")
-    return np.asarray(meshes.current_mesh().face_selection_array(), dtype=np.bool_)
+    middle = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))
+    document = Document(folder)
+    document.add(MeshData(vertices=mesh.vertices - middle, faces=mesh.faces))
+    document.apply(Step(find_filter("compute_selection_by_self_intersections_per_face"), {}, 0))
+    chosen = document.current
+    found = np.zeros(len(mesh.faces), np.bool_)
+    ids = np.arange(len(chosen.faces)) if chosen.face_ids is None else chosen.face_ids
+    found[ids[chosen.face_selection & (ids >= 0)]] = True
+    return found

@@ -1,21 +1,17 @@
-"""Where the elements of a result come from: every vertex and face carries the number that it had in the input.
-
-The numbers are a custom attribute, which MeshLab and pymeshfair keep when elements are removed and leave at 0 in those that are
-added. A filter that makes a new mesh, such as a reconstruction, drops them.
-"""
+"""Where the elements of a result come from: of every vertex and face the number that it had in the input."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..declaration import Bools, Floats, Ints
-from ..files.saving import UNSAVED as ORIGIN
 from ..filters.geometry import vector_lengths
 from ..filters.inspection import displacement
+from ..mesh_data import MeshData
 
 
 class InputMesh(NamedTuple):
@@ -79,55 +75,29 @@ def displacement_of(origins: Origins) -> Displacement:
     return Displacement(float(distances.mean()), rms, largest, origins.known)
 
 
-def mesh_of(mesh: Any) -> InputMesh:
-    """The vertices and faces of a pymeshlab mesh as they are now."""
-    return InputMesh(np.ascontiguousarray(mesh.vertex_matrix()), np.ascontiguousarray(mesh.face_matrix(), dtype=np.int32))
-
-
-def mark_origins(mesh: Any) -> None:
-    """Number the elements of a pymeshlab mesh."""
-    n, m = mesh.vertex_number(), mesh.face_number()
-    mesh.add_vertex_custom_scalar_attribute(np.arange(1.0, n + 1.0), ORIGIN)
-    if m:
-        mesh.add_face_custom_scalar_attribute(np.arange(1.0, m + 1.0), ORIGIN)
-
-
-def find_origins(mesh: Any, before: InputMesh) -> Origins:
-    """What became of a marked mesh."""
-    vertices, faces = mesh_of(mesh)
-    of_vertices = _numbers(mesh.vertex_custom_scalar_attribute_array, len(vertices), len(before.vertices))
-    known = of_vertices is not None
-    if of_vertices is None:
-        of_vertices = np.full(len(vertices), -1)
-    of_faces = _numbers(mesh.face_custom_scalar_attribute_array, len(faces), len(before.faces))
-    if of_faces is None:
-        of_faces = np.full(len(faces), -1)
-    _drop_changed(of_faces, of_vertices, faces, before.faces)
-    distances = np.zeros(len(vertices))
+def find_origins(result: MeshData, before: MeshData) -> Origins:
+    """What became of the mesh that was read."""
+    known = result.source is not None and result.source is before.source
+    of_vertices = _numbers(result.vertex_ids, before.vertex_ids, len(result.vertices), known)
+    of_faces = _numbers(result.face_ids, before.face_ids, len(result.faces), known)
+    known &= bool((of_vertices >= 0).any()) or not len(of_vertices)
+    distances = np.zeros(len(result.vertices))
     old = of_vertices >= 0
-    distances[old] = vector_lengths(vertices[old] - before.vertices[of_vertices[old]])
+    distances[old] = vector_lengths(result.vertices[old] - before.vertices[of_vertices[old]])
     if not old.all():
         none = np.empty((0, 3), dtype=np.int32)
-        added = displacement(vertices[~old], none, before.vertices, before.faces, correspondence="surface")
+        added = displacement(result.vertices[~old], none, before.vertices, before.faces, correspondence="surface")
         distances[~old] = added.distances
     return Origins(of_vertices, of_faces, distances, known)
 
 
-def _numbers(read: Any, count: int, most: int) -> NDArray[np.int64] | None:
-    """The numbers from 0 of `count` elements, -1 where there is none; None if the mesh does not know them."""
-    try:
-        marks = np.asarray(read(ORIGIN))
-    except Exception:  # pymeshlab's, of a type of its own
-        return None
-    if marks.shape != (count,):
-        return None
-    valid = (marks >= 1.0) & (marks <= most) & (marks == np.rint(marks))
-    return np.where(valid, marks, 0.0).astype(np.int64) - 1
-
-
-def _drop_changed(of_faces: NDArray[np.int64], of_vertices: NDArray[np.int64], faces: Ints, before: Ints) -> None:
-    """Take the number from faces that have other corners than the face of that number had."""
-    old = np.flatnonzero(of_faces >= 0)
-    now = np.sort(of_vertices[faces[old]], axis=1)
-    then = np.sort(before[of_faces[old]], axis=1)
-    of_faces[old[(now != then).any(axis=1)]] = -1
+def _numbers(after: NDArray[np.int64] | None, before: NDArray[np.int64] | None, count: int, known: bool) -> NDArray[np.int64]:
+    """(count,) the numbers in the mesh that was read, which may have lost elements of its file already."""
+    if not known:
+        return np.full(count, -1)
+    if before is None:
+        return np.arange(count) if after is None else after
+    assert after is not None
+    place = np.full(int(max(before.max(initial=-1), after.max(initial=-1))) + 1, -1)
+    place[before] = np.arange(len(before))
+    return np.where(after >= 0, place[np.maximum(after, 0)], -1) if len(place) else after

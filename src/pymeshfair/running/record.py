@@ -37,8 +37,7 @@ def record_of(
     script = job.recipe.script
     text = format_script(script)
     warnings = [*job.warnings, *report["warnings"]]
-    # Where the format declares its counts the worker reports what reading left out; elsewhere MeshLab's warnings have to do.
-    warnings += [f"MeshLab says: {text}" for text in warned.get(0, ()) if not report["counted"]]
+    warnings += [f"MeshLab says: {text}" for text in warned.get(0, ())]
     warnings += [f"step {n}: {text}" for n in sorted(warned) if n for text in warned[n]]
     return {
         "schema": SCHEMA,

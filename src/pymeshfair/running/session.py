@@ -1,38 +1,35 @@
-"""The work of a worker: reads the mesh, applies the steps, writes the result to the staging folder, and reports.
-
-The only module of a run in which MeshLab is at work.
-"""
+"""The work of a worker: reads the mesh, applies the steps, writes the result to the staging folder, and reports."""
 
 from __future__ import annotations
 
 import os
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from ..declaration import FilterClass
+from ..calling import StoppedError
 from ..errors import FilterInputError, Place, StepFailedError
-from ..files.announced import Announced
 from ..files.errors import InputError, OutputError
-from ..files.formats import ATTRIBUTES
-from ..files.inputs import inspect_input
+from ..files.formats import ATTRIBUTES, attributes_of
+from ..files.inputs import read_file
 from ..files.provenance import described_file, read_provenance
-from ..files.reading import apply_matrix, load_mesh, unchanged
-from ..files.saving import attributes_of, save_mesh
+from ..files.reading import Reading
+from ..files.saving import save_mesh
 from ..filters.compilation import on_compilation
-from ..meshset import MeshSet
+from ..mesh_data import MeshData
 from ..recipe import head_info
 from ..scripts.script import Script
 from ..scripts.traps import lengths_out_of_proportion
+from .document import Document
 from .guarding import breaches
 from .intervention import stage_map
 from .job import Compiling, Event, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
 from .measuring import Found, Measuring, change_of
 from .mesh_arrays import write_arrays
 from .messages import Assignment, encode_event, mark
-from .origins import displacement_of, find_origins, mark_origins
+from .origins import displacement_of, find_origins
 from .plain_values import plain
 from .reasons import caused_by_memory, reason_of
 from .shape_change import warnings_of
@@ -50,13 +47,11 @@ class Session:
         """See the class; `tell` sends a document to the supervisor."""
         self._assignment = assignment
         self._tell = tell
-        self._meshes = MeshSet(verbose=True)  # MeshLab then tells its progress on stderr
-        self._meshes.on_progress = self._progress
-        self._meshes.on_note = self._note
-        self._number, self._given, self._told = 0, 0, 0.0
+        self._document = Document(assignment.stage / "meshlab", on_progress=self._progress, on_note=self._note)
+        self._number, self._told = 0, 0.0
         self._notes: list[str] = []
         self._warnings: list[str] = []
-        self._measuring = Measuring(wanted=assignment.measures, followed=assignment.is_followed)
+        self._measuring = Measuring(wanted=assignment.measures)
 
     def run(self) -> dict[str, Any]:
         """Carry the assignment out; the report for the supervisor.
@@ -66,17 +61,21 @@ class Session:
         """
         on_compilation(lambda so_far: self._event(Compiling(**vars(so_far))))
         self._event(PhaseStarted("reading"))
-        announced, source = self._load(self._assignment.input)
-        self._given = self._meshes.current_mesh_id()
-        source["others"] = [self._load(path)[1] for path in self._assignment.others]
-        self._meshes.set_current_mesh(self._given)
-        before = self._looked(InputError(self._assignment.input, "it has coordinates that are not finite"))
+        read, source = self._load(self._assignment.input)
+        others = [self._load(path) for path in self._assignment.others]
+        source["others"] = [described for _, described in others]
+        given = self._document.add(read)
+        for mesh, _ in others:
+            self._document.add(mesh)
+        self._document.current_id = given
+        before = self._looked(read, InputError(self._assignment.input, "it has coordinates that are not finite"))
         for text in lengths_out_of_proportion(Script(self._assignment.steps), diagonal=before.diagonal):
             self._warn(text)
-        present = attributes_of(self._meshes, announced)
+        present = attributes_of(read)
         if self._assignment.output is None:
-            if self._assignment.arrays is not None:
-                write_arrays(self._meshes, present, self._assignment.arrays, intersections=self._assignment.self_intersections)
+            if (arrays := self._assignment.arrays) is not None:
+                folder = self._assignment.stage / "meshlab"
+                write_arrays(read, arrays, intersections=folder if self._assignment.self_intersections else None)
             attributes = [a for a in ATTRIBUTES if a in present]
             measured = {"before": before.described, "attributes": attributes, "warnings": self._warnings}
             return {"input": source, **measured, "survey": survey(self._assignment, before, present)}
@@ -85,30 +84,23 @@ class Session:
         traits, unsuited = traits_asked_for(self._assignment, before, present)
         if unsuited:
             self._warn(unsuited)
-        if self._assignment.is_followed:
-            mark_origins(self._meshes.current_mesh())
-        with self._meshes.deferred():
-            steps = [self._step(number) for number in range(1, len(self._assignment.steps) + 1)]
-        written = self._write(announced, before, present)
-        return {"input": source, "steps": steps, "counted": announced.vertices is not None, "traits": plain(traits), **written}
+        steps = [self._step(number) for number in range(1, len(self._assignment.steps) + 1)]
+        return {"input": source, "steps": steps, "traits": plain(traits), **self._write(given, before, present)}
 
-    def _load(self, path: Path) -> tuple[Announced, dict[str, Any]]:
-        """Check a file and load it as the current layer; what it declares, and which file it was."""
-        told = self._assignment
-        given = told.stage / f"given-{self._meshes.mesh_number()}"
-        with unchanged(path):
-            try:
-                announced = inspect_input(path, given, allow_outside=told.allow_outside, unchecked=told.unchecked)
-            except OutputError as error:  # without room for the copy that MeshLab is given, there is none for the output
-                raise OutputError(told.output or error.path, error.reason) from error
-            described = described_file(path) | {"side_files": [described_file(side) for side in announced.side_files]}
-            self._lose(load_mesh(self._meshes, path, announced), InputError, path)
-            announced = replace(announced, points=None)  # they have been compared
-        for doubt in announced.doubts:
+    def _load(self, path: Path) -> tuple[MeshData, dict[str, Any]]:
+        """Read a file; its mesh, and which file it was."""
+        reading = read_file(
+            path, allow_outside=self._assignment.allow_outside, unchecked=self._unchecked if self._assignment.unchecked else None
+        )
+        for doubt in reading.doubts:
             self._warn(f"{path.name}: {doubt}")
-        for file in set(given.glob("*")) - {texture.file for texture in announced.textures}:
-            file.unlink()  # but textures that were within the input go to the output
-        return announced, described
+        described = described_file(path) | {"side_files": [described_file(side) for side in reading.side_files]}
+        return reading.mesh, described
+
+    def _unchecked(self, path: Path) -> Reading:
+        from ..meshlab.door import load_unchecked
+
+        return load_unchecked(path, self._assignment.stage / "meshlab")
 
     # --------------------------------------------------------------------------------------------------------------- steps
 
@@ -119,14 +111,14 @@ class Session:
         os.write(2, mark(number))
         started = time.perf_counter()
         try:
-            parameters = self._meshes.effective_parameters(step, mesh_units=True)
-            values = self._meshes.apply_step(step)
-            if self._meshes.mesh_number() == 0:
+            parameters = self._document.parameters(step)
+            values = self._document.apply(step)
+            if not self._document.ids:
                 raise self._failed("it left no mesh")
-            if number == len(self._assignment.steps):
-                self._meshes.current_mesh()  # the result goes to MeshLab now, so that a refusal counts as this step's
         except (StepFailedError, MemoryError):
             raise
+        except StoppedError as error:
+            raise error.__cause__ or error from None
         except Exception as error:
             if caused_by_memory(error):
                 raise MemoryError from error
@@ -155,23 +147,23 @@ class Session:
 
     # ------------------------------------------------------------------------------------------------------------- writing
 
-    def _write(self, announced: Announced, before: Found, present: set[str]) -> dict[str, Any]:
-        output, stage = self._assignment.output, self._assignment.stage
+    def _write(self, given: int, before: Found, present: set[str]) -> dict[str, Any]:
+        output, stage, document = self._assignment.output, self._assignment.stage, self._document
         assert output is not None
         self._event(PhaseStarted("writing"))
+        result = document.current
         # The layer of which a step made another one is in its file.
-        kept = self._meshes.current_mesh_id() != self._given and self._meshes.mesh_id_exists(self._given)
-        if self._meshes.mesh_number() > 1 + kept:
-            layer = self._meshes.current_mesh().label()
-            text = f"the recipe ends with {self._meshes.mesh_number()} layers; only the current one, {layer!r}, is written"
+        kept = document.current_id != given and given in document.ids
+        if len(document.ids) > 1 + kept:
+            text = f"the recipe ends with {len(document.ids)} layers; only the current one, {result.label!r}, is written"
             self._lose([text], OutputError, output)
-        if apply_matrix(self._meshes):
+        if result.matrix is not None:
+            result = result.without_matrix()
             self._warn("the layer's matrix was applied to its coordinates, as files do not hold it")
-        if self._meshes.current_mesh().vertex_number() == 0:
+        if not len(result.vertices):
             raise self._failed("nothing is left of the mesh after the last step")
-        if gone := [a for a in ATTRIBUTES if a in present - attributes_of(self._meshes, announced, present)]:
-            self._lose([f"after the steps the mesh has no {' and no '.join(gone)} any more"], OutputError, output)
-        after = self._looked(self._failed("the result has coordinates that are not finite"))
+        self._lose(self._gone(before.mesh, result, present), OutputError, output)
+        after = self._looked(result, self._failed("the result has coordinates that are not finite"))
         said: dict[str, Any] = {"before": before.described, "after": after.described, "change": None, "warnings": self._warnings}
         if change := change_of(before, after):
             said["change"] = plain(asdict(change))
@@ -182,21 +174,26 @@ class Session:
             if said.get("breaches") and not self._assignment.keep_broken:
                 return said
         try:
-            return {**said, **self._saved(announced, present, output, stage, after)}
+            return {**said, **self._saved(after, output, stage)}
         except OSError as error:
             raise OutputError(output, (error.strerror or str(error)).lower()) from error
 
-    def _saved(self, announced: Announced, present: set[str], output: Path, stage: Path, after: Found) -> dict[str, Any]:
+    def _gone(self, read: MeshData, result: MeshData, present: set[str]) -> list[str]:
+        """What the steps have taken away, in words."""
+        texts = []
+        if gone := [a for a in ATTRIBUTES if a in present - attributes_of(result)]:
+            texts.append(f"after the steps the mesh has no {' and no '.join(gone)} any more")
+        if result.source is not read.source and read.source is not None and read.source.extras:
+            texts.append(f"a step made a new mesh, without what {read.label} has besides: {'; '.join(read.source.extras)}")
+        return texts
+
+    def _saved(self, after: Found, output: Path, stage: Path) -> dict[str, Any]:
         """Write the files to the staging folder; what they are."""
         saved = save_mesh(
-            self._meshes,
-            announced,
+            after.mesh,
             output,
             stage / "new",
             resolution=after.resolution,
-            changed=bool(self._assignment.steps),
-            began=present,
-            textures_changed=any(FilterClass.TEXTURE in step.filter.classes for step in self._assignment.steps),
             record=read_provenance(output),
             own_texture_names=self._assignment.own_texture_names,
         )
@@ -210,24 +207,22 @@ class Session:
 
     def _watched(self, before: Found, after: Found) -> dict[str, Any]:
         """How far vertices have moved, the guards that were broken, and the staged files of the intervention map."""
-        mesh, guards, target = self._meshes.current_mesh(), self._assignment.guards, self._assignment.map
-        original, result = before.arrays, after.arrays
-        assert original is not None
-        assert result is not None
-        origins = find_origins(mesh, original)
+        guards, target = self._assignment.guards, self._assignment.map
+        origins = find_origins(after.mesh, before.mesh)
         said: dict[str, Any] = {"displacement": asdict(displacement_of(origins))} if self._assignment.displacement else {}
         if not self._assignment.is_watched:
             return said
         if not origins.known:
             self._warn("a step made a new mesh, so that its elements cannot be followed: distances are those from the input")
-        found = breaches(guards, origins, original, *result, before.described, after.described)
-        maps = [] if target is None else stage_map(self._assignment.stage / "new", target, *result, original, origins)
+        found = breaches(guards, origins, before.mesh, after.mesh, before.described, after.described)
+        folder = self._assignment.stage / "new"
+        maps = [] if target is None else stage_map(folder, target, after.mesh, before.mesh, origins)
         return said | {"breaches": [plain(asdict(breach)) for breach in found], "maps": maps}
 
-    def _looked(self, refusal: Exception) -> Found:
-        """What is known of the current mesh."""
+    def _looked(self, mesh: MeshData, refusal: Exception) -> Found:
+        """What is known of a mesh."""
         try:
-            return self._measuring.look(self._meshes.current_mesh())
+            return self._measuring.look(mesh)
         except FilterInputError as error:
             raise refusal from error
 

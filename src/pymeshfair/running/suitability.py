@@ -156,8 +156,8 @@ def traits_asked_for(assignment: Assignment, found: Found, attributes: AbstractS
         attributes: what it has.
     """
     info = head_info(assignment.head)
-    arrays, measures = found.arrays, found.measures
-    if arrays is None or measures is None or not (info.conditions or assignment.traits):
+    arrays, measures = (found.mesh.vertices, found.mesh.faces), found.measures
+    if measures is None or not (info.conditions or assignment.traits):
         return {}, None
     wanted = MEASURED if assignment.traits else needed(info.conditions)
     traits = traits_of(*arrays, measures, attributes, wanted)
@@ -175,10 +175,10 @@ def instead(assignment: Assignment, found: Found, attributes: AbstractSet[str]) 
         found: what is known of the mesh that it was run on.
         attributes: what that has.
     """
-    if found.arrays is None or found.measures is None or head_info(assignment.head).task not in _ALIKE:
+    if found.measures is None or head_info(assignment.head).task not in _ALIKE:
         return ""
     worse = {head.name for head in shipped_heads() if head.info.behind == assignment.recipe} | {assignment.recipe}
-    suited = ranked(traits_of(*found.arrays, found.measures, attributes))
+    suited = ranked(traits_of(found.mesh.vertices, found.mesh.faces, found.measures, attributes))
     return next((s.recipe for s in suited if s.fits and s.task in _ALIKE and s.recipe not in worse), "")
 
 

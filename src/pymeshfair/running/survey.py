@@ -14,11 +14,11 @@ from .suitability import traits_asked_for
 
 def survey(assignment: Assignment, found: Found, attributes: AbstractSet[str]) -> dict[str, Any]:
     """Box, rims and traits of a mesh, in terms of JSON; nothing if the assignment does not ask."""
-    if not assignment.traits or found.arrays is None:
+    if not assignment.traits:
         return {}
     from ..filters.holes import find_rims
 
-    vertices, faces = found.arrays
+    vertices, faces = found.mesh.vertices, found.mesh.faces
     traits, _ = traits_asked_for(assignment, found, attributes)
     return {
         "box": [plain(end.tolist()) for end in bounding_box(vertices)] if len(vertices) else [],

@@ -94,7 +94,7 @@ def run_by_tiles(
             peaks = sorted(pool.peaks.values())[-share.workers :]
         interrupts.check()
         report["peak_memory"] = (this_system().peak_memory() or 0) + sum(peaks) if peaks else None
-        report |= {"input": described, "warnings": list(report["warnings"]), "counted": True, "traits": {}}
+        report |= {"input": described, "warnings": list(report["warnings"]), "traits": {}}
         seconds = time.monotonic() - clock
         record = record_of(job, report, {}, {}, started=started, seconds=seconds)
         record["tiles"] = report["tiles"] | {"workers": share.workers, "memory_limit": memory}

@@ -2,34 +2,24 @@
 
 from __future__ import annotations
 
+import tempfile
 from dataclasses import replace
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..declaration import Bools, Edit, Floats, Ints
 from ..errors import MeshError
-from ..filters.libraries import spatial
+from ..mesh_data import Texture
+from ..mesh_data.continuation import continued_face_colors, continued_texture, continued_vertex_colors, find_donors, read_pixels
 from .arrays import read_array
 from .attributes import ELEMENTS, bring_in, check_names, clear_beyond
-from .continuation import continued_face_colors, continued_texture, continued_vertex_colors
 from .growth import check_growable, grow
 from .workbench import Workbench
 
 TRIANGULATED = "the mesh had polygons and no triangle; it has triangles alone now"
-
-
-class Donors(NamedTuple):
-    """The old elements from which added ones take what the edit does not say.
-
-    Attributes:
-        vertices: (a,) for each added vertex the old one.
-        faces: (b,) for each added face the old one.
-    """
-
-    vertices: NDArray[np.intp]
-    faces: NDArray[np.intp]
 
 
 def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[str, ...]]:
@@ -72,7 +62,7 @@ def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[s
     if wedges is not None and len(added_faces):
         # Which of several images an index means pymeshlab does not tell.
         image = next(iter(mesh.textures().values())) if mesh.texture_number() == 1 else None
-        shown = continued_texture(image, wedges, faces, added_faces, may_give, donors.faces)
+        shown = continued_texture(_pixels(image), wedges, faces, added_faces, may_give, donors.faces)
 
     seed, triangulated = grow(bench, mesh, len(added_vertices), added_faces, may_give)
     clear_beyond(bench, mesh, "vertex", len(vertices))
@@ -85,33 +75,6 @@ def add_elements(bench: Workbench, mesh: Any, edit: Edit) -> tuple[Edit, tuple[s
     if uv is not None:
         write_vertex_uv(bench, mesh, np.concatenate([uv, uv[donors.vertices]]))
     return replace(edit, **remaining), (TRIANGULATED,) if triangulated else ()
-
-
-def find_donors(points: Floats, faces: Ints, added_faces: Ints, old: int, may_give: Bools) -> Donors:
-    """The old elements next to the added ones.
-
-    Args:
-        points: (n + a, 3) old and added vertices.
-        faces: (m, 3) old faces.
-        added_faces: (b, 3) indices of `points`.
-        old: n.
-        may_give: (m,) the faces that may be donors, and whose vertices may; at least one.
-
-    Returns:
-        For an added vertex the nearest old vertex that added faces use, for an added face an old face at the one nearest to its
-        centre. If added faces use no old vertex, all old vertices of faces may give.
-    """
-    givers = np.flatnonzero(may_give)
-    at, first = np.unique(faces[givers], return_index=True)  # the first corner at each vertex
-    rim = np.isin(at, added_faces[added_faces < old])
-    if rim.any():
-        at, first = at[rim], first[rim]
-    # Squares of distances must neither overflow nor vanish; a power of two leaves every digit as it is.
-    points = np.ldexp(points, -np.frexp(np.abs(points).max())[1])
-    tree = spatial.cKDTree(points[at])
-    _, near_vertex = tree.query(points[old:])
-    _, near_face = tree.query(points[added_faces].mean(axis=1))
-    return Donors(at[near_vertex], givers[first[near_face] // 3])
 
 
 def _textured(bench: Workbench, mesh: Any, wedges: Floats, faces: Ints, added_faces: Ints) -> Bools:
@@ -128,6 +91,16 @@ def _textured(bench: Workbench, mesh: Any, wedges: Floats, faces: Ints, added_fa
     best = candidates[int(np.argmax(shares))]
     everywhere: Bools = np.ones(len(faces), dtype=np.bool_)
     return best if best.any() else everywhere
+
+
+def _pixels(image: Any) -> NDArray[np.uint8] | None:
+    """(height, width, 3) the pixels of pymeshlab's image, from the top; None if it has none."""
+    if image is None or not (image.width() and image.height()):
+        return None
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "texture.ppm"
+        image.save(str(file))
+        return read_pixels(Texture("", file)) if file.exists() else None
 
 
 def write_vertex_uv(bench: Workbench, mesh: Any, uv: Floats) -> None:

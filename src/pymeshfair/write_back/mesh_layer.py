@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Any
 
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..declaration import Bools, Edit, Floats, Ints, Layer
 from ..errors import MeshError
+from ..mesh_data.mesh_data import diagonal_of, mean_edge_of, selected_vertices_of
 from .arrays import EDITABLE, empty_array, read_array
 from .workbench import Workbench
 
@@ -171,45 +171,16 @@ class MeshLayer:
 
     @property
     def diagonal(self) -> float:
-        points = self.vertices
-        if not len(points):
-            return 0.0
-        extent = points.max(axis=0) - points.min(axis=0)
-        with np.errstate(over="ignore", under="ignore"):
-            diagonal = float(np.linalg.norm(extent))
-        return diagonal if 1e-140 < diagonal < 1e140 else math.hypot(*extent)  # elsewhere squares are no ordinary numbers
+        return diagonal_of(self.vertices)
 
     @property
     def mean_edge(self) -> float:
         if self._mean_edge is None:
-            self._mean_edge = self._measure_mean_edge()
+            self._mean_edge = mean_edge_of(self.vertices, self.faces, self.edges)
         return self._mean_edge
 
-    def _measure_mean_edge(self) -> float:
-        from pymeshfair.filters.geometry import mean_edge_length
-        from pymeshfair.filters.neighbours import nearest_neighbours
-
-        if len(self.faces):
-            return float(mean_edge_length(self.vertices, self.faces))
-        if len(self.edges):
-            return float(mean_edge_length(self.vertices, self.edges))
-        if len(self.vertices) < 2:
-            return 0.0
-        return float(nearest_neighbours(self.vertices, 1)[0].mean())
-
     def selected_vertices(self) -> Bools:
-        selected = self.vertex_selection
-        if selected.any():
-            return selected
-        if self.face_selection.any():
-            strictly: Bools = np.zeros(len(self.vertices), dtype=np.bool_)
-            strictly[self.faces[self.face_selection]] = True
-            strictly[self.faces[~self.face_selection]] = False
-            if strictly.any():
-                return strictly
-        raise MeshError(
-            f"nothing is selected in {self.label!r}: select vertices, or triangles on all sides of them, or use selected=False"
-        )
+        return selected_vertices_of(self.label, self.faces, self.vertex_selection, self.face_selection)
 
     def other(self, mesh_id: int) -> Layer:
         return self._other(mesh_id)

@@ -12,8 +12,8 @@ import pymeshlab
 
 from ..declaration import Edit
 from ..errors import MeshError
+from ..meshlab.aftermath import BASE
 from .addition import write_vertex_uv, write_wedge_uv
-from .aftermath import BASE
 from .arrays import EDITABLE, read_array
 from .growth import shrink
 from .values import write_values

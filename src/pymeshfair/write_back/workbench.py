@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .aftermath import BASE, after_failure
+from ..meshlab.aftermath import BASE, after_failure
 
 
 class Workbench:

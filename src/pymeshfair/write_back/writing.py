@@ -9,11 +9,11 @@ import pymeshlab
 
 from ..declaration import Edit, NewLayer
 from ..errors import MeshError
+from ..mesh_data import adds
+from ..meshlab.aftermath import BASE
 from .addition import add_elements
-from .aftermath import BASE
 from .arrays import read_array
 from .attributes import ELEMENTS, explain
-from .edits import adds
 from .rollback import undone_on_failure
 from .values import verify, write_selection, write_values
 from .workbench import Workbench

@@ -1,29 +1,40 @@
-"""Applies MeshLab's own filters to a mesh set."""
+"""Applies MeshLab's own filters to the current layer of a pymeshlab mesh set."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import pymeshlab
 
-from ..declaration import Filter, Length
+from ..declaration import Filter, Layer, Length, Percentage
 from ..errors import ParameterError, UnknownNameError
-from ..write_back import after_failure
+from .aftermath import BASE, after_failure
 from .errors import FilterParameterError, UnknownFilterError
-from .layers import Layers
-from .meshlab_values import for_meshlab, from_meshlab
-
-_BASE = pymeshlab.MeshSet
+from .values import for_meshlab, from_meshlab
 
 
 class BuiltinFilters:
-    """MeshLab's filters on the current layer of a mesh set."""
+    """MeshLab's filters on one mesh set.
 
-    def __init__(self, layers: Layers) -> None:
-        self._layers = layers
+    Attributes:
+        verbose: whether the mesh set tells on stderr what it does.
+    """
 
-    def apply(self, known: Filter, given: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    def __init__(self, meshset: Any, current: Callable[[], Layer], changing: Callable[[], None] = lambda: None) -> None:
+        """See the class.
+
+        Args:
+            meshset: any `pymeshlab.MeshSet`.
+            current: gives its current layer.
+            changing: called before a filter changes the mesh set.
+        """
+        self._meshset = meshset
+        self._current = current
+        self._changing = changing
+        self.verbose = False
+
+    def apply(self, known: Filter, given: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
         """Apply the filter.
 
         Args:
@@ -33,8 +44,6 @@ class BuiltinFilters:
         Returns:
             What the filter reports, and the values that it ran with.
         """
-        self._layers.settle()
-        self._layers.check_named(known, given)
         values = self._for_meshlab(known, given)
         effective = self.effective(known, given)
         try:
@@ -47,33 +56,30 @@ class BuiltinFilters:
 
     def call(self, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
         """Call pymeshlab's filter of that name; what it reports."""
-        self._layers.settle()
-        self._layers.forget()
+        self._changing()
         try:
-            result: dict[str, Any] = _BASE.apply_filter(self._layers.meshset, name, **values)
+            result: dict[str, Any] = BASE.apply_filter(self._meshset, name, **values)
         except Exception:
-            after_failure(self._layers.meshset, verbose=self._layers.bench.verbose)
+            after_failure(self._meshset, verbose=self.verbose)
             raise
-        _BASE.clear_filter_script(self._layers.meshset)  # MeshLab's own list of filters; `ScriptLog` keeps ours
+        BASE.clear_filter_script(self._meshset)  # MeshLab's own list of filters
         return result
 
     def ask(self, name: str, **values: Any) -> Mapping[str, Any]:
         """All values that pymeshlab's filter of that name would run with on the current layer."""
-        told: Mapping[str, Any] = _BASE.filter_parameter_values(self._layers.meshset, name, **values)
+        told: Mapping[str, Any] = BASE.filter_parameter_values(self._meshset, name, **values)
         return told
 
     def effective(self, known: Filter, given: Mapping[str, Any]) -> dict[str, Any]:
         """The values that the filter would run with, as declared; relative lengths stay relative."""
-        self._layers.settle()
         try:
             told = self.ask(known.python_name, **self._for_meshlab(known, given))
-            return from_meshlab(known, told, given, self.ask, self._layers.current())
+            return from_meshlab(known, told, given, self.ask, self._current())
         except (pymeshlab.PyMeshLabException, RuntimeError, TypeError):
             return {}  # MeshLab will say why when the filter is applied
 
     def values(self, known: Filter, given: Mapping[str, Any]) -> dict[str, Any]:
         """The values that the filter would run with, as pymeshlab tells them: lengths in mesh units."""
-        self._layers.settle()
         return dict(self.ask(known.python_name, **self._for_meshlab(known, given)))
 
     def on_mesh(self, known: Filter, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -85,9 +91,18 @@ class BuiltinFilters:
 
     def _for_meshlab(self, known: Filter, given: Mapping[str, Any]) -> dict[str, Any]:
         try:
-            return for_meshlab(known, given, self.ask, self._layers.current())
+            return for_meshlab(known, given, self.ask, self._current())
         except ParameterError as error:
             raise FilterParameterError(f"{known.python_name}: {error}") from None
+
+
+def constant_defaults(known: Filter) -> dict[str, Any]:
+    """The defaults of a filter of MeshLab's that are the same on every mesh.
+
+    Some filters, such as isotropic remeshing, take the values of their last use in the process as defaults; a script must not
+    depend on what ran before it.
+    """
+    return {p.name: p.default for p in known.parameters if p.default is not None and not isinstance(p, Percentage)}
 
 
 def _check_name(known: Filter, name: str) -> None:

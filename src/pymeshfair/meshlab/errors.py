@@ -1,4 +1,4 @@
-"""The errors of `MeshSet`: ours and pymeshlab's at once, so that a program's ``except PyMeshLabException`` catches them."""
+"""The errors of `MeshSet` and of MeshLab's filters: ours and pymeshlab's at once, for ``except PyMeshLabException``."""
 
 from __future__ import annotations
 

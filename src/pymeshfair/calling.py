@@ -1,0 +1,99 @@
+"""Calls the function of a plugin's filter on a layer: what it needs is checked, lengths are in mesh units, its edit fits."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from .declaration import Edit, Filter, Layer, Length, MeshElement, Percentage
+from .errors import MeshError, PymeshfairError
+from .mesh_data import checked_edit
+
+_NEEDS: dict[MeshElement, tuple[str, Callable[[Layer], bool]]] = {
+    MeshElement.FACENUMBER: ("faces", lambda layer: len(layer.faces) > 0),
+    MeshElement.EDGENUMBER: ("edges", lambda layer: len(layer.edges) > 0),
+    MeshElement.VERTNUMBER: ("vertices", lambda layer: len(layer.vertices) > 0),
+    MeshElement.VERTCOLOR: ("vertex colors", lambda layer: layer.has_vertex_colors),
+    MeshElement.VERTQUALITY: ("vertex scalars", lambda layer: layer.has_vertex_scalars),
+    MeshElement.FACECOLOR: ("face colors", lambda layer: layer.has_face_colors),
+    MeshElement.FACEQUALITY: ("face scalars", lambda layer: layer.has_face_scalars),
+    MeshElement.WEDGTEXCOORD: ("texture coordinates of its faces' corners", lambda layer: layer.has_wedge_tex_coords),
+    MeshElement.VERTFLAGSELECT: ("selected vertices", lambda layer: bool(layer.vertex_selection.any())),
+    MeshElement.FACEFLAGSELECT: ("selected faces", lambda layer: bool(layer.face_selection.any())),
+}
+
+
+class StoppedError(Exception):
+    """The receiver of progress raised an exception, which is the cause of this one: the work is to stop."""
+
+
+def check_needs(known: Filter, layer: Layer) -> None:
+    """Refuse a layer that lacks something that a filter requires.
+
+    Raises:
+        MeshError: it does; the message is a whole sentence.
+    """
+    lacking = [words for element, (words, is_there) in _NEEDS.items() if known.requires & element and not is_there(layer)]
+    if lacking:
+        raise MeshError(f"{known.python_name} cannot be applied: {layer.label!r} has no {' and no '.join(lacking)}")
+
+
+def resolved(known: Filter, values: Mapping[str, Any], layer: Layer) -> dict[str, Any]:
+    """Declared values as a filter's function takes them: lengths in mesh units on this layer."""
+    of_edges = {p.name for p in known.parameters if isinstance(p, Percentage) and p.of_edges}
+
+    def mesh_units(name: str, length: Length) -> float:
+        measure = _mean_polyline_edge if name in of_edges else _mean_edge
+        return length.resolve(diagonal=layer.diagonal, mean_edge=lambda: measure(layer))
+
+    return {name: mesh_units(name, value) if isinstance(value, Length) else value for name, value in values.items()}
+
+
+def call(known: Filter, inputs: Mapping[str, Any], layer: Layer, on_progress: Callable[[float], None] | None) -> Edit:
+    """The edit that a plugin's filter makes of a layer.
+
+    Args:
+        known: the filter.
+        inputs: all its values, of `resolved`.
+        layer: what it reads.
+        on_progress: called with the share of the work that is done; an exception that it raises stops the work.
+
+    Raises:
+        StoppedError: `on_progress` raised the exception that is its cause.
+        Exception: whatever the function raised, or `MeshError` if its edit does not fit the layer.
+    """
+    assert known.function is not None
+    inputs, stopped = dict(inputs), []
+
+    def progress(done: float) -> None:
+        if on_progress is not None:
+            try:
+                on_progress(done)
+            except BaseException as error:
+                stopped.append(error)
+                raise
+
+    if "progress" in inspect.signature(known.function).parameters:
+        inputs["progress"] = progress
+    try:
+        return checked_edit(known.function(layer, **inputs), layer)
+    except BaseException as error:
+        if stopped and stopped[0] is error:
+            raise StoppedError from error
+        raise
+
+
+def reason(error: Exception) -> str:
+    """What went wrong, as the end of a sentence; an error that is none of ours is named."""
+    return str(error) if isinstance(error, PymeshfairError) else f"{type(error).__name__}: {error}"
+
+
+def _mean_edge(layer: Layer) -> float:
+    return layer.mean_edge
+
+
+def _mean_polyline_edge(layer: Layer) -> float:
+    from .filters.geometry import mean_edge_length  # compiled code, which not every use needs
+
+    return mean_edge_length(layer.vertices, layer.edges) if len(layer.edges) else layer.mean_edge

@@ -1,0 +1,521 @@
+"""The door to MeshLab: meshes go in as binary PLY files, MeshLab's filters work on them, arrays come back.
+
+What MeshLab does not hold waits outside, and comes back to the elements that are still the same: every vertex and every face
+carries its number through the filters as a custom attribute. A filter that makes a new mesh loses the numbers.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pymeshlab
+from numpy.typing import NDArray
+
+from ..declaration import Filter, FilterClass
+from ..declaration import Mesh as MeshParameter
+from ..files.errors import ContentsError
+from ..files.reading import Reading
+from ..mesh_data import MeshData, Source, Texture
+from ..mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES, diagonal_of, mean_edge_of
+from ..scripts.script import Step
+from .aftermath import BASE
+from .builtin_filters import BuiltinFilters, constant_defaults
+
+#: the custom attribute by which elements are known again, from 1; 0 is a new one
+_ID = "pymeshfair_id"
+#: the custom attribute that takes the numbers of textures, which pymeshlab does not tell otherwise
+_TEXTURE = "pymeshfair_texture"
+#: MeshLab's marks in a property called flags: selected, and edges within a polygon
+_SELECTED, _FAUX = 0x20, (0x40000, 0x80000, 0x100000)
+_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_CUSTOM_OF = {"vertex": "__ca_vs__", "face": "__ca_fs__"}
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """A layer as it went in.
+
+    Attributes:
+        mesh: what it was.
+        visible: whether it was visible.
+    """
+
+    mesh: MeshData
+    visible: bool = True
+
+
+class Door:
+    """One mesh set of MeshLab's; layers have the ids of whoever uses the door."""
+
+    def __init__(self, folder: Path, *, verbose: bool = True) -> None:
+        """See the class.
+
+        Args:
+            folder: takes the files that are handed over; it is kept as long as the meshes are.
+            verbose: whether MeshLab tells its progress on stderr.
+        """
+        self._folder = folder
+        self._verbose = verbose
+        self._entries = 0
+        self._meshset: Any = None
+        self._filters: BuiltinFilters | None = None
+        self._ids: dict[int, int] = {}  # MeshLab's id by ours
+        self._sent: dict[int, MeshData] = {}
+        self._painted = False
+        self._with_normals = False
+
+    def enter(self, layers: Mapping[int, Layer], current: int | None) -> None:
+        """Bring layers in, in place of all that were inside."""
+        self._meshset = BASE(self._verbose)
+        self._filters = BuiltinFilters(self._meshset, self._measured)
+        self._filters.verbose = self._verbose
+        self._ids, self._sent, self._painted, self._with_normals = {}, {}, False, False
+        for number, layer in layers.items():
+            self._send(layer.mesh)
+            self._ids[number] = BASE.current_mesh_id(self._meshset)
+            self._sent[number] = layer.mesh
+            if not layer.visible:
+                self._apply("set_mesh_visibility", isvisible=False)
+        if current is not None:
+            BASE.set_current_mesh(self._meshset, self._ids[current])
+
+    def adopt(self, meshset: Any) -> None:
+        """Take a mesh set whose current mesh MeshLab has read itself; it becomes layer 0."""
+        self._meshset = meshset
+        self._ids = {0: BASE.current_mesh_id(meshset)}
+
+    def parameters(self, step: Step) -> dict[str, Any]:
+        """All values that a step would run with, by name, lengths in mesh units."""
+        assert self._filters is not None
+        found = self._filters.on_mesh(step.filter, self._values(step))
+        ours = {inside: number for number, inside in self._ids.items()}
+        return _with_ids(step.filter, found, ours)
+
+    def apply(self, step: Step) -> dict[str, Any]:
+        """Apply a step of one of MeshLab's filters; what it reports."""
+        assert self._filters is not None
+        for name in _words(step.values):
+            self._bring_custom(name)
+        self._painted |= FilterClass.TEXTURE in step.filter.classes
+        self._with_normals |= FilterClass.NORMAL in step.filter.classes
+        return self._filters.apply(step.filter, self._values(step))[0]
+
+    def layers(self, next_id: int) -> tuple[list[int], int | None, dict[int, bool]]:
+        """The ids of the layers inside, new ones counted from `next_id`; the current one; which of them are visible."""
+        ours = {inside: number for number, inside in self._ids.items()}
+        self._ids, visible = {}, {}
+        for mesh in BASE.__iter__(self._meshset):
+            number = ours.get(mesh.id())
+            if number is None:
+                number, next_id = next_id, next_id + 1
+            self._ids[number] = mesh.id()
+            visible[number] = bool(mesh.is_visible())
+        current = None
+        if self._ids:
+            there = BASE.current_mesh_id(self._meshset)
+            current = next(number for number, inside in self._ids.items() if inside == there)
+        return list(self._ids), current, visible
+
+    def fetch(self, number: int) -> MeshData:
+        """The mesh of a layer inside as it is now."""
+        mesh = BASE.mesh(self._meshset, self._ids[number])
+        here = BASE.current_mesh_id(self._meshset)
+        BASE.set_current_mesh(self._meshset, mesh.id())
+        try:
+            return self._read(mesh, self._sent.get(number))
+        finally:
+            BASE.set_current_mesh(self._meshset, here)
+
+    # ----------------------------------------------------------------------------------------------------------------- in
+
+    def _send(self, mesh: MeshData) -> None:
+        folder = self._folder / f"in-{self._entries}"
+        self._entries += 1
+        folder.mkdir(parents=True)
+        path = folder / "mesh.ply"
+        names = [_place_texture(texture, folder, k) for k, texture in enumerate(mesh.textures)]
+        _write_for_meshlab(mesh, path, names)
+        BASE.load_new_mesh(self._meshset, str(path))
+        path.unlink()
+        inside = BASE.current_mesh(self._meshset)
+        inside.set_label(mesh.label)
+        inside.add_vertex_custom_scalar_attribute(np.arange(1.0, len(mesh.vertices) + 1.0), _ID)
+        if len(mesh.faces):
+            numbers = np.flatnonzero(_keeps(mesh.faces)) + 1.0
+            inside.add_face_custom_scalar_attribute(numbers, _ID)
+        if mesh.matrix is not None:
+            self._apply("set_matrix", transformmatrix=mesh.matrix, compose=False, freeze=False)
+
+    def _bring_custom(self, name: str) -> None:
+        """Give the current layer the custom attribute of that name, if the mesh outside has one: an expression may name it."""
+        here = BASE.current_mesh_id(self._meshset)
+        sent = next((mesh for number, mesh in self._sent.items() if self._ids.get(number) == here), None)
+        if sent is None:
+            return
+        inside = BASE.current_mesh(self._meshset)
+        for element in ("vertex", "face"):
+            values = _custom(sent, element).get(name)
+            ids = _numbers(inside, element)
+            if values is None or ids is None or _attribute(inside, element, name) is not None:
+                continue
+            brought = np.where(ids >= 0, values[np.maximum(ids, 0)], 0.0)
+            getattr(inside, f"add_{element}_custom_scalar_attribute")(brought, name)
+
+    def _values(self, step: Step) -> dict[str, Any]:
+        return {**constant_defaults(step.filter), **_with_ids(step.filter, step.values, self._ids)}
+
+    def _apply(self, filter_name: str, **values: Any) -> None:
+        BASE.apply_filter(self._meshset, filter_name, **values)
+
+    def _measured(self) -> Any:
+        """The current layer, as far as lengths are measured on it."""
+        mesh = BASE.current_mesh(self._meshset)
+        arrays = [np.ascontiguousarray(a) for a in (mesh.vertex_matrix(), mesh.face_matrix(), mesh.edge_matrix())]
+        return _Measured(*arrays)
+
+    # ---------------------------------------------------------------------------------------------------------------- out
+
+    def _read(self, mesh: Any, sent: MeshData | None) -> MeshData:
+        vertices = np.ascontiguousarray(mesh.vertex_matrix())
+        faces = np.ascontiguousarray(mesh.face_matrix(), dtype=np.int32)
+        edges = np.ascontiguousarray(mesh.edge_matrix(), dtype=np.int32)
+        of_vertices, of_faces = _numbers(mesh, "vertex"), _numbers(mesh, "face")
+        if sent is None or of_vertices is None or of_vertices.max(initial=-1) >= len(sent.vertices):
+            sent, of_vertices = None, np.full(len(vertices), -1)
+        if sent is None or of_faces is None or of_faces.max(initial=-1) >= len(sent.faces):
+            of_faces = np.full(len(faces), -1)
+        elif len(of_faces):
+            _drop_changed(of_faces, of_vertices, faces, sent.faces)
+        vertex = _carried(sent and sent.vertex_attributes, of_vertices, VERTEX_ATTRIBUTES - {"radii"})
+        face = _carried(sent and sent.face_attributes, of_faces, FACE_ATTRIBUTES - {"polygon"})
+        textures = () if sent is None else sent.textures
+        keeps_normals = sent is not None and sent.keeps_normals and len(faces) > 0
+        keeps_normals |= self._with_normals and len(faces) > 0
+        if keeps_normals or not len(faces):
+            normals = np.ascontiguousarray(mesh.vertex_normal_matrix())
+            if keeps_normals or normals.any():
+                vertex["normals"] = _unit(normals)
+        if mesh.has_vertex_color():
+            vertex["colors"] = np.rint(mesh.vertex_color_matrix() * 255.0).astype(np.uint8)
+        if mesh.has_vertex_scalar():
+            vertex["scalars"] = np.ascontiguousarray(mesh.vertex_scalar_array())
+        if mesh.has_vertex_tex_coord() and not (mesh.has_wedge_tex_coord() and (sent is None or _lacks_places(sent))):
+            vertex["texture_coordinates"] = np.ascontiguousarray(mesh.vertex_tex_coord_matrix())
+        if mesh.selected_vertex_number():
+            vertex["selection"] = np.ascontiguousarray(mesh.vertex_selection_array())
+        if len(faces):
+            if mesh.has_face_color():
+                face["colors"] = np.rint(mesh.face_color_matrix() * 255.0).astype(np.uint8)
+            if mesh.has_face_scalar():
+                face["scalars"] = np.ascontiguousarray(mesh.face_scalar_array())
+            if mesh.selected_face_number():
+                face["selection"] = np.ascontiguousarray(mesh.face_selection_array())
+            if mesh.has_wedge_tex_coord():
+                face["wedge_texture_coordinates"] = np.ascontiguousarray(mesh.wedge_tex_coord_matrix()).reshape(-1, 3, 2)
+        if self._painted or (sent is None and mesh.texture_number()):
+            textures = self._textures_of(mesh, textures)
+        if len(faces) and textures and mesh.has_wedge_tex_coord():
+            face["texture"] = self._texture_numbers(mesh, len(faces))
+        polygon = _polygons(sent, of_faces)
+        if polygon is not None:
+            face["polygon"] = polygon
+        for element, attributes in (("vertex", vertex), ("face", face)):
+            for name in self._own_custom(element):
+                if (values := _attribute(mesh, element, name)) is not None:
+                    attributes[name] = values
+        matrix = np.array(mesh.transform_matrix())
+        base = MeshData(vertices=vertices) if sent is None else sent
+        return replace(
+            base,
+            vertices=vertices,
+            faces=faces,
+            edges=edges,
+            vertex_attributes=vertex,
+            face_attributes=face,
+            keeps_normals=keeps_normals,
+            textures=textures,
+            matrix=None if np.array_equal(matrix, np.eye(4)) else matrix,
+            label=mesh.label(),
+            vertex_ids=_composed(base.vertex_ids, of_vertices, None if sent is None else len(sent.vertices)),
+            face_ids=_composed(base.face_ids, of_faces, None if sent is None else len(sent.faces)),
+            edge_ids=base.edge_ids if np.array_equal(edges, base.edges) else np.full(len(edges), -1),
+        )
+
+    def _textures_of(self, mesh: Any, before: tuple[Texture, ...]) -> tuple[Texture, ...]:
+        """The textures of a layer on which a step may have painted."""
+        known = {f"texture-{k}{_suffix(texture)}": texture for k, texture in enumerate(before)}
+        found = []
+        for number, (name, image) in enumerate(mesh.textures().items()):
+            meant = known[name].name if name in known else name
+            if Path(meant).suffix.lower() not in (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff"):
+                meant += ".png"
+            path = self._folder / f"out-{self._entries}-{number}{Path(meant).suffix}"
+            if image.width() and image.height():
+                image.save(str(path))
+            found.append(Texture(meant, path if path.exists() else None))
+        self._entries += 1
+        return tuple(found)
+
+    def _texture_numbers(self, mesh: Any, count: int) -> NDArray[np.int32]:
+        if mesh.texture_number() == 1:
+            return np.zeros(count, np.int32)
+        self._apply("compute_new_custom_scalar_attribute_per_face", name=_TEXTURE, expr="ti")
+        return np.asarray(mesh.face_custom_scalar_attribute_array(_TEXTURE)).astype(np.int32)
+
+    def _own_custom(self, element: str) -> list[str]:
+        """The custom attributes of the current layer that are none of the door's, as MeshLab lists them for saving."""
+        offered = BASE.filter_parameter_values(self._meshset, "ply")
+        prefix = _CUSTOM_OF[element]
+        names = [key.removeprefix(prefix) for key in offered if key.startswith(prefix)]
+        return [name for name in names if not name.startswith("pymeshfair_")]
+
+
+class _Measured:
+    """What lengths are relative to."""
+
+    def __init__(self, vertices: Any, faces: Any, edges: Any) -> None:
+        self._arrays = vertices, faces, edges
+        self.diagonal = diagonal_of(vertices)
+
+    @property
+    def mean_edge(self) -> float:
+        """The mean edge length."""
+        return mean_edge_of(*self._arrays)
+
+
+def _with_ids(known: Filter, values: Mapping[str, Any], ids: Mapping[int, int]) -> dict[str, Any]:
+    """The values with the ids of layers changed; one that is not there stays, for MeshLab to refuse it."""
+    named = {p.name for p in known.parameters if isinstance(p, MeshParameter)}
+    return {n: ids.get(value, value) if n in named and isinstance(value, int) else value for n, value in values.items()}
+
+
+def _words(values: Mapping[str, Any]) -> set[str]:
+    return {word for value in values.values() if isinstance(value, str) for word in _WORD.findall(value)}
+
+
+def _custom(mesh: MeshData, element: str) -> dict[str, NDArray[np.float64]]:
+    """The custom attributes of a mesh by name: its own, and single numbers that its file has besides."""
+    attributes, known = (
+        (mesh.vertex_attributes, VERTEX_ATTRIBUTES) if element == "vertex" else (mesh.face_attributes, FACE_ATTRIBUTES)
+    )
+    found = {name: values.astype(np.float64) for name, values in attributes.items() if name not in known and values.ndim == 1}
+    ids = mesh.vertex_ids if element == "vertex" else mesh.face_ids
+    document: Any = mesh.source.document if mesh.source is not None else None
+    for name, values in (document.custom(element) if hasattr(document, "custom") else {}).items():
+        of_elements = values.astype(np.float64)
+        if ids is not None:
+            of_elements = np.where(ids >= 0, of_elements[np.maximum(ids, 0)], 0.0)
+        found.setdefault(name, of_elements)
+    return found
+
+
+def _numbers(mesh: Any, element: str) -> NDArray[np.int64] | None:
+    """(n,) the numbers that elements went in with, -1 for new ones; None if the mesh has lost them."""
+    marks = _attribute(mesh, element, _ID)
+    if marks is None:
+        return None
+    valid = (marks >= 1.0) & (marks == np.rint(marks))
+    return np.where(valid, marks, 0.0).astype(np.int64) - 1
+
+
+def _attribute(mesh: Any, element: str, name: str) -> NDArray[np.float64] | None:
+    try:
+        values = np.ascontiguousarray(getattr(mesh, f"{element}_custom_scalar_attribute_array")(name))
+    except pymeshlab.PyMeshLabException:
+        return None
+    count = mesh.vertex_number() if element == "vertex" else mesh.face_number()
+    return values if values.shape == (count,) else None
+
+
+def _drop_changed(of_faces: NDArray[np.int64], of_vertices: NDArray[np.int64], faces: Any, before: Any) -> None:
+    """Take the number from faces that have other corners than the face of that number had."""
+    old = np.flatnonzero(of_faces >= 0)
+    if len(faces) == len(before) and len(old) == len(before) and np.array_equal(faces, before):
+        return
+    now = np.sort(of_vertices[faces[old]], axis=1)
+    then = np.sort(before[of_faces[old]], axis=1)
+    of_faces[old[(now != then).any(axis=1)]] = -1
+
+
+def _carried(attributes: Any, ids: NDArray[np.int64], inside: frozenset[str]) -> dict[str, Any]:
+    """The attributes that waited outside, by the numbers of the elements; 0 for new ones."""
+    found: dict[str, Any] = {}
+    whole = len(ids) > 0 and bool((ids >= 0).all())
+    for name, values in (attributes or {}).items():
+        if name in inside or name == "polygon":
+            continue
+        found[name] = values[ids]
+        if not whole:
+            found[name] = found[name].copy()
+            found[name][ids < 0] = 0
+    return found
+
+
+def _polygons(sent: MeshData | None, ids: NDArray[np.int64]) -> NDArray[np.int32] | None:
+    """(m,) the polygons of the triangles that came back, of those whose triangles all did."""
+    before = None if sent is None else sent.face_attributes.get("polygon")
+    if before is None:
+        return None
+    polygon = np.where(ids >= 0, before[np.maximum(ids, 0)], -1)
+    return polygon.astype(np.int32) if (polygon >= 0).any() else None
+
+
+def _composed(first: NDArray[np.int64] | None, second: NDArray[np.int64], count: int | None) -> NDArray[np.int64] | None:
+    """The elements of the source that elements are, through both numberings; None if they are all there in their order."""
+    if first is None:
+        return None if len(second) == count and np.array_equal(second, np.arange(len(second))) else second
+    return np.where(second >= 0, first[np.maximum(second, 0)], -1) if len(first) else np.full(len(second), -1)
+
+
+def _lacks_places(sent: MeshData) -> bool:
+    """Whether texture coordinates of vertices are MeshLab's own, which it computes with those of corners."""
+    return "texture_coordinates" not in sent.vertex_attributes
+
+
+def _unit(normals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Normals of length 1, as MeshLab leaves sums of face normals after some filters; 0 stays 0."""
+    lengths = np.linalg.norm(normals, axis=1)
+    if np.abs(lengths[lengths > 0] - 1.0).max(initial=0.0) <= 1e-6:
+        return normals
+    return np.asarray(normals / np.where(lengths > 0, lengths, 1.0)[:, None])
+
+
+# ------------------------------------------------------------------------------------------------------------- the PLY file
+
+
+def _suffix(texture: Texture) -> str:
+    name = texture.image.name if isinstance(texture.image, Path) else texture.name
+    suffix = Path(name).suffix
+    return suffix if suffix[1:].isalnum() and suffix.isascii() else ".png"
+
+
+def _place_texture(texture: Texture, folder: Path, number: int) -> str:
+    """Put a texture beside the file that names it; the plain name that it has there."""
+    name = f"texture-{number}{_suffix(texture)}"
+    target = folder / name
+    if isinstance(texture.image, bytes):
+        target.write_bytes(texture.image)
+    elif texture.image is not None:
+        try:
+            target.symlink_to(texture.image.resolve())
+        except OSError:  # Windows, without the right to make links
+            shutil.copyfile(texture.image, target)
+    return name
+
+
+def _keeps(faces: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """(m,) the faces that MeshLab's reader keeps: those without a vertex twice."""
+    a, b, c = faces.T
+    return np.asarray((a != b) & (b != c) & (c != a))
+
+
+def _faux(mesh: MeshData) -> NDArray[np.int32]:
+    """(m,) MeshLab's marks of the edges that lie within polygons."""
+    polygon = mesh.face_attributes["polygon"]
+    marks = np.zeros(len(polygon), np.int32)
+    inner = np.flatnonzero(polygon >= 0)
+    faces = mesh.faces[inner]
+    ends = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
+    keys = np.concatenate([np.repeat(polygon[inner], 3)[:, None], ends], axis=1)
+    _, index, counts = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
+    within = (counts[index.ravel()] == 2).reshape(-1, 3)
+    marks[inner] = within @ np.array(_FAUX, np.int32)
+    return marks
+
+
+def _write_for_meshlab(mesh: MeshData, path: Path, textures: list[str]) -> None:
+    vertex: list[tuple[str, str, Any]] = [("double", name, mesh.vertices[:, k]) for k, name in enumerate("xyz")]
+    attributes, of_faces = mesh.vertex_attributes, mesh.face_attributes
+    if (normals := attributes.get("normals")) is not None:
+        vertex += [("double", f"n{axis}", normals[:, k]) for k, axis in enumerate("xyz")]
+    if (selection := attributes.get("selection")) is not None:
+        vertex.append(("int", "flags", selection * np.int32(_SELECTED)))
+    for name, attribute in (("quality", "scalars"), ("radius", "radii")):
+        if attribute in attributes:
+            vertex.append(("double", name, attributes[attribute]))
+    if (places := attributes.get("texture_coordinates")) is not None:
+        vertex += [("double", name, places[:, k]) for k, name in enumerate(("texture_u", "texture_v"))]
+    vertex += _color_columns(attributes)
+    chosen = _keeps(mesh.faces) if len(mesh.faces) else np.empty(0, np.bool_)
+    face: list[tuple[str, str, Any]] = [("list uchar int", "vertex_indices", mesh.faces)]
+    if "selection" in of_faces or "polygon" in of_faces:
+        marks = mesh.face_selection * np.int32(_SELECTED)
+        face.append(("int", "flags", marks | _faux(mesh) if "polygon" in of_faces else marks))
+    if "scalars" in of_faces:
+        face.append(("double", "quality", of_faces["scalars"]))
+    face += _color_columns(of_faces)
+    if (wedges := of_faces.get("wedge_texture_coordinates")) is not None:
+        face.append(("list uchar float", "texcoord", wedges.reshape(-1, 6)))
+        if "texture" in of_faces:
+            face.append(("int", "texnumber", of_faces["texture"]))
+    edge = [("int", name, mesh.edges[:, k]) for k, name in enumerate(("vertex1", "vertex2"))]
+    lines = ["ply", "format binary_little_endian 1.0", *(f"comment TextureFile {name}" for name in textures)]
+    tables = []
+    for element, columns, rows in (("vertex", vertex, None), ("face", face, chosen), ("edge", edge, None)):
+        table = _table(columns, rows)
+        if element != "vertex" and not len(table):
+            continue
+        tables.append(table)
+        lines.append(f"element {element} {len(table)}")
+        lines += [f"property {kind} {name}" for kind, name, _ in columns]
+    with path.open("xb") as file:
+        file.write("\n".join([*lines, "end_header", ""]).encode("utf-8"))
+        for table in tables:
+            file.write(table.data)
+
+
+def _color_columns(attributes: Mapping[str, Any]) -> list[tuple[str, str, Any]]:
+    colors = attributes.get("colors")
+    if colors is None:
+        return []
+    return [("uchar", name, colors[:, k]) for k, name in enumerate(("red", "green", "blue", "alpha"))]
+
+
+def _table(columns: list[tuple[str, str, Any]], chosen: NDArray[np.bool_] | None) -> NDArray[Any]:
+    kinds = {"double": "<f8", "int": "<i4", "uchar": "u1", "float": "<f4"}
+    fields: list[Any] = []
+    for kind, name, values in columns:
+        if kind.startswith("list"):
+            fields += [(f"{name} count", "u1"), (name, kinds[kind.split()[2]], (values.shape[1],))]
+        else:
+            fields.append((name, kinds[kind]))
+    every = chosen is None or bool(chosen.all())
+    count = len(columns[0][2]) if every or chosen is None else int(chosen.sum())
+    table = np.empty(count, fields)
+    for kind, name, values in columns:
+        table[name] = values if every else values[chosen]
+        if kind.startswith("list"):
+            table[f"{name} count"] = values.shape[1]
+    return table
+
+
+def load_unchecked(path: Path, folder: Path) -> Reading:
+    """A file of a format that nothing but MeshLab's own reader understands.
+
+    Args:
+        path: the file, which is trusted.
+        folder: for files on the way.
+
+    Raises:
+        ContentsError: MeshLab refuses it.
+    """
+    meshset = BASE(False)
+    options = {"load_in_a_single_layer": True} if path.suffix.lower() == ".3ds" else {}
+    try:
+        BASE.load_new_mesh(meshset, str(path), **options)
+    except MemoryError:
+        raise
+    except Exception as error:  # pymeshlab raises several unrelated types
+        raise ContentsError(f"MeshLab says: {' '.join(str(error).split('Error details:')[-1].split())}") from error
+    count = BASE.mesh_number(meshset)
+    door = Door(folder, verbose=False)
+    door.adopt(meshset)
+    mesh = door.fetch(0).without_matrix()
+    doubts = (f"it holds {count} meshes; one is cleaned and written, the others are not",) if count > 1 else ()
+    return Reading(replace(mesh, source=Source(path, path.suffix[1:].lower())), doubts)

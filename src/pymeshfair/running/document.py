@@ -1,0 +1,181 @@
+"""The layers of a run: meshes by the ids that MeshLab would give them, and the steps that change them.
+
+A filter of a plugin reads the current mesh and makes the next one of it. A filter of MeshLab's works behind the door, where the
+meshes stay until something else needs them, so that consecutive steps of MeshLab's pass it once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..calling import call, check_needs, resolved
+from ..declaration import Arity
+from ..declaration import Mesh as MeshParameter
+from ..errors import MeshError
+from ..mesh_data import MeshData, apply_edit, as_layer
+from ..scripts.script import Step
+
+if TYPE_CHECKING:
+    from ..meshlab.door import Door
+
+
+class Document:
+    """Meshes by id.
+
+    Attributes:
+        current_id: of the current layer; None if there is none.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        *,
+        on_progress: Callable[[float], None] | None = None,
+        on_note: Callable[[str], None] = lambda text: None,
+    ) -> None:
+        """See the class.
+
+        Args:
+            folder: for the files that are handed over to MeshLab.
+            on_progress: called with the share of a plugin's filter that is done; it may raise to stop the filter.
+            on_note: called with each sentence that a filter wants to be read.
+        """
+        self._folder = folder
+        self._on_progress = on_progress
+        self._on_note = on_note
+        self._meshes: dict[int, MeshData | None] = {}  # None: the door has it
+        self._visible: dict[int, bool] = {}
+        self._next_id = 0
+        self._is_inside = False
+        self.current_id: int | None = None
+
+    def add(self, mesh: MeshData) -> int:
+        """Add a layer, which becomes the current one; its id."""
+        number, self._next_id = self._next_id, self._next_id + 1
+        self._meshes[number], self._visible[number] = mesh, True
+        self._is_inside = False
+        self.current_id = number
+        return number
+
+    @property
+    def ids(self) -> tuple[int, ...]:
+        """The ids of the layers."""
+        return tuple(self._meshes)
+
+    def mesh(self, number: int) -> MeshData:
+        """The mesh of a layer.
+
+        Raises:
+            MeshError: there is none of that id.
+        """
+        if number not in self._meshes:
+            there = ", ".join(map(str, self._meshes)) or "none"
+            raise MeshError(f"there is no layer {number} (there are {there})")
+        found = self._meshes[number]
+        if found is None:
+            found = self._meshes[number] = self._door.fetch(number)
+        return found
+
+    @property
+    def current(self) -> MeshData:
+        """The mesh of the current layer.
+
+        Raises:
+            MeshError: there is none.
+        """
+        if self.current_id is None:
+            raise MeshError("there is no mesh")
+        return self.mesh(self.current_id)
+
+    def parameters(self, step: Step) -> dict[str, Any]:
+        """All values that a step would run with, by name, lengths in mesh units."""
+        self._check(step)
+        if step.filter.is_builtin:
+            self._enter()
+            return self._door.parameters(step)
+        layer = _View(self, self.current) if self.current_id is not None else _View(self, _nothing())
+        return resolved(step.filter, {**step.filter.defaults, **step.values}, layer)
+
+    def apply(self, step: Step) -> dict[str, Any]:
+        """Apply a step of a script; what its filter reports."""
+        self._check(step)
+        return self._apply_builtin(step) if step.filter.is_builtin else self._apply_plugin(step)
+
+    def _check(self, step: Step) -> None:
+        if step.filter.arity is not Arity.NONE and self.current_id is None:
+            raise MeshError("there is no mesh that it could be applied to")
+        for parameter in step.filter.parameters:
+            number = step.values.get(parameter.name)
+            if isinstance(parameter, MeshParameter) and isinstance(number, int) and number not in self._meshes:
+                there = ", ".join(map(str, self._meshes)) or "none"
+                raise MeshError(f"parameter {parameter.name!r}: there is no layer {number} (there are {there})")
+
+    def _apply_plugin(self, step: Step) -> dict[str, Any]:
+        mesh = self.current if self.current_id is not None else _nothing()
+        layer = _View(self, mesh)
+        check_needs(step.filter, layer)
+        values = {**step.filter.defaults, **step.values}
+        edit = call(step.filter, resolved(step.filter, values, layer), layer, self._on_progress)
+        if self.current_id is not None:
+            changed = apply_edit(mesh, edit)
+            if changed is not mesh:
+                self._meshes[self.current_id] = changed
+                self._is_inside = False
+        before = self.current_id
+        added = [self.add(as_layer(new)) for new in edit.new_layers]
+        self.current_id = added[0] if added else before
+        for note in edit.notes:
+            self._on_note(note)
+        return dict(edit.values)
+
+    # ------------------------------------------------------------------------------------------------------------ MeshLab
+
+    @cached_property
+    def _door(self) -> Door:
+        from ..meshlab.door import Door
+
+        return Door(self._folder)
+
+    def _enter(self) -> None:
+        """Hand all layers over to MeshLab, unless it has them as they are."""
+        if self._is_inside:
+            return
+        from ..meshlab.door import Layer
+
+        layers = {number: Layer(self.mesh(number), self._visible[number]) for number in self._meshes}
+        self._door.enter(layers, self.current_id)
+        self._is_inside = True
+
+    def _apply_builtin(self, step: Step) -> dict[str, Any]:
+        self._enter()
+        try:
+            values = self._door.apply(step)
+        finally:
+            ids, self.current_id, self._visible = self._door.layers(self._next_id)
+            self._meshes = dict.fromkeys(ids)
+            self._next_id = max([self._next_id, *(number + 1 for number in ids)])
+        return values
+
+
+class _View:
+    """A mesh of a document as the `Layer` that a filter reads."""
+
+    def __init__(self, document: Document, mesh: MeshData) -> None:
+        self._document = document
+        self._mesh = mesh
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._mesh, name)
+
+    def other(self, mesh_id: int) -> Any:
+        """Another layer."""
+        return _View(self._document, self._document.mesh(mesh_id))
+
+
+def _nothing() -> MeshData:
+    return MeshData(vertices=np.empty((0, 3)))
