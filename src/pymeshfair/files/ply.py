@@ -319,7 +319,7 @@ def _of_grid(header: PlyHeader, lists: Lists, count: int) -> NDArray[np.int32]:
     alone = ~(first | second)
     third, fourth = alone & (c >= 0) & (a >= 0) & (b >= 0), alone & (b >= 0) & (d >= 0) & (c >= 0)
     found = np.full((len(a), 2, 3), -1, np.int64)
-    for there, place, corners in ((first, 0, (a, c, d)), (second, 1, (a, d, b)), (third, 0, (c, a, b)), (fourth, 1, (b, d, c))):
+    for there, place, corners in ((first, 0, (d, c, a)), (second, 1, (a, b, d)), (third, 0, (c, a, b)), (fourth, 1, (b, d, c))):
         found[there, place] = np.stack(corners, axis=1)[there]
     triangles = found.reshape(-1, 3)
     return triangles[triangles[:, 0] >= 0].astype(np.int32)

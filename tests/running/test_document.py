@@ -1,0 +1,224 @@
+"""The layers of a run: filters of plugins as in `MeshSet`, filters of MeshLab's as in pymeshlab, to the bit."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pymeshlab
+import pytest
+
+from pymeshfair.declaration import Filter
+from pymeshfair.errors import MeshError
+from pymeshfair.files.inputs import read_file
+from pymeshfair.mesh_data import MeshData
+from pymeshfair.registry import find_filter
+from pymeshfair.running.document import Document
+from pymeshfair.scripts.script import Step
+from tests.contracts.scenes import CHOSEN_BELOW, Scene, apply, arrays_of, mesh_set, scene_for
+from tests.contracts.variants import FILTERS
+
+from .runs import BONE, SAMPLES
+
+
+def step(name: str, /, **values: Any) -> Step:
+    known = find_filter(name)
+    return Step(known, known.check(values), 0)
+
+
+def mesh_of(scene: Scene, *, select: bool) -> MeshData:
+    """A scene as a mesh; `select` selects what `tests.contracts.scenes.mesh_set` selects."""
+    vertex: dict[str, Any] = {"scalars": scene.scalars, "colors": np.rint(255 * scene.colors).astype(np.uint8)}
+    face: dict[str, Any] = {}
+    if select:
+        vertex["selection"] = scene.chosen
+        face["selection"] = scene.chosen_faces
+    return MeshData(
+        vertices=scene.vertices, faces=scene.faces, edges=scene.edges, vertex_attributes=vertex, face_attributes=face
+    )
+
+
+def arrays(mesh: MeshData) -> dict[str, Any]:
+    """What `tests.contracts.scenes.arrays_of` tells of a mesh set, of a mesh."""
+    return {
+        "vertices": mesh.vertices,
+        "faces": mesh.faces,
+        "edges": mesh.edges,
+        "vertex_scalars": mesh.vertex_scalars,
+        "vertex_colors": mesh.vertex_colors,
+        "vertex_selection": mesh.vertex_selection,
+        "face_selection": mesh.face_selection,
+        "face_normals": mesh.face_normals,
+    }
+
+
+@pytest.mark.parametrize("declared", FILTERS, ids=lambda f: f.python_name)
+def test_our_filters_do_what_they_do_in_a_mesh_set(tmp_path: Path, declared: Filter) -> None:
+    """Every filter of ours gives the same arrays and reports the same values in a run and in a program."""
+    if any(type(p).__name__ == "Mesh" for p in declared.parameters):
+        pytest.skip("compares two layers")
+    scene = scene_for(declared)
+    document = Document(tmp_path)
+    document.add(mesh_of(scene, select=True))
+    told = document.apply(Step(declared, {}, 0))
+    expected = apply(declared, scene, {})
+    assert set(told) == set(expected.values)
+    found = arrays(document.current)
+    for name, array in expected.arrays.items():
+        np.testing.assert_array_equal(found[name], array, err_msg=name)
+
+
+def outcome_in_pymeshlab(path: Path, name: str) -> dict[str, Any] | None:
+    """What a filter with its defaults makes of a file in plain pymeshlab; None if it refuses."""
+    meshes = pymeshlab.MeshSet()
+    meshes.load_new_mesh(str(path))
+    try:
+        meshes.apply_filter(name)
+    except Exception:
+        return None
+    return arrays_of(meshes) if meshes.mesh_number() else {}
+
+
+@pytest.mark.parametrize("path", [BONE, SAMPLES / "rangemaps" / "face000.ply"], ids=lambda p: p.stem)
+def test_meshlabs_filters_do_what_they_do_in_pymeshlab(tmp_path: Path, path: Path) -> None:
+    """Through the door, vertices, faces, scalars, colours and selection have the bits that plain pymeshlab gives."""
+    names = ["apply_coord_laplacian_smoothing", "meshing_remove_duplicate_vertices", "compute_curvature_principal_directions_per_vertex"]
+    names += ["compute_selection_from_mesh_border", "meshing_decimation_quadric_edge_collapse", "compute_scalar_by_border_distance_per_vertex"]
+    names += ["meshing_surface_subdivision_midpoint", "compute_color_from_scalar_per_vertex", "meshing_close_holes", "meshing_invert_face_orientation"]
+    for name in names:
+        known = find_filter(name)
+        expected = outcome_in_pymeshlab(path, known.python_name)
+        document = Document(tmp_path / name)
+        document.add(read_file(path).mesh)
+        if expected is None:
+            with pytest.raises(pymeshlab.PyMeshLabException):
+                document.apply(step(name))
+            continue
+        document.apply(step(name))
+        found = arrays(document.current)
+        for key in ("vertices", "faces", "vertex_scalars", "vertex_colors", "vertex_selection", "face_selection"):
+            np.testing.assert_array_equal(found[key], expected[key], err_msg=f"{name} {key}")
+
+
+def test_what_meshlab_cannot_carry_waits_outside(tmp_path: Path) -> None:
+    """Custom attributes and the numbers of elements come back to the vertices that are still the same."""
+    mesh = read_file(BONE).mesh
+    stamps = np.arange(len(mesh.vertices)) + 0.5
+    mesh = mesh.with_attributes({"stamp": stamps}, {"patch": np.arange(len(mesh.faces)) * 2.0})
+    document = Document(tmp_path)
+    document.add(mesh)
+    document.apply(step("meshing_decimation_quadric_edge_collapse", targetfacenum=1000))
+    after = document.current
+    assert after.vertex_ids is not None
+    assert after.face_ids is not None
+    assert (after.vertex_ids >= 0).all()
+    np.testing.assert_array_equal(after.vertex_attributes["stamp"], after.vertex_ids + 0.5)
+    same = after.face_ids >= 0
+    np.testing.assert_array_equal(after.face_attributes["patch"], np.where(same, 2.0 * after.face_ids, 0.0))
+    corners = np.sort(after.vertex_ids[after.faces[same]], axis=1)
+    np.testing.assert_array_equal(corners, np.sort(mesh.faces[after.face_ids[same]], axis=1))
+    assert after.source is mesh.source
+
+
+def test_a_new_mesh_has_no_source(tmp_path: Path) -> None:
+    """A filter that makes another mesh loses the numbers, and with them the file."""
+    document = Document(tmp_path)
+    document.add(read_file(BONE).mesh)
+    document.apply(step("generate_resampled_uniform_mesh", cellsize="5%"))
+    assert document.current_id == 1
+    assert document.current.source is None
+    assert document.current.vertex_ids is None or (document.current.vertex_ids == -1).all()
+
+
+def test_an_expression_may_name_an_attribute_of_the_file(tmp_path: Path) -> None:
+    """MeshLab gets the custom attributes that a step names, and those that it makes come back."""
+    mesh = read_file(BONE).mesh.with_attributes({"height": read_file(BONE).mesh.vertices[:, 2]})
+    document = Document(tmp_path)
+    document.add(mesh)
+    middle = float(np.median(mesh.vertices[:, 2]))
+    document.apply(step("compute_selection_by_condition_per_vertex", condselect=f"height > {middle!r}"))
+    np.testing.assert_array_equal(document.current.vertex_selection, mesh.vertices[:, 2] > middle)
+    document.apply(step("compute_new_custom_scalar_attribute_per_vertex", name="twice", expr="2*height"))
+    np.testing.assert_array_equal(document.current.vertex_attributes["twice"], 2 * mesh.vertices[:, 2])
+    document.apply(step("apply_coord_taubin_fairing"))
+    np.testing.assert_array_equal(document.current.vertex_attributes["twice"], 2 * mesh.vertices[:, 2])
+
+
+def test_layers_have_the_ids_of_meshlab(tmp_path: Path) -> None:
+    """Ids, labels and the current layer are those of a pymeshlab mesh set after the same steps, ours between them or not."""
+    steps = [
+        step("generate_copy_of_current_mesh"),
+        step("apply_coord_taubin_fairing"),
+        step("create_cube"),
+        step("generate_copy_of_current_mesh"),
+        step("delete_current_mesh"),
+        step("create_sphere"),
+    ]
+    document = Document(tmp_path)
+    document.add(read_file(BONE).mesh)
+    meshes = pymeshlab.MeshSet()
+    meshes.load_new_mesh(str(BONE))
+    for one in steps:
+        document.apply(one)
+        if one.filter.is_builtin:
+            meshes.apply_filter(one.filter.python_name)
+        there = {mesh.id(): mesh.label() for mesh in meshes}
+        assert {number: document.mesh(number).label for number in document.ids} == there
+        assert document.current_id == meshes.current_mesh_id()
+    with pytest.raises(MeshError, match="there is no layer 9"):
+        document.mesh(9)
+
+
+def test_textures_are_there_for_as_long_as_steps_run(tmp_path: Path) -> None:
+    """Colours that MeshLab takes from a texture are those that plain pymeshlab takes, also after a step of ours."""
+    from pymeshfair.mesh_data import Texture
+
+    shutil.copy(SAMPLES / "TextureDouble_A.png", tmp_path / "t.png")
+    vertices = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    wedges = vertices[[[0, 1, 2], [0, 2, 3]]][:, :, :2]
+    mesh = MeshData(
+        vertices=vertices,
+        faces=np.array([[0, 1, 2], [0, 2, 3]]),
+        face_attributes={"wedge_texture_coordinates": wedges, "texture": np.zeros(2, np.int32)},
+        textures=(Texture("t.png", tmp_path / "t.png"),),
+    )
+    document = Document(tmp_path / "door")
+    document.add(mesh)
+    document.apply(step("apply_coord_explicit_smoothing"))
+    document.apply(step("compute_color_from_texture_per_vertex"))
+    colors = document.current.vertex_attributes["colors"]
+    from PIL import Image
+
+    pixels = np.asarray(Image.open(tmp_path / "t.png").convert("RGB"))
+    assert {tuple(c) for c in colors[:, :3].tolist()} <= {tuple(p) for p in pixels.reshape(-1, 3).tolist()}
+    assert document.current.textures == mesh.textures
+
+
+def test_polygons_come_back_whole(tmp_path: Path) -> None:
+    """Quads are quads again after a filter of MeshLab's that keeps them, and MeshLab sees them as such."""
+    points = np.array([[x, y, 0.0] for y in range(3) for x in range(3)])
+    faces = np.array([[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4]])
+    mesh = MeshData(vertices=points, faces=faces, face_attributes={"polygon": np.array([0, 0, 1, 1], np.int32)})
+    document = Document(tmp_path)
+    document.add(mesh)
+    measures = document.apply(step("get_geometric_measures"))
+    assert measures["total_edge_length"] == 7.0
+    document.apply(step("apply_coord_laplacian_smoothing"))
+    assert document.current.face_attributes["polygon"].tolist() == [0, 0, 1, 1]
+
+
+def test_selections_pass_the_door(tmp_path: Path) -> None:
+    """What one of our filters selects, a filter of MeshLab's deletes, and the other way round."""
+    scene = scene_for(find_filter("apply_coord_taubin_fairing"))
+    document = Document(tmp_path)
+    document.add(mesh_of(scene, select=True))
+    meshes = mesh_set(scene, select=True)
+    for name in ("apply_selection_dilatation", "meshing_remove_selected_vertices"):
+        document.apply(step(name))
+        meshes.apply_filter(name)
+        for key, array in arrays_of(meshes).items():
+            if key not in ("face_normals",):
+                np.testing.assert_array_equal(arrays(document.current)[key], array, err_msg=f"{name} {key}")
+    assert (document.current.vertex_scalars < CHOSEN_BELOW).sum() < scene.chosen.sum()
