@@ -20,11 +20,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
 import pymeshlab
 from numpy.typing import NDArray
 
+from pymeshfair.filters.compilation import allowed_threads, set_threads
 from pymeshfair.filters.diffusion.explicit import explicit_smoothing
 from pymeshfair.filters.diffusion.taubin import taubin_fairing
 from pymeshfair.filters.geometry import mean_edge_length
@@ -120,9 +120,9 @@ def main() -> int:
     parser.add_argument("vertices", type=int, nargs="?", default=1_000_000)
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--order", choices=("loop", "random", "place"), default="loop")
-    parser.add_argument("--threads", type=int, default=numba.get_num_threads())
+    parser.add_argument("--threads", type=int, default=allowed_threads())
     options = parser.parse_args()
-    numba.set_num_threads(options.threads)
+    set_threads(options.threads)
     mesh = make_mesh(options.vertices, options.order)
     print(f"{len(mesh[0]):,} vertices, {len(mesh[1]):,} faces, {options.order} order, {options.threads} threads, ", end="")
     print(f"medians of {options.rounds} rounds, in brackets processor time")

@@ -17,7 +17,6 @@ import sys
 from typing import Any
 
 import igl
-import numba
 import numpy as np
 import trimesh
 from diffusion import Mesh, make_mesh, seconds
@@ -25,6 +24,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
+from pymeshfair.filters.compilation import allowed_threads, set_threads
 from pymeshfair.filters.diffusion.implicit import implicit_fairing
 from pymeshfair.filters.geometry import mean_edge_length
 
@@ -94,9 +94,9 @@ def main() -> int:
     parser.add_argument("--peers", type=int, default=100_000)
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--edges", type=float, nargs="+", default=[1.0, 10.0, 100.0])
-    parser.add_argument("--threads", type=int, default=numba.get_num_threads())
+    parser.add_argument("--threads", type=int, default=allowed_threads())
     options = parser.parse_args()
-    numba.set_num_threads(options.threads)
+    set_threads(options.threads)
     fast = time_ours(options.vertices, options.edges, options.rounds)
     right = compare(options.peers, options.rounds)
     return 0 if fast and right else 1

@@ -17,7 +17,6 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-import numba
 import numpy as np
 import pyamg
 import trimesh
@@ -27,6 +26,7 @@ from scipy import sparse
 from scipy.sparse.linalg import cg, splu
 from threadpoolctl import threadpool_limits
 
+from pymeshfair.filters.compilation import set_threads
 from pymeshfair.filters.execution import ignore_progress
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.linear_solvers import ShiftedFactors, conjugate_gradients, nested_dissection, preconditioned_norm
@@ -147,7 +147,7 @@ def main() -> int:
     parser.add_argument("--vertices", type=int, default=100_000)
     parser.add_argument("--rounds", type=int, default=3)
     options = parser.parse_args()
-    numba.set_num_threads(1)
+    set_threads(1)
     with threadpool_limits(limits=1):
         compare_steps(2000, 1)  # compiles
         compare_orders(3, "COLAMD")

@@ -100,7 +100,11 @@ def outcome(work: Callable[[Path, Filter, Path], dict[str, Any]], path: Path, kn
 def differences(one: Any, other: Any) -> list[str]:
     """What differs between two outcomes."""
     if isinstance(one, str) or isinstance(other, str):
-        return [] if one == other else [f"{one if isinstance(one, str) else 'works'} / {other if isinstance(other, str) else 'works'}"]
+        return (
+            []
+            if one == other
+            else [f"{one if isinstance(one, str) else 'works'} / {other if isinstance(other, str) else 'works'}"]
+        )
     found = [name for name in ("layers", "values") if one[name] != other[name]]
     names = one["arrays"].keys() | other["arrays"].keys()
     return found + [n for n in sorted(names) if not _same(one["arrays"].get(n), other["arrays"].get(n))]

@@ -1,10 +1,11 @@
-"""Functions that numba compiles: when they are first called, and kept for all later processes."""
+"""Functions that run as machine code: compiled once by numba, in a process of its own, and loaded without numba."""
 
 from .ahead import compile_ahead, listed_signatures, signatures_of
 from .kernel import compiled, loaded_kernels, prange
+from .machine_code import processor
 from .notices import Compilation, on_compilation
-from .numba_threads import allowed_threads, load_compiler, single_thread
 from .store import Stored, stored
+from .threads import allowed_threads, most_threads, set_threads, single_thread
 
 __all__ = [
     "Compilation",
@@ -13,10 +14,12 @@ __all__ = [
     "compile_ahead",
     "compiled",
     "listed_signatures",
-    "load_compiler",
     "loaded_kernels",
+    "most_threads",
     "on_compilation",
     "prange",
+    "processor",
+    "set_threads",
     "signatures_of",
     "single_thread",
     "stored",

@@ -10,24 +10,25 @@ import importlib
 import json
 import os
 from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import closing
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Any, TypeAlias
 
-from .numba_threads import load_numba
+from . import store
+from .argument_types import Signature, from_json
+from .compiler import CompilationError, Compiler
 
 LIST = Path(__file__).parent / "signatures.json"
-#: by module and kernel, the types of arguments, as numba writes them
-Signatures: TypeAlias = dict[str, dict[str, list[str]]]
+#: by module and kernel, the types of arguments
+Signatures: TypeAlias = dict[str, dict[str, list[Signature]]]
 
 
 def listed_signatures() -> Signatures:
     """What is compiled ahead."""
-    listed: Signatures = json.loads(LIST.read_text("utf-8"))
-    return listed
-
-
-#: Types that cannot be said by name, and constants of a kernel that calls: it has what it calls compiled within it.
-_OF_CALLERS = (" at 0x", "Literal[")
+    listed = json.loads(LIST.read_text("utf-8"))
+    return {module: {name: list(from_json(each)) for name, each in kernels.items()} for module, kernels in listed.items()}
 
 
 def signatures_of(kernels: Iterable[tuple[str, str, Any]]) -> Signatures:
@@ -38,14 +39,13 @@ def signatures_of(kernels: Iterable[tuple[str, str, Any]]) -> Signatures:
     """
     found: Signatures = {}
     for module, name, kernel in kernels:
-        types = sorted(text for text in map(repr, kernel.signatures) if not any(part in text for part in _OF_CALLERS))
-        if types:
+        if types := sorted(kernel.signatures, key=repr):
             found.setdefault(module, {})[name] = types
     return {module: dict(sorted(found[module].items())) for module in sorted(found)}
 
 
 def compile_ahead(
-    signatures: Mapping[str, Mapping[str, list[str]]],
+    signatures: Mapping[str, Mapping[str, list[Signature]]],
     *,
     processes: int | None = None,
     progress: Callable[[float], None] = lambda share: None,
@@ -57,31 +57,33 @@ def compile_ahead(
         processes: how many at a time; None is one a processor.
         progress: called with the share that is done.
     """
-    import multiprocessing
-    from concurrent.futures import ProcessPoolExecutor, as_completed
-
-    tasks = [(module, name, tuple(types)) for module, kernels in signatures.items() for name, types in kernels.items()]
+    tasks = [(m, name, types) for m, kernels in signatures.items() for name, each in kernels.items() for types in each]
+    count = processes or (len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()) or 1
+    compilers: SimpleQueue[Compiler] = SimpleQueue()
+    made = [Compiler() for _ in range(count)]
+    for compiler in made:
+        compilers.put(compiler)
     failures = []
-    count = processes or (len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count())
-    with ProcessPoolExecutor(count, multiprocessing.get_context("spawn")) as pool:
-        for done, future in enumerate(as_completed([pool.submit(_compile, *task) for task in tasks]), 1):
+    with ThreadPoolExecutor(count) as pool:
+        futures = [pool.submit(_compile, compilers, *task) for task in tasks]
+        for done, future in enumerate(as_completed(futures), 1):
             failures += future.result()
             progress(done / len(tasks))
+    for compiler in made:
+        with closing(compiler):
+            pass
     return failures
 
 
-def _compile(module: str, name: str, signatures: Iterable[str]) -> list[str]:
+def _compile(compilers: SimpleQueue[Compiler], module: str, name: str, signature: Signature) -> list[str]:
     """Compile one kernel; what went wrong."""
+    compiler = compilers.get()
     try:
-        for text in signatures:
-            getattr(importlib.import_module(module), name).compile(_parsed(text))
-    except Exception as error:  # a list that is not current costs time at the first run, no more
+        stored = getattr(importlib.import_module(module), name).stored_name(signature)
+        if store.read(stored) is None:
+            store.write(stored, compiler.compile(module, name, signature))
+    except (CompilationError, ImportError, AttributeError, TypeError) as error:  # a list that is not current costs time later
         return [f"{module}.{name}: {type(error).__name__}: {error}"]
+    finally:
+        compilers.put(compiler)
     return []
-
-
-def _parsed(text: str) -> Any:
-    """The types of arguments that numba has written, such as ``(Array(float64, 2, 'C', False, aligned=True), int64)``."""
-    types = load_numba().types
-    names = {**vars(types), "bool": types.boolean}
-    return eval(text, {"__builtins__": {}}, names)

@@ -1,18 +1,20 @@
-"""A function that numba compiles when it is first called, not when its module is imported.
-
-To import numba, and to make one of its dispatchers of every function, takes half a second. A command that only reads what filters
-declare, and a run that uses ten of two hundred functions, do without.
-"""
+"""A function that runs as machine code, which is loaded when it is first called, or compiled if there is none."""
 
 from __future__ import annotations
 
+import hashlib
 import sys
 from collections.abc import Callable, Iterator
 from functools import cached_property
 from types import FunctionType
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
+from . import machine_code, store
+from .argument_types import Signature, UnknownTypeError, signature_of
+from .compiler import COMPILER
 from .fingerprint import fingerprint
+from .notices import compiling
+from .threads import prepare_threads
 
 if TYPE_CHECKING:
     from numba import prange as prange
@@ -33,7 +35,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 class Kernel:
     """A function of arrays and numbers that runs as machine code.
 
-    Numba sees it as a function of its own: kernels call each other, and take each other as arguments.
+    Numba sees it as a function of its own: kernels call each other.
 
     Attributes:
         py_func: the function, which Python can run too.
@@ -48,31 +50,66 @@ class Kernel:
         self.__qualname__ = function.__qualname__
         self.__module__ = function.__module__
         self.__doc__ = function.__doc__
+        self._is_parallel = bool(options.get("parallel"))
+        self._code: dict[Signature, Callable[..., Any]] = {}
 
     def __call__(self, *arguments: Any) -> Any:
-        """The function's result; for arguments of new types it is loaded or compiled first."""
-        return self.dispatcher(*arguments)
+        """The function's result; for arguments of new types machine code is loaded or compiled first."""
+        try:
+            signature = signature_of(arguments)
+        except UnknownTypeError:
+            return self.dispatcher(*arguments)
+        code = self._code.get(signature)
+        if code is None:
+            code = self._loaded(signature)
+        if self._is_parallel:
+            prepare_threads()
+        return code(*arguments)
 
     def __repr__(self) -> str:
         return f"<kernel {self.__module__}.{self.__qualname__}>"
 
+    def load(self, signature: Signature) -> None:
+        """Load or compile it for these types of arguments."""
+        if signature not in self._code:
+            self._loaded(signature)
+
+    def _loaded(self, signature: Signature) -> Callable[..., Any]:
+        if self._is_parallel:
+            prepare_threads()
+        if not self._can_be_imported:
+            self._code[signature] = self.dispatcher
+            return self._code[signature]
+        name = self.stored_name(signature)
+        code = store.read(name)
+        if code is None:
+            with compiling():
+                code = COMPILER.compile(self.__module__, self.__qualname__, signature)
+            store.write(name, code)
+        found = self._code[signature] = machine_code.load(code, self.__name__)
+        return found
+
+    @property
+    def _can_be_imported(self) -> bool:
+        """Whether another process finds it by its module and its name."""
+        return self.__module__ != "__main__" and getattr(sys.modules.get(self.__module__), self.__qualname__, None) is self
+
+    def stored_name(self, signature: Signature) -> str:
+        """The name of its machine code in the store."""
+        key = hashlib.sha256(f"{self.fingerprint} {signature!r}".encode()).hexdigest()
+        return f"{self.__module__.rpartition('.')[2]}.{self.__qualname__}-{key[:32]}"
+
     @cached_property
     def dispatcher(self) -> Any:
-        """What numba makes of the function; it takes what was compiled before from the store."""
-        from .notices import listen_to_numba
-        from .numba_threads import load_numba
-        from .stored import StoredKernels
+        """What numba makes of the function: in the process that compiles, and for arguments of types that have no text."""
+        import numba
 
-        numba = load_numba()
-        listen_to_numba()
         function = self.py_func
-        if self.options.get("parallel"):
+        if self._is_parallel:
             names = {**function.__globals__, "prange": numba.prange}
             function = FunctionType(function.__code__, names, function.__name__, function.__defaults__, function.__closure__)
             function.__module__, function.__qualname__ = self.__module__, self.__qualname__
-        made = numba.njit(**self.options)(function)
-        made._cache = StoredKernels(self)
-        return made
+        return numba.njit(**self.options)(function)
 
     @cached_property
     def fingerprint(self) -> str:
@@ -80,13 +117,9 @@ class Kernel:
         return fingerprint(self.py_func, self.options)
 
     @property
-    def signatures(self) -> list[Any]:
+    def signatures(self) -> list[Signature]:
         """The types of arguments for which this process has machine code."""
-        return list(self.dispatcher.signatures) if "dispatcher" in self.__dict__ else []
-
-    def compile(self, signature: Any) -> None:
-        """Load or compile it for these types of arguments."""
-        self.dispatcher.compile(signature)
+        return list(self._code)
 
     @property
     def _numba_type_(self) -> Any:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cache
-from typing import Any
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 
 
 @dataclass(frozen=True)
@@ -19,12 +18,13 @@ class Compilation:
         is_going_on: whether one is in work.
     """
 
-    kernels: int
-    seconds: float
-    is_going_on: bool
+    kernels: int = 0
+    seconds: float = 0.0
+    is_going_on: bool = False
 
 
 _listeners: list[Callable[[Compilation], None]] = []
+_so_far = [Compilation()]
 
 
 def on_compilation(tell: Callable[[Compilation], None]) -> None:
@@ -32,34 +32,19 @@ def on_compilation(tell: Callable[[Compilation], None]) -> None:
     _listeners.append(tell)
 
 
-@cache
-def listen_to_numba() -> None:
-    """Hear from numba what it compiles from now on."""
-    from numba.core import event
+@contextmanager
+def compiling() -> Iterator[None]:
+    """A context in which a kernel is compiled."""
+    before = _so_far[0]
+    _tell(replace(before, kernels=before.kernels + 1, is_going_on=True))
+    started = time.perf_counter()
+    try:
+        yield
+    finally:
+        _tell(replace(_so_far[0], seconds=before.seconds + time.perf_counter() - started, is_going_on=False))
 
-    class Listener(event.Listener):
-        """Hears of every kernel, and inside of that of those that it calls."""
 
-        depth, kernels, seconds, started = 0, 0, 0.0, 0.0
-
-        def on_start(self, event: object) -> None:
-            """A kernel begins."""
-            self.depth += 1
-            if self.depth == 1:
-                self.kernels += 1
-                self.started = time.perf_counter()
-                self._tell(True)
-
-        def on_end(self, event: object) -> None:
-            """A kernel is done, or cannot be compiled."""
-            self.depth -= 1
-            if self.depth == 0:
-                self.seconds += time.perf_counter() - self.started
-                self._tell(False)
-
-        def _tell(self, is_going_on: bool) -> None:
-            for tell in _listeners:
-                tell(Compilation(self.kernels, self.seconds, is_going_on))
-
-    register: Any = event.register
-    register("numba:compile", Listener())
+def _tell(so_far: Compilation) -> None:
+    _so_far[0] = so_far
+    for tell in _listeners:
+        tell(so_far)

@@ -1,61 +1,35 @@
 """Where machine code lies: what the installation compiled beside this module, the rest in a folder of the user's.
 
 A file is named after everything that its content follows from, so that none is ever stale: another version of a function, of
-numba or of Python, and another processor look for other files.
+numba or of Python, and another level of processor look for other files.
 """
 
 from __future__ import annotations
 
-import atexit
-import hashlib
 import os
-import shutil
+import pickle
 import sys
-import tempfile
 import uuid
 from contextlib import suppress
-from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from .numba_threads import load_numba
+from .machine_code import MachineCode, made_here
 
 #: what comes with the package; the installation writes it, nobody else
 INSTALLED = Path(__file__).parent / "kernels"
-_TEMPORARY = "pymeshfair-kernels-"
 
 
-def compiled_here(target: tuple[str, ...]) -> str:
-    """The name of the folder for what this Python, this numba and that processor make.
-
-    Args:
-        target: the system, the processor and its features, as numba's code generator names them.
-    """
-    import llvmlite
-
-    config = load_numba().config
-    options = (config.OPT, config.BOUNDSCHECK, config.LOOP_VECTORIZE, config.SLP_VECTORIZE, config.USING_SVML)
-    versions = f"{sys.implementation.cache_tag}-numba{load_numba().__version__}-llvmlite{llvmlite.__version__}"
-    return f"{versions}-{hashlib.sha256(repr((target, options)).encode()).hexdigest()[:12]}"
-
-
-@cache
-def writable_folder() -> Path:
-    """Where this process keeps what it compiles: NUMBA_CACHE_DIR, the user's cache, else a temporary folder of its own."""
-    from numba.misc import appdirs
-
-    users: Any = appdirs.user_cache_dir
-
-    given = os.environ.get("NUMBA_CACHE_DIR")
-    folder = Path(given) / "pymeshfair" if given else Path(users("pymeshfair", appauthor=False)) / "kernels"
-    with suppress(OSError):
-        folder.mkdir(parents=True, exist_ok=True)
-        if os.access(folder, os.W_OK | os.X_OK):
-            return folder
-    # A new folder of our own: in a folder where others can write, they could replace the compiled code.
-    folder = Path(tempfile.mkdtemp(prefix=_TEMPORARY))
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    return folder
+def users_folder() -> Path:
+    """The folder of the user's for what is compiled: in NUMBA_CACHE_DIR, or where the system keeps caches."""
+    if given := os.environ.get("NUMBA_CACHE_DIR"):
+        return Path(given) / "pymeshfair"
+    home = Path("~").expanduser()
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA") or home / "AppData/Local") / "pymeshfair" / "kernels"
+    if sys.platform == "darwin":
+        return home / "Library/Caches/pymeshfair/kernels"
+    return Path(os.environ.get("XDG_CACHE_HOME") or home / ".cache") / "pymeshfair" / "kernels"
 
 
 class Stored(NamedTuple):
@@ -65,7 +39,7 @@ class Stored(NamedTuple):
         installed: how many kernels came compiled with the package.
         kept: how many have been compiled since.
         folder: where those are.
-        lasts: whether later processes find them there.
+        lasts: whether that folder can be written to; else every process compiles anew what is not there.
     """
 
     installed: int
@@ -76,29 +50,28 @@ class Stored(NamedTuple):
 
 def stored() -> Stored:
     """What need not be compiled any more."""
-    from numba.core.registry import cpu_target
+    folder = users_folder()
+    installed, kept = (sum(1 for _ in (place / made_here()).glob("*")) for place in (INSTALLED, folder))
+    there = next((place for place in (folder, *folder.parents) if place.exists()), folder)
+    return Stored(installed, kept, folder, os.access(there, os.W_OK | os.X_OK))
 
-    here, folder = compiled_here(cpu_target.target_context.codegen().magic_tuple()), writable_folder()
-    installed, kept = (sum(1 for _ in (place / here).glob("*")) for place in (INSTALLED, folder))
-    return Stored(installed, kept, folder, not folder.name.startswith(_TEMPORARY))
 
-
-def read(folder: str, name: str) -> bytes | None:
+def read(name: str) -> MachineCode | None:
     """What is stored under that name, or None."""
-    for place in (INSTALLED, writable_folder()):
-        with suppress(OSError):
-            return (place / folder / name).read_bytes()
+    for place in (INSTALLED, users_folder()):
+        with suppress(OSError, EOFError, pickle.UnpicklingError, TypeError, ValueError):  # a disk that was full or has failed
+            return MachineCode(*pickle.loads((place / made_here() / name).read_bytes()))
     return None
 
 
-def write(folder: str, name: str, content: bytes) -> None:
+def write(name: str, code: MachineCode) -> None:
     """Store it; a file appears whole or not at all, as several processes may write the same one."""
-    place = writable_folder() / folder
-    with suppress(OSError):  # a full disk costs the next process its time, and this one nothing
-        place.mkdir(exist_ok=True)
+    place = users_folder() / made_here()
+    with suppress(OSError):  # where nothing can be written the next process compiles it again
+        place.mkdir(parents=True, exist_ok=True)
         part = place / f"{uuid.uuid4().hex}.part"
         try:
-            part.write_bytes(content)
+            part.write_bytes(pickle.dumps(tuple(code)))
             part.replace(place / name)
         finally:
             part.unlink(missing_ok=True)

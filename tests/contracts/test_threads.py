@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import sys
 
-import numba
 import pytest
 
+from pymeshfair.filters.compilation import allowed_threads, set_threads
 from tests.contracts.scenes import apply, scene_for
 from tests.contracts.variants import Variant, each_variant, outcome_of
 
 
-@pytest.mark.skipif(numba.get_num_threads() < 2, reason="one thread is all there is")
+@pytest.mark.skipif(allowed_threads() < 2, reason="one thread is all there is")
 @each_variant
 def test_two_threads_give_the_same_bits(variant: Variant, monkeypatch: pytest.MonkeyPatch) -> None:
     """As one thread does, on which so small a mesh is usually filtered."""
@@ -20,10 +20,10 @@ def test_two_threads_give_the_same_bits(variant: Variant, monkeypatch: pytest.Mo
     for name, module in list(sys.modules.items()):
         if name.startswith("pymeshfair.filters.") and hasattr(module, "FITS_IN_CACHE"):
             monkeypatch.setattr(module, "FITS_IN_CACHE", 0)
-    before = numba.get_num_threads()
-    numba.set_num_threads(2)
+    before = allowed_threads()
+    set_threads(2)
     try:
         found = apply(variant.declared, scene_for(variant.declared), variant.values)
     finally:
-        numba.set_num_threads(before)
+        set_threads(before)
     assert found.differences(expected) == []

@@ -7,10 +7,10 @@ from typing import Any
 
 import pymeshlab
 import pytest
-
-from pymeshfair.files.ply import PlyError, parse_header, read_header
 from pymeshfair.files.ply_body import read_body
 from pymeshfair.files.ply_losses import not_kept
+
+from pymeshfair.files.ply import PlyError, parse_header, read_header
 
 from .runs import BONE, RANGE_MAP, TETRAHEDRON, ply_bytes, xyz
 

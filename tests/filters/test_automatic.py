@@ -6,10 +6,10 @@ import os
 from functools import cache
 from pathlib import Path
 
-import numba
 import numpy as np
 import pytest
 
+from pymeshfair.filters.compilation import allowed_threads, set_threads
 from pymeshfair.filters.denoising import REPERTOIRE, Outliers, replace_outlying
 from pymeshfair.filters.denoising.automatic import AutomaticChoice, automatic_choice, denoise_automatically
 from pymeshfair.filters.denoising.folded_faces import folded_faces
@@ -281,13 +281,13 @@ def test_a_moved_turned_scaled_and_renumbered_mesh_gets_the_same_result(name: st
 
 def test_any_number_of_threads_gives_the_same_bits() -> None:
     """Candidates are tried in threads, and nothing depends on who is first."""
-    allowed = numba.get_num_threads()
+    allowed = allowed_threads()
     vertices, faces = MESHES["round"]
-    numba.set_num_threads(1)
+    set_threads(1)
     try:
         alone, choice = denoise_automatically(vertices, faces)
     finally:
-        numba.set_num_threads(allowed)
+        set_threads(allowed)
     assert np.array_equal(alone, _denoised("round")[0])
     assert choice.evidence == _denoised("round")[1].evidence
 

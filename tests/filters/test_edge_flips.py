@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import igl
-import numba
 import numpy as np
 import pytest
 
 from pymeshfair.filters.checks import FilterInputError
+from pymeshfair.filters.compilation import allowed_threads, set_threads
 from pymeshfair.filters.fairing.edge_flips import flip_edges
 from pymeshfair.filters.fairing.tangential import improve_triangles, tangential_smoothing
 from pymeshfair.filters.geometry import mean_edge_length
@@ -156,13 +156,13 @@ def test_size_and_place_make_no_difference() -> None:
 def test_the_same_bits_for_any_number_of_threads() -> None:
     """Flips are made in the order of the faces, whatever the threads; twice the same."""
     vertices, faces = wrong_diagonals()
-    allowed, found = numba.get_num_threads(), []
+    allowed, found = allowed_threads(), []
     for threads in (1, allowed):
-        numba.set_num_threads(threads)
+        set_threads(threads)
         try:
             found.append(improve_triangles(vertices, faces))
         finally:
-            numba.set_num_threads(allowed)
+            set_threads(allowed)
     assert found[0][0].tobytes() == found[1][0].tobytes()
     assert np.array_equal(found[0][1], found[1][1])
 

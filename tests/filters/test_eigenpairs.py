@@ -254,11 +254,12 @@ def test_counts_at_the_ends() -> None:
 
 
 DIGEST = """
-import hashlib, sys, numba
+import hashlib, sys
+from pymeshfair.filters.compilation import set_threads
 from pymeshfair.filters.spectral.eigenpairs import lowest_eigenpairs
 from pymeshfair.filters.spectral.problem import spectral_problem
 from tests.meshes import icosphere, noisy
-numba.set_num_threads(int(sys.argv[1]))
+set_threads(int(sys.argv[1]))
 kappa, modes = lowest_eigenpairs(spectral_problem(*noisy(icosphere(4), 0.01)), 130)
 print(hashlib.sha256(kappa.tobytes() + modes.tobytes()).hexdigest())
 """

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 import pytest
 import scipy.sparse.linalg
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 
 from pymeshfair.filters import topology
 from pymeshfair.filters.checks import FilterInputError, UnstableStepError
+from pymeshfair.filters.compilation import allowed_threads, set_threads
 from pymeshfair.filters.diffusion.explicit import explicit_smoothing
 from pymeshfair.filters.execution import threads as parallel
 from pymeshfair.filters.mesh import check_mesh, ordering
@@ -378,14 +378,14 @@ def test_threads_and_reordering_make_no_difference_to_the_bits(operator: Operato
     movable = np.random.default_rng(0).random(len(vertices)) < 0.8
     results, named = [], []
     for threads, reordered in ((1, False), (2, False), (1, True), (2, True)):
-        if threads > numba.get_num_threads():
+        if threads > allowed_threads():
             continue
         monkeypatch.setattr(parallel, "SERIAL_BELOW", 0)
         monkeypatch.setattr(ordering, "FITS_IN_CACHE", 0 if reordered else 10**9)
         monkeypatch.setattr(ordering, "_NEAR", 0)
         monkeypatch.setattr(ordering, "_SWEEPS_A_REORDERING_COSTS", 0)
-        before = numba.get_num_threads()
-        numba.set_num_threads(threads)
+        before = allowed_threads()
+        set_threads(threads)
         try:
             results.append(
                 explicit_smoothing(vertices, faces, operator=operator, step=step, iterations=4, border="free", movable=movable)
@@ -395,7 +395,7 @@ def test_threads_and_reordering_make_no_difference_to_the_bits(operator: Operato
                     explicit_smoothing(vertices, faces, operator=operator, step=1e3, border="free")
                 named.append(caught.value.largest_stable)
         finally:
-            numba.set_num_threads(before)
+            set_threads(before)
     assert len({r.tobytes() for r in results}) == 1
     assert (np.abs(results[0] - vertices).max(axis=1) > 0).sum() > 0.7 * len(vertices)
     assert len(set(named)) <= 1

@@ -9,11 +9,11 @@ from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any, get_type_hints
 
-import numba
 import numpy as np
 import pytest
 
 from pymeshfair.filters.checks import FilterInputError
+from pymeshfair.filters.compilation import allowed_threads, set_threads
 from pymeshfair.filters.denoising import (
     NORMAL_FILTER_METHODS,
     RANGE_MEASURES,
@@ -272,14 +272,14 @@ def test_the_size_of_the_unit_makes_no_difference() -> None:
 def test_threads_make_no_difference(settings: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
     """One thread and two give the same bytes."""
     monkeypatch.setattr("pymeshfair.filters.execution.threads.SERIAL_BELOW", 0)
-    before = numba.get_num_threads()
+    before = allowed_threads()
     results = []
     try:
         for threads in (1, min(2, before)):
-            numba.set_num_threads(threads)
+            set_threads(threads)
             results.append(normal_filtering(*NOISY, **settings).tobytes())
     finally:
-        numba.set_num_threads(before)
+        set_threads(before)
     assert results[0] == results[1]
 
 

@@ -6,7 +6,6 @@ import functools
 import math
 from pathlib import Path
 
-import numba
 import numpy as np
 import pymeshlab
 import pytest
@@ -14,6 +13,7 @@ import scipy.linalg
 from numpy.polynomial.chebyshev import chebval
 
 from pymeshfair.filters.checks import FilterInputError
+from pymeshfair.filters.compilation import allowed_threads, set_threads
 from pymeshfair.filters.spectral.chebyshev import chebyshev_series
 from pymeshfair.filters.spectral.eigenpairs import lowest_eigenpairs
 from pymeshfair.filters.spectral.eigenvector_free import Filtered, filter_without_eigenvectors
@@ -199,14 +199,14 @@ def test_threads_and_runs_do_not_matter() -> None:
     """The same bits from one thread, from all threads, and again."""
     vertices, faces = icosphere(4)
     problem = spectral_problem(vertices, faces)
-    allowed = numba.get_num_threads()
+    allowed = allowed_threads()
     results = []
     try:
         for threads in (1, allowed, allowed):
-            numba.set_num_threads(threads)
+            set_threads(threads)
             results.append(filter_without_eigenvectors(problem, vertices, low_pass(0.5), route="polynomial").values.tobytes())
     finally:
-        numba.set_num_threads(allowed)
+        set_threads(allowed)
     assert len(set(results)) == 1
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import igl
-import numba
 import numpy as np
 import pytest
 from scipy import sparse
 
 from pymeshfair.filters.checks import FilterInputError
+from pymeshfair.filters.compilation import allowed_threads, set_threads
 from pymeshfair.filters.fairing.region import ENERGIES, Energy, fair_region
 from pymeshfair.filters.linear_solvers import laplacian_power
 from pymeshfair.filters.mesh import Bools
@@ -260,12 +260,12 @@ def test_a_raising_progress_stops_the_factorisation() -> None:
 def test_the_same_bits_for_any_number_of_threads() -> None:
     """Nothing is summed up in an order that depends on threads."""
     (vertices, faces), inside = rough_patch(60)
-    allowed = numba.get_num_threads()
+    allowed = allowed_threads()
     results = []
     for threads in (1, allowed):
-        numba.set_num_threads(threads)
+        set_threads(threads)
         try:
             results.append(fair_region(vertices, faces, inside).vertices)
         finally:
-            numba.set_num_threads(allowed)
+            set_threads(allowed)
     assert np.array_equal(results[0], results[1])

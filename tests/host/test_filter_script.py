@@ -13,8 +13,8 @@ import pytest
 
 from pymeshfair.declaration import Edit, FilterClass, Layer, Length, mesh_filter
 from pymeshfair.errors import PymeshfairError, StepFailedError
-from pymeshfair.meshset import MeshSet, layers
 from pymeshfair.meshlab.errors import FilterFailedError, ScriptStepFailedError
+from pymeshfair.meshset import MeshSet, layers
 from pymeshfair.registry import find_filter
 from pymeshfair.scripts import Script, ScriptError, Step, read_script, write_script
 from pymeshfair.write_back import write_edit

@@ -30,7 +30,6 @@ from pymeshfair.declaration import (
 )
 from pymeshfair.errors import ConvergenceError, FilterInputError, Place, StepFailedError
 from pymeshfair.filters.execution import Progress, ignore_progress
-from pymeshfair.meshset import MeshSet
 from pymeshfair.meshlab.errors import (
     FilterFailedError,
     FilterParameterError,
@@ -38,6 +37,7 @@ from pymeshfair.meshlab.errors import (
     UnknownFilterError,
     UnknownLayerError,
 )
+from pymeshfair.meshset import MeshSet
 from pymeshfair.registry import custom_filters, find_filter
 from pymeshfair.scripts import Step
 from tests.host.snapshots import differences, everything, give_back, same, sample

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import pymeshlab
 import pytest
+from pymeshfair.files.ply_body import read_body
 
 from pymeshfair.files.errors import InputError, OutputError
 from pymeshfair.files.ply import read_header
-from pymeshfair.files.ply_body import read_body
 
 from ..running.runs import SAMPLES, SMOOTH, TETRAHEDRON, ply_bytes, session_report, staged_files, xyz
 

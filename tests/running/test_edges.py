@@ -10,12 +10,12 @@ import numpy as np
 import pymeshlab
 import pytest
 from numpy.typing import NDArray
+from pymeshfair.files.ply_edges import append_edges
 
 from pymeshfair.files.errors import InputError, OutputError
 from pymeshfair.files.formats import WRITABLE
 from pymeshfair.files.inputs import inspect_input
 from pymeshfair.files.ply import read_header
-from pymeshfair.files.ply_edges import append_edges
 
 from .runs import SAMPLES, session_report, staged_files
 

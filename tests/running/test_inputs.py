@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from pymeshfair.files.announced import Announced
+
 from pymeshfair.files.errors import InputError
 from pymeshfair.files.inputs import check_input
 from pymeshfair.files.inputs import inspect_input as inspect_into

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 import pymeshlab
 import pytest
+from pymeshfair.files.ply_body import read_body
 
 from pymeshfair.declaration import Bool, Enum, Float, Int, Percentage
 from pymeshfair.errors import StepFailedError
 from pymeshfair.files.errors import InputError, OutputError
 from pymeshfair.files.formats import ATTRIBUTES, READABLE, WRITABLE
 from pymeshfair.files.ply import read_header
-from pymeshfair.files.ply_body import read_body
 from pymeshfair.files.provenance import sha256_of
 from pymeshfair.recipe import load_recipe
 from pymeshfair.running.job import Job

@@ -287,6 +287,12 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> list[
         )
         element = replace(rows.element, properties=(*properties, *rows.element.properties))
         return [_Rows(element, {**lists, **rows.columns})]
+    if (
+        unchanged
+        and (wedges is None) == (document.wedges is None)
+        and (wedges is None or np.array_equal(wedges, document.wedges))
+    ):
+        return [_rows_of_same_faces(mesh, table, document, values)]
     return [_rows_of_known_faces(mesh, table, document, corners, values, wedges, notes)]
 
 
@@ -302,6 +308,16 @@ def _values_of_faces(mesh: MeshData) -> tuple[dict[str, Array], Array | None]:
     if (numbers := mesh.face_attributes.get("texture")) is not None and len(mesh.textures) > 1:
         values[TEXTURE_NUMBER] = numbers
     return values, mesh.face_attributes.get("wedge_texture_coordinates")
+
+
+def _rows_of_same_faces(mesh: MeshData, table: Table, document: PlyDocument, values: dict[str, Array]) -> _Rows:
+    """The rows of a file's faces, none of which has changed but for single numbers, which a polygon takes from its first triangle."""
+    if document.row_of_face is not None:
+        first = np.flatnonzero(np.diff(document.row_of_face, prepend=-1))
+        values = {name: value[first] for name, value in values.items()}
+        attributes = {name: value[first] for name, value in mesh.face_attributes.items()}
+        mesh = mesh.replaced(faces=mesh.faces[first], face_attributes=attributes)
+    return _rows(mesh, "face", table, None, values, {})
 
 
 def _rows_of_known_faces(
@@ -342,10 +358,7 @@ def _rows_of_known_faces(
     part = mesh.replaced(
         faces=mesh.faces[kept], face_attributes={name: value[kept] for name, value in mesh.face_attributes.items()}
     )
-    unchanged = mesh.face_ids is None and mesh.vertex_ids is None
-    rows = _rows(part, "face", table, None if unchanged and same_wedges else row, shown, {})
-    if rows.source is not None:
-        return rows
+    rows = _rows(part, "face", table, row, shown, {})
     columns = dict(rows.columns)
     columns[corners] = _corners(mesh, lists, row, inside, kept)
     properties = list(rows.element.properties)

@@ -6,12 +6,16 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from ..filters.geometry import vector_lengths
 from ..filters.inspection.connectivity import Connectivity
 from ..filters.inspection.surface_measures import SurfaceMeasures, box_diagonal, measures_and_connectivity
 from ..filters.mesh import check_points
 from ..mesh_data import MeshData
 from .plain_values import plain
 from .shape_change import ShapeChange, shape_change
+
+#: faces that a usual length is found from
+_SOME = 10_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +55,7 @@ class Measuring:
             FilterInputError: a coordinate is not finite.
         """
         if not self._wanted:
-            return Found(mesh, None, box_diagonal(check_points(mesh.vertices)), lambda: mesh.mean_edge)
+            return Found(mesh, None, box_diagonal(check_points(mesh.vertices)), lambda: usual_edge(mesh))
         measures, self._connectivity = measures_and_connectivity(
             mesh.vertices, mesh.faces, edges=mesh.edges, known=self._connectivity
         )
@@ -64,3 +68,11 @@ def change_of(before: Found, after: Found) -> ShapeChange | None:
         return None
     old, new = ((found.mesh.vertices, found.mesh.faces) for found in (before, after))
     return shape_change(old, new, (before.measures, after.measures))
+
+
+def usual_edge(mesh: MeshData) -> float:
+    """About the mean edge, from some thousands of faces, or the mean distance of points: what coordinates must tell apart."""
+    if not len(mesh.faces):
+        return mesh.mean_edge
+    faces = mesh.faces[:: max(1, len(mesh.faces) // _SOME)]
+    return float(vector_lengths(mesh.vertices[faces[:, 0]] - mesh.vertices[faces[:, 1]]).mean())

@@ -22,7 +22,7 @@ from ..errors import StepFailedError
 from ..files.errors import InputError, OutputBusyError, OutputError
 from ..files.output_lock import output_lock
 from ..files.staging import hold, remove_folder
-from ..filters.compilation import load_compiler
+from ..filters.compilation.machine_code import load_linker
 from ..garbage import collect_seldom
 from ..operating_system import this_system
 from .messages import Assignment, failure, to_line
@@ -36,7 +36,7 @@ Work: TypeAlias = Callable[[Mapping[str, Any], Tell], dict[str, Any]]
 def main(before_end: Callable[[], None] = lambda: None) -> None:
     """Carry out the assignment that stdin gives, as a run; `before_end` is called when all is done and reported."""
     collect_seldom()
-    serve(_run, before_end, (_load_session, load_compiler))
+    serve(_run, before_end, (_load_session, load_linker))
 
 
 def serve(work: Work, before_end: Callable[[], None], meanwhile: Sequence[Callable[[], None]] = ()) -> None:

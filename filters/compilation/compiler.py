@@ -1,0 +1,144 @@
+"""The process in which numba compiles.
+
+Numba is imported there alone, so that a process that computes starts fast, and nothing of what numba is told about the processor
+concerns other users of numba in a program. The process is started when the first kernel is missing in the store, compiles one kernel
+after the other, and ends with the process that asked.
+"""
+
+from __future__ import annotations
+
+import atexit
+import importlib
+import os
+import pickle
+import subprocess
+import sys
+import threading
+from functools import cached_property
+from typing import IO, Any
+
+from .argument_types import ArgumentType, Signature
+from .machine_code import MachineCode, processor
+
+#: what the process is told beside the environment that it inherits
+_SETTINGS = {"NUMBA_DISABLE_INTEL_SVML": "1", "NUMBA_CPU_FEATURES": "", "PYTHONDONTWRITEBYTECODE": "1"}
+
+
+class CompilationError(ImportError):
+    """A kernel could not be compiled; the message is numba's."""
+
+
+class Compiler:
+    """Starts the process when it is first asked; it serves one thread at a time."""
+
+    def __init__(self) -> None:
+        """See the class."""
+        self._lock = threading.Lock()
+
+    @cached_property
+    def _process(self) -> subprocess.Popen[bytes]:
+        process = subprocess.Popen(
+            [sys.executable, "-c", f"from {__name__} import main; main()"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env={**_SETTINGS, "NUMBA_CPU_NAME": processor(), **os.environ},
+        )
+        atexit.register(process.kill)
+        self._send(process, sys.path)
+        return process
+
+    def compile(self, module: str, name: str, signature: Signature) -> MachineCode:
+        """The machine code of the kernel ``module.name`` for these types of arguments.
+
+        Raises:
+            CompilationError: numba refuses.
+        """
+        with self._lock:
+            try:
+                self._send(self._process, (module, name, signature))
+                assert self._process.stdout is not None
+                answer = pickle.load(self._process.stdout)
+            except (OSError, EOFError) as error:
+                self.__dict__.pop("_process", None)
+                raise CompilationError(f"the process that compiles {module}.{name} has ended") from error
+        if isinstance(answer, str):
+            raise CompilationError(f"{module}.{name}: {answer}")
+        return MachineCode(*answer)
+
+    def close(self) -> None:
+        """End the process."""
+        process = self.__dict__.pop("_process", None)
+        if process is not None:
+            atexit.unregister(process.kill)
+            process.kill()
+            process.wait()
+
+    @staticmethod
+    def _send(process: subprocess.Popen[bytes], what: Any) -> None:
+        assert process.stdin is not None
+        process.stdin.write(pickle.dumps(what))
+        process.stdin.flush()
+
+
+def numba_type(written: ArgumentType) -> Any:
+    """The type that numba has for one of `pymeshfair.filters.compilation.argument_types`."""
+    from numba import types
+
+    if isinstance(written, tuple):
+        if len(written) == 2 and isinstance(written[0], str) and ":" in written[0]:
+            module, _, qualname = written[0].partition(":")
+            found: Any = importlib.import_module(module)
+            for part in qualname.split("."):
+                found = getattr(found, part)
+            parts = [numba_type(part) for part in written[1]]
+            same = len(set(parts)) == 1
+            return types.NamedUniTuple(parts[0], len(parts), found) if same else types.NamedTuple(parts, found)
+        return types.BaseTuple.from_types([numba_type(part) for part in written])
+    name, *more = written.split()
+    plain = {"bool": types.boolean, "none": types.none}.get(name) or getattr(types, name)
+    return types.Array(plain, int(more[0]), more[1], readonly="readonly" in more) if more else plain
+
+
+def machine_code(kernel: Any, signature: Signature) -> MachineCode:
+    """What numba makes of a kernel; in the process that compiles."""
+    from numba.core import types
+
+    dispatcher = kernel.dispatcher
+    arguments: Any = tuple(numba_type(written) for written in signature)
+    dispatcher.compile(arguments)
+    result = dispatcher.overloads[types.Tuple(arguments).types if not arguments else arguments]
+    if result.library.has_dynamic_globals:
+        raise CompilationError("it holds addresses of this process")
+    _, _, (object_code, _) = result.library.serialize_using_object_code()
+    constants = tuple(result.environment.consts)
+    return MachineCode(object_code, result.fndesc.llvm_cpython_wrapper_name, result.fndesc.env_name, constants)
+
+
+def main() -> None:
+    """Compile what stdin asks for, until it is closed."""
+    orders, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
+    nothing = os.open(os.devnull, os.O_RDWR)
+    os.dup2(nothing, 0)
+    os.dup2(2, 1)  # what is printed belongs to stderr
+    sys.path[:] = pickle.load(orders)
+    while True:
+        try:
+            module, name, signature = pickle.load(orders)
+        except EOFError:
+            return
+        _answer(answers, module, name, signature)
+
+
+def _answer(answers: IO[bytes], module: str, name: str, signature: Signature) -> None:
+    answer: Any
+    try:
+        answer = tuple(machine_code(getattr(importlib.import_module(module), name), signature))
+        pickle.dumps(answer)
+    except Exception as error:
+        answer = f"{type(error).__name__}: {error}"
+    answers.write(pickle.dumps(answer))
+    answers.flush()
+
+
+#: the process of this process
+COMPILER = Compiler()

@@ -1,0 +1,72 @@
+"""How many threads a parallel kernel may use: OpenMP's, by numba's module, or numba's own where there is no OpenMP."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from typing import Any
+
+from .machine_code import extension
+
+#: what parallel code calls besides ``numba_parallel_for``
+_FUNCTIONS = (
+    *("do_scheduling_signed", "do_scheduling_unsigned", "allocate_sched", "deallocate_sched", "get_sched_size"),
+    *("get_num_threads", "set_num_threads", "get_thread_id", "set_parallel_chunksize", "get_parallel_chunksize"),
+)
+_OF_THREAD = threading.local()
+
+
+@cache
+def most_threads() -> int:
+    """How many threads there are: one a processor that this process may use, or as NUMBA_NUM_THREADS says."""
+    if given := os.environ.get("NUMBA_NUM_THREADS"):
+        return max(1, int(given))
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def allowed_threads() -> int:
+    """How many threads kernels called from this thread may use."""
+    return int(getattr(_OF_THREAD, "count", most_threads()))
+
+
+def set_threads(count: int) -> None:
+    """Let kernels called from this thread use so many threads, from 1 to `most_threads`."""
+    if not 1 <= count <= most_threads():
+        raise ValueError(f"the number of threads must be from 1 to {most_threads()}, got {count}")
+    _OF_THREAD.count = count
+
+
+@contextmanager
+def single_thread() -> Iterator[None]:
+    """A context in which kernels called from this thread use one thread."""
+    before = allowed_threads()
+    set_threads(1)
+    try:
+        yield
+    finally:
+        set_threads(before)
+
+
+def prepare_threads() -> None:
+    """Before a parallel kernel: its threads are there, and it takes no more than this thread allows."""
+    _set_number()(allowed_threads())
+
+
+@cache
+def _set_number() -> Any:
+    """Starts the threads; the function that says how many of them this thread uses."""
+    import llvmlite.binding as llvm
+
+    try:
+        layer = extension("np.ufunc.omppool")
+    except ImportError:  # no OpenMP on this machine
+        layer = extension("np.ufunc.workqueue")
+    llvm.add_symbol("numba_parallel_for", layer.parallel_for)
+    for name in _FUNCTIONS:
+        llvm.add_symbol(name, getattr(layer, name))
+    ctypes.CFUNCTYPE(None, ctypes.c_int)(layer.launch_threads)(most_threads())
+    return ctypes.CFUNCTYPE(None, ctypes.c_int)(layer.set_num_threads)
