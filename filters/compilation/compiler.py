@@ -1,7 +1,7 @@
 """The process in which numba compiles.
 
-Numba is imported there alone, so that a process that computes starts fast, and nothing of what numba is told about the processor
-concerns other users of numba in a program. The process is started when the first kernel is missing in the store, compiles one kernel
+Numba is imported there alone, so that a process that computes starts fast, and what numba is told about the processor concerns
+no other code of a program. The process is started when the first kernel is missing in the store, compiles one kernel
 after the other, and ends with the process that asked.
 """
 
@@ -82,8 +82,7 @@ class Compiler:
 
 def numba_type(written: ArgumentType) -> Any:
     """The type that numba has for one of `pymeshfair.filters.compilation.argument_types`."""
-    from numba import types
-
+    types: Any = importlib.import_module("numba").types
     if isinstance(written, tuple):
         if len(written) == 2 and isinstance(written[0], str) and ":" in written[0]:
             module, _, qualname = written[0].partition(":")
@@ -101,12 +100,10 @@ def numba_type(written: ArgumentType) -> Any:
 
 def machine_code(kernel: Any, signature: Signature) -> MachineCode:
     """What numba makes of a kernel; in the process that compiles."""
-    from numba.core import types
-
     dispatcher = kernel.dispatcher
     arguments: Any = tuple(numba_type(written) for written in signature)
     dispatcher.compile(arguments)
-    result = dispatcher.overloads[types.Tuple(arguments).types if not arguments else arguments]
+    result = dispatcher.overloads[arguments]
     if result.library.has_dynamic_globals:
         raise CompilationError("it holds addresses of this process")
     _, _, (object_code, _) = result.library.serialize_using_object_code()

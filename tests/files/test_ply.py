@@ -30,12 +30,14 @@ PLACE = [("float", c) for c in "xyz"]
 
 
 def read(tmp_path: Path, data: bytes, name: str = "mesh.ply") -> MeshData:
+    """The mesh of a file with these bytes."""
     path = tmp_path / name
     path.write_bytes(data)
     return read_file(path).mesh
 
 
 def written(mesh: MeshData) -> bytes:
+    """The bytes that are written of a mesh."""
     target = io.BytesIO()
     write_ply(mesh, target)
     return target.getvalue()
@@ -170,7 +172,7 @@ def test_a_mesh_without_a_file_is_written_whole(tmp_path: Path) -> None:
         edges=np.array([[0, 3]]),
         keeps_normals=True,
         vertex_attributes={
-            "normals": np.eye(4, 3) + [0, 0, 1],
+            "normals": np.eye(4, 3) + np.array([0, 0, 1]),
             "colors": rng.integers(0, 256, (4, 4), np.uint8),
             "scalars": rng.normal(size=4),
             "radii": rng.random(4),

@@ -24,6 +24,7 @@ from .runs import BONE, SAMPLES
 
 
 def step(name: str, /, **values: Any) -> Step:
+    """A step by the Python name of its filter."""
     known = find_filter(name)
     return Step(known, known.check(values), 0)
 
@@ -35,9 +36,7 @@ def mesh_of(scene: Scene, *, select: bool) -> MeshData:
     if select:
         vertex["selection"] = scene.chosen
         face["selection"] = scene.chosen_faces
-    return MeshData(
-        vertices=scene.vertices, faces=scene.faces, edges=scene.edges, vertex_attributes=vertex, face_attributes=face
-    )
+    return MeshData(vertices=scene.vertices, faces=scene.faces, edges=scene.edges, vertex_attributes=vertex, face_attributes=face)
 
 
 def arrays(mesh: MeshData) -> dict[str, Any]:
@@ -84,9 +83,22 @@ def outcome_in_pymeshlab(path: Path, name: str) -> dict[str, Any] | None:
 @pytest.mark.parametrize("path", [BONE, SAMPLES / "rangemaps" / "face000.ply"], ids=lambda p: p.stem)
 def test_meshlabs_filters_do_what_they_do_in_pymeshlab(tmp_path: Path, path: Path) -> None:
     """Through the door, vertices, faces, scalars, colours and selection have the bits that plain pymeshlab gives."""
-    names = ["apply_coord_laplacian_smoothing", "meshing_remove_duplicate_vertices", "compute_curvature_principal_directions_per_vertex"]
-    names += ["compute_selection_from_mesh_border", "meshing_decimation_quadric_edge_collapse", "compute_scalar_by_border_distance_per_vertex"]
-    names += ["meshing_surface_subdivision_midpoint", "compute_color_from_scalar_per_vertex", "meshing_close_holes", "meshing_invert_face_orientation"]
+    names = [
+        "apply_coord_laplacian_smoothing",
+        "meshing_remove_duplicate_vertices",
+        "compute_curvature_principal_directions_per_vertex",
+    ]
+    names += [
+        "compute_selection_from_mesh_border",
+        "meshing_decimation_quadric_edge_collapse",
+        "compute_scalar_by_border_distance_per_vertex",
+    ]
+    names += [
+        "meshing_surface_subdivision_midpoint",
+        "compute_color_from_scalar_per_vertex",
+        "meshing_close_holes",
+        "meshing_invert_face_orientation",
+    ]
     for name in names:
         known = find_filter(name)
         expected = outcome_in_pymeshlab(path, known.python_name)

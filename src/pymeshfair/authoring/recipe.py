@@ -13,8 +13,8 @@ from ..meshset import MeshSet
 from ..meshset.filter_methods import FilterMethods
 from ..meshset.script_log import ScriptLog
 from ..registry import find_filter
-from ..running.inspect import inspect_mesh
 from ..running.job import Event, Job, RunResult
+from ..running.read import inspect_mesh
 from ..running.supervise import run_job
 from ..scripts import Change, Script, Step, write_script
 from ..scripts.overrides import override

@@ -92,16 +92,11 @@ def _drawn(document: Mapping[str, Any], tell: Tell) -> dict[str, Any]:
     from ..looking.picture import Appearance, draw_meshes
     from ..report.comparison_page import Compared, RunPart, comparison_page, verdict_of
     from ..report.page import figure_of
-    from ..running.read import read_arrays
+    from ..running.read import read_mesh
     from ..running.record import steps_of
-    from ..running.session import Session
 
     stage, output = Path(document["stage"]), Path(document["drawn"])
-    meshes = []
-    for path in (Path(document["input"]), output):
-        arrays = stage / "arrays.npz"
-        report = Session(Assignment((), path, stage, arrays=arrays, allow_outside=True, unchecked=True), tell).run()
-        meshes.append(read_arrays(path, arrays, report))
+    meshes = [read_mesh(path, allow_outside=True, unchecked=True) for path in (Path(document["input"]), output)]
     before, after = map(state_of, meshes)
     found, moved = compare(before, after)
     record = read_provenance(output)
@@ -117,7 +112,7 @@ def _drawn(document: Mapping[str, Any], tell: Tell) -> dict[str, Any]:
         run=RunPart(steps_of(record), record["recipe"]["text"], json.dumps(record, indent=2, ensure_ascii=False)),
     )
     (stage / "new" / "page.html").write_bytes(page.encode("utf-8", "replace"))
-    picture = draw_meshes(meshes, ["", ""], Appearance(width=_SMALL, height=_SMALL, titles=False))
+    picture = draw_meshes([read.mesh for read in meshes], ["", ""], Appearance(width=_SMALL, height=_SMALL, titles=False))
     small = figure_of(picture, "", "")
     return {"small": {"source": small.source, "width": small.width, "height": small.height}}
 

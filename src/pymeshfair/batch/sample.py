@@ -5,17 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 from ..errors import RunError
-from ..running.forks import ForkServer
-from ..running.inspect import inspect_mesh
+from ..running.read import inspect_mesh
 from .plan import Scan
 
 #: so many scans are opened for each one that is chosen
 _OPENED = 4
-#: seconds that opening one may take
-_LONGEST = 120.0
 
 
 def sample(scans: Sequence[Scan], count: int, *, on_opened: Callable[[int, int], None] = lambda i, n: None) -> list[Scan]:
@@ -34,10 +30,9 @@ def sample(scans: Sequence[Scan], count: int, *, on_opened: Callable[[int, int],
     by_size = sorted(scans, key=lambda scan: (_size(scan.input), scan.number))
     opened = [by_size[i] for i in _spread(len(by_size), min(len(by_size), _OPENED * count))]
     noise = []
-    with ForkServer(threads=1) as server:
-        for number, scan in enumerate(opened, 1):
-            noise.append(_noise(scan.input, server))
-            on_opened(number, len(opened))
+    for number, scan in enumerate(opened, 1):
+        noise.append(_noise(scan.input))
+        on_opened(number, len(opened))
     ranked = {k: r for r, k in enumerate(sorted(range(len(opened)), key=lambda k: noise[k]))}
     places = [(k / len(opened), ranked[k] / len(opened)) for k in range(len(opened))]
     chosen = [0]  # the smallest
@@ -56,9 +51,9 @@ def _size(path: Path) -> int:
     return path.stat().st_size if path.is_file() else 0
 
 
-def _noise(path: Path, server: ForkServer) -> float:
+def _noise(path: Path) -> float:
     try:
-        measures: dict[str, Any] = inspect_mesh(path, timeout=_LONGEST, start=server.start)
+        measures = inspect_mesh(path)
     except RunError:
         return 0.0
     return float(measures["roughness"] or measures["mean_spacing"] or 0.0)

@@ -26,7 +26,7 @@ def check(
     """
     diagonal = None
     if mesh is not None:
-        from ..running.inspect import inspect_mesh
+        from ..running.read import inspect_mesh
 
         diagonal = inspect_mesh(mesh)["diagonal"]
     checked = []

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -25,7 +24,6 @@ def compare(
     ] = True,
     report: Report = None,
     up: Up = "y",
-    timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop after that time a mesh.", min=0.001)] = None,
     allow_outside: AllowOutside = False,
     unchecked: Unchecked = False,
     json: Json = False,
@@ -41,8 +39,10 @@ def compare(
 
     if report is not None:
         check_report(report, up)
-    read = partial(read_mesh, timeout=timeout, allow_outside=allow_outside, unchecked=unchecked)
-    meshes = [read(path, self_intersections=self_intersections) for path in (before, after)]
+    meshes = [
+        read_mesh(path, self_intersections=self_intersections, allow_outside=allow_outside, unchecked=unchecked)
+        for path in (before, after)
+    ]
     warnings = list(dict.fromkeys(w for mesh in meshes for w in mesh.warnings))
     for warning in warnings:
         warn(warning)
@@ -50,7 +50,7 @@ def compare(
     if report is None:
         found, _ = compare_states(first, second)
     else:
-        compared, left_out = compared_files(first, second, timeout)
+        compared, left_out = compared_files(first, second)
         found = compared.found
     numbers = {"files": {"before": before, "after": after}, "comparison": found, "warnings": warnings}
     if report is not None:

@@ -31,7 +31,7 @@ def export(
     script = load_recipe(recipe).script
     facts = None
     if mesh is not None:
-        from ..running.inspect import inspect_mesh
+        from ..running.read import inspect_mesh
 
         measures = inspect_mesh(mesh)
         edge = measures["mean_edge"] or measures["mean_spacing"] or 0.0

@@ -83,7 +83,7 @@ def _tell_recipe(name: str, *, json: bool) -> None:
 
 
 def _tell_mesh(path: Path, *, json: bool, allow_outside: bool, unchecked: bool) -> None:
-    from ..running.inspect import inspect_mesh
+    from ..running.read import inspect_mesh
     from ..running.suitability import documents, ranked
     from .fitting import fitting_lines, rim_lines
     from .measures_table import measures_table

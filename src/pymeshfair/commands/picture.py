@@ -48,7 +48,6 @@ def picture(
         list[str] | None, typer.Option(metavar="TEXT", help="Of each panel, in order; the names of the files if not given.")
     ] = None,
     stripes: Annotated[float, typer.Option(help="Reflection lines all round; more show smaller defects.", min=1)] = 8.0,
-    timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop after that time a mesh.", min=0.001)] = None,
     allow_outside: AllowOutside = False,
     unchecked: Unchecked = False,
     json: Json = False,
@@ -58,8 +57,6 @@ def picture(
 
     Needs neither a display nor a graphics card.
     """
-    import threading
-
     from ..errors import ParameterError
     from ..files.whole_file import write_file
     from ..looking.camera import view_angles
@@ -74,9 +71,7 @@ def picture(
     width, height = _pixels(size)
     if title is not None and len(title) != len(meshes):
         raise ParameterError(f"{len(title)} titles for {len(meshes)} meshes: give one --title for each, or none")
-    # While another process reads the first mesh, this one would only wait.
-    threading.Thread(target=_prepare, daemon=True).start()
-    found = [read_mesh(path, timeout=timeout, allow_outside=allow_outside, unchecked=unchecked) for path in meshes]
+    found = [read_mesh(path, allow_outside=allow_outside, unchecked=unchecked) for path in meshes]
     from ..looking.picture import Appearance, draw_meshes
 
     for warning in dict.fromkeys(w for mesh in found for w in mesh.warnings):
@@ -93,18 +88,12 @@ def picture(
         height=height,
         stripes=stripes,
     )
-    drawn = draw_meshes(found, title or [path.name for path in meshes], appearance)
+    drawn = draw_meshes([read.mesh for read in found], title or [path.name for path in meshes], appearance)
     write_file(output, lambda file: drawn.save(file, format=_FORMATS.get(output.suffix.casefold(), "PNG")))
     if json:
         print_document({"picture": output, "width": drawn.width, "height": drawn.height, "meshes": meshes})
     else:
         typer.echo(f"Written: {output} ({drawn.width} x {drawn.height} pixels)")
-
-
-def _prepare() -> None:
-    from ..looking.picture import prepare
-
-    prepare()
 
 
 _FORMATS = {".jpg": "JPEG", ".jpeg": "JPEG", ".webp": "WEBP"}
@@ -120,13 +109,13 @@ def _pixels(text: str) -> tuple[int, int]:
     return width, height
 
 
-def _region(text: str, mesh: ReadMesh) -> tuple[tuple[float, float, float], float]:
+def _region(text: str, read: ReadMesh) -> tuple[tuple[float, float, float], float]:
     """The middle of a close-up, and its size in mesh units."""
     from ..declaration import Length
     from ..errors import ParameterError
 
     *place, size = text.split(",")
-    measures = mesh.measures
+    measures, mesh = read.measures, read.mesh
     extent = Length.parse(size).resolve(
         diagonal=measures["diagonal"], mean_edge=lambda: measures["mean_edge"] or measures["mean_spacing"] or 0.0
     )
@@ -139,6 +128,6 @@ def _region(text: str, mesh: ReadMesh) -> tuple[tuple[float, float, float], floa
             x, y, z = (float(part) for part in place)
     except (ValueError, IndexError):
         raise ParameterError(
-            f"--zoom {text}: write X,Y,Z,SIZE or vertex=N,SIZE, N below the {len(mesh.vertices)} vertices of {mesh.path.name}"
+            f"--zoom {text}: write X,Y,Z,SIZE or vertex=N,SIZE, N below the {len(mesh.vertices)} vertices of {read.path.name}"
         ) from None
     return (float(x), float(y), float(z)), extent

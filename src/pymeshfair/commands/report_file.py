@@ -40,7 +40,7 @@ def check_report(path: Path, up: str) -> None:
     view_rows(0.0, 0.0, up)
 
 
-def compared_files(before: MeshState, after: MeshState, timeout: float | None = None) -> tuple[Compared, list[str]]:
+def compared_files(before: MeshState, after: MeshState) -> tuple[Compared, list[str]]:
     """What lies between two meshes that were read from files, and what is left out of it, with the reason."""
     from ..errors import PymeshfairError
     from ..looking.comparison import compare
@@ -55,7 +55,7 @@ def compared_files(before: MeshState, after: MeshState, timeout: float | None = 
     else:
         try:
             for name, state in (("before", before), ("after", after)):
-                spectra[name] = measured_spectrum(state.mesh.path, modes=0, timeout=timeout)
+                spectra[name] = measured_spectrum(state.path, modes=0)
         except PymeshfairError as error:
             spectra.clear()
             left_out.append(f"No spectrum: {error}")

@@ -45,14 +45,14 @@ def suggest(
     smoothers are compared in the same way, each with the amount that suits the scan best.
     """
     from ..errors import PymeshfairError
-    from ..running.inspect import inspect_mesh
+    from ..running.read import inspect_mesh
     from ..running.suitability import documents, ranked
     from ..scripts.write import format_script, write_script
     from .fitting import fitting_lines
 
     if output is not None and output.suffix.casefold() != ".mlx":
         raise PymeshfairError(f"{output} is no name for a recipe: it must end with .mlx")
-    traits = inspect_mesh(scan, timeout=timeout, traits=True)["traits"]
+    traits = inspect_mesh(scan, traits=True)["traits"]
     values = _tried(scan, timeout) if traits["mesh"] else None
     recipe = None if values is None else _explicit(scan, values)
     if output is not None:

@@ -37,7 +37,7 @@ def upgrade(
     upgraded = upgrade_file(script)
     found, diagonal = upgraded.script, NOMINAL_DIAGONAL
     if relative_to is not None:
-        from ..running.inspect import inspect_mesh
+        from ..running.read import inspect_mesh
 
         diagonal = inspect_mesh(relative_to)["diagonal"]
         if not diagonal > 0:

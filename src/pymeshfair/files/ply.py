@@ -81,7 +81,8 @@ def read_ply(path: Path, references: References) -> Reading:
     _check_names(header)
     with path.open("rb") as file:
         data = np.frombuffer(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ), np.uint8)
-    tokens, doubts = None, ()
+    tokens: Tokens | None = None
+    doubts: tuple[str, ...] = ()
     if header.format == "ascii":
         tables, tokens = text_tables(data[header.size :].tobytes(), header)
         doubts = unended(data[-1:].tobytes())
@@ -309,7 +310,7 @@ def _of_grid(header: PlyHeader, lists: Lists, count: int) -> NDArray[np.int32]:
     columns, rows = sizes.get("num_cols", 0), sizes.get("num_rows", 0)
     if columns * rows != len(lists.lengths):
         raise PlyError(f"it has a grid of {len(lists.lengths):,} places, but num_cols and num_rows say otherwise")
-    grid = np.full(len(lists.lengths), -1, np.int64)
+    grid: NDArray[np.int64] = np.full(len(lists.lengths), -1, np.int64)
     if lists.lengths.max() > 1:
         raise PlyError("a place of its grid has several vertices")
     grid[lists.lengths > 0] = _checked(lists.values, count, "grid", least=-1)

@@ -274,9 +274,9 @@ def _fits(piece: Tokens, tokens: NDArray[np.int64], type_: str) -> NDArray[np.bo
     kinds, values = piece.kinds[tokens], piece.values[tokens]
     if KINDS[type_][0] != "f":
         limits = np.iinfo(KINDS[type_])
-        return (kinds == INTEGER) & (values >= limits.min) & (values <= limits.max)
+        return np.asarray((kinds == INTEGER) & (values >= limits.min) & (values <= limits.max))
     numbers = (kinds == INTEGER) | (kinds == REAL) | (kinds == NOT_FINITE)
-    return numbers & ~(np.isfinite(values) & (np.abs(values) > np.finfo(KINDS[type_]).max))
+    return np.asarray(numbers & ~(np.isfinite(values) & (np.abs(values) > np.finfo(KINDS[type_]).max)))
 
 
 def _refuse(piece: Tokens, line: int, wrong: NDArray[np.bool_], why: str) -> None:

@@ -1,4 +1,4 @@
-"""Writes PLY files: with the header, elements, types and comments of the PLY file that a mesh was read from, else in double precision.
+"""Writes PLY files: with header, elements, types and comments of the PLY file that a mesh comes from, else in double precision.
 
 What has not changed is written as it was, byte for byte. Rows follow their elements: those of deleted ones go, an added one has 0
 for what nothing says.
@@ -166,12 +166,13 @@ def _rows(
     properties: list[PlyProperty] = []
     changed: set[str] = set()
     known = set() if table is None else meant(table)
+    before: Mapping[str, Array | Lists] = {} if table is None else table.columns
     for p in () if table is None else table.element.properties:
         if p.name in known and p.name not in values and p.name not in (*COLOR, ALPHA, *CORNERS, WEDGES, TEXTURE_NUMBER):
             continue  # a step has taken it away
         if p.name in (*COLOR, ALPHA) and p.name in known and "colors" not in attributes:
             continue
-        base = _chosen(table.columns[p.name], ids)
+        base = _chosen(before[p.name], ids)
         if not isinstance(base, Lists) and p.name in values:
             cast = _cast(values[p.name], p.type)
             if not np.array_equal(base, cast, equal_nan=cast.dtype.kind == "f"):
@@ -287,11 +288,7 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> list[
         )
         element = replace(rows.element, properties=(*properties, *rows.element.properties))
         return [_Rows(element, {**lists, **rows.columns})]
-    if (
-        unchanged
-        and (wedges is None) == (document.wedges is None)
-        and (wedges is None or np.array_equal(wedges, document.wedges))
-    ):
+    if unchanged and _are_equal(wedges, document.wedges):
         return [_rows_of_same_faces(mesh, table, document, values)]
     return [_rows_of_known_faces(mesh, table, document, corners, values, wedges, notes)]
 
@@ -311,7 +308,7 @@ def _values_of_faces(mesh: MeshData) -> tuple[dict[str, Array], Array | None]:
 
 
 def _rows_of_same_faces(mesh: MeshData, table: Table, document: PlyDocument, values: dict[str, Array]) -> _Rows:
-    """The rows of a file's faces, none of which has changed but for single numbers, which a polygon takes from its first triangle."""
+    """The rows of a file's faces if no corner has changed; a polygon takes single numbers from its first triangle."""
     if document.row_of_face is not None:
         first = np.flatnonzero(np.diff(document.row_of_face, prepend=-1))
         values = {name: value[first] for name, value in values.items()}
@@ -371,6 +368,12 @@ def _rows_of_known_faces(
             properties.append(PlyProperty(WEDGES, "float", "uchar"))
     properties = [_wide_enough(p, columns[p.name]) for p in properties]
     return _Rows(PlyElement("face", len(kept), tuple(properties)), columns)
+
+
+def _are_equal(one: Array | None, other: Array | None) -> bool:
+    if one is None or other is None:
+        return one is other
+    return bool(np.array_equal(one, other, equal_nan=True))
 
 
 def _are_same(mesh: MeshData, document: PlyDocument, ids: NDArray[np.int64], wedges: Array) -> bool:
@@ -447,7 +450,7 @@ def _write_binary(target: BinaryIO, row: _Rows, document: PlyDocument) -> None:
     """Write the rows of an element of a binary file."""
     if row.source is not None and not row.changed:
         start, end = row.source.bytes
-        target.write(document.data[start:end])
+        target.write(document.data[start:end].data)
         return
     order = document.header.byte_order
     element = row.element

@@ -59,11 +59,11 @@ def completed(path: Path, reading: Reading) -> Reading:
     mesh = reading.mesh
     source = mesh.source
     assert source is not None
-    counts = {"vertices": len(mesh.vertices), "faces": len(mesh.faces), "edges": len(mesh.edges)}
-    source = replace(source, side_files=reading.side_files, **counts)
+    n, m, e = len(mesh.vertices), len(mesh.faces), len(mesh.edges)
+    source = replace(source, side_files=reading.side_files, vertices=n, faces=m, edges=e)
     mesh = replace(mesh, source=source, label=path.name)
     doubts = list(reading.doubts)
-    finite = np.isfinite(mesh.vertices).all(axis=1)
+    finite = np.all(np.isfinite(mesh.vertices), axis=1, out=np.empty(n, np.bool_))
     if not finite.all():
         whole, mesh = mesh, mesh.part(finite)
         lost_vertices, lost_faces = len(whole.vertices) - len(mesh.vertices), len(whole.faces) - len(mesh.faces)

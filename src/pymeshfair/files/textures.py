@@ -1,4 +1,4 @@
-"""Textures beside an output: byte for byte those of the input, in the output's folder alone, never over a file that no run wrote."""
+"""Textures beside an output: the bytes of the input, in the folder of the output, never over a file that no run wrote."""
 
 from __future__ import annotations
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
-from ..declaration import Floats, Ints
+from ..declaration import Floats
 from ..errors import MeshError
 from ..filters.inspection import (
     Limits,
@@ -21,19 +20,7 @@ from ..filters.inspection import (
     symmetric_limits,
     triangle_shapes,
 )
-
-
-class Colorable(Protocol):
-    """A mesh as arrays, such as `pymeshfair.running.read.ReadMesh`."""
-
-    @property
-    def vertices(self) -> Floats: ...
-    @property
-    def faces(self) -> Ints: ...
-    @property
-    def vertex_scalars(self) -> Floats | None: ...
-    @property
-    def face_scalars(self) -> Floats | None: ...
+from ..mesh_data import MeshData
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +48,7 @@ class Coloring:
     """
 
     label: str
-    of: Callable[[Colorable, Colorable], Numbers | None]
+    of: Callable[[MeshData, MeshData], Numbers | None]
     diverging: bool
     limits: Limits | None = None
 
@@ -77,16 +64,16 @@ class Coloring:
         return (diverging_colors if self.diverging else sequential_colors)(values, limits)[:, :3]
 
 
-def _moved(mesh: Colorable, reference: Colorable) -> Numbers | None:
+def _moved(mesh: MeshData, reference: MeshData) -> Numbers | None:
     if mesh is reference:
         return None
     return Numbers(displacement(mesh.vertices, mesh.faces, reference.vertices, reference.faces).signed)
 
 
-def _scalar(mesh: Colorable, reference: Colorable) -> Numbers | None:
-    if mesh.vertex_scalars is not None:
+def _scalar(mesh: MeshData, reference: MeshData) -> Numbers | None:
+    if mesh.has_vertex_scalars:
         return Numbers(mesh.vertex_scalars)
-    return None if mesh.face_scalars is None else Numbers(mesh.face_scalars, by_face=True)
+    return Numbers(mesh.face_scalars, by_face=True) if mesh.has_face_scalars else None
 
 
 COLORINGS: Mapping[str, Coloring] = {
@@ -109,7 +96,7 @@ COLORINGS: Mapping[str, Coloring] = {
 }
 
 
-def numbers_of(coloring: str, meshes: Sequence[Colorable], *, left_out: Container[int] = ()) -> list[Numbers | None]:
+def numbers_of(coloring: str, meshes: Sequence[MeshData], *, left_out: Container[int] = ()) -> list[Numbers | None]:
     """The numbers of each mesh; the first one is the reference. Those that are left out have none.
 
     Raises:

@@ -120,7 +120,7 @@ def compare(before: MeshState, after: MeshState) -> tuple[Comparison, Displaceme
         return LengthIn(float(value), float(value / edge) if edge else None, float(100 * value / diagonal) if diagonal else None)
 
     faces = _faces(old, first.faces, new, second.faces, before.mean_edge, by_vertex=moved.by_vertex)
-    had, has = first.attributes, second.attributes
+    had, has = before.attributes, after.attributes
     return Comparison(
         before=before.measures,
         after=after.measures,

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+from ..declaration import Bools
+from ..files.formats import ATTRIBUTES, attributes_of
 from ..filters.denoising import estimate_noise
 from ..filters.holes.islands import outer_borders
 from ..filters.inspection import SharpEdges, sharp_edges
 from ..filters.topology import boundary_loops
+from ..mesh_data import MeshData
 from ..running.read import ReadMesh
 
 
@@ -18,16 +22,26 @@ class MeshState:
     """One mesh and what it is like.
 
     Attributes:
-        mesh: the arrays.
+        path: its file.
+        mesh: the mesh.
+        self_intersecting: (m,) which of its faces cut others, if that is known.
         measures: `pymeshfair.filters.inspection.surface_measures.SurfaceMeasures` by name, and ``border_loops``; ``holes``, the
             border loops that do not go round the outside of a sheet; ``self_intersecting_faces``, None if not looked for;
             ``noise``, the standard deviation along the normals in mesh units, None of a cloud; ``sharp_edge_length``.
         sharp: the sharp edges.
     """
 
-    mesh: ReadMesh
+    path: Path
+    mesh: MeshData
+    self_intersecting: Bools | None
     measures: dict[str, Any]
     sharp: SharpEdges
+
+    @property
+    def attributes(self) -> tuple[str, ...]:
+        """What the mesh has, in the words of `pymeshfair.files.formats.ATTRIBUTES`."""
+        present = attributes_of(self.mesh)
+        return tuple(a for a in ATTRIBUTES if a in present)
 
     @property
     def diagonal(self) -> float:
@@ -40,14 +54,15 @@ class MeshState:
         return float(self.measures["mean_edge"] or self.measures["mean_spacing"] or 0.0)
 
 
-def state_of(mesh: ReadMesh) -> MeshState:
+def state_of(read: ReadMesh) -> MeshState:
     """Measure a mesh."""
+    mesh = read.mesh
     # About the middle: what follows takes squares of coordinates.
     local = mesh.vertices - mesh.vertices.mean(axis=0)
     border = boundary_loops(local, mesh.faces)
     holes = [outer for outer in outer_borders(border.loops, local, mesh.faces) if outer == "no"]
     sharp = sharp_edges(mesh.vertices, mesh.faces)
-    cuts = mesh.self_intersecting
+    cuts = read.self_intersecting
     more = {
         "border_loops": len(border.loops) + len(border.broken),
         "holes": len(holes),
@@ -55,4 +70,4 @@ def state_of(mesh: ReadMesh) -> MeshState:
         "noise": estimate_noise(mesh.vertices, mesh.faces).length if len(mesh.faces) else None,
         "sharp_edge_length": math.fsum(sharp.lengths),
     }
-    return MeshState(mesh, {**mesh.measures, **more}, sharp)
+    return MeshState(read.path, mesh, cuts, {**read.measures, **more}, sharp)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from PIL import Image
 
-from ..running.read import ReadMesh
+from ..mesh_data import MeshData, as_levels
 from .picture import Appearance, draw_meshes
 from .shading import CLAY
 
@@ -79,28 +79,27 @@ def save_picture(path: Path, *pictures: Image.Image, across: bool = False, full_
     (whole if full_color else whole.quantize(256)).save(path, format="PNG", optimize=True)
 
 
-def _mesh(panel: Panel, *, tinted: bool) -> ReadMesh:
+def _mesh(panel: Panel, *, tinted: bool) -> MeshData:
     faces = np.ascontiguousarray(panel.faces, dtype=np.int32)
-    face_colors = None
+    vertex: dict[str, Any] = {}
+    face: dict[str, Any] = {}
+    if panel.scalars is not None:
+        vertex["scalars"] = np.asarray(panel.scalars, dtype=np.float64)
+    if panel.colors is not None:
+        vertex["colors"] = _levels(np.asarray(panel.colors))
     if tinted:
         marked = np.zeros(len(faces), dtype=np.bool_) if panel.marked is None else np.asarray(panel.marked)
-        face_colors = np.where(marked[:, None], _MARK, CLAY)
-    return ReadMesh(
-        path=Path(panel.title),
-        vertices=np.ascontiguousarray(panel.vertices, dtype=np.float64),
+        face["colors"] = _levels(np.where(marked[:, None], _MARK, CLAY))
+    return MeshData(
+        vertices=np.asarray(panel.vertices),
         faces=faces,
-        edges=np.ascontiguousarray(panel.edges, dtype=np.int32),
-        vertex_normals=None,
-        vertex_scalars=_floats(panel.scalars),
-        vertex_colors=_floats(panel.colors),
-        face_scalars=None,
-        face_colors=face_colors,
-        self_intersecting=None,
-        attributes=(),
-        measures={},
-        warnings=(),
+        edges=np.asarray(panel.edges),
+        vertex_attributes=vertex,
+        face_attributes=face,
+        label=panel.title,
     )
 
 
-def _floats(values: ArrayLike | None) -> Any:
-    return None if values is None else np.ascontiguousarray(values, dtype=np.float64)
+def _levels(colors: Any) -> Any:
+    """(k, 4) opaque colours as levels of (k, 3) colours from 0 to 1."""
+    return as_levels(np.concatenate([colors, np.ones((len(colors), 1))], axis=1))

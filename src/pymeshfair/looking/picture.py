@@ -12,7 +12,7 @@ from PIL import Image
 from ..declaration import Floats
 from ..errors import MeshError, ParameterError
 from ..filters.inspection import Limits, reflection_stripes
-from ..running.read import ReadMesh
+from ..mesh_data import MeshData
 from .annotation import BAR_STRIP, TITLE_STRIP, draw_color_bar, draw_scale_bar, write_title
 from .camera import Camera, close_up, fitting_camera, view_rows
 from .coloring import COLORINGS, numbers_of
@@ -65,7 +65,7 @@ class Appearance:
 
 
 def draw_meshes(
-    meshes: Sequence[ReadMesh], titles: Sequence[str], appearance: Appearance, *, plain: Container[int] = ()
+    meshes: Sequence[MeshData], titles: Sequence[str], appearance: Appearance, *, plain: Container[int] = ()
 ) -> Image.Image:
     """Draw meshes side by side, all from one camera, with one scale bar and one colour bar.
 
@@ -104,10 +104,10 @@ def draw_meshes(
 
 
 def _scenes(
-    meshes: Sequence[ReadMesh], appearance: Appearance, camera: Camera, plain: Container[int]
+    meshes: Sequence[MeshData], appearance: Appearance, camera: Camera, plain: Container[int]
 ) -> tuple[list[Scene], Limits | None]:
     """What each panel shows, and the limits of the colour bar if there is one."""
-    bare = [Scene(m.vertices, m.faces, m.edges, normals=m.vertex_normals) for m in meshes]
+    bare = [Scene(m.vertices, m.faces, m.edges, normals=m.vertex_attributes.get("normals")) for m in meshes]
     if appearance.color in OTHERS:
         return [
             s if k in plain else _painted(s, m, appearance, camera) for k, (s, m) in enumerate(zip(bare, meshes, strict=True))
@@ -121,10 +121,10 @@ def _scenes(
     ], limits
 
 
-def _painted(scene: Scene, mesh: ReadMesh, appearance: Appearance, camera: Camera) -> Scene:
+def _painted(scene: Scene, mesh: MeshData, appearance: Appearance, camera: Camera) -> Scene:
     if appearance.color == "reflection":
         if not len(scene.faces):
-            raise MeshError(f"{mesh.path.name} has no faces that could reflect anything")
+            raise MeshError(f"{mesh.label} has no faces that could reflect anything")
         _, up, eye = camera.rows
 
         def paint(normals: Floats) -> Floats:
@@ -133,16 +133,9 @@ def _painted(scene: Scene, mesh: ReadMesh, appearance: Appearance, camera: Camer
 
         return replace(scene, paint=paint)
     if appearance.color == "own":
-        if mesh.vertex_colors is not None:
+        if mesh.has_vertex_colors:
             return replace(scene, colors=mesh.vertex_colors[:, :3])
-        if mesh.face_colors is not None:
+        if mesh.has_face_colors:
             return replace(scene, colors=mesh.face_colors[:, :3], by_face=True)
-        raise MeshError(f"{mesh.path.name} has no colours of its own")
+        raise MeshError(f"{mesh.label} has no colours of its own")
     return scene
-
-
-def prepare() -> None:
-    """Load what draws, compiled code included, so that it is there once a mesh has been read."""
-    corner = np.eye(3)
-    scene = Scene(corner, np.array([[0, 1, 2]], dtype=np.int32), np.empty((0, 2), dtype=np.int32))
-    render(scene, fitting_camera([corner], view_rows(0.0, 0.0), 1.0), 8, 8)

@@ -1,6 +1,6 @@
 """The one value that travels through a run: a mesh with all its attributes, and how an edit makes the next one of it."""
 
-from .apply_edit import apply_edit, as_layer, moved
+from .apply_edit import apply_edit, as_layer, as_levels, moved
 from .edits import adds, adds_or_removes, checked_edit
 from .mesh_data import MeshData, Source, Texture
 
@@ -12,6 +12,7 @@ __all__ = [
     "adds_or_removes",
     "apply_edit",
     "as_layer",
+    "as_levels",
     "checked_edit",
     "moved",
 ]

@@ -65,8 +65,8 @@ class Source:
 class MeshData:
     """A mesh: n vertices, m triangles, e edges of polylines. Arrays are read-only; an edit makes another value.
 
-    A mesh with vertices alone is a point cloud, one with edges and no triangles a polyline. It is a `pymeshfair.declaration.Layer`
-    but for `other`.
+    A mesh with vertices alone is a point cloud, one with edges and no triangles a polyline. But for `other` it is a
+    `pymeshfair.declaration.Layer`.
 
     Attributes:
         vertices: (n, 3) coordinates.

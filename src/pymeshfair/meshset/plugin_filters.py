@@ -78,8 +78,7 @@ class PluginFilters:
             edit = call(known, inputs, layer, self.on_progress)
             return edit, self._layers.take(layer, edit)
         except StoppedError as error:
-            assert error.__cause__ is not None
-            raise error.__cause__ from None
+            raise error.__cause__ or error from None
         except MemoryError:
             raise
         except Exception as error:

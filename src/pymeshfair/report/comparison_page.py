@@ -164,7 +164,11 @@ def _scene(compared: Compared, up: str, markers: Sequence[Marker]) -> tuple[Scen
         if name == "after":
             scalars["displacement"] = compared.moved.signed
         mesh = state.mesh
-        shown.append(shown_mesh(name, mesh.vertices, mesh.faces, mesh.edges, normals=mesh.vertex_normals, scalars=scalars))
+        shown.append(
+            shown_mesh(
+                name, mesh.vertices, mesh.faces, mesh.edges, normals=mesh.vertex_attributes.get("normals"), scalars=scalars
+            )
+        )
     return pack_scene(shown, limits, up=up, markers=markers), shown
 
 

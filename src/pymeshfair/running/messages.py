@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any, Literal
 
@@ -44,14 +44,12 @@ class Assignment:
     Attributes:
         steps: Python names of filters and their values, as `Step` has them.
         input: the file to read, an absolute path.
-        output: the file to write in the end, an absolute path; None if the mesh is only to be measured.
+        output: the file to write in the end, an absolute path; None if the result is only to be looked at.
         stage: the staging folder, whose subfolder ``new`` takes what the worker writes.
         memory_limit: bytes, or None.
         allow_outside: let the input name files outside its own folder.
         unchecked: let MeshLab read formats that are not checked before.
         keep_all: whether anything that is not kept is an error.
-        arrays: the .npz file to write the mesh as read to, for an assignment without an output; None if that is not wanted.
-        self_intersections: whether to write there, too, which faces cut others.
         guards: what the result must not do.
         keep_broken: whether to write the output even if a guard was broken.
         map: the file for the intervention map, an absolute path; None if none is wanted.
@@ -60,7 +58,6 @@ class Assignment:
         own_texture_names: whether the names of textures begin with that of the output.
         recipe: the name of the recipe.
         head: the comment at its head, which may say for which scans it is.
-        traits: for an assignment without an output, whether to tell all that recipes ask of a scan.
         measures: whether to measure the mesh before and after.
     """
 
@@ -70,8 +67,6 @@ class Assignment:
     output: Path | None = None
     memory_limit: int | None = None
     allow_outside: bool = False
-    arrays: Path | None = None
-    self_intersections: bool = False
     guards: Guards = NO_GUARDS
     keep_broken: bool = False
     map: Path | None = None
@@ -82,7 +77,6 @@ class Assignment:
     keep_all: bool = False
     recipe: str = ""
     head: str = ""
-    traits: bool = False
     measures: bool = True
 
     @property
@@ -120,61 +114,34 @@ class Assignment:
 
     def to_document(self) -> dict[str, Any]:
         """The assignment as a document that `from_document` reads."""
-        return {
-            "steps": [{"filter": s.filter.python_name, "values": _sent(s.values), "line": s.line} for s in self.steps],
-            "input": str(self.input),
-            "output": None if self.output is None else str(self.output),
-            "stage": str(self.stage),
-            "memory_limit": self.memory_limit,
-            "allow_outside": self.allow_outside,
-            "arrays": None if self.arrays is None else str(self.arrays),
-            "self_intersections": self.self_intersections,
-            "guards": self.guards.texts(),
-            "keep_broken": self.keep_broken,
-            "map": None if self.map is None else str(self.map),
-            "others": [str(path) for path in self.others],
-            "displacement": self.displacement,
-            "own_texture_names": self.own_texture_names,
-            "unchecked": self.unchecked,
-            "keep_all": self.keep_all,
-            "recipe": self.recipe,
-            "head": self.head,
-            "traits": self.traits,
-            "measures": self.measures,
-        }
+        document = {field.name: _sent(getattr(self, field.name)) for field in fields(self)}
+        steps = [{"filter": s.filter.python_name, "values": _sent(s.values), "line": s.line} for s in self.steps]
+        return document | {"steps": steps, "guards": self.guards.texts()}
 
     @classmethod
     def from_document(cls, document: Mapping[str, Any]) -> Assignment:
         """The assignment in a document; its values were checked when the recipe was read."""
-        steps = (Step(find_filter(s["filter"]), _received(s["values"]), s["line"]) for s in document["steps"])
-        output, arrays, map = (None if document[name] is None else Path(document[name]) for name in ("output", "arrays", "map"))
-        return cls(
-            tuple(steps),
-            Path(document["input"]),
-            Path(document["stage"]),
-            output,
-            document["memory_limit"],
-            document["allow_outside"],
-            arrays,
-            document["self_intersections"],
-            Guards.parse(document["guards"]),
-            document["keep_broken"],
-            map,
-            tuple(Path(path) for path in document["others"]),
-            document["displacement"],
-            document["own_texture_names"],
-            document["unchecked"],
-            document["keep_all"],
-            document["recipe"],
-            document["head"],
-            document["traits"],
-            document["measures"],
-        )
+        values = {field.name: document[field.name] for field in fields(cls)}
+        for name in ("input", "output", "stage", "map"):
+            values[name] = None if values[name] is None else Path(values[name])
+        values["others"] = tuple(Path(path) for path in values["others"])
+        values["guards"] = Guards.parse(values["guards"])
+        values["steps"] = tuple(Step(find_filter(s["filter"]), _received(s["values"]), s["line"]) for s in values["steps"])
+        return cls(**values)
 
 
-def _sent(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Checked values in the types of JSON: a length as a dictionary, a tuple as a list."""
-    return {name: asdict(value) if isinstance(value, Length) else value for name, value in values.items()}
+def _sent(value: Any) -> Any:
+    """A checked value in the types of JSON: a length as a dictionary, a tuple as a list, a path as a text."""
+    match value:
+        case Length():
+            return asdict(value)
+        case Path():
+            return str(value)
+        case Mapping():
+            return {name: _sent(each) for name, each in value.items()}
+        case tuple():
+            return [_sent(each) for each in value]
+    return value
 
 
 def _received(values: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,157 +1,153 @@
-"""Reads a mesh file as arrays in a process of its own, as a damaged file may crash MeshLab."""
+"""Reads a mesh file and measures it, for commands that look at meshes and change none."""
 
 from __future__ import annotations
 
 import tempfile
-import time
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from queue import SimpleQueue
 from typing import Any
 
 import numpy as np
 
-from ..declaration import Bools, Floats, Ints
-from ..files.inputs import check_input
-from ..files.staging import staging_folder
+from ..declaration import Bools
+from ..errors import FilterInputError, RunError
+from ..files.errors import InputError
+from ..files.formats import UNCHECKED, extension
+from ..files.inputs import read_file
+from ..mesh_data import MeshData
 from ..recipe import Recipe
-from ..scripts.script import Script
-from .child import WorkerProcess
-from .errors import WorkerDied
-from .interrupts import Interrupts
+from ..registry import find_filter
+from ..scripts.script import Script, Step
 from .job import Job
-from .memory import default_memory
-from .messages import Assignment
-from .started import Start
-from .watch import Watch
-
-#: what is read of a mesh if it has it, besides vertices, faces and edges; a layer has attributes of the same names
-OPTIONAL = ("vertex_normals", "vertex_scalars", "vertex_colors", "face_scalars", "face_colors")
+from .measuring import Found, Measuring
+from .plain_values import plain
+from .supervise import run_job
 
 
 @dataclass(frozen=True, eq=False)
 class ReadMesh:
-    """A mesh file as arrays: n vertices, m triangles, e edges of polylines.
+    """A mesh file that was read.
 
     Attributes:
         path: the file.
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) indices of vertices.
-        edges: (e, 2) indices of vertices.
-        vertex_normals: (n, 3), if the file has them.
-        vertex_scalars: (n,), or None.
-        vertex_colors: (n, 4) from 0 to 1, or None.
-        face_scalars: (m,), or None.
-        face_colors: (m, 4) from 0 to 1, or None.
+        mesh: what is in it.
+        found: what is known of it.
+        warnings: what the user should know about the file.
         self_intersecting: (m,) which faces cut others; None if that was not asked for, or could not be told.
-        attributes: what the mesh has, in the words of `pymeshfair.files.formats.ATTRIBUTES`.
-        measures: `pymeshfair.filters.inspection.surface_measures.SurfaceMeasures` by name.
-        warnings: what reading could not keep.
     """
 
     path: Path
-    vertices: Floats
-    faces: Ints
-    edges: Ints
-    vertex_normals: Floats | None
-    vertex_scalars: Floats | None
-    vertex_colors: Floats | None
-    face_scalars: Floats | None
-    face_colors: Floats | None
-    self_intersecting: Bools | None
-    attributes: tuple[str, ...]
-    measures: dict[str, Any]
+    mesh: MeshData
+    found: Found
     warnings: tuple[str, ...]
+    self_intersecting: Bools | None = None
+
+    @property
+    def measures(self) -> dict[str, Any]:
+        """`pymeshfair.filters.inspection.surface_measures.SurfaceMeasures` by name."""
+        assert self.found.measures is not None
+        return dict(plain(asdict(self.found.measures)))
 
 
-def read_mesh(
-    path: Path,
-    *,
-    self_intersections: bool = False,
-    timeout: float | None = None,
-    allow_outside: bool = False,
-    unchecked: bool = False,
-    start: Start | None = None,
-) -> ReadMesh:
-    """Read a mesh file.
+def read_mesh(path: Path, *, self_intersections: bool = False, allow_outside: bool = False, unchecked: bool = False) -> ReadMesh:
+    """Read and measure a mesh file.
 
     Args:
         path: the file.
-        self_intersections: whether to find the faces that cut others, too. If MeshLab crashes over that, the mesh is read
-            without, and a warning says so.
-        timeout: seconds that it may take, or None.
+        self_intersections: whether to find the faces that cut others, too, with MeshLab in a process of its own. If it crashes
+            over that a warning says so.
         allow_outside: see `pymeshfair.running.job.Job`.
-        unchecked: see there.
-        start: what starts the process, or None for a fresh one.
+        unchecked: see there; MeshLab reads such a file in a process of its own.
 
     Raises:
         InputError: it cannot be read.
-        WorkerDied: MeshLab crashed on it.
-        RunTimeout: it took too long.
-        KeyboardInterrupt: Ctrl-C.
+        RunError: MeshLab crashed on it.
     """
     path = Path(path).absolute()
-    check_input(path)
-    limits = {"allow_outside": allow_outside, "unchecked": unchecked}
+    if unchecked and extension(path) in UNCHECKED:
+        with tempfile.TemporaryDirectory(prefix="pymeshfair-read-") as folder:
+            converted = Path(folder) / "mesh.ply"
+            result = run_job(Job(Recipe("reading", Script(())), path, converted, unchecked=True, measures=False))
+            reading = read_file(converted)
+        warnings = [*result.warnings, *reading.doubts]
+    else:
+        reading = read_file(path, allow_outside=allow_outside)
+        warnings = [f"{path.name}: {doubt}" for doubt in reading.doubts]
     try:
-        return _read(path, self_intersections, timeout, start, (), **limits)
-    except WorkerDied:
-        if not self_intersections:
-            raise
-    told = f"MeshLab crashed while it looked for self-intersections of {path.name}"
-    return _read(path, False, timeout, start, (told,), **limits)
+        found = Measuring(wanted=True).look(reading.mesh)
+    except FilterInputError as error:
+        raise InputError(path, "it has coordinates that are not finite") from error
+    cuts = None
+    if self_intersections:
+        try:
+            cuts = self_intersecting(reading.mesh)
+        except RunError:
+            warnings.append(f"MeshLab crashed while it looked for self-intersections of {path.name}")
+    return ReadMesh(path, reading.mesh, found, tuple(warnings), cuts)
 
 
-def _read(
-    path: Path,
-    self_intersections: bool,
-    timeout: float | None,
-    start: Start | None,
-    warnings: tuple[str, ...],
-    *,
-    allow_outside: bool,
-    unchecked: bool,
-) -> ReadMesh:
-    started = time.monotonic()
-    queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
-    job = Job(Recipe("reading", Script(())), path, path, timeout=timeout)
-    with Interrupts(queue), staging_folder(Path(tempfile.gettempdir()) / "reading") as stage:
-        arrays = stage / "arrays.npz"
-        assignment = Assignment(
-            (),
-            path,
-            stage,
-            memory_limit=default_memory(),
-            arrays=arrays,
-            self_intersections=self_intersections,
-            allow_outside=allow_outside,
-            unchecked=unchecked,
-        )
-        with WorkerProcess(assignment.to_document(), queue, start=start) as worker:
-            report = Watch(job, worker, queue, lambda event: None).until_done(started)
-        return read_arrays(path, arrays, report, warnings)
+def self_intersecting(mesh: MeshData) -> Bools:
+    """(m,) the faces that cut others, as MeshLab finds them; about the middle, where its tests have all their digits.
+
+    Raises:
+        RunError: MeshLab crashed.
+    """
+    from ..files.ply_write import write_ply
+
+    if not len(mesh.faces):
+        return np.zeros(0, dtype=np.bool_)
+    middle = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))
+    number = {"number": np.arange(1.0, len(mesh.faces) + 1.0)}
+    local = MeshData(vertices=mesh.vertices - middle, faces=mesh.faces, face_attributes=number)
+    names = ("compute_selection_by_self_intersections_per_face", "apply_selection_inverse", "meshing_remove_selected_faces")
+    steps = [Step(find_filter(names[0]), {}, 0), Step(find_filter(names[1]), {"invfaces": True, "invverts": False}, 0)]
+    script = Script((*steps, Step(find_filter(names[2]), {}, 0)))
+    with tempfile.TemporaryDirectory(prefix="pymeshfair-cuts-") as folder:
+        source, target = Path(folder) / "mesh.ply", Path(folder) / "cuts.ply"
+        with source.open("xb") as file:
+            write_ply(local, file)
+        run_job(Job(Recipe("self-intersections", script), source, target, measures=False))
+        document = read_file(target).mesh.source
+        assert document is not None
+        numbers = document.document.custom("face").get("number", np.empty(0))
+        found = np.zeros(len(mesh.faces), np.bool_)
+        found[np.asarray(numbers, np.int64) - 1] = True
+    return found
 
 
-def read_arrays(path: Path, arrays: Path, report: Mapping[str, Any], warnings: tuple[str, ...] = ()) -> ReadMesh:
-    """The mesh of a file from what a session wrote of it.
+def inspect_mesh(path: Path, *, traits: bool = False, allow_outside: bool = False, unchecked: bool = False) -> dict[str, Any]:
+    """The measures of a mesh file by name, under ``"attributes"`` what it has, and under ``"warnings"`` what to know about it.
+
+    With `traits` there are three more: ``"box"``, its two corners; ``"rims"``, the largest first; and ``"traits"``, what recipes
+    ask of a scan.
 
     Args:
-        path: the file that the session read.
-        arrays: the .npz file that it wrote.
-        report: what it reported.
-        warnings: more, besides its own.
+        path: the file.
+        traits: look at the surface, too, which takes a moment: its rims, and traits such as noise.
+        allow_outside: see `read_mesh`.
+        unchecked: see there.
+
+    Raises:
+        InputError, RunError: see `read_mesh`.
     """
-    with np.load(arrays, allow_pickle=False) as found:
-        read = {name: found[name] for name in found.files}
-    return ReadMesh(
-        path,
-        read["vertices"],
-        read["faces"],
-        read["edges"],
-        **{name: read.get(name) for name in OPTIONAL},
-        self_intersecting=read.get("self_intersecting"),
-        attributes=tuple(report["attributes"]),
-        measures=report["before"],
-        warnings=(*report["warnings"], *warnings),
-    )
+    from ..files.formats import ATTRIBUTES, attributes_of
+    from .suitability import MEASURED, traits_of
+
+    read = read_mesh(path, allow_outside=allow_outside, unchecked=unchecked)
+    present = attributes_of(read.mesh)
+    told = {**read.measures, "attributes": [a for a in ATTRIBUTES if a in present], "warnings": list(read.warnings)}
+    if not traits:
+        return told
+    from ..filters.holes import find_rims
+    from ..filters.mesh import bounding_box
+
+    vertices, faces = read.mesh.vertices, read.mesh.faces
+    assert read.found.measures is not None
+    return told | {
+        "box": [plain(end.tolist()) for end in bounding_box(vertices)] if len(vertices) else [],
+        "rims": [
+            {"edges": rim.edges, "length": rim.length, "middle": plain(rim.middle.tolist()), "outer": rim.outer}
+            for rim in (find_rims(vertices, faces) if len(faces) else [])
+        ],
+        "traits": plain(traits_of(vertices, faces, read.found.measures, present, MEASURED)),
+    }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -27,30 +27,49 @@ from .guarding import breaches
 from .intervention import stage_map
 from .job import Compiling, Event, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
 from .measuring import Found, Measuring, change_of
-from .mesh_arrays import write_arrays
 from .messages import Assignment, encode_event, mark
 from .origins import displacement_of, find_origins
 from .plain_values import plain
 from .reasons import caused_by_memory, reason_of
 from .shape_change import warnings_of
 from .suitability import instead, traits_asked_for
-from .survey import survey
 
 #: the least change of progress that is reported
 _SMALLEST_PROGRESS = 0.005
 
 
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What the steps came to.
+
+    Attributes:
+        before: the mesh as it was read.
+        result: the mesh after the steps, without a matrix.
+        steps: the report of each step.
+        traits: what the recipe asked of the scan.
+    """
+
+    before: Found
+    result: MeshData
+    steps: list[dict[str, Any]]
+    traits: Mapping[str, Any]
+
+
 class Session:
-    """One run in this process."""
+    """One run in this process.
+
+    Attributes:
+        warnings: what the user should know so far.
+    """
 
     def __init__(self, assignment: Assignment, tell: Callable[[Mapping[str, Any]], None]) -> None:
         """See the class; `tell` sends a document to the supervisor."""
+        self.warnings: list[str] = []
         self._assignment = assignment
         self._tell = tell
         self._document = Document(assignment.stage / "meshlab", on_progress=self._progress, on_note=self._note)
         self._number, self._told = 0, 0.0
         self._notes: list[str] = []
-        self._warnings: list[str] = []
         self._measuring = Measuring(wanted=assignment.measures)
 
     def run(self) -> dict[str, Any]:
@@ -64,28 +83,41 @@ class Session:
         read, source = self._load(self._assignment.input)
         others = [self._load(path) for path in self._assignment.others]
         source["others"] = [described for _, described in others]
+        outcome = self.carry_out(read, [mesh for mesh, _ in others])
+        return {"input": source, "steps": outcome.steps, "traits": plain(outcome.traits), **self._write(outcome)}
+
+    def carry_out(self, read: MeshData, others: Sequence[MeshData] = ()) -> Outcome:
+        """Apply the steps to a mesh; nothing is read or written.
+
+        Raises:
+            StepFailedError, MemoryError: as `run`.
+        """
         given = self._document.add(read)
-        for mesh, _ in others:
+        for mesh in others:
             self._document.add(mesh)
         self._document.current_id = given
         before = self._looked(read, InputError(self._assignment.input, "it has coordinates that are not finite"))
         for text in lengths_out_of_proportion(Script(self._assignment.steps), diagonal=before.diagonal):
             self._warn(text)
-        present = attributes_of(read)
-        if self._assignment.output is None:
-            if (arrays := self._assignment.arrays) is not None:
-                folder = self._assignment.stage / "meshlab"
-                write_arrays(read, arrays, intersections=folder if self._assignment.self_intersections else None)
-            attributes = [a for a in ATTRIBUTES if a in present]
-            measured = {"before": before.described, "attributes": attributes, "warnings": self._warnings}
-            return {"input": source, **measured, "survey": survey(self._assignment, before, present)}
         if taken := head_info(self._assignment.head).superseded:
             self._warn(f"{self._assignment.recipe} is superseded: {taken}")
-        traits, unsuited = traits_asked_for(self._assignment, before, present)
+        traits, unsuited = traits_asked_for(self._assignment, before, attributes_of(read))
         if unsuited:
             self._warn(unsuited)
         steps = [self._step(number) for number in range(1, len(self._assignment.steps) + 1)]
-        return {"input": source, "steps": steps, "traits": plain(traits), **self._write(given, before, present)}
+        document = self._document
+        result = document.current
+        # The layer of which a step made another one is in its file.
+        kept = document.current_id != given and given in document.ids
+        if len(document.ids) > 1 + kept:
+            text = f"the recipe ends with {len(document.ids)} layers; only the current one, {result.label!r}, is written"
+            self._lose([text])
+        if result.matrix is not None:
+            result = result.without_matrix()
+            self._warn("the layer's matrix was applied to its coordinates, as files do not hold it")
+        if not len(result.vertices):
+            raise self._failed("nothing is left of the mesh after the last step")
+        return Outcome(before, result, steps, traits)
 
     def _load(self, path: Path) -> tuple[MeshData, dict[str, Any]]:
         """Read a file; its mesh, and which file it was."""
@@ -147,24 +179,14 @@ class Session:
 
     # ------------------------------------------------------------------------------------------------------------- writing
 
-    def _write(self, given: int, before: Found, present: set[str]) -> dict[str, Any]:
-        output, stage, document = self._assignment.output, self._assignment.stage, self._document
+    def _write(self, outcome: Outcome) -> dict[str, Any]:
+        output, stage, before = self._assignment.output, self._assignment.stage, outcome.before
         assert output is not None
         self._event(PhaseStarted("writing"))
-        result = document.current
-        # The layer of which a step made another one is in its file.
-        kept = document.current_id != given and given in document.ids
-        if len(document.ids) > 1 + kept:
-            text = f"the recipe ends with {len(document.ids)} layers; only the current one, {result.label!r}, is written"
-            self._lose([text], OutputError, output)
-        if result.matrix is not None:
-            result = result.without_matrix()
-            self._warn("the layer's matrix was applied to its coordinates, as files do not hold it")
-        if not len(result.vertices):
-            raise self._failed("nothing is left of the mesh after the last step")
-        self._lose(self._gone(before.mesh, result, present), OutputError, output)
-        after = self._looked(result, self._failed("the result has coordinates that are not finite"))
-        said: dict[str, Any] = {"before": before.described, "after": after.described, "change": None, "warnings": self._warnings}
+        present = attributes_of(before.mesh)
+        self._lose(self._gone(before.mesh, outcome.result, present))
+        after = self._looked(outcome.result, self._failed("the result has coordinates that are not finite"))
+        said: dict[str, Any] = {"before": before.described, "after": after.described, "change": None, "warnings": self.warnings}
         if change := change_of(before, after):
             said["change"] = plain(asdict(change))
             for text in warnings_of(change, lambda: instead(self._assignment, before, present)):
@@ -197,7 +219,7 @@ class Session:
             record=read_provenance(output),
             own_texture_names=self._assignment.own_texture_names,
         )
-        self._lose(saved.warnings, OutputError, output)
+        self._lose(saved.warnings)
         files = [(f, described_file(f.staged, named=f.target)) for f in (saved.output, *saved.side_files)]
         described = [entry for _, entry in files] + [described_file(path) for path in saved.reused]
         return {
@@ -229,13 +251,14 @@ class Session:
     def _event(self, event: Event) -> None:
         self._tell(encode_event(event))
 
-    def _lose(self, texts: Sequence[str], refusal: type[InputError | OutputError], path: Path) -> None:
+    def _lose(self, texts: Sequence[str]) -> None:
         """Warn of what is not kept, or refuse that."""
         if texts and self._assignment.keep_all:
-            raise refusal(path, f"{'; '.join(texts)}. With --keep-all that is an error")
+            output = self._assignment.output or self._assignment.input
+            raise OutputError(output, f"{'; '.join(texts)}. With --keep-all that is an error")
         for text in texts:
             self._warn(text)
 
     def _warn(self, text: str) -> None:
-        self._warnings.append(text)
+        self.warnings.append(text)
         self._event(Message(text, "warning"))

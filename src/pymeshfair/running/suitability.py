@@ -148,19 +148,18 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
 
 
 def traits_asked_for(assignment: Assignment, found: Found, attributes: AbstractSet[str]) -> tuple[dict[str, float], str | None]:
-    """The traits of a mesh that an assignment wants to know, and a warning if its recipe is not for such scans.
+    """The traits of a mesh that the recipe of an assignment asks for, and a warning if its recipe is not for such scans.
 
     Args:
-        assignment: with its recipe, or `traits` if all are wanted.
+        assignment: with its recipe.
         found: what is known of the mesh; if that was not measured, there are none.
         attributes: what it has.
     """
     info = head_info(assignment.head)
     arrays, measures = (found.mesh.vertices, found.mesh.faces), found.measures
-    if measures is None or not (info.conditions or assignment.traits):
+    if measures is None or not info.conditions:
         return {}, None
-    wanted = MEASURED if assignment.traits else needed(info.conditions)
-    traits = traits_of(*arrays, measures, attributes, wanted)
+    traits = traits_of(*arrays, measures, attributes, needed(info.conditions))
     if not judged(assignment.recipe, info, traits).unmet:
         return traits, None
     traits = traits_of(*arrays, measures, attributes)

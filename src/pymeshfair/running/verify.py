@@ -15,15 +15,16 @@ import numpy as np
 from ..errors import PymeshfairError
 from ..files.errors import OutputError
 from ..files.formats import extension
+from ..files.inputs import read_file
 from ..files.provenance import provenance_path, read_provenance, recorded_digest, sha256_of
 from ..filters.inspection import displacement
+from ..mesh_data import MeshData
 from ..meshlab.unrepeatable import UNREPEATABLE
 from ..recipe import Recipe, load_recipe
 from ..scripts.guards import Guards
 from ..scripts.read import parse_script
 from ..scripts.write import format_script
 from .job import Event, Job
-from .read import ReadMesh, read_mesh
 from .supervise import run_job
 from .versions import versions
 
@@ -149,7 +150,7 @@ def _compared(output: Path, again: Path, plan: _Plan) -> Verification:
     said = [f"{name} has other bytes" for name in different]
     if plan.unrepeatable:
         said.append(f"{', '.join(plan.unrepeatable)} gives another result each time")
-        apart = tuple(_differences(read_mesh(output), read_mesh(again)))
+        apart = tuple(_differences(read_file(output).mesh, read_file(again).mesh))
         if not apart:
             return Verification("within tolerance", notes=(*plan.notes, *plan.versions, *said))
         said += apart
@@ -199,7 +200,7 @@ def _same(path: Path, record: Mapping[str, Any]) -> bool:
     return path.is_file() and sha256_of(path) == recorded_digest(record, path)
 
 
-def _differences(one: ReadMesh, other: ReadMesh) -> Iterator[str]:
+def _differences(one: MeshData, other: MeshData) -> Iterator[str]:
     """Why two results of a filter that no seed repeats are more different than chance makes them."""
     for what, had, has in (("vertices", len(one.vertices), len(other.vertices)), ("faces", len(one.faces), len(other.faces))):
         if abs(had - has) > COUNT_TOLERANCE * max(had, has):

@@ -16,8 +16,9 @@ from ..looking.mesh_state import MeshState, state_of
 from ..looking.words import DISPLACEMENT_HEADERS, comparison_lines, displacement_rows, measure_rows
 from ..report.display import shown_mesh
 from ..report.scene import Scene, pack_scene
+from ..running.measuring import Measuring
 from ..running.messages import Assignment
-from ..running.read import ReadMesh, read_arrays
+from ..running.read import ReadMesh, read_mesh
 from ..running.session import Session
 
 #: the box of coordinates is so much larger than the scan, as results may grow
@@ -37,7 +38,7 @@ class Bench:
         """Read and measure the scan."""
         self._stage = stage
         self._tell = tell
-        self._before = state_of(self._read(scan, stage))
+        self._before = state_of(read_mesh(scan))
         vertices = self._before.mesh.vertices
         low, high = vertices.min(axis=0), vertices.max(axis=0)
         self._box = 0.5 * (low + high), 0.5 * _ROOM * float((high - low).max()) or 1.0
@@ -50,29 +51,23 @@ class Bench:
     def run(self, document: Mapping[str, Any]) -> dict[str, Any]:
         """Carry out the assignment in a document, compare and pack; where the scene is, and the numbers."""
         assignment = Assignment.from_document(document)
-        stage = assignment.stage
-        report = Session(assignment, self._tell).run()
+        session = Session(assignment, self._tell)
+        outcome = session.carry_out(self._before.mesh)
         self._tell({"event": "PhaseStarted", "phase": "comparing"})
-        result = Path(report["staged"][0]["staged"])
-        after = state_of(self._read(result, stage))
+        result = Measuring(wanted=True).look(outcome.result)
+        after = state_of(ReadMesh(assignment.input, outcome.result, result, ()))
         found, moved = compare(self._before, after)
-        scene = stage / "scene"
+        scene = assignment.stage / "scene"
         scene.write_bytes(self._packed("result", after, {"displacement": moved.signed}).message)
-        for folder in ("new", "old"):
-            shutil.rmtree(stage / folder, ignore_errors=True)
+        shutil.rmtree(assignment.stage / "meshlab", ignore_errors=True)
         return {
             "scene": str(scene),
             "measures": measure_rows({"scan": self._before.measures, "result": after.measures}),
             "displacement": [list(DISPLACEMENT_HEADERS), *displacement_rows(found)],
             "lines": comparison_lines(found),
-            "warnings": report["warnings"],
-            "step_seconds": [round(step["seconds"], 3) for step in report["steps"]],
+            "warnings": session.warnings,
+            "step_seconds": [round(step["seconds"], 3) for step in outcome.steps],
         }
-
-    def _read(self, path: Path, stage: Path) -> ReadMesh:
-        arrays = stage / "arrays.npz"
-        report = Session(Assignment((), path, stage, arrays=arrays), lambda document: None).run()
-        return read_arrays(path, arrays, report)
 
     def _packed(self, name: str, state: MeshState, scalars: Mapping[str, Floats]) -> Scene:
         mesh = state.mesh
@@ -80,5 +75,7 @@ class Bench:
         if len(mesh.faces):
             numbers["curvature"] = mean_curvature(mesh.vertices, mesh.faces)
         limits = {key: symmetric_limits(np.asarray(values)) for key, values in numbers.items()}
-        shown = shown_mesh(name, mesh.vertices, mesh.faces, mesh.edges, normals=mesh.vertex_normals, scalars=numbers)
+        shown = shown_mesh(
+            name, mesh.vertices, mesh.faces, mesh.edges, normals=mesh.vertex_attributes.get("normals"), scalars=numbers
+        )
         return pack_scene([shown], limits, box=self._box)

@@ -51,8 +51,8 @@ def prepared_scan(path: Path, folder: Path, *, most: int = MOST_VERTICES, part: 
     Raises:
         InputError, RunError: it cannot be read.
     """
-    mesh = read_mesh(path)
-    measures = mesh.measures
+    read = read_mesh(path)
+    mesh, measures = read.mesh, read.measures
     cut = None
     if len(mesh.vertices) > most:
         cut = folder / "part.ply"
@@ -63,7 +63,7 @@ def prepared_scan(path: Path, folder: Path, *, most: int = MOST_VERTICES, part: 
         distances = np.linalg.norm(mesh.vertices - centre, axis=1)
         _cut_out(path, cut, centre.tolist(), float(np.partition(distances, part)[part]))
     edge = float(measures["mean_edge"] or measures["mean_spacing"] or 0.0)
-    return Scan(path, len(mesh.vertices), float(measures["diagonal"]), edge, cut, mesh.warnings)
+    return Scan(path, len(mesh.vertices), float(measures["diagonal"]), edge, cut, read.warnings)
 
 
 def _cut_out(path: Path, target: Path, centre: list[float], radius: float) -> None:
