@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -26,12 +28,23 @@ else:
     special = ImportedWhenUsed("scipy.special")
     threadpoolctl = ImportedWhenUsed("threadpoolctl")
 
+
+
+@contextmanager
+def one_blas_thread() -> Iterator[None]:
+    """A context in which matrix products take one thread: with several their bits depend on how many there are."""
+    blas.dgemm  # noqa: B018 - loads scipy's library, which the limit would miss if it were loaded later
+    with threadpoolctl.threadpool_limits(limits=1, user_api="blas"):
+        yield
+
+
 __all__ = [
     "blas",
     "cholespy",
     "fft",
     "igl",
     "linalg",
+    "one_blas_thread",
     "optimize",
     "robust_laplacian",
     "sparse",

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..checks import check_whole_number
 from ..execution import Progress, ignore_progress, part_of, threads_for
-from ..libraries import sparse, threadpoolctl
+from ..libraries import one_blas_thread, sparse
 from ..mesh import Floats
 from .component_modes import component_modes
 from .problem import SpectralProblem
@@ -49,7 +49,7 @@ def lowest_eigenpairs(
     if count == 0:
         return np.zeros(0), np.zeros((n, 0), order="F")
     # Sums in another order would change bits, and BLAS orders them by its number of threads.
-    with threadpoolctl.threadpool_limits(limits=1, user_api="blas"):
+    with one_blas_thread():
         return _united(problem, count, 0 if constants else 1, tolerance, progress)
 
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from ..checks import FilterInputError, check_choice
 from ..execution import Progress, ignore_progress
-from ..libraries import threadpoolctl
+from ..libraries import one_blas_thread
 from ..mesh import Floats
 from .eigenpairs import lowest_eigenpairs
 from .problem import SpectralOperator, spectral_problem
@@ -48,7 +48,7 @@ class ManifoldHarmonics:
         """The coefficients V^T M f, (k,) or (k, d), of (n,) or (n, d) values."""
         f = self._of_vertices(values)
         # One thread, for one order of summation.
-        with threadpoolctl.threadpool_limits(limits=1, user_api="blas"):
+        with one_blas_thread():
             return np.asarray(self.modes.T @ (f * (self.mass if f.ndim == 1 else self.mass[:, None])))
 
     def inverse(self, coefficients: ArrayLike) -> Floats:
@@ -58,7 +58,7 @@ class ManifoldHarmonics:
             raise FilterInputError(
                 f"coefficients have shape {c.shape}: they are one, or a row, for at most {len(self.eigenvalues)} modes"
             )
-        with threadpoolctl.threadpool_limits(limits=1, user_api="blas"):
+        with one_blas_thread():
             return np.asarray(self.modes[:, : len(c)] @ c)
 
     def filter(

@@ -10,11 +10,14 @@ import subprocess
 import sys
 from pathlib import Path
 from types import FunctionType
-from typing import Any
+from typing import Any, NamedTuple
 
+import numpy as np
 import pytest
 
-from pymeshfair.filters.compilation import ahead, compiled, listed_signatures, loaded_kernels
+from pymeshfair.filters.compilation import compiled, listed_signatures, loaded_kernels
+from pymeshfair.filters.compilation.argument_types import from_json, signature_of
+from pymeshfair.filters.compilation.compiler import numba_type
 from pymeshfair.filters.compilation.fingerprint import fingerprint
 
 PROJECT = Path(__file__).parents[2]
@@ -146,11 +149,73 @@ def test_every_kernel_has_a_fingerprint_of_its_own() -> None:
 
 
 def test_the_list_of_what_is_compiled_ahead_can_be_read() -> None:
-    """Every kernel of the list exists, and numba knows the types: `python tools/generate.py kernels` writes it anew."""
+    """Every kernel of the list exists, with so many arguments, and numba has their types."""
     for module, kernels in listed_signatures().items():
         for name, signatures in kernels.items():
-            assert hasattr(getattr(importlib.import_module(module), name), "fingerprint"), f"{module}.{name}"
-            assert all(repr(ahead._parsed(text)) == text for text in signatures)
+            kernel = getattr(importlib.import_module(module), name)
+            for signature in signatures:
+                assert len(signature) == kernel.py_func.__code__.co_argcount, f"{module}.{name}: tools/generate.py kernels"
+                assert all(numba_type(written) is not None for written in signature)
+
+
+class Pair(NamedTuple):
+    """Arguments that belong together."""
+
+    values: np.ndarray[Any, Any]
+    factor: float
+
+
+@compiled
+def scaled(pair: Pair, shift: tuple[int, int], most: int) -> tuple[Any, float, Pair]:
+    """Takes and gives back arrays, tuples and named tuples."""
+    found = np.empty(min(len(pair.values), most))
+    for k in range(len(found)):
+        found[k] = pair.values[k] * pair.factor + shift[0] - shift[1]
+    return found, found.sum(), Pair(pair.values, 2.0 * pair.factor)
+
+
+def test_code_is_loaded_without_numba_and_does_the_same() -> None:
+    """Arrays of any layout, read-only ones, tuples and named tuples go in and come out; a process that computes has no numba."""
+    values = np.arange(12.0).reshape(3, 4)
+    frozen = values.ravel().copy()
+    frozen.flags.writeable = False
+    for array in (values.ravel(), values[:, 1], frozen):
+        found = scaled(Pair(array, 3.0), (5, 2), 4)
+        expected = scaled.py_func(Pair(array, 3.0), (5, 2), 4)  # type: ignore[attr-defined]
+        np.testing.assert_array_equal(found[0], expected[0])
+        assert found[1] == expected[1]
+        assert isinstance(found[2], Pair)
+        assert found[2].factor == 6.0
+        assert np.shares_memory(found[2].values, array)
+    done = run({}, "-c", "import sys, numpy as np; from pymeshfair.filters.topology import border_edges;"
+               "border_edges(np.array([[0, 1, 2]], dtype=np.int32)); print('numba' in sys.modules)")  # fmt: skip
+    assert done.stdout.strip() == "False", done.stderr
+
+
+def test_an_array_that_a_kernel_made_lives_as_long_as_it_is_used() -> None:
+    """Its memory is numba's, and is given back with it: a thousand arrays of a megabyte do not add up."""
+    import gc
+    import resource
+
+    kept = scaled(Pair(np.ones(1000), 1.0), (0, 0), 10)[0]
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for _ in range(1000):
+        scaled(Pair(np.ones(125_000), 1.0), (0, 0), 125_000)
+    gc.collect()
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 200_000
+    np.testing.assert_array_equal(kept, np.ones(10))
+
+
+def test_types_are_those_that_numba_finds() -> None:
+    """The text of an argument's type stands for the type that numba itself gives it."""
+    from numba import typeof
+
+    square = np.zeros((3, 3))
+    arguments = (1, 2.5, True, None, np.int32(4), np.float32(1), square, square.T, square[::2, ::2], square.astype(np.int32))
+    arguments += ((1, 2), (1, 2.0), Pair(square, 1.0), np.zeros(3, np.bool_), np.zeros(2, np.uint8))
+    for argument, written in zip(arguments, signature_of(arguments), strict=True):
+        found = typeof(argument)
+        assert numba_type(written) == found, written
 
 
 def test_the_list_has_what_common_filters_use() -> None:
@@ -166,5 +231,7 @@ def test_the_list_has_what_common_filters_use() -> None:
     listed, missing = listed_signatures(), []
     for module, kernels in json.loads(done.stdout).items():
         for name, signatures in kernels.items():
-            missing += [f"{module}.{name} {s}" for s in signatures if s not in listed.get(module, {}).get(name, ())]
+            missing += [
+                f"{module}.{name} {s}" for s in map(from_json, signatures) if s not in listed.get(module, {}).get(name, ())
+            ]
     assert not missing, "python tools/generate.py kernels"

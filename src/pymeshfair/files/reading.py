@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..filters.mesh import bounding_box
 from ..mesh_data import MeshData
 from .errors import InputError
 
@@ -63,8 +64,8 @@ def completed(path: Path, reading: Reading) -> Reading:
     source = replace(source, side_files=reading.side_files, vertices=n, faces=m, edges=e)
     mesh = replace(mesh, source=source, label=path.name)
     doubts = list(reading.doubts)
-    finite = np.all(np.isfinite(mesh.vertices), axis=1, out=np.empty(n, np.bool_))
-    if not finite.all():
+    if not np.isfinite(mesh.vertices).all():
+        finite = np.all(np.isfinite(mesh.vertices), axis=1, out=np.empty(n, np.bool_))
         whole, mesh = mesh, mesh.part(finite)
         lost_vertices, lost_faces = len(whole.vertices) - len(mesh.vertices), len(whole.faces) - len(mesh.faces)
         doubts.append(
@@ -73,7 +74,8 @@ def completed(path: Path, reading: Reading) -> Reading:
         )
     if not len(mesh.vertices):
         raise InputError(path, "no vertex could be read from it")
-    if len(mesh.vertices) > 1 and not np.ptp(mesh.vertices, axis=0).any():
+    low, high = bounding_box(mesh.vertices)
+    if len(mesh.vertices) > 1 and (low == high).all():
         doubts.append(f"all its {len(mesh.vertices):,} vertices are at one place")
     return replace(reading, mesh=mesh, doubts=tuple(doubts))
 

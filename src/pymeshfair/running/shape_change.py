@@ -12,7 +12,7 @@ from ..declaration import Floats, Ints
 from ..filters.geometry import turned_faces, vector_lengths
 from ..filters.inspection.side_changes import side_changes
 from ..filters.inspection.surface_measures import SurfaceMeasures
-from ..filters.mesh import scaled_to_unit
+from ..filters.mesh import bounding_box, scaled_to_unit
 
 #: A run warns where a side of the box has changed by more than this share,
 LARGEST_SIDE_CHANGE = 0.01
@@ -125,7 +125,10 @@ def _sides(vertices: Floats, faces: Ints, measures: SurfaceMeasures) -> Floats:
         used = np.zeros(len(vertices), dtype=np.bool_)
         used[faces] = True
         vertices = vertices[used]
-    return np.asarray(np.ptp(vertices, axis=0)) if len(vertices) else np.zeros(3)
+    if not len(vertices):
+        return np.zeros(3)
+    low, high = bounding_box(vertices)
+    return np.asarray(high - low)
 
 
 def _is_large(sides: Sides) -> bool:
