@@ -1,181 +1,318 @@
-"""Reads COLLADA documents strictly, and gives MeshLab one whose textures are those that were found and checked."""
+"""Reads COLLADA documents: what their scene shows."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Hashable, Iterator, Mapping
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 from urllib.parse import unquote
 from xml.etree.ElementTree import Element
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .announced import Announced
+from ..mesh_data import MeshData, Source
+from .assembly import Assembly, polygons, triangles_of, unit_of
 from .errors import ContentsError
-from .given import Given, find_textures
 from .indices import check_range, indices, numbers
-from .instances import MIRRORED, check_instances, mirrors
+from .reading import Reading
 from .references import References, shown
-from .xml_document import formatted_tree, read_tree
+from .xml_document import read_tree
 
-#: what names a part of the same document
-_NAME = re.compile(r"[\w.:\-]*")
-#: kinds of primitives, and how many corners a face of each has where that is the same for all
-_PRIMITIVES = {"triangles": 3, "polylist": None, "polygons": None}
-_UNREAD = {"lines", "linestrips", "trifans", "tristrips"}
+_PRIMITIVES = ("triangles", "polylist", "polygons", "tristrips", "trifans", "lines", "linestrips")
 #: how many numbers each way of placing a node takes
-_TRANSFORMS = {"matrix": 16, "rotate": 4, "scale": 3, "translate": 3, "lookat": 9, "skew": 7}
-_LOST = ("animation", "controller", "camera", "light", "extra", "physics_model")
+_TRANSFORMS = {"matrix": 16, "rotate": 4, "scale": 3, "translate": 3}
+_IDENTITY = "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"
+_LOST = ("animation", "controller", "camera", "light", "extra", "physics_model", "convex_mesh", "spline", "brep")
+#: the numbers of an input that are read, by the names of their parameters
+_PARAMETERS = {"VERTEX": "XYZ", "NORMAL": "XYZ", "TEXCOORD": "ST", "COLOR": "RGBA"}
 
 
-def inspect_collada(path: Path, references: References, given: Given) -> Announced:
-    """Read a COLLADA document; what it declares.
+def read_collada(path: Path, references: References) -> Reading:
+    """Read a COLLADA document.
 
     Raises:
         ContentsError: it is none, or names what is not there.
         InputError: it names a file that must not be opened.
     """
     root = read_tree(path.read_bytes())
-    if _kind(root) != "COLLADA":
+    if root.tag != "COLLADA":
         raise ContentsError("it holds no COLLADA document")
-    parts = {part.attrib["id"]: part for part in root.iter() if "id" in part.attrib}
-    for part in root.iter():
-        for name in ("url", "source", "texture"):
-            _check_inside(part.get(name, ""), name, part)
-        if _kind(part) == "mesh":
-            _check_mesh(part, parts)
-        elif _kind(part) == "node":
-            _check_transforms(part)
-    _check_places(root, parts)
-    images = [image for image in root.iter() if _kind(image) == "image"]
-    places = [place for image in images for place in image.iter() if _kind(place) in ("init_from", "ref") and not len(place)]
-    found = set(map(id, places))
-    for place in (p for p in root.iter() if _kind(p) in ("init_from", "ref") and id(p) not in found):
-        _check_inside((place.text or "").strip(), "init_from", place)
-    names = [_path_of((place.text or "").strip()) for place in places]
-    textures = find_textures([name for name in names if name], references)
-    known = {t.name: t.given for t in textures}
-    for place, name in zip(places, names, strict=True):
-        place.text = known.get(name, "")
-    given.link(textures)
-    kinds = {_kind(part) for part in root.iter()}
-    return Announced(
-        normals=any(part.get("semantic") == "NORMAL" for part in root.iter() if _kind(part) == "input"),
-        not_kept=tuple(f"{kind}s" for kind in _LOST if kind in kinds) + tuple(sorted(kinds & _UNREAD)) + tuple(_frame(root)),
-        doubts=(MIRRORED,) if _is_mirrored(root) else (),
-        side_files=tuple(t.file for t in textures if t.file),
-        textures=textures,
-        reading=given.write(formatted_tree(root)),
-    )
+    reader = _Reader(root, references)
+    with np.errstate(all="ignore"):
+        reader.read_scene()
+    kinds = {part.tag for part in root.iter()}
+    unit, axis = root.find("./asset/unit"), (root.findtext("./asset/up_axis") or "Y_UP").strip()
+    metres = numbers(unit.get("meter", "1"), "the unit", 1)[0] if unit is not None else 1.0
+    extras = [f"{kind}s" for kind in _LOST if kind in kinds]
+    extras += [f"its unit of {metres:g} m"] if unit_of(metres) is None else []
+    extras += [f"its upright axis {shown(axis, 30)}"] if axis != "Y_UP" else []
+    source = Source(path, "dae", extras=(*extras, *reader.assembly.lost))
+    mesh = reader.assembly.mesh().replaced(unit=None if unit is None else unit_of(metres), source=source)
+    return Reading(mesh, side_files=reader.assembly.side_files())
 
 
-def _kind(part: Element) -> str:
-    return part.tag.rpartition(":")[2]
+@dataclass(frozen=True)
+class _Look:
+    """What a material says of faces: their colour, the number of their texture, and the set of its coordinates."""
+
+    colour: tuple[float, ...] | None = None
+    texture: int = -1
+    coordinates: str = ""
 
 
-def _frame(root: Element) -> Iterator[str]:
-    """The unit and the upright axis, of which no other format of ours has any."""
-    for part in root.iter():
-        if _kind(part) == "unit" and part.get("meter", "1").strip() not in ("1", "1.0"):
-            yield f"its unit of {shown(part.get('meter', ''), 30)} m"
-        elif _kind(part) == "up_axis" and (part.text or "").strip() != "Y_UP":
-            yield f"its upright axis {shown((part.text or '').strip(), 30)}"
+class _Reader:
+    """Follows the references of a document from its scene on."""
 
+    def __init__(self, root: Element, references: References) -> None:
+        self.assembly = Assembly()
+        self._root, self._references = root, references
+        self._ids: dict[str, Element | None] = {}
+        for part in root.iter():
+            if (name := part.get("id")) is not None:
+                self._ids[name] = None if name in self._ids else part  # None of what is there twice
+        self._sources: dict[tuple[int, str], NDArray[np.float64]] = {}
+        self._geometries: dict[Any, MeshData] = {}
 
-def _path_of(uri: str) -> str:
-    """The path in a uri of a file."""
-    return unquote(re.sub(r"\Afile:(//)?", "", uri))
+    def read_scene(self) -> None:
+        """Place everything that the scene shows."""
+        used = self._root.find("./scene/instance_visual_scene")
+        if used is None:
+            raise ContentsError("it has no scene, so nothing in it is placed")
+        scene = self._target(used, "url", "visual_scene")
+        for node in scene.iterfind("node"):
+            self._visit(node, np.eye(4))
+        if (count := sum(1 for _ in self._root.iter("visual_scene"))) > 1:
+            self.assembly.lost[f"scenes besides the one that it shows ({count - 1})"] = None
+        placed = {key[0] for key in self._geometries}
+        if unused := sum(g.find("mesh") is not None and id(g) not in placed for g in self._root.iter("geometry")):
+            self.assembly.lost[f"geometries that its scene does not place ({unused})"] = None
 
+    def _target(self, part: Element, attribute: str, kind: str) -> Element:
+        """The element that an attribute of another one names."""
+        name = part.get(attribute, "")
+        target = self._ids.get(name[1:]) if name.startswith("#") else None
+        if target is None or target.tag != kind:
+            raise ContentsError(f"the {attribute} of a {part.tag} of it is {shown(name)}, which is no {kind} of the document")
+        return target
 
-def _check_inside(name: str, what: str, part: Element) -> None:
-    if not _NAME.fullmatch(name.removeprefix("#")):
-        raise ContentsError(f"the {what} of a {_kind(part)} of it is {shown(name)}, which is no part of the document")
+    def _visit(self, node: Element, above: NDArray[np.float64]) -> None:
+        self.assembly.enter(node)
+        matrix = above
+        for part in node:
+            if part.tag in ("skew", "lookat"):
+                raise ContentsError(f"a node of it is placed by a {part.tag}, which is not known here; save it with matrices")
+            if part.tag in _TRANSFORMS:
+                matrix = matrix @ _transform(part)
+        for part in node:
+            if part.tag == "node":
+                self._visit(part, matrix)
+            elif part.tag == "instance_node":
+                self._visit(self._target(part, "url", "node"), matrix)
+            elif part.tag == "instance_geometry":
+                self._place(self._target(part, "url", "geometry"), part, matrix)
+            elif part.tag == "instance_controller":
+                skin = self._target(part, "url", "controller").find("skin")
+                if skin is None:
+                    raise ContentsError("a controller of it has no skin, which is not known here; save it without")
+                bound = numbers(skin.findtext("bind_shape_matrix") or _IDENTITY, "a bind_shape_matrix", 16).reshape(4, 4)
+                self._place(self._target(skin, "source", "geometry"), part, matrix @ bound)
+        self.assembly.leave(node)
 
+    def _place(self, geometry: Element, instance: Element, matrix: NDArray[np.float64]) -> None:
+        mesh = geometry.find("mesh")
+        if mesh is None:
+            return  # a spline or what is named in _LOST
+        bound = {m.get("symbol", ""): m for m in instance.iter("instance_material")}
+        symbols = {p.get("material", "") for p in mesh if p.tag in _PRIMITIVES}
+        looks = {symbol: self._look(bound[symbol]) for symbol in sorted(symbols) if symbol in bound}
+        key = id(geometry), tuple(looks.items())
+        if key not in self._geometries:
+            self._geometries[key] = self._part(mesh, looks, geometry.get("id", ""))
+        self.assembly.place(self._geometries[key], matrix)
 
-def _children(part: Element, kind: str) -> Iterator[Element]:
-    return (child for child in part if _kind(child) == kind)
-
-
-def _check_mesh(mesh: Element, parts: Mapping[str, Element]) -> None:
-    for array in (a for a in mesh.iter() if _kind(a) == "float_array"):
-        found = len(numbers(array.text or "", f"the array {shown(array.get('id', ''))}"))
-        if _count(array) != found:
-            raise ContentsError(f"its array {shown(array.get('id', ''))} declares {_count(array):,} numbers, but has {found:,}")
-    for primitive in (p for p in mesh if _kind(p) in _PRIMITIVES):
-        _check_primitive(primitive, parts)
-
-
-def _check_transforms(node: Element) -> None:
-    for part in node:
-        length = _TRANSFORMS.get(_kind(part))
-        if length is not None and len(found := numbers(part.text or "", f"a {_kind(part)}")) != length:
-            raise ContentsError(f"a {_kind(part)} of a node of it has {len(found)} numbers and not {length}")
-
-
-def _is_mirrored(root: Element) -> bool:
-    """Whether a node places its parts as in a mirror."""
-    for part in (part for node in root.iter() if _kind(node) == "node" for part in node):
-        if _kind(part) == "scale" and np.sign(numbers(part.text or "", "a scale")).prod() < 0:
-            return True
-        if _kind(part) == "matrix" and mirrors(numbers(part.text or "", "a matrix").reshape(4, 4)[:3, :3]):
-            return True
-    return False
-
-
-def _check_places(root: Element, parts: Mapping[str, Element]) -> None:
-    """Refuse nodes that are parts of themselves, or place too much."""
-    places: dict[Hashable, list[Hashable]] = {}
-    faces: dict[Hashable, int] = {}
-    for part in root.iter():
-        kind = _kind(part)
-        if kind in ("node", "visual_scene", "geometry"):
-            used = (parts.get(i.get("url", "").removeprefix("#")) for i in part if _kind(i).startswith("instance_"))
-            places[id(part)] = [id(p) for p in (*_children(part, "node"), *used) if p is not None]
-        if kind == "geometry":
-            faces[id(part)] = sum(_count(p) for p in part.iter() if _kind(p) in _PRIMITIVES)
-    check_instances(places, faces, [id(part) for part in root.iter() if _kind(part) == "visual_scene"])
-
-
-def _count(part: Element) -> int:
-    text = part.get("count", "")
-    if not (text.isascii() and text.isdigit()):
-        raise ContentsError(f"the count of a {_kind(part)} of it is {shown(text)}")
-    return int(text)
-
-
-def _check_primitive(primitive: Element, parts: Mapping[str, Element]) -> None:
-    inputs = [(_offset(i), _length(i, parts)) for i in _children(primitive, "input")]
-    if not inputs:
-        raise ContentsError(f"its {_kind(primitive)} have no inputs")
-    stride = 1 + max(offset for offset, _ in inputs)
-    faces = _count(primitive)
-    lists = [indices(p.text or "", f"the corners of its {_kind(primitive)}") for p in _children(primitive, "p")]
-    corners = np.concatenate(lists) if lists else np.empty(0, np.int64)
-    expected = _corners(primitive, faces, lists, stride)
-    if len(corners) != expected * stride:
-        raise ContentsError(
-            f"its {faces:,} {_kind(primitive)} take {expected * stride:,} indices, but {len(corners):,} are there"
+    def _part(self, mesh: Element, looks: Mapping[str, _Look], name: str) -> MeshData:
+        """A mesh, its materials bound."""
+        vertices = mesh.find("vertices")
+        place = None if vertices is None else vertices.find("input[@semantic='POSITION']")
+        if place is None or vertices is None:
+            raise ContentsError(f"its mesh {shown(name)} has no positions")
+        points = self._values(place, "VERTEX")
+        corners, lengths = [np.empty(0, np.int64)], [np.empty(0, np.int64)]
+        edges = [np.empty((0, 2), np.int64)]
+        values: dict[str, list[NDArray[np.float64]]] = {"normals": [], "colors": [], "wedge_texture_coordinates": []}
+        colours, textures = [np.empty((0, 4))], [np.empty(0, np.int64)]
+        for p in (p for p in mesh if p.tag in _PRIMITIVES and p.get("count") != "0"):
+            inputs = [(i, _offset(i)) for i in p.iterfind("input")]
+            own = next((offset for i, offset in inputs if i.get("semantic") == "VERTEX"), None)
+            if own is None:
+                raise ContentsError(f"the {p.tag} of its mesh {shown(name)} have no input of vertices")
+            inputs += [(i, own) for i in vertices.iterfind("input")]
+            table, counts = _corners(p, 1 + max(offset for _, offset in inputs), own)
+            if p.tag.startswith("line"):
+                check_range(table[:, own], 0, len(points), f"the corners of its {p.tag}")
+                last = np.cumsum(counts) - 1
+                starts = np.delete(np.arange(len(table)), last)
+                edges.append(np.stack([table[starts, own], table[starts + 1, own]], axis=1))
+                continue
+            look = looks.get(p.get("material", ""), _Look())
+            corners.append(table[:, own])
+            lengths.append(counts)
+            for attribute, semantic in (("normals", "NORMAL"), ("colors", "COLOR"), ("wedge_texture_coordinates", "TEXCOORD")):
+                found = [(i, offset) for i, offset in inputs if i.get("semantic") == semantic]
+                if semantic == "TEXCOORD" and look.coordinates:
+                    found = [(i, offset) for i, offset in found if i.get("set", "0") == look.coordinates] or found
+                if len(found) > 1:
+                    self.assembly.lost[f"further inputs {semantic}"] = None
+                width = 4 if semantic == "COLOR" else len(_PARAMETERS[semantic])
+                one = np.full((len(table), width), np.nan)
+                for i, offset in found[:1]:
+                    given = self._values(i, semantic)
+                    check_range(table[:, offset], 0, len(given), f"the corners of its {p.tag}")
+                    one[:, : given.shape[1]] = given[table[:, offset]]
+                    one[:, given.shape[1] :] = 1.0
+                values[attribute].append(one)
+            textures.append(np.full(len(counts), look.texture))
+            colours.append(np.tile(look.colour or (1.0,) * 4, (len(counts), 1)))
+        joined = {n: np.concatenate(v) if v and not np.isnan(np.concatenate(v)).all() else None for n, v in values.items()}
+        shades, numbered = np.concatenate(colours), np.concatenate(textures)
+        if (numbered < 0).all():
+            joined["wedge_texture_coordinates"] = None
+        of_polygons = {"texture": numbered.astype(np.int32) if (numbered >= 0).any() else None}
+        if joined["colors"] is None and (shades != 1.0).any():
+            of_polygons["colors"] = np.rint(255 * np.clip(shades, 0, 1)).astype(np.uint8)
+        what = f"the corners of its mesh {shown(name)}"
+        part, lost = polygons(
+            points, np.concatenate(corners), np.concatenate(lengths), what, of_corners=joined, of_polygons=of_polygons
         )
-    for offset, length in inputs:
-        check_range(corners[offset::stride], 0, length, f"the corners of its {_kind(primitive)}")
+        self.assembly.lost |= dict.fromkeys(lost)
+        return part.replaced(edges=np.concatenate(edges))
+
+    def _values(self, part: Element, semantic: str) -> NDArray[np.float64]:
+        """(n, w) the values of an input, those that its accessor names."""
+        source = self._target(part, "source", "source")
+        key = id(source), semantic
+        if key in self._sources:
+            return self._sources[key]
+        accessor = source.find("./technique_common/accessor")
+        if accessor is None:
+            raise ContentsError(f"its source {shown(source.get('id', ''))} has no accessor")
+        array = self._target(accessor, "source", "float_array")
+        name = f"array {shown(array.get('id', ''))}"
+        found, declared = numbers(array.text or "", f"the {name}"), _whole(array, "count")
+        if declared != len(found):
+            raise ContentsError(f"its {name} declares {declared:,} numbers, but has {len(found):,}")
+        count, stride, offset = (_whole(accessor, key, least) for key, least in (("count", None), ("stride", 1), ("offset", 0)))
+        params = [p.get("name", "") for p in accessor.iterfind("param")]
+        places = [k for k, p in enumerate(params) if p] or list(range(stride))
+        wanted = _PARAMETERS[semantic]
+        if set(wanted[:3]) <= set(params):
+            places = [params.index(p) for p in wanted if p in params]
+        least = 3 if semantic != "TEXCOORD" else 2
+        if len(places) < least or max(places) >= stride:
+            raise ContentsError(f"an accessor of its {name} has {len(places)} values of {stride} at a time, and not {least}")
+        if offset + count * stride > len(found) + stride - 1 - max(places):
+            raise ContentsError(f"an accessor of it takes {count:,} values of {len(found):,} numbers")
+        rows = offset + stride * np.arange(count)[:, None] + places[: len(wanted)]
+        self._sources[key] = found[rows]
+        return self._sources[key]
+
+    def _look(self, instance: Element) -> _Look:
+        """What a bound material says."""
+        if instance.get("target", "")[1:] not in self._ids:
+            self.assembly.lost[f"the material {shown(instance.get('target', ''))}, which is not there"] = None
+            return _Look()
+        material = self._target(instance, "target", "material")
+        used = material.find("instance_effect")
+        effect = None if used is None else self._target(used, "url", "effect")
+        diffuse = None if effect is None else effect.find("./profile_COMMON/technique/*/diffuse")
+        if diffuse is None or effect is None:
+            return _Look()
+        if (texture := diffuse.find("texture")) is not None:
+            sets = [b for b in instance.iterfind("bind_vertex_input") if b.get("semantic") == texture.get("texcoord")]
+            number = self._texture(effect, texture.get("texture", ""))
+            return _Look(texture=number, coordinates=sets[0].get("input_set", "0") if sets else "")
+        text = diffuse.findtext("color")
+        return _Look() if text is None else _Look(tuple(numbers(text, "a colour of it", 4).tolist()))
+
+    def _texture(self, effect: Element, name: str) -> int:
+        """The number of a texture: its name leads to a sampler, that to a surface, that to an image; or to the image at once."""
+        parameters = {p.get("sid", ""): p for p in effect.iter("newparam")}
+        for _ in range(3):
+            if (parameter := parameters.get(name)) is None:
+                break
+            used = next((p for p in parameter.iter() if p.tag in ("source", "init_from", "instance_image")), parameter)
+            name = (used.text or "").strip() or used.get("url", "").removeprefix("#")
+        image = self._ids.get(name)
+        place = None if image is None else next((p for p in image.iter() if p.tag in ("init_from", "ref") and not len(p)), None)
+        if place is None or not (place.text or "").strip():
+            self.assembly.lost[f"the texture {shown(name)}, which leads to no image"] = None
+            return -1
+        return self.assembly.texture(unquote(re.sub(r"\Afile:(//)?", "", (place.text or "").strip())), self._references)
 
 
-def _corners(primitive: Element, faces: int, lists: list[NDArray[np.int64]], stride: int) -> int:
-    """How many corners all faces have."""
-    kind = _kind(primitive)
-    each = _PRIMITIVES[kind]
-    if each is not None:
-        return each * faces
-    if kind == "polygons":
-        if any(_kind(child) == "ph" for child in primitive) or len(lists) != faces:
-            raise ContentsError(f"it declares {faces:,} polygons, but has {len(lists):,} without holes")
-        counts = np.array([len(corners) // stride for corners in lists], dtype=np.int64)
+def _transform(part: Element) -> NDArray[np.float64]:
+    """(4, 4) one transform of a node."""
+    v = numbers(part.text or "", f"a {part.tag} of a node of it", _TRANSFORMS[part.tag])
+    matrix = np.eye(4)
+    match part.tag:
+        case "matrix":
+            matrix = v.reshape(4, 4)
+            if not np.allclose(matrix[3] / (matrix[3, 3] or 1.0), (0, 0, 0, 1), rtol=0, atol=1e-6):
+                raise ContentsError("the last row of a matrix of it is not 0 0 0 1")
+        case "translate":
+            matrix[:3, 3] = v
+        case "scale":
+            matrix[:3, :3] = np.diag(v)
+        case "rotate":
+            matrix[:3, :3] = turn(v[:3], np.radians(v[3]))
+    return matrix
+
+
+def turn(axis: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
+    """(3, 3) the rotation by an angle in radians about an axis of any length; none about an axis of none."""
+    x, y, z = axis / (np.linalg.norm(axis) or 1.0)
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.asarray(np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross)
+
+
+def _corners(p: Element, stride: int, own: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """(c, stride) the indices of each corner of the polygons or lines of a primitive; (p,) how many corners each has."""
+    kind, count = p.tag, _whole(p, "count")
+    if p.find("ph") is not None:
+        raise ContentsError("its polygons have holes, which are not known here; save it with triangles")
+    lists = [indices(text.text or "", f"the corners of its {kind}") for text in p.iterfind("p")]
+    table = np.concatenate([np.empty(0, np.int64), *lists])
+    if kind in ("triangles", "lines"):
+        each = 3 if kind == "triangles" else 2
+        lengths = np.full(min(count, len(table)), each)
+        if len(table) != count * each * stride:
+            raise ContentsError(f"its {count:,} {kind} take {count * each * stride:,} indices, but {len(table):,} are there")
+    elif kind == "polylist":
+        lengths = indices(" ".join(c.text or "" for c in p.iterfind("vcount")), "the numbers of corners")
     else:
-        counts = indices(" ".join(c.text or "" for c in _children(primitive, "vcount")), "the numbers of corners")
-    if len(counts) != faces or (counts < 3).any():
-        raise ContentsError(f"it declares {faces:,} faces, but says of {int((counts >= 3).sum()):,} how many corners they have")
-    return int(counts.sum())
+        lengths = np.array([len(corners) // stride for corners in lists], np.int64)
+        if any(len(corners) % stride for corners in lists):
+            raise ContentsError(f"one of its {kind} has no whole number of corners")
+    if len(lengths) != count or (lengths < 0).any():
+        raise ContentsError(f"it declares {count:,} {kind}, but has {len(lengths):,}")
+    if len(table) != int(lengths.sum()) * stride:
+        raise ContentsError(f"its {count:,} {kind} take {int(lengths.sum()) * stride:,} indices, but {len(table):,} are there")
+    table = table.reshape(-1, stride)
+    if kind in ("tristrips", "trifans"):
+        table = table[triangles_of(table[:, own], lengths, fans=kind == "trifans").ravel()]
+        lengths = np.full(len(table) // 3, 3)
+    return table, lengths
+
+
+def _whole(part: Element, name: str, least: int | None = None) -> int:
+    """A whole number among the attributes of an element; `least` is the default, too."""
+    text = part.get(name, "" if least is None else str(least))
+    if not (text.isascii() and text.isdigit() and len(text) < 16) or int(text) < (least or 0):
+        raise ContentsError(f"the {name} of a {part.tag} of it is {shown(text)}")
+    return int(text)
 
 
 def _offset(part: Element) -> int:
@@ -183,27 +320,3 @@ def _offset(part: Element) -> int:
     if text not in map(str, range(32)):
         raise ContentsError(f"the offset of an input of it is {shown(text)}")
     return int(text)
-
-
-def _length(part: Element, parts: Mapping[str, Element]) -> int:
-    """How many values an input has."""
-    for _ in range(4):
-        found = parts.get(part.get("source", "").removeprefix("#"))
-        if found is None:
-            raise ContentsError(f"an input of it names {shown(part.get('source', ''))}, which is not there")
-        part = found
-        if _kind(part) == "vertices":
-            part = next((i for i in _children(part, "input") if i.get("semantic") == "POSITION"), part)
-            continue
-        accessor = next((a for a in part.iter() if _kind(a) == "accessor"), None)
-        if accessor is None:
-            break
-        array = parts.get(accessor.get("source", "").removeprefix("#"))
-        stride, offset = accessor.get("stride", "1"), accessor.get("offset", "0")
-        if array is None or not (stride.isdigit() and offset.isdigit() and int(stride)):
-            break
-        count = _count(accessor)
-        if _kind(array) != "float_array" or int(offset) + count * int(stride) > _count(array):
-            raise ContentsError(f"an accessor of it takes {count:,} values of {_count(array):,} numbers")
-        return count
-    raise ContentsError(f"its input {shown(part.get('source', part.get('id', '')))} leads to no numbers")

@@ -54,9 +54,9 @@ WRITABLE: Mapping[str, Format] = {
         _format("obj", _EXACT, *_OBJ, "face colours", "textures", "polygons"),
         _format("off", _EXACT, *_OFF, "polygons"),
         _format("stl", (_FLOAT, 0.0), "faces", "face colours"),
-        _format("glb", (_FLOAT, 0.0), "faces", "vertex normals", "vertex colours", "vertex opacities", "textures"),
-        _format("3mf", (_FLOAT, 1e-6), "faces"),
-        _format("wrl", (5e-6, 0.0), "faces", "vertex colours"),
+        _format("glb", (_FLOAT, 0.0), *_OBJ, "face colours", "vertex opacities", "face opacities", "textures"),
+        _format("3mf", _EXACT, "faces", "vertex colours", "face colours", "vertex opacities", "face opacities"),
+        _format("wrl", _EXACT, "faces", "vertex colours"),
         _format("xyz", _EXACT, "vertex normals"),
     )
 }

@@ -1,89 +1,83 @@
-"""Reads glTF documents whole, and gives MeshLab one of them that holds nothing else than what was understood.
-
-MeshLab's reader believes lengths and offsets, and so reads memory behind a buffer that is too short; it follows a name anywhere.
-"""
+"""Reads glTF 2.0 files, text or binary: what their scene shows, every accessor within its buffer."""
 
 from __future__ import annotations
 
 import base64
 import binascii
+import io
 import json
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
-from .announced import Announced
-from .given import Given
-from .gltf_document import GltfError, check_document, is_mirrored
-from .gltf_given import counts_of, losses_of, pruned
-from .instances import MIRRORED, check_placed
-from .references import References, Texture, check_image
+import numpy as np
+from numpy.typing import NDArray
+
+from ..mesh_data import MeshData, Source
+from .assembly import Assembly, levels, polygons, triangles_of
+from .errors import ContentsError
+from .reading import Reading
+from .references import References, check_image
 
 #: of how many parts a document may be: a million take a second to read
 _PARTS = 1_000_000
-_JSON, _BINARY = 0x4E4F534A, 0x004E4942
+JSON, BINARY = 0x4E4F534A, 0x004E4942
+_COMPONENTS = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
+_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+#: the attributes that are read: how many numbers each has, and of which kinds besides float
+_READ = {"POSITION": ((3,), ""), "NORMAL": ((3,), ""), "TEXCOORD": ((2,), "u"), "COLOR": ((3, 4), "u")}
+_TRIANGLES = 4
+#: extensions without which a file can be understood: positions and normals as whole numbers, and one that moves no vertex
+_QUANTIZED = "KHR_mesh_quantization"
+_UNDERSTOOD = {_QUANTIZED, "KHR_materials_unlit"}
+#: by how much what programs write of an exact matrix may be off, and of a turn of unit length
+_ROUNDED, _UNIT = 1e-6, 0.01
 
 
-def inspect_gltf(path: Path, references: References, given: Given) -> Announced:
-    """Read a glTF file, text or binary; what it declares.
+class GltfError(ContentsError):
+    """The file is no glTF file that can be read; the message is the reason."""
+
+
+def read_gltf(path: Path, references: References) -> Reading:
+    """Read a glTF file.
 
     Raises:
         GltfError: it is none, or declares what its buffers do not hold.
         InputError: it names what must not be opened.
     """
-    text, binary = _parts(path.read_bytes())
+    text, binary = _chunks(path.read_bytes())
     if sum(text.count(mark) for mark in (b",", b"{", b"[")) > _PARTS:
         raise GltfError(f"its document has more than {_PARTS:,} parts")
     try:
         document = json.loads(text)
     except (ValueError, RecursionError):
         raise GltfError("it holds no glTF document") from None
-    files: list[Path] = []
-
-    def content(uri: str) -> bytes:
-        if uri.startswith("data:"):
-            return _decoded(uri)
-        file = references.find(unquote(uri))
-        if file is None:
-            raise GltfError(f"its buffer {unquote(uri)[:80]!r} does not exist")
-        files.append(file)
-        return file.read_bytes()
-
-    meshes = check_document(document)
-    buffers = [_buffer(k, part, binary, content) for k, part in enumerate(document.get("buffers", ()))]
-    for mesh in meshes:
-        mesh.check_indices(buffers)
-    textures = _textures(document, buffers, references, given)
-    reading = given.path.with_suffix(".glb")
-    _write(given, reading.name, pruned(document, [t.given if t else None for t in textures]), buffers)
-    found = tuple(t for t in textures if t is not None)
-    vertices, faces = counts_of(document, meshes)
-    check_placed(len(document.get("nodes", ())), max(faces or 0, vertices or 0))
-    return Announced(
-        vertices=vertices,
-        faces=faces,
-        triangles=faces,
-        normals=any("NORMAL" in m.attributes for m in meshes),
-        not_kept=losses_of(document),
-        doubts=(MIRRORED,) if is_mirrored(document) else (),
-        side_files=(*files, *(t.file for t in found if t.file and not t.file.is_relative_to(given.folder))),
-        textures=found,
-        reading=reading,
-    )
+    try:
+        reader = _Reader(document, binary, references)
+        with np.errstate(all="ignore"):
+            reader.read_scene()
+        mesh = reader.assembly.mesh()
+        extras = (*_losses(document), *reader.assembly.lost)
+    except (KeyError, TypeError, AttributeError, ValueError, OverflowError, IndexError) as error:
+        if isinstance(error, ContentsError):
+            raise
+        raise GltfError(f"its document lacks something or has it wrong ({type(error).__name__}: {str(error)[:60]})") from error
+    mesh = mesh.replaced(unit="m", source=Source(path, path.suffix[1:].lower(), extras=extras))
+    return Reading(mesh, side_files=(*reader.files, *reader.assembly.side_files()))
 
 
-def _parts(data: bytes) -> tuple[bytes, bytes | None]:
+def _chunks(data: bytes) -> tuple[bytes, bytes | None]:
     """The document and, of a binary file, what comes with it."""
     if not data.startswith(b"glTF"):
         return data, None
     if len(data) < 20:
         raise GltfError("it is cut short")
     version, length, text_length, kind = struct.unpack_from("<IIII", data, 4)
-    if kind == _JSON and version != 2:
+    if kind == JSON and version != 2:
         raise GltfError(f"it is glTF of version {version}, not 2")
-    if kind != _JSON:
+    if kind != JSON:
         raise GltfError("it does not begin with a glTF document")
     if length != len(data):
         raise GltfError(f"it declares {length:,} bytes, but has {len(data):,}")
@@ -94,12 +88,310 @@ def _parts(data: bytes) -> tuple[bytes, bytes | None]:
         chunk_length, kind = struct.unpack_from("<II", data, position)
         if chunk_length > length - position - 8:
             raise GltfError(f"a part of it declares {chunk_length:,} bytes, but only {length - position - 8:,} follow")
-        if kind == _JSON:
+        if kind == JSON:
             raise GltfError("it has two documents")
-        if kind == _BINARY:
+        if kind == BINARY:
             return text, data[position + 8 : position + 8 + chunk_length]
         position += 8 + chunk_length
     return text, None
+
+
+class _Reader:
+    """Follows the references of a document from its scene on."""
+
+    def __init__(self, document: Any, binary: bytes | None, references: References) -> None:
+        if not isinstance(document, dict) or not isinstance(document.get("asset"), dict):
+            raise GltfError("it holds no glTF document")
+        if not str(document["asset"].get("version", "")).startswith("2"):
+            raise GltfError("its document is not of version 2")
+        if required := set(document.get("extensionsRequired", ())) - _UNDERSTOOD:
+            raise GltfError(f"it needs {', '.join(sorted(map(str, required)))[:80]}, which is not known here; save it without")
+        for name in ("buffers", "bufferViews", "accessors", "meshes", "nodes", "scenes", "images", "textures", "materials"):
+            if not isinstance(document.get(name, []), list) or not all(isinstance(x, dict) for x in document.get(name, ())):
+                raise GltfError(f"its {name} are no list of objects")
+        self.assembly = Assembly()
+        self.files: list[Path] = []
+        self._document, self._binary, self._references = document, binary, references
+        self._quantized = _QUANTIZED in document.get("extensionsUsed", ()) or _QUANTIZED in document.get("extensionsRequired", ())
+        self._buffers: dict[int, bytes] = {}
+        self._meshes: dict[int, list[MeshData]] = {}
+        self._seen: set[int] = set()
+
+    def read_scene(self) -> None:
+        """Place everything that the scene shows."""
+        scenes = self._document.get("scenes", [])
+        if not scenes:
+            raise GltfError("it has no scene, so nothing in it is placed")
+        scene = self._at("scenes", self._document.get("scene", 0))
+        if len(scenes) > 1:
+            self.assembly.lost[f"scenes besides the one that it shows ({len(scenes) - 1})"] = None
+        for node in scene.get("nodes", ()):
+            self._visit(node, np.eye(4))
+        if unused := len(self._document.get("meshes", ())) - len(self._meshes):
+            self.assembly.lost[f"meshes that its scene does not place ({unused})"] = None
+
+    def _at(self, name: str, index: Any) -> Any:
+        parts = self._document.get(name, [])
+        if not isinstance(index, int) or isinstance(index, bool) or not 0 <= index < len(parts):
+            raise GltfError(f"it refers to number {str(index)[:40]} of its {len(parts)} {name}")
+        return parts[index]
+
+    def _visit(self, k: int, above: NDArray[np.float64]) -> None:
+        node = self._at("nodes", k)
+        if k in self._seen:
+            raise GltfError("a node of it is its own child, or has two parents")
+        self._seen.add(k)
+        self.assembly.enter(k)
+        matrix = above @ _matrix(node, k)
+        if "mesh" in node:
+            for part in self._parts(node["mesh"]):
+                self.assembly.place(part, matrix)
+        if "skin" in node:
+            self._at("skins", node["skin"])
+        for child in node.get("children", ()):
+            self._visit(child, matrix)
+        self.assembly.leave(k)
+
+    def _parts(self, k: int) -> list[MeshData]:
+        """The parts of a mesh: primitives of the same vertices are one."""
+        if k not in self._meshes:
+            primitives = self._at("meshes", k)["primitives"]
+            if not primitives:
+                raise GltfError(f"its mesh {k} has no primitives")
+            groups: dict[str, list[Any]] = {}
+            for p in primitives:
+                groups.setdefault(json.dumps(p["attributes"], sort_keys=True), []).append(p)
+            self._meshes[k] = [self._part(k, group) for group in groups.values()]
+        return self._meshes[k]
+
+    def _part(self, k: int, primitives: list[Any]) -> MeshData:
+        """The primitives of a mesh that share their vertices."""
+        attributes = primitives[0]["attributes"]
+        if "POSITION" not in attributes:
+            raise GltfError(f"its mesh {k} has no positions")
+        points = self._attribute(k, attributes, "POSITION")
+        counts = {self._at("accessors", index)["count"] for index in attributes.values()}
+        if counts != {len(points)}:
+            raise GltfError(f"the attributes of its mesh {k} are not equally many")
+        faces, uvs, colours, textures, edges = [], [], [], [], [np.empty((0, 2), np.int64)]
+        for p in primitives:
+            corners, ends = self._corners(k, p, len(points))
+            edges.append(ends)
+            texture, uv, colour = self._material(k, p, attributes)
+            faces.append(corners)
+            uvs.append(np.full((corners.size, 2), np.nan) if uv is None else uv[corners.ravel()])
+            colours.append(np.tile(colour, (len(corners), 1)))
+            textures.append(np.full(len(corners), texture, np.int32))
+        corners, numbers, shades = np.concatenate(faces), np.concatenate(textures), np.concatenate(colours)
+        part, _ = polygons(
+            points,
+            corners.ravel(),
+            np.full(len(corners), 3),
+            f"the corners of its mesh {k}",
+            of_corners={"wedge_texture_coordinates": np.concatenate(uvs) if (numbers >= 0).any() else None},
+            of_polygons={
+                "texture": numbers if (numbers >= 0).any() else None,
+                "colors": levels(shades) if (shades != 1.0).any() else None,
+            },
+        )
+        part = part.replaced(edges=np.concatenate(edges))
+        normals = self._attribute(k, attributes, "NORMAL") if "NORMAL" in attributes else None
+        colors = levels(self._attribute(k, attributes, "COLOR_0")) if "COLOR_0" in attributes else None
+        return part.with_attributes({"normals": normals, "colors": colors})
+
+    def _attribute(self, k: int, attributes: Mapping[str, Any], name: str) -> NDArray[np.float64]:
+        """(n, w) an attribute of a mesh, whole numbers of colours and texture coordinates as shares."""
+        accessor = self._at("accessors", attributes[name])
+        widths, kinds = _READ[name.partition("_")[0]]
+        dtype, width = _COMPONENTS.get(accessor["componentType"]), _WIDTHS.get(accessor["type"])
+        allowed = "iu" if self._quantized and not kinds else kinds
+        if width not in widths or dtype is None or np.dtype(dtype).kind not in f"f{allowed}" or dtype is np.uint32:
+            raise GltfError(f"the {name} of its mesh {k} are of a type that they cannot be")
+        return self._accessor(attributes[name], normalized=bool(accessor.get("normalized")) or kinds == "u").astype(np.float64)
+
+    def _corners(self, k: int, p: Mapping[str, Any], count: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """The triangles and the edges of a primitive."""
+        no_faces, no_edges = np.empty((0, 3), np.int64), np.empty((0, 2), np.int64)
+        mode, corners = p.get("mode", _TRIANGLES), np.arange(count)
+        if "indices" in p:
+            accessor = self._at("accessors", p["indices"])
+            if accessor["type"] != "SCALAR" or accessor["componentType"] not in (5121, 5123, 5125):
+                raise GltfError(f"its accessor {p['indices']} of corners is of a type that they cannot be")
+            corners = self._accessor(p["indices"])[:, 0].astype(np.int64)
+            if corners.max() >= count:
+                raise GltfError(f"its accessor {p['indices']} names a vertex that is none of {count:,}")
+        width = {1: 2, _TRIANGLES: 3}.get(mode, 1)
+        if len(corners) % width:
+            raise GltfError(f"a primitive of its mesh {k} has {len(corners):,} corners, which are no whole number of {width}")
+        match mode:
+            case 0:
+                return no_faces, no_edges
+            case 1:
+                return no_faces, corners.reshape(-1, 2)
+            case 2 | 3:
+                ends = np.stack([corners, np.roll(corners, -1)], axis=1)
+                return no_faces, ends if mode == 2 else ends[:-1]
+            case 4:
+                return corners.reshape(-1, 3), no_edges
+            case 5 | 6:
+                return corners[triangles_of(corners, np.array([len(corners)]), fans=mode == 6)], no_edges
+        raise GltfError(f"its mesh {k} has primitives of the unknown mode {str(mode)[:40]}")
+
+    def _material(
+        self, k: int, p: Mapping[str, Any], attributes: Mapping[str, Any]
+    ) -> tuple[int, NDArray[np.float64] | None, list[float]]:
+        """The number of the texture of a primitive or -1, its coordinates at the vertices, and the colour of its faces."""
+        material = self._at("materials", p["material"]) if "material" in p else {}
+        surface = material.get("pbrMetallicRoughness", {})
+        colour = _numbers(surface.get("baseColorFactor", [1, 1, 1, 1]), 4, f"the colour of material {p.get('material')}")
+        if (used := surface.get("baseColorTexture")) is None:
+            return -1, None, colour
+        texture = self._at("textures", used["index"])
+        if "source" not in texture:
+            raise GltfError(f"its texture {used['index']} is in a form that is not known here")
+        if (name := f"TEXCOORD_{used.get('texCoord', 0)}") not in attributes:
+            self.assembly.lost[f"the texture of mesh {k}, which has no texture coordinates"] = None
+            return -1, None, colour
+        uv = self._attribute(k, attributes, name)
+        return self._image(texture["source"]), np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1), colour
+
+    def _image(self, k: int) -> int:
+        """The number of the texture that an image is."""
+        image, mesh = self._at("images", k), self._references.mesh
+        uri = image.get("uri")
+        if uri is not None and not uri.startswith("data:"):
+            return self.assembly.texture(unquote(uri), self._references)
+        data = _decoded(uri) if uri is not None else self._view(image["bufferView"])[0]
+        name = f"{mesh.stem}-texture-{k}{'.jpg' if data.startswith(bytes([0xFF, 0xD8])) else '.png'}"
+        check_image(io.BytesIO(data), mesh, name)
+        return self.assembly.add_texture(name, lambda: data)
+
+    def _buffer(self, k: int) -> bytes:
+        if k not in self._buffers:
+            part = self._at("buffers", k)
+            length, uri = _whole(part["byteLength"], f"the length of buffer {k}"), part.get("uri")
+            if uri is None:
+                data = self._binary if k == 0 else None
+            elif not isinstance(uri, str):
+                raise GltfError(f"the uri of buffer {k} is no text")
+            elif uri.startswith("data:"):
+                data = _decoded(uri)
+            else:
+                file = self._references.find(unquote(uri))
+                if file is None:
+                    raise GltfError(f"its buffer {unquote(uri)[:80]!r} does not exist")
+                self.files.append(file)
+                data = file.read_bytes()
+            if data is None or length > len(data):
+                raise GltfError(f"its buffer {k} declares {length:,} bytes, but has {len(data or b''):,}")
+            self._buffers[k] = data[:length]
+        return self._buffers[k]
+
+    def _view(self, k: int) -> tuple[bytes, int | None]:
+        """The bytes of a buffer view, and its stride."""
+        view = self._at("bufferViews", k)
+        data = self._buffer(view["buffer"])
+        start = _whole(view.get("byteOffset", 0), f"the offset of buffer view {k}")
+        end = start + _whole(view["byteLength"], f"the length of buffer view {k}", 1)
+        if end > len(data):
+            raise GltfError(f"its buffer view {k} ends at byte {end:,} of a buffer of {len(data):,}")
+        if "byteStride" in view and not 4 <= _whole(view["byteStride"], f"the stride of buffer view {k}") <= 252:
+            raise GltfError(f"the stride of buffer view {k} is {view['byteStride']}")
+        return data[start:end], view.get("byteStride")
+
+    def _accessor(self, k: int, *, normalized: bool = False) -> NDArray[Any]:
+        """(n, w) the values of an accessor, whole numbers as shares of their range if they are `normalized`."""
+        accessor = self._at("accessors", k)
+        count = _whole(accessor["count"], f"the count of accessor {k}", 1)
+        if accessor["componentType"] not in _COMPONENTS or accessor["type"] not in _WIDTHS:
+            raise GltfError(f"its accessor {k} has an unknown type")
+        dtype, width = np.dtype(_COMPONENTS[accessor["componentType"]]).newbyteorder("<"), _WIDTHS[accessor["type"]]
+        sparse = accessor.get("sparse")
+        if "bufferView" in accessor:
+            values = self._values(accessor, dtype, width, count, f"its accessor {k}")
+        elif sparse is None or count > sum(map(len, self._buffers.values())) + (1 << 20):
+            raise GltfError(f"its accessor {k} has {count:,} values in no buffer view")
+        else:
+            values = np.zeros((count, width), dtype)
+        if sparse is not None:
+            number = _whole(sparse["count"], f"the count of the changes of accessor {k}", 1)
+            kind = np.dtype(_COMPONENTS[sparse["indices"]["componentType"]]).newbyteorder("<")
+            places = self._values(sparse["indices"], kind, 1, number, f"the places of the changes of accessor {k}")[:, 0]
+            if places.min() < 0 or places.max() >= count:
+                raise GltfError(f"its accessor {k} changes a value that is none of {count:,}")
+            values = values.copy()
+            values[places] = self._values(sparse["values"], dtype, width, number, f"the changes of accessor {k}")
+        if normalized and dtype.kind != "f":
+            return np.asarray(np.maximum(values / np.iinfo(dtype.type).max, -1.0))
+        return values
+
+    def _values(self, part: Mapping[str, Any], dtype: np.dtype[Any], width: int, count: int, what: str) -> NDArray[Any]:
+        """(count, width) values in a buffer view."""
+        data, stride = self._view(part["bufferView"])
+        size = dtype.itemsize * width
+        stride = stride or size
+        start = _whole(part.get("byteOffset", 0), f"the offset of {what}")
+        end = start + (count - 1) * stride + size
+        if stride < size or end > len(data):
+            raise GltfError(f"{what} takes {end:,} bytes of a buffer view of {len(data):,}")
+        return np.ndarray((count, width), dtype, data, start, (stride, dtype.itemsize))
+
+
+def _matrix(node: Mapping[str, Any], k: int) -> NDArray[np.float64]:
+    """(4, 4) where a node places its parts."""
+    if "matrix" in node:
+        matrix = np.array(_numbers(node["matrix"], 16, f"the matrix of node {k}")).reshape(4, 4).T
+        if not np.allclose(matrix[3], (0, 0, 0, 1), rtol=0, atol=_ROUNDED):
+            raise GltfError(f"the last row of the matrix of node {k} is not 0 0 0 1")
+        if node.keys() & {"rotation", "scale", "translation"}:
+            raise GltfError(f"its node {k} has a matrix and a rotation, scale or translation besides, which are two places")
+        return matrix
+    matrix = np.eye(4)
+    if "rotation" in node:
+        q = np.array(_numbers(node["rotation"], 4, f"the rotation of node {k}"))
+        if abs(np.linalg.norm(q) - 1.0) > _UNIT:
+            raise GltfError(f"the rotation of node {k} is of length {np.linalg.norm(q):.3g} and not 1")
+        x, y, z, w = q / np.linalg.norm(q)
+        cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+        matrix[:3, :3] += 2 * (w * cross + cross @ cross)
+    matrix[:3, :3] *= _numbers(node.get("scale", [1, 1, 1]), 3, f"the scale of node {k}")
+    matrix[:3, 3] = _numbers(node.get("translation", [0, 0, 0]), 3, f"the translation of node {k}")
+    return matrix
+
+
+def _losses(document: Mapping[str, Any]) -> Iterator[str]:
+    """What a document has that a mesh has not, in words."""
+    yield from (name for name in ("animations", "skins", "cameras") if document.get(name))
+    primitives = [p for mesh in document.get("meshes", ()) for p in mesh.get("primitives", ())]
+    names = {n for p in primitives for n in p["attributes"]} - {"POSITION", "NORMAL", "TEXCOORD_0", "COLOR_0"}
+    yield from (f"attribute {name}" for name in sorted(names))
+    if any(p.get("targets") for p in primitives):
+        yield "morph targets"
+    if named := [n for n in ("meshes", "nodes", "materials") if any("name" in x for x in document.get(n, ()))]:
+        yield f"names of {', '.join(named)}"
+    parts = [x for v in document.values() if isinstance(v, list) for x in v if isinstance(x, dict)]
+    if any("extras" in x for x in (document, *parts)):
+        yield "extras"
+    yield from (f"extension {name}" for name in document.get("extensionsUsed", ()) if name != _QUANTIZED)
+    surfaces = [(m, m.get("pbrMetallicRoughness", {})) for m in document.get("materials", ())]
+    told = {key for material, surface in surfaces for key in (*material, *surface)}
+    told -= {"name", "extras", "extensions", "pbrMetallicRoughness", "baseColorFactor", "baseColorTexture"}
+    if told:
+        yield f"of its materials {', '.join(sorted(told))}"
+
+
+def _whole(value: Any, what: str, least: int = 0) -> int:
+    if not isinstance(value, int) or isinstance(value, bool) or not least <= value < 1 << 53:
+        raise GltfError(f"{what} is {str(value)[:40]!r}")
+    return value
+
+
+def _numbers(values: Any, length: int, what: str) -> list[float]:
+    if not isinstance(values, list) or len(values) != length or not all(isinstance(v, int | float) for v in values):
+        raise GltfError(f"{what} is no list of {length} numbers")
+    if not np.isfinite(np.array(values, dtype=float)).all():
+        raise GltfError(f"{what} is not finite")
+    return [float(v) for v in values]
 
 
 def _decoded(uri: str) -> bytes:
@@ -110,56 +402,3 @@ def _decoded(uri: str) -> bytes:
         return base64.b64decode(data, validate=True)
     except (binascii.Error, ValueError):
         raise GltfError("data within it is not written in base64") from None
-
-
-def _buffer(k: int, part: Mapping[str, Any], binary: bytes | None, content: Callable[[str], bytes]) -> bytes:
-    data = content(part["uri"]) if "uri" in part else binary if k == 0 else None
-    if data is None or part["byteLength"] > len(data):
-        raise GltfError(f"its buffer {k} declares {part['byteLength']:,} bytes, but has {len(data or b''):,}")
-    return data[: part["byteLength"]]
-
-
-def _textures(document: Mapping[str, Any], buffers: list[bytes], references: References, given: Given) -> list[Texture | None]:
-    """The images as textures; None for those that are not there."""
-    textures: list[Texture | None] = []
-    for number, image in enumerate(document.get("images", ())):
-        uri, name = image.get("uri"), f"texture-{number}"
-        if uri is not None and not uri.startswith("data:"):
-            named = unquote(uri)
-            file = references.find_image(named)
-            textures.append(Texture(named, file, f"{name}{_suffix(file) if file else '.png'}"))
-            if file is not None:
-                given.link([textures[-1]])  # type: ignore[list-item]
-            continue
-        if uri is not None:
-            data = _decoded(uri)
-        else:
-            view = document["bufferViews"][image["bufferView"]]
-            start = view.get("byteOffset", 0)
-            data = buffers[view["buffer"]][start : start + view["byteLength"]]
-        name += ".jpg" if data.startswith(b"\xff\xd8") else ".png"
-        file = given.write_beside(name, data)
-        check_image(file, references.mesh, name)
-        textures.append(Texture(f"{given.path.stem}-{name}", file, name))
-    return textures
-
-
-def _suffix(file: Path) -> str:
-    return file.suffix if file.suffix[1:].isalnum() and file.suffix.isascii() else ".png"
-
-
-def _write(given: Given, name: str, document: dict[str, Any], buffers: list[bytes]) -> None:
-    """Write a binary glTF file whose only buffer is all of them, one after the other."""
-    starts, end = [], 0
-    for data in buffers:
-        starts.append(end)
-        end += len(data) + -len(data) % 4
-    for view in document.get("bufferViews", ()):
-        view["byteOffset"] = view.get("byteOffset", 0) + starts[view["buffer"]]
-        view["buffer"] = 0
-    document["buffers"] = [{"byteLength": end}] if end else []
-    text = json.dumps(document).encode("ascii")
-    text += b" " * (-len(text) % 4)
-    head = struct.pack("<4sIIII", b"glTF", 2, 28 + len(text) + end, len(text), _JSON)
-    padded = (part for data in buffers for part in (data, bytes(-len(data) % 4)))
-    given.write_beside(name, head, text, struct.pack("<II", end, _BINARY), *padded)

@@ -9,11 +9,16 @@ from .errors import ContentsError
 from .references import shown
 
 
-def numbers(text: str, what: str) -> NDArray[np.float64]:
+def numbers(text: str, what: str, count: int | None = None) -> NDArray[np.float64]:
     """The numbers of a text, parted by blanks.
 
+    Args:
+        text: the text.
+        what: they are, for messages.
+        count: how many there must be.
+
     Raises:
-        ContentsError: one of them is none, or not finite.
+        ContentsError: one of them is none, or not finite; or they are more or less.
     """
     words = text.split()
     try:
@@ -25,7 +30,21 @@ def numbers(text: str, what: str) -> NDArray[np.float64]:
         raise ContentsError(f"{shown(strange, 30)} among {what} is no number; decimals are written with a point") from None
     if not np.isfinite(values).all():
         raise ContentsError(f"number {int(np.argmin(np.isfinite(values))) + 1:,} of {what} is not finite")
+    if count is not None and len(values) != count:
+        raise ContentsError(f"{what} has {len(values):,} numbers and not {count}")
     return values
+
+
+def rows(text: str, width: int, what: str) -> NDArray[np.float64]:
+    """(n, width) the numbers of a text.
+
+    Raises:
+        ContentsError: see `numbers`; or the last row is not whole.
+    """
+    values = numbers(text, what)
+    if len(values) % width:
+        raise ContentsError(f"{what} are {len(values):,} numbers, which are no whole number of {width}")
+    return values.reshape(-1, width)
 
 
 def indices(text: str, what: str) -> NDArray[np.int64]:

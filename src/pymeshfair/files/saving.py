@@ -64,7 +64,7 @@ _WRITERS: Mapping[str, tuple[str, str]] = {
     "off": ("off", "write_off"),
     "stl": ("stl", "write_stl"),
     "xyz": ("points", "write_points"),
-    "glb": ("gltf", "write_glb"),
+    "glb": ("gltf_write", "write_glb"),
     "3mf": ("three_mf", "write_3mf"),
     "wrl": ("vrml", "write_vrml"),
 }

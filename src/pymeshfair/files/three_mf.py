@@ -1,27 +1,32 @@
-"""Reads 3MF files whole within limits, and gives MeshLab an archive of nothing else than what was understood.
+"""Reads 3MF archives within limits, and writes them.
 
 An archive of a few kilobytes may hold gigabytes, a name in it may lead out of it, and two programs may see two different
-archives in one file. What MeshLab gets is written anew, part by part.
+archives in one file.
 """
 
 from __future__ import annotations
 
+import functools
 import io
 import lzma
 import struct
 import zipfile
 import zlib
 from collections import Counter
-from collections.abc import Hashable
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
+from typing import Any, BinaryIO
 
-from .announced import Announced
+import numpy as np
+from numpy.typing import NDArray
+
+from ..mesh_data import MeshData, Source
+from .assembly import Assembly, levels, polygons
 from .errors import ContentsError
-from .given import Given
-from .indices import check_range, indices, numbers
-from .instances import MIRRORED, check_instances, mirrors
+from .indices import check_range, indices, numbers, rows
+from .reading import Reading
 from .references import References, check_image, shown
+from .saving import Writing
 from .xml_document import parse_xml
 
 #: how many times as large as the file, and bytes besides, all that it holds may be: numbers written as text shrink to a tenth
@@ -29,116 +34,121 @@ _MOST_TIMES, _BESIDES = 100, 1 << 24
 _MOST_PARTS = 10_000
 #: what the library raises on an archive that is none, or encrypted, or of a kind that it does not know
 _BROKEN = (zipfile.BadZipFile, RuntimeError, EOFError, zlib.error, lzma.LZMAError, struct.error, ValueError, LookupError, OSError)
-#: what stands in an archive besides models: its list of types, relationships, and images
-_LISTS, _IMAGES = (".xml", ".rels"), (".png", ".jpg", ".jpeg", ".texture")
-#: the elements that MeshLab reads with their attributes; identifiers and names of spaces say nothing of a mesh
+#: the elements that are read with their attributes; identifiers and names of spaces say nothing of a mesh
 _KNOWN = {
-    **{"model": {"unit", "requiredextensions", "recommendedextensions"}, "object": {"id", "type"}},
-    **{"vertex": {"x", "y", "z"}, "triangle": {"v1", "v2", "v3"}},
-    **{"component": {"objectid", "transform"}, "item": {"objectid", "transform"}},
+    **{"model": {"unit", "requiredextensions", "recommendedextensions"}, "object": {"id", "type", "pid", "pindex"}},
+    **{"vertex": {"x", "y", "z"}, "triangle": {"v1", "v2", "v3", "pid", "p1", "p2", "p3"}},
+    **{"component": {"objectid", "transform", "path"}, "item": {"objectid", "transform", "path"}},
+    **{"basematerials": {"id"}, "base": {"displaycolor"}, "colorgroup": {"id"}, "color": {"color"}},
+    **{"texture2d": {"id", "path", "contenttype"}, "texture2dgroup": {"id", "texid"}, "tex2coord": {"u", "v"}},
     **{name: set[str]() for name in ("resources", "build", "components", "mesh", "vertices", "triangles")},
 }
-_UNSAID = ("xmlns", "xmlns:", "xml:", "p:UUID")
-#: an extension without which the mesh is the same
-_MATERIALS = "http://schemas.microsoft.com/3dmanufacturing/material/2015/02"
+_UNSAID = ("xmlns", "xml:", "UUID")
+#: extensions that are understood: materials, and parts of one model in several files
+_SPACE = "http://schemas.microsoft.com/3dmanufacturing/"
+_UNDERSTOOD = (f"{_SPACE}material/2015/02", f"{_SPACE}production/2015/06")
+_CORE = f"{_SPACE}core/2015/02"
+_UNITS = {"micron": "um", "millimeter": "mm", "centimeter": "cm", "inch": "in", "foot": "ft", "meter": "m"}
+
+
+@dataclass
+class _Object:
+    """An object: its vertices and triangles as the texts of their numbers, what is said of triangles, and its components."""
+
+    properties: tuple[str, str]
+    coordinates: list[str] = field(default_factory=list)
+    corners: list[str] = field(default_factory=list)
+    said: dict[int, dict[str, str]] = field(default_factory=dict)
+    components: list[dict[str, str]] = field(default_factory=list)
+    part: MeshData | None = None
 
 
 @dataclass
 class _Model:
-    """The meshes of the models: the coordinates and corners of the one that is open, and the counts of those before.
+    """One model file as it is read.
 
-    Besides the unit, what each object is put together of, how many triangles it has itself, what is built, whether a part is
-    mirrored, and how many there are of each kind of element and attribute that MeshLab does not read.
+    Besides its objects and items: the colours, the coordinates in a texture and the textures by their numbers, and how many
+    there are of each kind of element and attribute that is not read.
     """
 
-    coordinates: list[str] = field(default_factory=list)
-    corners: list[str] = field(default_factory=list)
-    counts: list[tuple[int, int]] = field(default_factory=list)
-    components: int = 0
-    items: list[str] = field(default_factory=list)
+    objects: dict[str, _Object] = field(default_factory=dict)
+    items: list[dict[str, str]] = field(default_factory=list)
+    colors: dict[str, list[str]] = field(default_factory=dict)
+    coordinates: dict[str, tuple[str, list[str]]] = field(default_factory=dict)
+    textures: dict[str, str] = field(default_factory=dict)
     unit: str = "millimeter"
-    parts: dict[Hashable, list[Hashable]] = field(default_factory=dict)
-    faces: dict[Hashable, int] = field(default_factory=dict)
-    object: str = ""
-    mirrored: bool = False
     unread: Counter[str] = field(default_factory=Counter)
-    beyond: int = 0
+    _object: _Object = field(default_factory=lambda: _Object(("", "")))
+    _group: list[str] = field(default_factory=list)
+    _beyond: int = 0
 
-    def start(self, tag: str, attributes: dict[str, str]) -> None:
+    def start(self, tag: str, named: dict[str, str]) -> None:
         """An element begins."""
         kind = tag.rpartition(":")[2]
-        if self.beyond or kind not in _KNOWN:
-            if not self.beyond and attributes.get("name") != "Application":  # which says nothing of the mesh
+        if self._beyond or kind not in _KNOWN:
+            if not self._beyond and named.get("name") != "Application":  # which says nothing of the mesh
                 self.unread[f"elements {shown(kind, 30)}"] += 1
-            self.beyond += 1
+            self._beyond += 1
             return
-        if attributes.keys() - _KNOWN[kind]:
-            self._look_at(kind, attributes)
+        attributes = named
+        if named.keys() - _KNOWN[kind]:
+            attributes = {name.rpartition(":")[2]: value for name, value in named.items()}
+            for name in named:
+                if name.rpartition(":")[2] not in _KNOWN[kind] and not name.startswith(_UNSAID) and not name.endswith(_UNSAID):
+                    self.unread[f"attributes {shown(name, 30)} of the elements {kind!r}"] += 1
         try:
-            match kind:
-                case "vertex":
-                    self.coordinates += (attributes["x"], attributes["y"], attributes["z"])
-                case "triangle":
-                    self.corners += (attributes["v1"], attributes["v2"], attributes["v3"])
-                case "model":
-                    self.unit = attributes.get("unit", self.unit)
-                    _check_extensions(attributes)
-                case "object":
-                    self.object = attributes["id"]
-                    if attributes.get("type", "model") != "model":
-                        self.unread[f"objects of the type {shown(attributes['type'], 30)}"] += 1
-                    self.parts.setdefault(self.object, [])
-                case "component":
-                    self.components += 1
-                    self._place(attributes)
-                    self.parts.setdefault(self.object, []).append(attributes["objectid"])
-                case "item":
-                    self.items.append(attributes["objectid"])
-                    self._place(attributes)
+            self._take(kind, attributes, named)
         except KeyError as error:
             raise ContentsError(f"a {tag} of it has no {error.args[0]}") from None
 
-    def _look_at(self, kind: str, attributes: dict[str, str]) -> None:
-        """Count the attributes that MeshLab does not read."""
-        for name in attributes.keys() - _KNOWN[kind]:
-            if not name.startswith(_UNSAID):
-                self.unread[f"attributes {shown(name, 30)} of the elements {kind!r}"] += 1
-
-    def _place(self, attributes: dict[str, str]) -> None:
-        """Refuse a transform that is none."""
-        if "transform" not in attributes:
-            return
-        values = numbers(attributes["transform"], "a transform of it")
-        if len(values) != 12:
-            raise ContentsError(f"a transform of it has {len(values)} numbers and not 12")
-        self.mirrored |= mirrors(values.reshape(4, 3)[:3])
+    def _take(self, kind: str, attributes: dict[str, str], named: dict[str, str]) -> None:
+        match kind:
+            case "vertex":
+                self._object.coordinates += (attributes["x"], attributes["y"], attributes["z"])
+            case "triangle":
+                if len(attributes) > 3:
+                    self._object.said[len(self._object.corners) // 3] = attributes
+                self._object.corners += (attributes["v1"], attributes["v2"], attributes["v3"])
+            case "model":
+                self.unit = attributes.get("unit", self.unit)
+                _check_extensions(named)
+            case "object":
+                if attributes["id"] in self.objects:
+                    raise ContentsError(f"it has two objects {shown(attributes['id'], 30)}")
+                self._object = _Object((attributes.get("pid", ""), attributes.get("pindex", "0")))
+                self.objects[attributes["id"]] = self._object
+                if attributes.get("type", "model") != "model":
+                    self.unread[f"objects of the type {shown(attributes['type'], 30)}"] += 1
+            case "component":
+                self._object.components.append({"objectid": attributes["objectid"], **attributes})
+            case "item":
+                self.items.append({"objectid": attributes["objectid"], **attributes})
+            case "basematerials" | "colorgroup":
+                self._group = self.colors.setdefault(attributes["id"], [])
+            case "base" | "color":
+                self._group.append(attributes["displaycolor" if kind == "base" else "color"])
+            case "texture2d":
+                self.textures[attributes["id"]] = attributes["path"]
+            case "texture2dgroup":
+                self._group = self.coordinates.setdefault(attributes["id"], (attributes["texid"], []))[1]
+            case "tex2coord":
+                self._group.append(f"{attributes['u']} {attributes['v']}")
 
     def end(self, tag: str) -> None:
         """An element ends."""
-        if self.beyond:
-            self.beyond -= 1
-            return
-        if tag.rpartition(":")[2] != "mesh":
-            return
-        number = len(self.counts) + 1
-        coordinates = numbers(" ".join(self.coordinates), f"the coordinates of its mesh {number}")
-        corners = indices(" ".join(self.corners), f"the corners of its mesh {number}")
-        if len(coordinates) != len(self.coordinates) or len(corners) != len(self.corners):
-            raise ContentsError(f"a vertex or a triangle of its mesh {number} has a value that is no number")
-        check_range(corners, 0, len(coordinates) // 3, f"the corners of its mesh {number}")
-        self.counts.append((len(coordinates) // 3, len(corners) // 3))
-        self.faces[self.object] = self.faces.get(self.object, 0) + len(corners) // 3
-        self.coordinates, self.corners = [], []
-
-    @property
-    def said(self) -> tuple[int | None, int | None]:
-        """How many vertices and faces MeshLab must find; None where meshes are put together."""
-        single = len(self.counts) == 1 and not self.components and len(self.items) == 1
-        return self.counts[0] if single else (None, None)
+        self._beyond = max(self._beyond - 1, 0)
 
 
-def inspect_3mf(path: Path, references: References, given: Given) -> Announced:
-    """Read a 3MF file; what it declares.
+def _check_extensions(named: dict[str, str]) -> None:
+    """Refuse a model that cannot be understood without what is not known."""
+    for prefix in named.get("requiredextensions", "").split():
+        space = named.get(f"xmlns:{prefix}", prefix)
+        if space not in _UNDERSTOOD:
+            raise ContentsError(f"it needs the extension {shown(space, 100)}, which is not known here")
+
+
+def read_3mf(path: Path, references: References) -> Reading:
+    """Read a 3MF file.
 
     Raises:
         ContentsError: it is none, or declares what cannot be.
@@ -146,76 +156,200 @@ def inspect_3mf(path: Path, references: References, given: Given) -> Announced:
     """
     try:
         with zipfile.ZipFile(path) as archive:
-            parts = _parts(archive, path.stat().st_size)
+            reader = _Reader(archive, path.stat().st_size, references)
+            unit = reader.read_build()
+            lost = (*(f"its part {shown(name)}" for name in reader.parts.keys() - reader.used), *reader.assembly.lost)
     except ContentsError:
         raise
     except _BROKEN as error:
         raise ContentsError(f"it is no whole archive ({str(error)[:80]})") from error
-    model = _Model()
-    lost = []
-    kept: dict[str, bytes] = {}
-    for name, data in parts.items():
-        small = name.lower()
-        if small.endswith(".model"):
-            parse_xml(data, model.start, model.end)
-        elif small.endswith(_LISTS):
-            parse_xml(data, lambda tag, attributes: None)
-        elif small.endswith(_IMAGES):
-            check_image(io.BytesIO(data), references.mesh, name)
+    extras = (*sorted(lost), *(f"{what} ({number:,})" for what, number in sorted(reader.unread().items())))
+    return Reading(reader.assembly.mesh().replaced(unit=unit, source=Source(path, "3mf", extras=extras)))
+
+
+class _Reader:
+    """Follows the references of an archive from what is to be built on."""
+
+    def __init__(self, archive: zipfile.ZipFile, size: int, references: References) -> None:
+        self.assembly = Assembly()
+        self.parts: dict[str, zipfile.ZipInfo] = {}
+        self.used: set[str] = set()
+        self._archive, self._references = archive, references
+        self._left, self._size = _MOST_TIMES * size + _BESIDES, size
+        self._models: dict[str, _Model] = {}
+        if len(archive.infolist()) > _MOST_PARTS:
+            raise ContentsError(f"it holds {len(archive.infolist()):,} parts; {_MOST_PARTS:,} are the most")
+        for entry in archive.infolist():
+            name = entry.filename
+            if name in self.parts or name.startswith("/") or "\\" in name or ".." in PurePosixPath(name).parts:
+                raise ContentsError(f"its part {shown(name)} is there twice, or leads out of the archive")
+            if not entry.is_dir():
+                self.parts[name] = entry
+                self.used |= {name} if name.endswith((".rels", "[Content_Types].xml")) else set()
+
+    def read_build(self) -> str:
+        """Place everything that is to be built; its unit."""
+        found: list[str] = []
+
+        def start(tag: str, attributes: dict[str, str]) -> None:
+            if attributes.get("Type", "").endswith("/3dmodel"):
+                found.append(attributes.get("Target", ""))
+
+        parse_xml(self._part("_rels/.rels"), start)
+        if len(found) != 1:
+            raise ContentsError(f"its relationships name {len(found)} models and not 1")
+        model = self._model(found[0])
+        if model.unit not in _UNITS:
+            raise ContentsError(f"its unit is {shown(model.unit, 30)}, which no 3MF file can have")
+        with np.errstate(all="ignore"):
+            for item in model.items:
+                self._place(item, found[0], np.eye(4))
+        if not any(o.part for m in self._models.values() for o in m.objects.values()):
+            raise ContentsError("it builds no mesh")
+        return _UNITS[model.unit]
+
+    def unread(self) -> Counter[str]:
+        """What is not read of all models."""
+        return sum((model.unread for model in self._models.values()), Counter[str]())
+
+    def _part(self, name: str) -> bytes:
+        entry = self.parts.get(name.removeprefix("/"))
+        if entry is None:
+            raise ContentsError(f"it holds no part {shown(name)}")
+        self.used.add(entry.filename)
+        with self._archive.open(entry) as stream:
+            data = stream.read(self._left + 1)  # whatever the entry declares
+        self._left -= len(data)
+        if self._left < 0:
+            raise ContentsError(f"its {self._size:,} bytes hold more than {_MOST_TIMES} times as many, which no mesh does")
+        return data
+
+    def _model(self, name: str) -> _Model:
+        if name not in self._models:
+            self._models[name] = _Model()
+            parse_xml(self._part(name), self._models[name].start, self._models[name].end)
+        return self._models[name]
+
+    def _place(self, use: dict[str, str], within: str, above: NDArray[np.float64]) -> None:
+        """Place an object that a component or an item of a model names."""
+        where = use.get("path", within)
+        model = self._model(where)
+        if use["objectid"] not in model.objects:
+            raise ContentsError(f"it places the object {shown(use['objectid'], 30)}, which is not there")
+        item = model.objects[use["objectid"]]
+        matrix = np.eye(4)
+        if "transform" in use:
+            matrix[:3] = numbers(use["transform"], "a transform of it", 12).reshape(4, 3).T
+        matrix = above @ matrix
+        self.assembly.enter(id(item))
+        if item.part is None and (item.corners or item.coordinates):
+            item.part = self._mesh(item, model, f"object {shown(use['objectid'], 30)}")
+        if item.part is not None:
+            self.assembly.place(item.part, matrix)
+        for component in item.components:
+            self._place(component, where, matrix)
+        self.assembly.leave(id(item))
+
+    def _mesh(self, item: _Object, model: _Model, what: str) -> MeshData:
+        """The mesh of an object, with what is said of its triangles."""
+        points = rows("\n".join(item.coordinates), 3, f"the coordinates of {what}")
+        corners = indices("\n".join(item.corners), f"the corners of {what}")
+        if len(points) * 3 != len(item.coordinates) or len(corners) != len(item.corners):
+            raise ContentsError(f"a vertex or a triangle of {what} has a value that is no number")
+        item.coordinates, item.corners = [], []
+        count = len(corners) // 3
+        colors, uvs = np.full((count, 3, 4), np.nan), np.full((count, 3, 2), np.nan)
+        textures = np.full(count, -1, np.int32)
+        group, number = item.properties
+        properties = f"the properties of {what}"
+        groups: dict[str, tuple[list[int], list[str]]] = {}
+        for k in range(count) if group else item.said:
+            said = item.said.get(k, {})
+            first = said.get("p1", number)
+            places, texts = groups.setdefault(said.get("pid", group), ([], []))
+            places.append(k)
+            texts += (first, said.get("p2", first), said.get("p3", first))
+        for group, (places, texts) in groups.items():
+            chosen = indices(" ".join(texts), properties)
+            if group in model.colors:
+                check_range(chosen, 0, len(model.colors[group]), properties)
+                colors[places] = np.array([_color(c) for c in model.colors[group]])[chosen].reshape(-1, 3, 4)
+            elif group in model.coordinates:
+                image, pairs = model.coordinates[group]
+                check_range(chosen, 0, len(pairs), properties)
+                uvs[places] = rows(" ".join(pairs), 2, f"the texture coordinates of {what}")[chosen].reshape(-1, 3, 2)
+                name = model.textures.get(image, "")
+                textures[places] = self.assembly.add_texture(name, functools.partial(self._image, name))
+            elif group:
+                self.assembly.lost[f"what its property group {shown(group, 30)} says of triangles"] = None
+        wedges = None if (textures < 0).all() else uvs.reshape(-1, 2)
+        of_corners: dict[str, NDArray[Any] | None] = {"wedge_texture_coordinates": wedges}
+        of_polygons: dict[str, NDArray[Any] | None] = {"texture": None if wedges is None else textures}
+        if np.array_equal(colors, np.repeat(colors[:, :1], 3, axis=1), equal_nan=True):
+            of_polygons["colors"] = None if np.isnan(colors).all() else levels(colors[:, 0])
         else:
-            lost.append(f"its part {shown(name)}")
-            continue
-        kept[name] = data
-    if not model.counts:
-        raise ContentsError("it holds no mesh")
-    check_instances(model.parts, model.faces, model.items)
-    if model.unit != "millimeter":
-        lost.append(f"its unit {shown(model.unit, 30)}")
-    lost += [f"{what} ({number:,})" for what, number in sorted(model.unread.items())]
-    vertices, faces = model.said
-    return Announced(
-        vertices=vertices,
-        faces=faces,
-        triangles=faces,
-        not_kept=tuple(lost),
-        doubts=(MIRRORED,) if model.mirrored else (),
-        reading=given.write(_archive(kept)),
+            of_corners["colors"] = colors.reshape(-1, 4)
+        what = f"the corners of {what}"
+        part, lost = polygons(points, corners, np.full(count, 3), what, of_corners=of_corners, of_polygons=of_polygons)
+        self.assembly.lost |= dict.fromkeys(lost)
+        return part
+
+    def _image(self, name: str) -> bytes:
+        data = self._part(name)
+        check_image(io.BytesIO(data), self._references.mesh, name)
+        return data
+
+
+def _color(text: str) -> list[float]:
+    """The shares of red, green, blue and opacity of a colour."""
+    try:
+        if len(text) not in (7, 9) or text[0] != "#":
+            raise ValueError
+        levels = bytes.fromhex(text[1:])
+    except ValueError:
+        raise ContentsError(f"a colour of it is {shown(text, 30)}") from None
+    return [level / 255 for level in (*levels, 255)[:4]]
+
+
+_TYPES = (
+    '<?xml version="1.0" encoding="UTF-8"?><Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types"><Default '
+    'Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/><Default Extension="model" '
+    'ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/></Types>'
+)
+_RELATIONS = (
+    '<?xml version="1.0" encoding="UTF-8"?><Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">'
+    f'<Relationship Target="/3D/3dmodel.model" Id="rel0" Type="{_SPACE}2013/01/3dmodel"/></Relationships>'
+)
+
+
+def write_3mf(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
+    """Write a mesh as the one object of a 3MF file, every digit of its coordinates, in its unit or else in millimetres.
+
+    Raises:
+        ContentsError: it has no faces.
+    """
+    if not len(mesh.faces):
+        raise ContentsError("the format holds triangles alone, and the mesh has none")
+    vertex, face = (attributes.get("colors") for attributes in (mesh.vertex_attributes, mesh.face_attributes))
+    notes = ("the colours of faces are left out, since vertices have colours",) if vertex is not None and face is not None else ()
+    group, said, chosen = "", "", np.empty((len(mesh.faces), 0), np.int64)
+    if (levels_of := vertex if vertex is not None else face) is not None:
+        shades, own = np.unique(np.ascontiguousarray(levels_of).view(">u4").ravel(), return_inverse=True)
+        colors = "".join(f'<m:color color="#{shade:08X}"/>' for shade in shades.tolist())
+        group = f'<m:colorgroup id="2">{colors}</m:colorgroup>'
+        chosen = own[mesh.faces] if vertex is not None else own.reshape(-1, 1)
+        said = ' pid="2" p1="{}" p2="{}" p3="{}"' if vertex is not None else ' pid="2" p1="{}"'
+    row = f'<triangle v1="{{}}" v2="{{}}" v3="{{}}"{said}/>\n'
+    unit = next((name for name, short in _UNITS.items() if short == mesh.unit), "millimeter")
+    points = "".join('<vertex x="{!r}" y="{!r}" z="{!r}"/>\n'.format(*place) for place in mesh.vertices.tolist())
+    faces = "".join(row.format(*face) for face in np.concatenate([mesh.faces, chosen], axis=1).tolist())
+    model = (
+        f'<?xml version="1.0" encoding="UTF-8"?>\n<model unit="{unit}" xml:lang="en-US" xmlns="{_CORE}" '
+        f'xmlns:m="{_UNDERSTOOD[0]}"><resources>{group}<object id="1" type="model"><mesh><vertices>\n{points}</vertices>'
+        f'<triangles>\n{faces}</triangles></mesh></object></resources><build><item objectid="1"/></build></model>\n'
     )
-
-
-def _check_extensions(attributes: dict[str, str]) -> None:
-    """Refuse a model that cannot be understood without what MeshLab does not know."""
-    for prefix in attributes.get("requiredextensions", "").split():
-        space = attributes.get(f"xmlns:{prefix}", prefix)
-        if space != _MATERIALS:
-            raise ContentsError(f"it needs the extension {shown(space, 100)}, which MeshLab does not know")
-
-
-def _parts(archive: zipfile.ZipFile, size: int) -> dict[str, bytes]:
-    """What is in an archive by name."""
-    left = _MOST_TIMES * size + _BESIDES
-    entries = archive.infolist()
-    if len(entries) > _MOST_PARTS:
-        raise ContentsError(f"it holds {len(entries):,} parts; {_MOST_PARTS:,} are the most")
-    parts: dict[str, bytes] = {}
-    for entry in entries:
-        if entry.is_dir():
-            continue
-        name = entry.filename
-        if name in parts or name.startswith("/") or "\\" in name or ".." in PurePosixPath(name).parts:
-            raise ContentsError(f"its part {shown(name)} is there twice, or leads out of the archive")
-        with archive.open(entry) as stream:
-            parts[name] = stream.read(left + 1)  # whatever the entry declares
-        left -= len(parts[name])
-        if left < 0:
-            raise ContentsError(f"its {size:,} bytes hold more than {_MOST_TIMES} times as many, which no mesh does")
-    return parts
-
-
-def _archive(parts: dict[str, bytes]) -> bytes:
-    """An archive of these parts, not compressed."""
-    stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w", zipfile.ZIP_STORED) as archive:
-        for name, data in parts.items():
-            archive.writestr(zipfile.ZipInfo(name), data)
-    return stream.getvalue()
+    with zipfile.ZipFile(target, "w") as archive:
+        for name, text in (("[Content_Types].xml", _TYPES), ("_rels/.rels", _RELATIONS), ("3D/3dmodel.model", model)):
+            # of 1980, so that the same mesh makes the same bytes
+            archive.writestr(zipfile.ZipInfo(name), text, zipfile.ZIP_DEFLATED)
+    return notes

@@ -1,112 +1,151 @@
-"""Reads scenes in VRML 2.0, or X3D in the same words, and gives MeshLab one whose textures were found and checked."""
+"""Reads scenes in VRML 2.0, and in X3D in the same words; writes VRML 2.0."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
-from urllib.parse import unquote
+from typing import BinaryIO
 
-from .announced import Announced
+import numpy as np
+
+from ..mesh_data import MeshData
+from .assembly import MOST_PLACED
 from .errors import ContentsError
-from .given import Given, find_textures
-from .instances import MIRRORED
-from .references import References
-from .scene import Scene, check_type
+from .reading import Reading
+from .references import References, shown
+from .saving import Writing
+from .scene import Node, check_type, read_nodes
 
-_SPECIAL = re.compile(r'"(?:[^"\\]|\\.)*"|#[^\n\r]*|[\[\]{}"]', re.DOTALL)
+_TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|#[^\n\r]*|[\[\]{}"]|[^\s,\[\]{}"#]+', re.DOTALL)
+_REMARK = re.compile(r"#[^\n\r]*")
+#: a list of numbers, which is kept as one text
+_NUMBERS = re.compile(r"[\s,]*(?:#[^\n\r]*[\s,]*)*(?:[-+.\d]|nan|inf)", re.IGNORECASE)
 _HEADS = ("#VRML V2.0 utf8", "#X3D V3")
-#: what stands for every text that names no texture
-_NOTHING = "nothing"
+#: statements, and how many words follow them
+_STATEMENTS = {"ROUTE": 3, "PROFILE": 1, "COMPONENT": 1, "META": 2, "EXPORT": 1}
+_DEEPEST = 200
 
 
-def inspect_vrml(path: Path, references: References, given: Given) -> Announced:
-    """Read a scene; what it declares.
+def read_vrml(path: Path, references: References) -> Reading:
+    """Read a scene.
 
     Raises:
         ContentsError: it is none, or names what is not there.
         InputError: it names a file that must not be opened.
     """
     text = path.read_bytes().decode("utf-8", "surrogateescape")
-    head = re.split(r"[\r\n]", text, maxsplit=1)[0]
-    if not head.startswith(_HEADS) or "\0" in text:
+    if not text.startswith(_HEADS) or "\0" in text:
         raise ContentsError(f"it does not begin with {' or '.join(_HEADS)}; older ones are not known")
-    scene, tokens = Scene(), list(_tokens(text))
-    named = _follow(scene, tokens)
-    textures = find_textures([unquote(tokens[k][1:-1]) for k in named if tokens[k][1:-1].strip()], references)
-    known = {t.name: t.given for t in textures}
-    for k, token in enumerate(tokens):
-        if token.startswith('"'):  # MeshLab must not take any other text for the name of a file
-            tokens[k] = f'"{known.get(unquote(token[1:-1]), _NOTHING) if k in named else _NOTHING}"'
-    given.link(textures)
-    return Announced(
-        normals=scene.normals,
-        doubts=(MIRRORED,) if scene.mirrored else (),
-        side_files=tuple(t.file for t in textures if t.file),
-        textures=textures,
-        reading=given.write("\n".join([head, *tokens, ""]).encode("utf-8", "surrogateescape")),
+    return read_nodes(_Parser(text).nodes(), path, references)
+
+
+class _Parser:
+    """Takes a text apart, from one token to the next."""
+
+    def __init__(self, text: str) -> None:
+        self._text, self._at = text, 0
+        self._names: dict[str, Node] = {}
+        self._depth = self._count = 0
+
+    def nodes(self) -> list[tuple[str, Node]]:
+        """The nodes of the document."""
+        found = []
+        while token := self._next():
+            if token == "UNIT":
+                raise ContentsError("it has units of its own, which are not known here")
+            if token in _STATEMENTS:
+                for _ in range(_STATEMENTS[token]):
+                    self._next()
+            else:
+                found.append(("children", self._node(token)))
+        return found
+
+    def _next(self) -> str:
+        """The next token, "" at the end."""
+        while match := _TOKEN.search(self._text, self._at):
+            self._at = match.end()
+            if match[0] == '"':
+                raise ContentsError("it is cut short within a text")
+            if not match[0].startswith("#"):
+                return match[0]
+        return ""
+
+    def _node(self, token: str) -> Node:
+        """The node that begins with a token."""
+        if token == "USE":
+            name = self._next()
+            if name not in self._names:
+                raise ContentsError(f"it uses {shown(name, 30)}, which is not defined before")
+            return self._names[name]
+        name = self._next() if token == "DEF" else ""
+        node = Node(self._next() if name else token)
+        check_type(node.type)
+        if not re.match(r"[^\W\d]", node.type) or self._next() != "{":
+            raise ContentsError(f"{shown(node.type, 30)} stands in it where a node is due")
+        self._depth, self._count = self._depth + 1, self._count + 1
+        if self._depth > _DEEPEST or self._count > MOST_PLACED:
+            raise ContentsError(f"its nodes are more than {_DEEPEST} levels deep, or more than {MOST_PLACED:,}")
+        token = self._next()
+        while token != "}":
+            if not token:
+                raise ContentsError(f"it is cut short: a {shown(node.type, 30)} has no end")
+            token = self._field(node, token)
+        self._depth -= 1
+        self._names[name] = node
+        return node
+
+    def _field(self, node: Node, name: str) -> str:
+        """Read a field of a node; the token behind it."""
+        if name == "ROUTE":
+            for _ in range(3):
+                self._next()
+            return self._next()
+        check_type(name)
+        if not re.match(r"[^\W\d]", name):
+            raise ContentsError(f"{shown(name, 30)} stands in a {shown(node.type, 30)} where the name of a field is due")
+        if (token := self._next()) == "[":
+            if _NUMBERS.match(self._text, self._at):
+                end = self._text.find("]", self._at)
+                if end < 0:
+                    raise ContentsError("it is cut short within a list")
+                node.fields[name] = _REMARK.sub(" ", self._text[self._at : end]).replace(",", " ")
+                self._at = end + 1
+                return self._next()
+            texts = []
+            while (token := self._next()) != "]":
+                if not token:
+                    raise ContentsError("it is cut short within a list")
+                if token.startswith('"') or token in ("TRUE", "FALSE"):
+                    texts.append(token)
+                else:
+                    node.parts.append((name, self._node(token)))
+            node.fields[name] = " ".join(texts)
+            return self._next()
+        words = []
+        while token and (token[0] in '-+.0123456789"' or token in ("TRUE", "FALSE", "NULL", "nan", "inf")):
+            words.append(token)
+            token = self._next()
+        if words:
+            node.fields[name] = " ".join(words)
+            return token
+        node.parts.append((name, self._node(token)))
+        return self._next()
+
+
+def write_vrml(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
+    """Write a mesh as one shape in VRML 2.0, every digit of its coordinates, with the colours of its vertices."""
+    colors, colour = mesh.vertex_attributes.get("colors"), ""
+    if colors is not None:
+        shares = np.minimum((colors[:, :3] + 1e-4) / 255.0, 1.0)  # MeshLab cuts off what is behind the point of a level
+        colour = "color Color {{ color [\n{}\n] }}\n".format(
+            "\n".join("{:.7g} {:.7g} {:.7g}".format(*c) for c in shares.tolist())
+        )
+    points = "\n".join("{!r} {!r} {!r}".format(*place) for place in mesh.vertices.tolist())
+    faces = "\n".join("{} {} {} -1".format(*face) for face in mesh.faces.tolist())
+    coord = f"coord Coordinate {{ point [\n{points}\n] }}\n"
+    body = f"IndexedFaceSet {{\nsolid FALSE\n{coord}{colour}coordIndex [\n{faces}\n]\n}}" if len(mesh.faces) else ""
+    geometry = body or f"PointSet {{\n{coord}{colour}}}"
+    target.write(
+        f"#VRML V2.0 utf8\nShape {{ appearance Appearance {{ material Material {{ }} }}\ngeometry {geometry}\n}}\n".encode()
     )
-
-
-def _tokens(text: str) -> Iterator[str]:
-    """The brackets and texts, and between them words with a blank between any two; without comments."""
-    position = 0
-    for match in _SPECIAL.finditer(text):
-        if words := " ".join(text[position : match.start()].replace(",", " ").split()):
-            yield words
-        position = match.end()
-        token = match[0]
-        if token == '"':
-            raise ContentsError("it is cut short within a text")
-        if not token.startswith("#"):
-            yield token
-    if words := " ".join(text[position:].replace(",", " ").split()):
-        yield words
-
-
-def _follow(scene: Scene, tokens: list[str]) -> set[int]:
-    """Tell the nodes to a scene; which tokens are the names of files."""
-    named: set[int] = set()
-    lists: list[str] = []
-    words: list[str] = []
-    for k, token in enumerate(tokens):
-        if token == "{":
-            if not words:
-                raise ContentsError("a node of it has no type")
-            scene.begin(words[-1], words[-2] if len(words) >= 3 and words[-3] == "DEF" else "")
-            words = []
-        elif token == "}":
-            scene.end()
-            words = []
-        elif token == "[":
-            lists.append(words[-1] if words else "")
-            words = []
-        elif token == "]":
-            if not lists:
-                raise ContentsError("a list of it ends that has not begun")
-            lists.pop()
-            words = []
-        elif token.startswith('"'):
-            if (words[-1] if words else lists[-1] if lists else "") == "url":
-                named.add(k)
-        elif lists and lists[-1] and k + 1 < len(tokens) and tokens[k + 1] == "]" and tokens[k - 1] == "[":
-            scene.field(lists[-1], token)
-        else:
-            words = token.split()
-            _look(scene, words)
-    if lists:
-        raise ContentsError("it is cut short within a list")
-    scene.finish()
-    return named
-
-
-def _look(scene: Scene, words: list[str]) -> None:
-    """What words say that stand outside of lists of values."""
-    for k, word in enumerate(words):
-        check_type(word)
-        if word == "USE" and k + 1 < len(words):
-            scene.use(words[k + 1])
-        elif word == "scale" and k + 3 < len(words):
-            scene.field(word, " ".join(words[k + 1 : k + 4]))
-        elif word.endswith("PerVertex") and k + 1 < len(words):
-            scene.field(word, words[k + 1])
+    return ()

@@ -1,7 +1,4 @@
-"""Reads XML that comes from anywhere: without entities, within limits, and to its end.
-
-What MeshLab's readers are given is written anew from the elements, so that no other parser can understand it otherwise.
-"""
+"""Reads XML that comes from anywhere: without entities, within limits, and to its end."""
 
 from __future__ import annotations
 
@@ -21,7 +18,7 @@ def parse_xml(
     data: bytes,
     start: Callable[[str, dict[str, str]], object],
     end: Callable[[str], object] = lambda tag: None,
-    text: Callable[[str], object] = lambda text: None,
+    text: Callable[[str], object] | None = None,
 ) -> None:
     """Go through a document.
 
@@ -69,7 +66,7 @@ def parse_xml(
 
 
 def read_tree(data: bytes) -> ElementTree.Element:
-    """The document as a tree; names of elements keep their prefixes.
+    """The document as a tree; names of elements have no prefixes.
 
     Raises:
         ContentsError: see `parse_xml`; or it has too many elements.
@@ -82,13 +79,7 @@ def read_tree(data: bytes) -> ElementTree.Element:
         count += 1
         if count > _MOST_ELEMENTS:
             raise ContentsError(f"it has more than {_MOST_ELEMENTS:,} elements")
-        builder.start(tag, attributes)
+        builder.start(tag.rpartition(":")[2], attributes)
 
-    parse_xml(data, start, builder.end, builder.data)
+    parse_xml(data, start, lambda tag: builder.end(tag.rpartition(":")[2]), builder.data)
     return builder.close()
-
-
-def formatted_tree(root: ElementTree.Element) -> bytes:
-    """The document as UTF-8, without comments, instructions and document type."""
-    text: bytes = ElementTree.tostring(root, encoding="UTF-8", xml_declaration=True)
-    return text

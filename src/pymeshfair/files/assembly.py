@@ -1,0 +1,253 @@
+"""Parts of a scene, each placed by a matrix, as one mesh; and polygons with values at their corners as such a part."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..filters.geometry import vertex_normals_by_angle
+from ..mesh_data import MeshData, Texture
+from .errors import ContentsError
+from .indices import check_range
+from .polygons import triangulated
+from .references import References
+
+#: placements, and vertices and faces of all of them together, of one file
+MOST_PLACED, MOST_ELEMENTS = 100_000, 100_000_000
+_DEEPEST = 200
+#: units of length in metres
+METRES = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254, "ft": 0.3048}
+#: what a part has instead of an attribute that another part has
+_DEFAULTS = {"colors": 255, "texture": -1, "polygon": -1}
+
+
+class Assembly:
+    """Collects the parts of a scene.
+
+    Attributes:
+        textures: of all parts.
+        lost: what the scene has and a mesh has not, in words, each once.
+    """
+
+    def __init__(self) -> None:
+        """See the class."""
+        self.textures: list[Texture] = []
+        self.lost: dict[str, None] = {}
+        self._parts: list[tuple[MeshData, NDArray[np.float64]]] = []
+        self._numbers: dict[str, int] = {}
+        self._open: set[Hashable] = set()
+        self._entered = self._elements = 0
+
+    def __bool__(self) -> bool:
+        """Whether anything was placed."""
+        return bool(self._parts)
+
+    def enter(self, part: Hashable) -> None:
+        """What is placed from now on belongs to a part: a line may place the one before ten times, and so on, without an end.
+
+        Raises:
+            ContentsError: the part is open already, or there are too many.
+        """
+        self._entered += 1
+        if part in self._open:
+            raise ContentsError("a part of it is a part of itself")
+        if len(self._open) == _DEEPEST:
+            raise ContentsError(f"its parts are more than {_DEEPEST} levels deep")
+        if self._entered > MOST_PLACED:
+            raise ContentsError(f"it places more than {MOST_PLACED:,} parts")
+        self._open.add(part)
+
+    def leave(self, part: Hashable) -> None:
+        """The part ends."""
+        self._open.discard(part)
+
+    def place(self, part: MeshData, matrix: NDArray[np.float64]) -> None:
+        """Add a part, placed by a (4, 4) matrix.
+
+        Raises:
+            ContentsError: all parts together are too large.
+        """
+        self._elements += len(part.vertices) + len(part.faces)
+        if self._elements > MOST_ELEMENTS:
+            raise ContentsError(f"its parts have more than {MOST_ELEMENTS:,} vertices and faces, each time that they are placed")
+        self._parts.append((part, matrix))
+
+    def texture(self, name: str, references: References) -> int:
+        """The number of the texture of that name in the folder of the mesh.
+
+        Raises:
+            InputError: it must not be opened.
+        """
+        return self.add_texture(name, lambda: references.find_image(name))
+
+    def add_texture(self, name: str, image: Callable[[], Path | bytes | None]) -> int:
+        """The number of the texture of a name, whose image is found once."""
+        if name not in self._numbers:
+            self._numbers[name] = len(self.textures)
+            self.textures.append(Texture(name, image()))
+        return self._numbers[name]
+
+    def side_files(self) -> tuple[Path, ...]:
+        """The images of the textures."""
+        return tuple(t.image for t in self.textures if isinstance(t.image, Path))
+
+    def mesh(self) -> MeshData:
+        """All parts as one mesh, in the order in which they were placed."""
+        parts = [_placed(*part) for part in self._parts] or [MeshData(vertices=np.empty((0, 3)))]
+        self._parts.clear()
+        if any("normals" in p.vertex_attributes for p in parts):
+            parts = [_with_normals(p) for p in parts]
+        starts = np.cumsum([0, *(len(p.vertices) for p in parts)])
+        first = 0
+        for k, part in enumerate(parts):
+            if (own := part.face_attributes.get("polygon")) is not None:
+                parts[k] = part.with_attributes(face={"polygon": np.where(own < 0, -1, own + first).astype(np.int32)})
+                first += int(own.max(initial=-1)) + 1
+        vertex = _joined([p.vertex_attributes for p in parts], [len(p.vertices) for p in parts])
+        return MeshData(
+            vertices=np.concatenate([p.vertices for p in parts]),
+            faces=np.concatenate([p.faces + start for p, start in zip(parts, starts, strict=False)]),
+            edges=np.concatenate([p.edges + start for p, start in zip(parts, starts, strict=False)]),
+            vertex_attributes=vertex,
+            face_attributes=_joined([p.face_attributes for p in parts], [len(p.faces) for p in parts]),
+            keeps_normals="normals" in vertex,
+            textures=tuple(self.textures),
+        )
+
+
+def polygons(
+    vertices: NDArray[np.float64],
+    corners: NDArray[np.int64],
+    lengths: NDArray[np.int64],
+    what: str,
+    *,
+    of_corners: Mapping[str, NDArray[Any] | None] | None = None,
+    of_polygons: Mapping[str, NDArray[Any] | None] | None = None,
+) -> tuple[MeshData, list[str]]:
+    """A part made of polygons, and what of it a mesh cannot hold, in words.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        corners: (c,) indices of vertices, those of one polygon after those of another.
+        lengths: (p,) how many corners each polygon has.
+        what: the corners in a message.
+        of_corners: ``normals`` (c, 3), ``colors`` (c, 3) or (c, 4) from 0 to 1, ``wedge_texture_coordinates`` (c, 2); normals
+            and colours become those of vertices if they are the same at all corners there, else colours those of faces if
+            possible. A row of nan says nothing.
+        of_polygons: attributes of polygons, (p, ...).
+
+    Raises:
+        ContentsError: a corner is no vertex, or a polygon has less than three.
+    """
+    check_range(corners, 0, len(vertices), what)
+    if (lengths < 3).any():
+        k = int(np.argmax(lengths < 3))
+        raise ContentsError(f"{what}: face {k + 1:,} has {lengths[k]} corners")
+    places, of_polygon = triangulated(vertices[corners], np.arange(len(corners)), lengths)
+    rows = np.arange(len(lengths)) if of_polygon is None else of_polygon
+    face = {name: values[rows] for name, values in (of_polygons or {}).items() if values is not None}
+    if of_polygon is not None:
+        face["polygon"] = np.where(lengths[of_polygon] > 3, of_polygon, -1).astype(np.int32)
+    vertex: dict[str, NDArray[Any]] = {}
+    lost = []
+    for name, values in (of_corners or {}).items():
+        if values is None:
+            continue
+        if name == "wedge_texture_coordinates":
+            face[name] = np.nan_to_num(values[places])
+        elif (own := _of_vertices(values, corners, len(vertices))) is not None:
+            vertex[name] = levels(own) if name == "colors" else np.nan_to_num(own)
+        elif name == "colors" and ((all_levels := levels(values)[places]) == all_levels[:, :1]).all():
+            face["colors"] = all_levels[:, 0]
+        else:
+            lost.append(f"{'colours' if name == 'colors' else name} that differ at one vertex from face to face")
+    return MeshData(
+        vertices=vertices, faces=corners[places].astype(np.int32), vertex_attributes=vertex, face_attributes=face
+    ), lost
+
+
+def triangles_of(corners: NDArray[np.int64], lengths: NDArray[np.int64], *, fans: bool) -> NDArray[np.int64]:
+    """(t, 3) which of the corners of strips or fans make their triangles, without those that have a corner twice.
+
+    Args:
+        corners: (c,) indices of vertices, those of one strip after those of another.
+        lengths: (s,) how many corners each has.
+        fans: whether they are fans.
+    """
+    counts = np.maximum(lengths - 2, 0)
+    first = np.repeat(np.cumsum(lengths) - lengths, counts)
+    step = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    odd = 0 if fans else step % 2
+    places = np.stack([first if fans else first + step + odd, first + step + 1 - odd, first + step + 2], axis=1)
+    a, b, c = corners[places].T
+    whole: NDArray[np.bool_] = (a != b) & (b != c) & (c != a)
+    return np.asarray(places[whole])
+
+
+def turned_over(part: MeshData) -> MeshData:
+    """The part with its faces seen from the other side."""
+    wedges = part.face_attributes.get("wedge_texture_coordinates")
+    turned = part.replaced(faces=part.faces[:, [0, 2, 1]])
+    return turned if wedges is None else turned.with_attributes(face={"wedge_texture_coordinates": wedges[:, [0, 2, 1]]})
+
+
+def levels(colors: NDArray[np.float64]) -> NDArray[np.uint8]:
+    """(n, 4) colours as levels, of (n, 3) or (n, 4) shares from 0 to 1; nan is 1."""
+    whole = np.full((len(colors), 4), 255, np.uint8)
+    whole[:, : colors.shape[1]] = np.rint(255.0 * np.clip(np.nan_to_num(colors, nan=1.0), 0.0, 1.0))
+    return whole
+
+
+def unit_of(metres: float) -> str | None:
+    """The unit of so many metres, if it is a usual one."""
+    return next((unit for unit, length in METRES.items() if abs(metres - length) <= 1e-6 * length), None)
+
+
+def _of_vertices(values: NDArray[np.float64], corners: NDArray[np.int64], count: int) -> NDArray[np.float64] | None:
+    """(count, k) the values of corners as those of their vertices, nan where there is none; None if they differ at one."""
+    said = ~np.isnan(values).any(axis=1)
+    own = np.full((count, values.shape[1]), np.nan)
+    own[corners[said]] = values[said]
+    return own if (own[corners[said]] == values[said]).all() else None
+
+
+def _placed(part: MeshData, matrix: NDArray[np.float64]) -> MeshData:
+    if (matrix == np.eye(4)).all():
+        return part
+    turn = matrix[:3, :3]
+    with np.errstate(all="ignore"):
+        placed = part.replaced(vertices=part.vertices @ turn.T + matrix[:3, 3])
+        largest = np.abs(turn).max() or 1.0
+        a, b, c = turn / largest
+        side = np.sign(np.dot(a, np.cross(b, c)))
+        if (normals := part.vertex_attributes.get("normals")) is not None:
+            cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)]) * (side or 1.0)
+            normals = normals @ cofactors.T
+            lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+            placed = placed.with_attributes({"normals": normals / np.where(lengths > 0, lengths, 1.0)})
+    return turned_over(placed) if side < 0 else placed
+
+
+def _with_normals(part: MeshData) -> MeshData:
+    if "normals" in part.vertex_attributes:
+        return part
+    return part.with_attributes({"normals": vertex_normals_by_angle(part.vertices, part.faces)})
+
+
+def _joined(attributes: Sequence[Mapping[str, NDArray[Any]]], counts: Sequence[int]) -> dict[str, NDArray[Any]]:
+    """The attributes of all parts, one after another; a part that has none of a name gets its default."""
+    joined = {}
+    for name in dict.fromkeys(name for own in attributes for name in own):
+        like = next(own[name] for own in attributes if name in own)
+        missing = _DEFAULTS.get(name, 0)
+        joined[name] = np.concatenate(
+            [
+                own[name] if name in own else np.full((count, *like.shape[1:]), missing, like.dtype)
+                for own, count in zip(attributes, counts, strict=True)
+            ]
+        )
+    return joined
