@@ -50,7 +50,7 @@ _FINE = ("read", "refused", "worker died")
 
 def by_check(path: Path, folder: Path) -> str:
     """What the check says."""
-    return check(path, folder / "given")
+    return check(path)
 
 
 def by_run(path: Path, folder: Path) -> str:

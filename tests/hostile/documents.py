@@ -5,24 +5,31 @@ from __future__ import annotations
 import io
 import zipfile
 
+#: the image of a material, which the triangle has
+IMAGE = """<library_images><image id="i"><init_from>{}</init_from></image></library_images><library_effects><effect id="e">
+<profile_COMMON><technique sid="c"><phong><diffuse><texture texture="i" texcoord="u"/></diffuse></phong></technique>
+</profile_COMMON></effect></library_effects>
+<library_materials><material id="w"><instance_effect url="#e"/></material></library_materials>"""
+BOUND = '<bind_material><technique_common><instance_material symbol="m" target="#w"/></technique_common></bind_material>'
 COLLADA = """<?xml version="1.0"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
-<library_images><image id="i"><init_from>{image}</init_from></image></library_images>
+{image}
 <library_geometries><geometry id="g"><mesh>
 <source id="p"><float_array id="a" count="{count}">{points}</float_array>
 <technique_common><accessor source="#a" count="{accessor}" stride="3"/></technique_common></source>
 <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
-<triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>{corners}</p></triangles>
+<triangles count="1"{material}><input semantic="VERTEX" source="#v" offset="0"/><p>{corners}</p></triangles>
 </mesh></geometry></library_geometries>
-<library_visual_scenes><visual_scene id="s"><node id="n"><instance_geometry url="{url}"/></node></visual_scene>
+<library_visual_scenes><visual_scene id="s">
+<node id="n"><instance_geometry url="{url}">{bound}</instance_geometry></node></visual_scene>
 </library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>
 """
 VRML = """#VRML V2.0 utf8
 Shape {{ {more} appearance Appearance {{ texture ImageTexture {{ url {url} }} }}
-geometry IndexedFaceSet {{ coord DEF C Coordinate {{ point [ {points} ] }} coordIndex [ {corners} ] }} }}
+geometry IndexedFaceSet {{ coord DEF C Coordinate {{ point [ {points} ] }} coordIndex [ {corners} ]{mapped} }} }}
 """
 X3D = """<X3D version="3.1"><Scene><Shape><Appearance><ImageTexture url='{url}'/></Appearance>{more}
-<IndexedFaceSet coordIndex="{corners}"><Coordinate point="{points}"/></IndexedFaceSet></Shape></Scene></X3D>
+<IndexedFaceSet coordIndex="{corners}"><Coordinate point="{points}"/>{mapped}</IndexedFaceSet></Shape></Scene></X3D>
 """
 MODEL = """<?xml version="1.0"?>
 <model unit="millimeter" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"><resources><object id="1" type="model">
@@ -30,25 +37,30 @@ MODEL = """<?xml version="1.0"?>
 </mesh></object></resources><build><item objectid="1"/></build></model>
 """
 _HONEST: dict[str, dict[str, object]] = {
-    "collada": {"image": "t.png", "count": 9, "points": "0 0 0 1 0 0 0 1 0", "accessor": 3, "corners": "0 1 2", "url": "#g"},
-    "vrml": {"url": '"t.png"', "points": "0 0 0, 1 0 0, 0 1 0", "corners": "0 1 2 -1", "more": ""},
-    "x3d": {"url": '"t.png"', "points": "0 0 0 1 0 0 0 1 0", "corners": "0 1 2 -1", "more": ""},
+    "collada": {"count": 9, "points": "0 0 0 1 0 0 0 1 0", "accessor": 3, "corners": "0 1 2", "url": "#g"},
+    "vrml": {"url": '""', "points": "0 0 0, 1 0 0, 0 1 0", "corners": "0 1 2 -1", "more": ""},
+    "x3d": {"url": "", "points": "0 0 0 1 0 0 0 1 0", "corners": "0 1 2 -1", "more": ""},
 }
 
 
-def collada(**changes: object) -> str:
-    """A COLLADA document."""
-    return COLLADA.format(**_HONEST["collada"] | changes)
+def collada(image: str = "", **changes: object) -> str:
+    """A COLLADA document; with an image it is the texture of the triangle."""
+    text = COLLADA if image else COLLADA.replace(">{bound}</instance_geometry>", "/>")
+    bound = {"image": IMAGE.format(image), "material": ' material="m"', "bound": BOUND}
+    empty = {"image": "<library_images></library_images>", "material": "", "bound": ""}
+    return text.format(**(bound if image else empty), **_HONEST["collada"] | changes)
 
 
 def vrml(**changes: object) -> str:
-    """A scene in VRML 2.0."""
-    return VRML.format(**_HONEST["vrml"] | changes)
+    """A scene in VRML 2.0; with a name of an image it is the texture of the triangle."""
+    mapped = " texCoord TextureCoordinate { point [ 0 0, 1 0, 0 1 ] }" if "url" in changes else ""
+    return VRML.format(**_HONEST["vrml"] | changes, mapped=mapped)
 
 
 def x3d(**changes: object) -> str:
-    """A scene in X3D."""
-    return X3D.format(**_HONEST["x3d"] | changes)
+    """A scene in X3D; with a name of an image it is the texture of the triangle."""
+    mapped = '<TextureCoordinate point="0 0 1 0 0 1"/>' if "url" in changes else ""
+    return X3D.format(**_HONEST["x3d"] | changes, mapped=mapped)
 
 
 def three_mf(*, last: float = 2, model: str = "", name: str = "3D/3dmodel.model", more: bytes = b"") -> bytes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import os
 import shutil
@@ -12,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from pymeshfair.files.errors import InputError
-from pymeshfair.files.inputs import inspect_input
+from pymeshfair.files.inputs import read_file
 
 from ..running.runs import SAMPLES, ply_bytes, session_report, xyz
 from .documents import collada, vrml, x3d
@@ -95,7 +96,21 @@ def test_textures_of_ply_files(folder: Path, line: str, target: str) -> None:
 def test_files_of_gltf_documents(folder: Path, part: str, target: str) -> None:
     """The same for buffers and images of a glTF document, percent-encoded or not."""
     path = folder / "mesh.gltf"
-    path.write_text(json.dumps({"asset": {"version": "2.0"}, part: [{"uri": target, "byteLength": 12}]}))
+    data = "data:application/octet-stream;base64," + base64.b64encode(bytes(48)).decode()
+    document = {
+        "asset": {"version": "2.0"},
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "material": 0}]}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": kind} for kind in ("VEC3", "VEC2")],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "buffers": [{"uri": data, "byteLength": 36}],
+        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+        "textures": [{"source": 0}],
+        "images": [{"uri": "gone.png"}],
+        part: [{"uri": target, "byteLength": 36}],
+    }
+    path.write_text(json.dumps(document))
     refused(path)
 
 
@@ -122,14 +137,10 @@ def test_textures_of_scenes_within_the_folder(folder: Path) -> None:
     shutil.copy(SAMPLES / "TextureDouble_A.png", folder / "t.png")
     path = folder / "mesh.dae"
     path.write_text(collada(image="./t%2Epng"))
-    announced = inspect_input(path, folder / "given")
-    assert [(t.name, t.file) for t in announced.textures] == [("./t.png", folder / "t.png")]
+    assert [(t.name, t.image) for t in read_file(path).mesh.textures] == [("./t.png", folder / "t.png")]
     path = folder / "mesh.wrl"
-    path.write_text(vrml(more='WorldInfo { title "../secret.txt" }'))
-    announced = inspect_input(path, folder / "given_wrl")
-    assert announced.reading is not None
-    assert "secret" not in announced.reading.read_text()
-    assert [t.file for t in announced.textures] == [folder / "t.png"]
+    path.write_text(vrml(url='"t.png"') + 'WorldInfo { title "../secret.txt" }\n')
+    assert [t.image for t in read_file(path).mesh.textures] == [folder / "t.png"]
 
 
 def _png(size: int) -> bytes:
@@ -152,10 +163,10 @@ def test_images_of_few_bytes_and_many_pixels(folder: Path, size: int, why: str |
     path.write_bytes(ply_bytes(xyz(), head="comment TextureFile bomb.png"))
     (folder / "bomb.png").write_bytes(_png(size))
     if why is None:
-        assert inspect_input(path, folder / "given").textures[0].file == folder / "bomb.png"
+        assert read_file(path).mesh.textures[0].image == folder / "bomb.png"
         return
     with pytest.raises(InputError, match=why):
-        inspect_input(path, folder / "given")
+        read_file(path)
 
 
 def test_outside_files_are_read_if_allowed(folder: Path) -> None:
