@@ -115,17 +115,15 @@ def lex(
     starts: Any,
     numbers: Any,
     keywords: Any,
-    seconds: Any,
     places: Any,
-    line: int,
     high: Floats,
     low: Floats,
-) -> tuple[int, int, int, int]:
-    """Fill the arrays; how many tokens and lines there are, the number of the next line, and the oddities.
+) -> tuple[int, int]:
+    """Fill the arrays; how many tokens and lines there are.
 
     The arrays are those of `Tokens`; `places` says where each token begins, `high` and `low` are `powers_of_ten`.
     """
-    i, n, t, length, oddities = 0, len(text), 0, 0, 0
+    i, n, t, length, line = 0, len(text), 0, 0, 1
     end_of_token = np.zeros(256, np.bool_)
     for c in (9, 10, 13, 32):
         end_of_token[c] = True
@@ -140,15 +138,9 @@ def lex(
                 i += 1
                 continue
             if c == 35:  # a comment
-                if t > token0:
-                    oddities |= 2
-                elif i > begin:
-                    oddities |= 1
                 while i < n and not _ends_line(text, i):
                     i += 1
                 break
-            if t == token0 and i > begin:
-                oddities |= 1
             # a number: its sign, its digits, its exponent
             j, kind, mantissa, digits, power, cut = i, 1, 0, 0, 0, False
             negative = c == 45
@@ -205,14 +197,11 @@ def lex(
             kinds[t] = kind + (8 if after_slash else 0)
             values[t] = value
             places[t] = i
-            if kind == 0 and j - i <= 8 and t - token0 < 2:
+            if kind == 0 and j - i <= 8 and t == token0:
                 code = np.uint64(0)
                 for k in range(j - 1, i - 1, -1):
                     code = (code << np.uint64(8)) | np.uint64(text[k])
-                if t == token0:
-                    keywords[length] = code
-                else:
-                    seconds[length] = code
+                keywords[length] = code
             t += 1
             i = j
             after_slash = False
@@ -226,12 +215,7 @@ def lex(
                     t += 1
                     after_slash = False
         if i < n:
-            if text[i] == 13:
-                if i + 1 < n and text[i + 1] == 10:
-                    i += 1
-                else:
-                    oddities |= 4
-            i += 1
+            i += 2 if text[i] == 13 and i + 1 < n and text[i + 1] == 10 else 1
             line += 1
         if t > token0:
             first[length] = token0
@@ -239,7 +223,7 @@ def lex(
             numbers[length] = number
             length += 1
     first[length] = t
-    return t, length, line, oddities
+    return t, length
 
 
 @compiled

@@ -1,22 +1,24 @@
-"""Reads the text of an OBJ file strictly, to its last word, before MeshLab does.
-
-MeshLab takes ``f 1.7 2 3`` for ``f 1 2 3``, passes over faces whose indices name no vertex and lines whose keyword it does not
-know, counts lines in one way and reads them in another, and sees one line in a file with the line ends of old Macs.
-"""
+"""Reads OBJ files with their materials, every line and word of them."""
 
 from __future__ import annotations
 
 import re
 from collections import Counter
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .obj_faces import Corners, corners_of
-from .obj_values import ObjError, check_rows, fail, is_misspaced, normal_notes, texture_coordinate_notes
-from .tokens import Tokens, joined, plain, tokenise, word
+from ..mesh_data import MeshData, Source, Texture
+from .errors import ContentsError, InputError
+from .obj_materials import Materials, find_material_files
+from .polygons import triangulated
+from .reading import Reading, unended
+from .references import References, shown
+from .tokens import AFTER_SLASH, EMPTY, INTEGER, Tokens, at_line, joined, numbers_of, tokenise, word
 
 #: what the lines of the format's own keywords are
 KEYWORDS = {
@@ -31,192 +33,364 @@ KEYWORDS = {
     **dict.fromkeys(("bevel", "c_interp", "d_interp", "lod", "shadow_obj", "trace_obj", "call", "csh"), "display attributes"),
 }
 _CODES = {int(word(k.encode())): what for k, what in KEYWORDS.items() if len(k) <= 8}
+#: lines that say something of all faces behind them
+STATES = (b"o", b"g", b"s", b"mg")
+_STATES = ("groups", "objects", "smoothing groups")
+#: what `MeshData` has not
+_OTHERS = ("point elements", "parameter space vertices", "curves", "surfaces", "uses of maps", "map files", "display attributes")
 #: of how many numbers a vertex is made: its place, with a weight, with a colour, with a colour and its opacity
 _VERTEX = (3, 4, 6, 7)
-#: corners of the largest face; MeshLab's time grows with their square
+#: corners of the largest face; the time to cut it into triangles grows with their square
 LARGEST_FACE = 10_000
+#: the colour that faces without a material have in MeshLab
+_GREY = (192, 192, 192, 255)
+_LEVELS = "the colours of its vertices go up to 255: they are taken for levels of 255, not for shares from 0.0 to 1.0"
 
 
-@dataclass
-class ObjContents:
-    """What is in an OBJ file.
+@dataclass(frozen=True, eq=False)
+class ObjDocument:
+    """An OBJ file as it was read, for the writer.
 
     Attributes:
-        counts: lines by what they are; see `KEYWORDS`.
-        points: (n, 3) the vertices.
-        material_files: what the ``mtllib`` lines name, as written there.
-        triangles: how many triangles the polygons make, a polygon of k corners k - 2.
-        bare_faces: faces without texture coordinates among others with them.
-        partly_bare_faces: faces with texture coordinates at some corners alone.
-        edges: how many edges the polylines have.
-        notes: what MeshLab does not read of it, in words.
-        text: what it says, in a form that MeshLab's reader understands alike.
-        altered: whether that is not the file itself.
-        corners: the (m, 3) indices of its faces in pieces, from 0; None if some are no triangles of vertices alone.
-        colours: (n, k) what its vertices have besides places, in pieces.
-        levels: whether its colours are whole numbers up to 255.
-        exact: whether all numbers are right to the last bit.
-        changes: lines of `text`, by their number from 1, that must be others for MeshLab.
+        data: its bytes.
+        tokens: its lines alone.
+        mesh: what was read of it.
+        width: how many numbers stand on the line of a vertex.
+        normals: (k, 3) of the ``vn`` lines.
+        corner_normals: (m, 3) which of them the corners of the triangles name, -1 for none; None if they name none.
+        states: (m, 4) the last lines of `STATES` before each triangle, -1 for none.
+        materials: of its material files.
+        names: of the materials that its faces use.
+        material_of_face: (m,) which of them, -1 for none.
+        lost: what cannot be written anew, in words.
     """
 
-    counts: Counter[str] = field(default_factory=Counter)
-    points: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
-    material_files: list[str] = field(default_factory=list)
-    triangles: int = 0
-    bare_faces: int = 0
-    partly_bare_faces: int = 0
-    edges: int = 0
-    notes: list[str] = field(default_factory=list)
-    text: bytes = b""
-    altered: bool = False
-    corners: list[NDArray[np.int64]] | None = field(default_factory=list)
-    colours: list[NDArray[np.float64]] = field(default_factory=list)
-    levels: bool = False
-    exact: bool = True
-    changes: dict[int, bytes] = field(default_factory=dict)
+    data: bytes
+    tokens: Tokens
+    mesh: MeshData
+    width: int
+    normals: NDArray[np.float64]
+    corner_normals: NDArray[np.int64] | None
+    states: NDArray[np.int64]
+    materials: Materials
+    names: tuple[str, ...]
+    material_of_face: NDArray[np.int64]
+    lost: tuple[str, ...]
 
 
-def read_obj(path: Path) -> ObjContents:
-    """Read an OBJ file.
+@dataclass(frozen=True, eq=False)
+class _Corners:
+    """The corners of faces or polylines: (p,) their lines, (p,) their numbers of corners, (c, 3) the indices of vertices, texture
+    coordinates and normals, -1 for none."""
+
+    lines: NDArray[np.int64]
+    lengths: NDArray[np.int64]
+    indices: NDArray[np.int64]
+
+
+def read_obj(path: Path, references: References) -> Reading:
+    """Read an OBJ file and its materials.
 
     Raises:
-        ObjError: it is none, or says what cannot be.
+        ContentsError: it is no OBJ file, or lies.
+        InputError: it names what must not be opened.
         OSError: it cannot be read.
     """
     data = path.read_bytes()
     if b"\0" in data[:4096]:
-        raise ObjError("it is no text")
-    text = joined(data)
-    pieces = list(tokenise(text, slashes=True))
-    if any(piece.oddities for piece in pieces) or is_misspaced(pieces):
-        text = plain(text)
-        pieces = list(tokenise(text, slashes=True))
-    contents = ObjContents(text=text, altered=text is not data, exact=all(piece.exact for piece in pieces))
-    points: list[NDArray[np.float64]] = []
-    width: list[int] = []
-    before = Counter[str]()
-    for piece in pieces:
-        _count(piece, contents)
-    for piece in pieces:
-        points.append(_vertices(piece, width, contents))
-        for note in (*texture_coordinate_notes(piece), *normal_notes(piece)):
-            _note(contents, note)
-        _faces(piece, before, contents)
-        _polylines(piece, before, contents)
-        for what in ("v", "vt", "vn"):
-            before[what] += int((piece.keywords == word(what.encode())).sum())
-    contents.points = np.concatenate(points) if points else contents.points
-    _check_colours(contents, *width[:1] or (0,))
-    return contents
+        raise ContentsError("it is no text")
+    tokens = tokenise(joined(data), slashes=True)
+    counts = _counts(tokens)
+    notes: dict[str, None] = {}
+    width, vertices, colors, levels = _vertices(tokens, data, notes)
+    normals = _rows(tokens, "vn", (3,))[2]
+    textured = _texture_coordinates(tokens, notes)
+    corners = _corners(tokens, "f", 3, "face", counts, notes)
+    lines = _corners(tokens, "l", 2, "polyline", counts, notes)
+    places, of_polygon = triangulated(vertices, corners.indices[:, 0], corners.lengths)
+    row = np.arange(len(corners.lines)) if of_polygon is None else of_polygon
+    indices = corners.indices[places]
+    faces = indices[:, :, 0]
+
+    attributes: dict[str, NDArray[Any]] = {}
+    if of_polygon is not None:
+        attributes["polygon"] = np.where(corners.lengths[row] > 3, row, -1).astype(np.int32)
+    bare = (indices[:, :, 1] < 0).any(axis=1)
+    if not bare.all():
+        wedges = np.append(textured, [[0.0, 0.0]], axis=0)[indices[:, :, 1]]
+        attributes["wedge_texture_coordinates"] = wedges
+        _note_bare(corners, notes)
+    lost = [f"{what} ({n:,})" for what in _STATES if (n := counts[what])]
+    materials, used, files = _materials(path, tokens, counts, references, notes)
+    numbers = {name: k for k, name in enumerate(materials.textures)}
+    material = np.append(used.material, -1)[np.searchsorted(used.lines, corners.lines) - 1][row]
+    if len(faces) and any(name in materials.named for name in used.names):
+        attributes["colors"] = used.colors(materials)[np.searchsorted(used.lines, corners.lines) - 1][row]
+    if numbers and not bare.all():
+        of_material = [numbers.get(materials.named[n].texture or "", -1) if n in materials.named else -1 for n in used.names]
+        # A file with one texture and no word of who uses it means all faces.
+        of_material.append(0 if not used.names and len(numbers) == 1 else -1)
+        attributes["texture"] = np.where(bare, -1, np.array(of_material)[material]).astype(np.int32)
+
+    vertex_attributes: dict[str, NDArray[Any]] = {} if colors is None else {"colors": colors}
+    own, corner_normals = _normals(len(vertices), normals, indices, notes)
+    if own is not None:
+        vertex_attributes["normals"] = own
+    textures = tuple(Texture(name, references.find_image(name)) for name in materials.textures)
+    images, doubts = _images(materials, references)
+    mesh = MeshData(
+        vertices=vertices,
+        faces=faces,
+        edges=_edges(lines),
+        vertex_attributes=vertex_attributes,
+        face_attributes=attributes,
+        keeps_normals=own is not None and len(faces) > 0,
+        textures=textures,
+    )
+    others = [f"{what} ({n:,})" for what in _OTHERS if (n := counts[what])]
+    document = ObjDocument(
+        data,
+        replace(tokens, kinds=tokens.kinds[:0].copy(), values=np.empty(0), first=np.empty(0, np.int64)),
+        mesh,
+        width,
+        normals,
+        corner_normals,
+        _states(tokens, corners.lines)[row],
+        materials,
+        tuple(used.names),
+        material,
+        tuple(others),
+    )
+    extras = (*lost, *others, *notes)
+    side_files = (*files, *(t.image for t in (*textures, *images) if isinstance(t.image, Path)))
+    source = Source(path, "obj", document, extras, images=images)
+    doubts = (*unended(data), *((_LEVELS,) if levels else ()), *doubts)
+    return Reading(replace(mesh, source=source), doubts, side_files)
 
 
-def _count(piece: Tokens, contents: ObjContents) -> None:
-    for code, number in zip(*(a.tolist() for a in np.unique(piece.keywords, return_counts=True)), strict=True):
+def _counts(tokens: Tokens) -> Counter[str]:
+    counts = Counter[str]()
+    for code, number in zip(*(a.tolist() for a in np.unique(tokens.keywords, return_counts=True)), strict=True):
         what = _CODES.get(code)
         if what is not None:
-            contents.counts[what] += number
+            counts[what] += number
             continue
-        for k in np.flatnonzero(piece.keywords == np.uint64(code)).tolist():
-            what = KEYWORDS.get(re.split(rb"[ \t/]", piece.line(k).lstrip(b" \t"))[0].decode("latin-1"))
+        for k in np.flatnonzero(tokens.keywords == np.uint64(code)).tolist():
+            what = KEYWORDS.get(re.split(rb"[ \t/]", tokens.line(k).lstrip(b" \t"))[0].decode("latin-1"))
             if what is None:
-                raise fail(piece, k, "begins with no keyword of the format")
-            contents.counts[what] += 1
-    for k in np.flatnonzero(piece.keywords == word(b"mtllib")).tolist():
-        contents.material_files.append(piece.line(k)[6:].strip().decode("utf-8", "surrogateescape"))
+                raise at_line(tokens, k, "begins with no keyword of the format")
+            counts[what] += 1
+    return counts
 
 
-def _vertices(piece: Tokens, width: list[int], contents: ObjContents) -> NDArray[np.float64]:
-    lines, counts = check_rows(piece, "v", _VERTEX)
-    if len(lines) == 0:
-        return np.empty((0, 3))
-    width[:] = width or [int(counts[0])]
-    if (counts != width[0]).any():
-        k = int(np.argmax(counts != width[0]))
-        raise fail(piece, int(lines[k]), f"has {counts[k]} values, while the vertices before it have {width[0]}")
-    first = piece.first[lines]
-    if width[0] == 4 and (piece.values[first + 4] != 1).any():
-        _note(contents, "weights of vertices")
-    contents.colours.append(piece.values[first[:, None] + np.arange(4, width[0] + 1)])
-    places: NDArray[np.float64] = piece.values[first[:, None] + np.arange(1, 4)]
-    return places
+def lines_of(tokens: Tokens, keyword: bytes) -> NDArray[np.int64]:
+    """The lines that begin with a keyword."""
+    return np.flatnonzero(tokens.keywords == word(keyword))
 
 
-def _note(contents: ObjContents, text: str) -> None:
-    if text not in contents.notes:
-        contents.notes.append(text)
+def _rows(
+    tokens: Tokens, keyword: str, widths: tuple[int, ...]
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
+    """The lines of a keyword, how many numbers each has, one of some `widths`, and the numbers up to the least of these."""
+    lines = lines_of(tokens, keyword.encode())
+    counts = tokens.lengths[lines] - 1
+    wrong = ~np.isin(counts, widths)
+    if wrong.any():
+        k = int(np.argmax(wrong))
+        expected = " or ".join(str(w) for w in widths)
+        raise at_line(
+            tokens, int(lines[k]), f"has {counts[k]} {'value' if counts[k] == 1 else 'values'} and not {expected}"
+        )
+    return lines, counts, numbers_of(tokens, lines, 1, widths[0])
 
 
-def _check_colours(contents: ObjContents, width: int) -> None:
-    """Refuse colours that are neither shares from 0 to 1 nor levels of 255: MeshLab takes what is above 1 for either."""
-    if width < 6 or not contents.colours:
-        return
-    colours = np.concatenate(contents.colours)
-    if (strange := ~((colours >= 0) & (colours <= 1)).all(axis=1)).any():
-        contents.levels = width == 6 and bool(((colours >= 0) & (colours <= 255) & (colours == np.rint(colours))).all())
-        if not contents.levels:
-            raise ObjError(f"the colour of its vertex {int(np.argmax(strange)) + 1:,} is not from 0.0 to 1.0")
+def _vertices(
+    tokens: Tokens, data: bytes, notes: dict[str, None]
+) -> tuple[int, NDArray[np.float64], NDArray[np.uint8] | None, bool]:
+    """How many numbers a vertex has, the coordinates, the colours, and whether these are levels in the file."""
+    lines, counts, vertices = _rows(tokens, "v", _VERTEX)
+    width = int(counts[0]) if len(lines) else 3
+    if (counts != width).any():
+        k = int(np.argmax(counts != width))
+        raise at_line(tokens, int(lines[k]), f"has {counts[k]} values, while the vertices before it have {width}")
+    rest = numbers_of(tokens, lines, 4, width - 3)
+    if width == 4 and (rest != 1).any():
+        notes["weights of vertices"] = None
+    if b"#MRGB " in data:  # ZBrush has them in comments, as 8 digits of a mask and a colour each
+        found = bytes.fromhex(b"".join(re.findall(rb"(?m)^#MRGB ((?:[0-9a-fA-F]{8})+)", data)).decode())
+        if len(found) == 4 * len(lines):
+            painted = np.frombuffer(found, np.uint8).reshape(-1, 4)[:, [1, 2, 3, 0]].copy()
+            painted[:, 3] = 255
+            return width, vertices, painted, False
+    if width < 6:
+        return width, vertices, None, False
+    strange, top = ~((rest >= 0) & (rest <= 1)).all(axis=1), 1.0
+    if strange.any():
+        if width == 7 or not ((rest >= 0) & (rest <= 255) & (rest == np.rint(rest))).all():
+            raise ContentsError(f"the colour of its vertex {int(np.argmax(strange)) + 1:,} is not from 0.0 to 1.0")
+        top = 255.0
+    colors = np.full((len(lines), 4), 255, np.uint8)
+    colors[:, : width - 3] = np.rint(rest / top * 255.0)
+    return width, vertices, colors, top > 1.0
 
 
-def _faces(piece: Tokens, before: Counter[str], contents: ObjContents) -> None:
-    corners = corners_of(piece, "f")
-    if len(corners.lines) == 0:
-        return
-    _check_corners(piece, corners, "face", 3)
-    relative = _check_indices(piece, corners, before, contents)
-    contents.triangles += int((corners.counts - 2).sum())
-    if contents.corners is not None and (corners.counts == 3).all() and len(corners.slots) == len(corners.lines) * 3:
-        contents.corners.append(corners.values.astype(np.int64).reshape(-1, 3) - 1)
-    else:
-        contents.corners = None
-    contents.bare_faces += int((corners.texture_counts == 0).sum())
-    contents.partly_bare_faces += int(((corners.texture_counts > 0) & (corners.texture_counts < corners.counts)).sum())
-    if relative:
-        contents.changes |= corners.absolute(piece)
+def _texture_coordinates(tokens: Tokens, notes: dict[str, None]) -> NDArray[np.float64]:
+    lines, counts, pairs = _rows(tokens, "vt", (2, 3))
+    if numbers_of(tokens, lines[counts == 3], 3, 1).any():
+        notes["third texture coordinates"] = None
+    return pairs
 
 
-def _polylines(piece: Tokens, before: Counter[str], contents: ObjContents) -> None:
-    corners = corners_of(piece, "l")
-    if len(corners.lines) == 0:
-        return
-    _check_corners(piece, corners, "polyline", 2)
-    relative = _check_indices(piece, corners, before)
-    contents.edges += int((corners.counts - 1).sum())
-    if relative or (corners.counts != 2).any():
-        contents.changes |= corners.single_edges(piece)
-
-
-def _check_corners(piece: Tokens, corners: Corners, what: str, least: int) -> None:
-    if corners.strange >= 0:
-        raise fail(piece, corners.strange, "has something else than whole numbers, joined by slashes")
+def _corners(
+    tokens: Tokens, keyword: str, least: int, what: str, counts: Mapping[str, int], notes: dict[str, None]
+) -> _Corners:
+    """Take the lines of a keyword apart: ``vertex/texture coordinate/normal``, counted from 1, or backwards from -1."""
+    chosen = tokens.keywords == word(keyword.encode())
+    lines = np.flatnonzero(chosen)
+    lengths = tokens.lengths
+    mask = np.repeat(chosen, lengths)
+    mask[tokens.first[lines]] = False
+    kinds, values = tokens.kinds[mask], tokens.values[mask]
+    line_of = np.repeat(lines, lengths[lines] - 1)
+    follows = kinds >= AFTER_SLASH
+    kinds = kinds & (AFTER_SLASH - 1)
+    slots = follows.astype(np.int8)
+    slots[1:] += follows[1:] & follows[:-1]
+    strange = (kinds != INTEGER) & ~((kinds == EMPTY) & (slots > 0))
+    strange[2:] |= follows[2:] & follows[1:-1] & follows[:-2]  # three slashes
+    if strange.any():
+        k = int(line_of[np.argmax(strange)])
+        raise at_line(tokens, k, "has something else than whole numbers, joined by slashes")
+    per_line = np.bincount(line_of[slots == 0], minlength=len(tokens.numbers))[lines]
     for wrong, why in (
-        (corners.counts < least, f"is a {what} of fewer than {least} vertices"),
-        (corners.counts > LARGEST_FACE, f"is a {what} of more than {LARGEST_FACE:,} vertices"),
+        (per_line < least, f"is a {what} of fewer than {least} vertices"),
+        (per_line > LARGEST_FACE, f"is a {what} of more than {LARGEST_FACE:,} vertices"),
     ):
         if wrong.any():
-            raise fail(piece, int(corners.lines[np.argmax(wrong)]), why)
-
-
-def _check_indices(piece: Tokens, corners: Corners, before: Counter[str], contents: ObjContents | None = None) -> bool:
-    """Refuse indices that name nothing read so far, and count negative ones from there; whether there were any.
-
-    Without `contents` only those of vertices are looked at, as MeshLab does with polylines.
-    """
-    relative = False
-    for keyword, slot, what in (("v", 0, "vertex"), ("vt", 1, "texture coordinate"), ("vn", 2, "normal")):
-        chosen = corners.slots == slot
-        values, lines = corners.values[chosen], corners.line_of[chosen]
-        if len(values) == 0 or (slot and contents is None):
+            raise at_line(tokens, int(lines[np.argmax(wrong)]), why)
+    corner = np.cumsum(slots == 0) - 1
+    indices = np.full((int(per_line.sum()), 3), -1, np.int64)
+    for slot, (kind, name) in enumerate((("v", "vertex"), ("vt", "texture coordinate"), ("vn", "normal"))):
+        there = (slots == slot) & (kinds == INTEGER)
+        if not there.any() or (slot and keyword == "l"):
             continue
-        if slot and contents is not None and not contents.counts[KEYWORDS[keyword]]:
-            _note(contents, f"that its faces name {KEYWORDS[keyword]}, of which it has none")
+        if slot and not counts[KEYWORDS[kind]]:
+            notes[f"that its faces name {KEYWORDS[kind]}, of which it has none"] = None
             continue
-        so_far = before[keyword] + np.cumsum(piece.keywords == word(keyword.encode()))[lines]
-        negative = values < 0
-        if negative.any():
-            relative = True
-            values = np.where(negative, values + so_far + 1, values)
-            corners.values[chosen] = values
-        wrong = ~((values >= 1) & (values <= so_far))
+        number, at = values[there], line_of[there]
+        so_far = np.cumsum(tokens.keywords == word(kind.encode()))[at]
+        number = np.where(number < 0, number + so_far, number - 1)
+        wrong = ~((number >= 0) & (number < so_far))
         if wrong.any():
-            raise fail(piece, int(lines[np.argmax(wrong)]), f"names a {what} that is none of those before it")
-    return relative
+            raise at_line(tokens, int(at[np.argmax(wrong)]), f"names a {name} that is none of those before it")
+        indices[corner[there], slot] = number
+    return _Corners(lines, per_line, indices)
+
+
+def _edges(lines: _Corners) -> NDArray[np.int64]:
+    """(e, 2) each vertex of a polyline and the next one."""
+    vertex, of_line = lines.indices[:, 0], np.repeat(lines.lines, lines.lengths)
+    inner = of_line[1:] == of_line[:-1]
+    return np.stack([vertex[:-1][inner], vertex[1:][inner]], axis=1)
+
+
+def _note_bare(corners: _Corners, notes: dict[str, None]) -> None:
+    starts = np.cumsum(corners.lengths) - corners.lengths
+    textured = np.add.reduceat(corners.indices[:, 1] >= 0, starts, dtype=np.int64)
+    if bare := int((textured == 0).sum()):
+        notes[f"that {bare:,} of its faces have no texture coordinates: they get 0 0"] = None
+    if partly := int(((textured > 0) & (textured < corners.lengths)).sum()):
+        notes[f"that {partly:,} of its faces have texture coordinates at some corners alone"] = None
+
+
+def _normals(
+    count: int, normals: NDArray[np.float64], indices: NDArray[np.int64], notes: dict[str, None]
+) -> tuple[NDArray[np.float64] | None, NDArray[np.int64] | None]:
+    """The normals of the vertices, and which the corners of the triangles name.
+
+    As in MeshLab vertices have normals of their own if there are as many of both: that of the last corner that names one.
+    """
+    of_corners = indices[:, :, 2]
+    if not len(normals):
+        return None, None
+    if len(normals) != count:
+        if (of_corners >= 0).any():
+            notes["normals of corners"] = None
+        return None, of_corners if (of_corners >= 0).any() else None
+    if not len(indices):
+        return normals, None
+    of_corners = np.where(of_corners < 0, indices[:, :, 0], of_corners)
+    own = np.zeros((count, 3))
+    own[indices[:, :, 0].ravel()] = normals[of_corners.ravel()]
+    if not np.array_equal(own[indices[:, :, 0]], normals[of_corners], equal_nan=True):
+        notes["normals of corners"] = None
+    return own, of_corners
+
+
+@dataclass(frozen=True, eq=False)
+class _Uses:
+    """The ``usemtl`` lines: where they are, (u,) which of the names each has, and the names."""
+
+    lines: NDArray[np.int64]
+    material: NDArray[np.int64]
+    names: list[str]
+
+    def colors(self, materials: Materials) -> NDArray[np.uint8]:
+        """(u + 1, 4) the colour of the faces behind each line, and of those before all; an unknown name does not change it."""
+        colors = [_GREY]
+        for k in self.material.tolist():
+            known = materials.named.get(self.names[k])
+            colors.append(colors[-1] if known is None else known.color)
+        return np.array([*colors[1:], colors[0]], np.uint8)
+
+
+def _materials(
+    path: Path, tokens: Tokens, counts: Mapping[str, int], references: References, notes: dict[str, None]
+) -> tuple[Materials, _Uses, list[Path]]:
+    numbers: dict[str, int] = {}
+    lines = lines_of(tokens, b"usemtl")
+    used = _Uses(lines, np.array([numbers.setdefault(_rest(tokens, k), len(numbers)) for k in lines.tolist()], np.int64), [])
+    used.names.extend(numbers)
+    names = list(dict.fromkeys(_rest(tokens, k) for k in lines_of(tokens, b"mtllib").tolist()))
+    # Some programs name no material file, and mean the one of the same name.
+    files, missing = find_material_files(names or ([path.with_suffix(".mtl").name] if len(lines) else []), references)
+    for name in missing if names else ():
+        notes[f"the material file {Path(name).name}, which does not exist"] = None
+    if len(lines) and not files:
+        notes[f"uses of materials ({len(lines):,}), as there is no material file"] = None
+    materials = Materials()
+    for file in files:
+        before = set(materials.others)
+        materials.read(file, path)
+        if others := [word for word in materials.others if word not in before]:
+            notes[f"{', '.join(others)} of the material file {file.name}"] = None
+    if files and (unknown := set(numbers) - set(materials.named)):
+        notes[f"uses of the material {shown(min(unknown))}, which its material files do not have"] = None
+    return materials, used, files
+
+
+def _rest(tokens: Tokens, k: int) -> str:
+    """What stands behind the keyword of a line, without a comment, with one blank between words."""
+    text = re.sub(rb"(^|[ \t])#.*", b"", tokens.line(k))
+    return " ".join(text.decode("utf-8", "surrogateescape").split()[1:])
+
+
+def _images(materials: Materials, references: References) -> tuple[tuple[Texture, ...], tuple[str, ...]]:
+    """The images of the materials that are no textures of colours, and doubts about them."""
+    names = dict.fromkeys(name for _, name in materials.images.values())
+    images, doubts = [], []
+    for name in names.keys() - set(materials.textures):
+        try:
+            images.append(Texture(name, references.find_image(name)))
+        except InputError as error:
+            doubts.append(f"{error.reason}; it is not copied")
+    return tuple(images), tuple(doubts)
+
+
+def _states(tokens: Tokens, faces: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(p, 4) the last lines of `STATES` before each of some lines, -1 for none."""
+    found = np.full((len(faces), len(STATES)), -1, np.int64)
+    for k, keyword in enumerate(STATES):
+        lines = lines_of(tokens, keyword)
+        found[:, k] = np.append(lines, -1)[np.searchsorted(lines, faces) - 1]
+    return found

@@ -1,50 +1,108 @@
-"""Reads the material files of an OBJ file, and writes one that MeshLab understands alike.
-
-MeshLab takes the rest of a line with options for the name of a texture, forgets the first of two material files, and passes over
-whatever else it does not know.
-"""
+"""The material files of an OBJ file: colours and textures, and the same text with other names of images."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+
 from .errors import InputError
-from .references import References, Texture, shown
-from .tokens import joined, plain
+from .references import References, shown
+from .tokens import joined
 
 #: material files are short; a longer one is something else
 MATERIAL_LIMIT = 16 << 20
 #: a mesh with a texture for every house of a city has thousands
 MOST_MATERIALS = 20_000
-#: how many numbers follow what MeshLab reads
+#: how many numbers follow each keyword of a colour or a number
 _NUMBERS = {"Ka": 3, "Kd": 3, "Ks": 3, "d": 1, "Tr": 1, "Ns": 1, "illum": 1}
 #: how many words follow each option of a map, at most; those of ``-o``, ``-s`` and ``-t`` are numbers and may be fewer
 _OPTIONS = {"-blendu": 1, "-blendv": 1, "-boost": 1, "-bm": 1, "-cc": 1, "-clamp": 1, "-imfchan": 1, "-mm": 2, "-texres": 1}
 _OPTIONS |= dict.fromkeys(("-o", "-s", "-t"), 3)
+_IMAGE = re.compile(r"map_(?!aat\b)\w+|bump|disp|decal|refl|norm", re.IGNORECASE)
 
 
 @dataclass
 class Material:
-    """One material: its name, the lines that MeshLab reads, and the texture that it names."""
+    """A material: its colour, levels from 0 to 255, and its texture."""
 
-    name: str
-    lines: list[str] = field(default_factory=list)
+    color: tuple[int, ...] = (255, 255, 255, 255)
     texture: str | None = None
 
 
 @dataclass
 class Materials:
-    """What is in material files: the materials, and the words that MeshLab ignores."""
+    """What is in material files.
 
-    materials: list[Material] = field(default_factory=list)
-    ignored: dict[str, None] = field(default_factory=dict)
+    Attributes:
+        named: the materials by their names.
+        lines: those of the files.
+        images: for lines with the name of an image what stands before it, and the name.
+        others: keywords and options that say more than a colour and its texture.
+    """
+
+    named: dict[str, Material] = field(default_factory=dict)
+    lines: list[str] = field(default_factory=list)
+    images: dict[int, tuple[str, str]] = field(default_factory=dict)
+    others: dict[str, None] = field(default_factory=dict)
 
     @property
     def textures(self) -> list[str]:
         """The textures that they name, each once."""
-        return list(dict.fromkeys(m.texture for m in self.materials if m.texture))
+        return list(dict.fromkeys(m.texture for m in self.named.values() if m.texture))
+
+    def text(self, names: Mapping[str, str]) -> bytes:
+        """The files as one, with images under other names."""
+        lines = list(self.lines)
+        for number, (before, name) in self.images.items():
+            if names.get(name, name) != name:
+                lines[number] = f"{before} {names[name]}"
+        return "".join(f"{line}\n" for line in lines).encode("utf-8", "surrogateescape")
+
+    def read(self, path: Path, mesh: Path) -> None:
+        """Add what is in a material file.
+
+        Raises:
+            InputError: it is too long, or no text.
+        """
+        with path.open("rb") as file:
+            data = file.read(MATERIAL_LIMIT + 1)
+        if len(data) > MATERIAL_LIMIT or b"\0" in data:
+            what = "is no text" if b"\0" in data else f"has more than {MATERIAL_LIMIT:,} bytes"
+            raise InputError(mesh, f"the material file {shown(path.name)} {what}")
+        material: Material | None = None
+        for line in re.split(r"\r\n|\n|\r", joined(data).decode("utf-8", "surrogateescape")):
+            keyword, _, rest = " ".join(re.sub(r"(^|\s)#.*", "", line).split()).partition(" ")
+            if keyword == "newmtl":
+                material = self.named.setdefault(rest, Material())
+                if len(self.named) > MOST_MATERIALS:
+                    raise InputError(mesh, f"the material file {shown(path.name)} has more than {MOST_MATERIALS:,} materials")
+            elif keyword:
+                self._take(material, keyword, rest)
+            self.lines.append(line)
+
+    def _take(self, material: Material | None, keyword: str, rest: str) -> None:
+        numbers = rest.split()[: _NUMBERS.get(keyword, 0)]
+        if _IMAGE.fullmatch(keyword):
+            options, name = _parted(rest)
+            if name:
+                self.images[len(self.lines)] = (" ".join((keyword, *options)), name)
+            if material is None or keyword.lower() != "map_kd":
+                self.others[keyword] = None
+                return
+            material.texture = name
+            if options:
+                self.others[f"{keyword} {' '.join(options)}"] = None
+        elif material is None or keyword not in _NUMBERS or len(numbers) < _NUMBERS[keyword] or not all(map(_is_number, numbers)):
+            self.others[keyword] = None
+        elif keyword == "Kd":
+            shares = np.nan_to_num(np.clip(np.array(numbers, np.float32), 0, 1)).astype(np.float64)
+            material.color = (*(255.0 * shares).astype(np.uint8).tolist(), 255)  # not rounded, as in MeshLab
+        elif keyword == "d" and float(numbers[0]) < 1.0:
+            self.others[f"d {numbers[0]}"] = None
 
 
 def find_material_files(names: Sequence[str], references: References) -> tuple[list[Path], list[str]]:
@@ -63,45 +121,6 @@ def find_material_files(names: Sequence[str], references: References) -> tuple[l
         else:
             missing.append(name)
     return list(found), missing
-
-
-def read_materials(path: Path, mesh: Path) -> Materials:
-    """Read a material file.
-
-    Raises:
-        InputError: it is too long, or no text.
-    """
-    with path.open("rb") as file:
-        data = file.read(MATERIAL_LIMIT + 1)
-    if len(data) > MATERIAL_LIMIT or b"\0" in data:
-        what = "is no text" if b"\0" in data else f"has more than {MATERIAL_LIMIT:,} bytes"
-        raise InputError(mesh, f"the material file {shown(path.name)} {what}")
-    materials = Materials()
-    for line in plain(joined(data)).decode("utf-8", "surrogateescape").split("\n"):
-        keyword, _, rest = line.strip().partition(" ")
-        if not keyword:
-            continue
-        if keyword == "newmtl":
-            if len(materials.materials) == MOST_MATERIALS:
-                raise InputError(mesh, f"the material file {shown(path.name)} has more than {MOST_MATERIALS:,} materials")
-            materials.materials.append(Material(rest))
-        elif not materials.materials or not _read(materials.materials[-1], keyword, rest, materials):
-            materials.ignored[keyword] = None
-    return materials
-
-
-def _read(material: Material, keyword: str, rest: str, materials: Materials) -> bool:
-    """Take a line of a material; whether MeshLab reads such lines."""
-    if keyword == "map_Kd":
-        options, material.texture = _parted(rest)
-        if options:
-            materials.ignored[f"{keyword} {' '.join(options)}"] = None
-        return True
-    words = rest.split()[: _NUMBERS.get(keyword, 0)]
-    if keyword not in _NUMBERS or len(words) < _NUMBERS[keyword] or not all(map(_is_number, words)):
-        return False
-    material.lines.append(f"{keyword} {' '.join(words)}")
-    return True
 
 
 def _parted(rest: str) -> tuple[list[str], str | None]:
@@ -123,13 +142,3 @@ def _is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-def format_materials(materials: Sequence[Material], named: Callable[[str], Texture]) -> bytes:
-    """The materials as one file, with each texture under the name that it is given to MeshLab by."""
-    lines = []
-    for material in materials:
-        lines += [f"newmtl {material.name}", *material.lines]
-        if material.texture:
-            lines.append(f"map_Kd {named(material.texture).given}")
-    return "\n".join([*lines, ""]).encode("utf-8", "surrogateescape")

@@ -219,7 +219,8 @@ def _faces_of_rows(
         k = int(np.argmin(lists.lengths))
         raise PlyError(f"its face {k + 1:,} has {lists.lengths[k]} vertices")
     corners = _checked(lists.values, len(vertices), "face")
-    faces, of_polygon = triangulated(vertices, corners, lists.lengths)
+    places, of_polygon = triangulated(vertices, corners, lists.lengths)
+    faces = (corners.reshape(-1, 3) if of_polygon is None else corners[places]).astype(np.int32)
     rows = slice(None) if of_polygon is None else of_polygon
     attributes: dict[str, Array] = {}
     if (colors := colors_of(table)) is not None:
@@ -230,7 +231,7 @@ def _faces_of_rows(
         sizes = lists.lengths[of_polygon]
         attributes["polygon"] = np.where(sizes > 3, of_polygon, -1).astype(np.int32)
     if (pairs := table.lists(WEDGES)) is not None:
-        attributes["wedge_texture_coordinates"] = _wedges(pairs, lists.lengths, corners, faces, of_polygon)
+        attributes["wedge_texture_coordinates"] = _wedges(pairs, lists.lengths)[places]
     if (numbers := table.numbers(TEXTURE_NUMBER)) is not None:
         wrong = ~((numbers >= -1) & (numbers < max(textures, 1)))
         if wrong.any():
@@ -255,38 +256,12 @@ def _checked(values: Array, count: int, what: str, least: int = 0) -> NDArray[np
     return values.astype(np.int64)
 
 
-def _wedges(
-    pairs: Lists,
-    lengths: NDArray[np.int64],
-    corners: NDArray[np.int64],
-    faces: NDArray[np.int32],
-    of_polygon: NDArray[np.int32] | None,
-) -> NDArray[np.float64]:
-    """(m, 3, 2) the texture coordinates at the corners of the triangles."""
+def _wedges(pairs: Lists, lengths: NDArray[np.int64]) -> NDArray[np.float64]:
+    """(c, 2) the texture coordinates at the corners of the polygons."""
     if (wrong := pairs.lengths != 2 * lengths).any():
         k = int(np.argmax(wrong))
         raise PlyError(f"the list 'texcoord' of its face {k + 1:,} has {pairs.lengths[k]} values for {lengths[k]} corners")
-    values = pairs.values.astype(np.float64).reshape(-1, 2)
-    if of_polygon is None:
-        return values.reshape(-1, 3, 2)
-    starts = np.cumsum(lengths) - lengths
-    return values[_place_in_polygon(starts, lengths, corners, faces, of_polygon)]
-
-
-def _place_in_polygon(
-    starts: NDArray[np.int64],
-    lengths: NDArray[np.int64],
-    corners: NDArray[np.int64],
-    faces: NDArray[np.int32],
-    of_polygon: NDArray[np.int32],
-) -> NDArray[np.int64]:
-    """(m, 3) which of all corners of polygons each corner of a triangle is."""
-    places = np.full(faces.shape, -1, np.int64)
-    for step in range(int(lengths.max())):
-        at = starts[of_polygon] + np.minimum(step, lengths[of_polygon] - 1)
-        hit = (places < 0) & (corners[at][:, None] == faces)
-        places[hit] = np.broadcast_to(at[:, None], faces.shape)[hit]
-    return places
+    return pairs.values.astype(np.float64).reshape(-1, 2)
 
 
 def _of_strips(values: NDArray[np.int64], lengths: NDArray[np.int64]) -> NDArray[np.int32]:

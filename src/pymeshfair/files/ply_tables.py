@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..filters.compilation import compiled
 from .ply_header import KINDS, SIZES, PlyElement, PlyError, PlyHeader, PlyProperty
-from .tokens import INTEGER, NOT_FINITE, REAL, REMARKED, Tokens, joined_pieces, tokenise
+from .tokens import INTEGER, NOT_FINITE, REAL, Tokens, tokenise
 
 #: what may stand behind the last row: ends of lines, and what some programs fill a file up with
 PADDING = b" \t\r\n\0\x1a"
@@ -228,8 +228,8 @@ def text_tables(text: bytes, header: PlyHeader) -> tuple[dict[str, Table], Token
         PlyError: a line is not what the header declares.
     """
     body = text.rstrip(PADDING)
-    piece = joined_pieces(tokenise(body))
-    if piece.oddities & REMARKED or b"#" in body:
+    piece = tokenise(body)
+    if b"#" in body:
         raise PlyError("it has comments behind its header")
     tables: dict[str, Table] = {}
     line = 0

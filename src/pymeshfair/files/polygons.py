@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,14 +21,117 @@ def triangulated(
         lengths: (p,) how many corners each polygon has, at least 3.
 
     Returns:
-        (m, 3) triangles; (m,) the polygon of each, None if all polygons are triangles.
+        (m, 3) which of the corners those of each triangle are; (m,) the polygon of each, None if all polygons are triangles.
     """
     if not len(lengths) or (lengths == 3).all():
-        return np.ascontiguousarray(corners.reshape(-1, 3), np.int32), None
-    faces = np.empty((int((lengths - 2).sum()), 3), np.int32)
+        return np.arange(len(corners), dtype=np.int32).reshape(-1, 3), None
+    places = np.empty((int((lengths - 2).sum()), 3), np.int32)
     of_polygon = np.repeat(np.arange(len(lengths), dtype=np.int32), lengths - 2)
-    _cut(vertices, corners.astype(np.int64), lengths, np.empty(int(lengths.max()), np.int64), faces)
-    return faces, of_polygon
+    _cut(vertices, corners.astype(np.int64), lengths, np.empty(int(lengths.max()), np.int64), places)
+    return places, of_polygon
+
+
+class Outlines(NamedTuple):
+    """Polygons made of triangles again.
+
+    Attributes:
+        places: (c,) which of the 3 m corners of the triangles each corner is, those of one polygon after those of another.
+        lengths: (p,) how many corners each has.
+        broken: how many polygons are left in triangles, as some of theirs are gone, or they have an edge twice.
+    """
+
+    places: NDArray[np.int64]
+    lengths: NDArray[np.int64]
+    broken: int = 0
+
+    @property
+    def triangles(self) -> NDArray[np.int64]:
+        """(p,) the first triangle of each."""
+        return self.places[np.cumsum(self.lengths) - self.lengths] // 3
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a writer says of them."""
+        return (f"{self.broken:,} polygons that are not whole are written as triangles",) if self.broken else ()
+
+
+def outlines(faces: NDArray[np.int32], polygon: NDArray[Any] | None) -> Outlines:
+    """The polygons that triangles are parts of, in the order of their first triangles.
+
+    Args:
+        faces: (m, 3).
+        polygon: (m,) the same number for the triangles of one polygon, -1 for a triangle of its own; None if all are.
+
+    Returns:
+        The outlines.
+    """
+    m = len(faces)
+    if polygon is None or not (polygon >= 0).any():
+        return Outlines(np.arange(3 * m), np.full(m, 3))
+    own = np.where(polygon >= 0, polygon, int(polygon.max()) + 1 + np.arange(m))
+    _, firsts, group = np.unique(own, return_index=True, return_inverse=True)
+    first = firsts[group.ravel()]
+    members = np.argsort(first, kind="stable")
+    counts = np.bincount(first, minlength=m)
+    counts = counts[counts > 0]
+    places, lengths = np.empty(3 * m, np.int64), np.empty(m, np.int64)
+    at, more = np.full(int(faces.max()) + 1, -1, np.int64), np.empty(3 * m, np.int64)
+    corners, number = _walk_round(faces.reshape(-1), members, counts, places, lengths, at, more)
+    polygons = len(np.unique(polygon)) - bool((polygon < 0).any())
+    return Outlines(places[:corners], lengths[:number], polygons - int((lengths[:number] > 3).sum()))
+
+
+@compiled
+def _end(corners: Any, e: int) -> int:
+    """The vertex at which a half-edge ends."""
+    return int(corners[e + 1 if e % 3 < 2 else e - 2])
+
+
+@compiled
+def _walk_round(corners: Any, members: Any, counts: Any, places: Any, lengths: Any, at: Any, more: Any) -> tuple[int, int]:
+    """Fill the places and lengths of `Outlines`; how many there are of both.
+
+    ``at`` has for a vertex the half-edge of a polygon that begins there, ``more`` the next one after each.
+    """
+    c, p, start = 0, 0, 0
+    for count in counts:
+        edges = (3 * members[start : start + count]).repeat(3)
+        for k in range(3 * count):
+            edges[k] += k % 3
+        for e in edges:
+            more[e] = at[corners[e]]
+            at[corners[e]] = e
+        size = 0  # of the rim: half-edges that no other triangle of the polygon has the other way round
+        for e in edges:
+            other = at[_end(corners, e)]
+            while other >= 0 and _end(corners, other) != corners[e]:
+                other = more[other]
+            if other < 0:
+                places[c + size] = e
+                size += 1
+        for e in edges:
+            at[corners[e]] = -1
+        closed = size == count + 2
+        for e in places[c : c + size]:
+            closed = closed and at[corners[e]] < 0
+            at[corners[e]] = e
+        e = places[c]
+        for k in range(size):
+            more[k] = e
+            e = at[_end(corners, e)] if closed else -1
+            closed = e >= 0 and (e == places[c]) == (k == size - 1)
+        for e in edges:
+            at[corners[e]] = -1
+        if closed:
+            places[c : c + size] = more[:size]
+            lengths[p] = size
+            c, p = c + size, p + 1
+        else:
+            places[c : c + 3 * count] = edges
+            lengths[p : p + count] = 3
+            c, p = c + 3 * count, p + count
+        start += count
+    return c, p
 
 
 @compiled
@@ -40,13 +143,13 @@ def _turn(points: Any, a: int, b: int, c: int, normal: Any) -> float:
 
 
 @compiled
-def _is_ear(points: Any, left: Any, count: int, k: int, normal: Any) -> bool:
+def _is_ear(points: Any, corners: Any, left: Any, count: int, k: int, normal: Any) -> bool:
     """Whether no other corner of the rest of a polygon lies in the triangle at its corner k."""
-    a, b, c = left[(k + count - 1) % count], left[k], left[(k + 1) % count]
+    a, b, c = corners[left[(k + count - 1) % count]], corners[left[k]], corners[left[(k + 1) % count]]
     if _turn(points, a, b, c, normal) <= 0.0:
         return False
     for j in range(count):
-        p = left[j]
+        p = corners[left[j]]
         if p != a and p != b and p != c:
             inside = _turn(points, a, b, p, normal) >= 0.0 and _turn(points, b, c, p, normal) >= 0.0
             if inside and _turn(points, c, a, p, normal) >= 0.0:
@@ -55,7 +158,7 @@ def _is_ear(points: Any, left: Any, count: int, k: int, normal: Any) -> bool:
 
 
 @compiled
-def _cut(points: Any, corners: Any, lengths: Any, left: Any, faces: Any) -> None:
+def _cut(points: Any, corners: Any, lengths: Any, left: Any, places: Any) -> None:
     start, f = 0, 0
     normal = np.empty(3)
     for length in lengths:
@@ -71,22 +174,22 @@ def _cut(points: Any, corners: Any, lengths: Any, left: Any, faces: Any) -> None
                 a, b, c = corners[start + k], corners[start + (k + 1) % length], corners[start + (k + 2) % length]
                 convex = convex and _turn(points, a, b, c, normal) >= 0.0
         for k in range(length):
-            left[k] = corners[start + k]
+            left[k] = start + k
         count = length
         while not convex and count > 3:
             ear = -1
             for k in range(count):
-                if _is_ear(points, left, count, k, normal):
+                if _is_ear(points, corners, left, count, k, normal):
                     ear = k
                     break
             if ear < 0:
                 break  # it crosses itself: what is left becomes a fan
-            faces[f, 0], faces[f, 1], faces[f, 2] = left[(ear + count - 1) % count], left[ear], left[(ear + 1) % count]
+            places[f, 0], places[f, 1], places[f, 2] = left[(ear + count - 1) % count], left[ear], left[(ear + 1) % count]
             f += 1
             count -= 1
             for k in range(ear, count):
                 left[k] = left[k + 1]
         for k in range(1, count - 1):
-            faces[f, 0], faces[f, 1], faces[f, 2] = left[0], left[k], left[k + 1]
+            places[f, 0], places[f, 1], places[f, 2] = left[0], left[k], left[k + 1]
             f += 1
         start += length

@@ -12,7 +12,7 @@ from typing import Any, BinaryIO, TypeAlias
 import numpy as np
 
 from ..mesh_data import MeshData
-from .errors import OutputError
+from .errors import ContentsError, OutputError
 from .formats import ATTRIBUTES, WRITABLE, Format, attributes_of, extension
 from .outputs import StagedFile, material_path
 from .textures import stage_textures
@@ -105,8 +105,9 @@ def save_mesh(
     side_files: list[StagedFile] = []
     reused: tuple[Path, ...] = ()
     names: Mapping[str, str] = {}
-    if "textures" in present & kind.holds and kind.extension != "glb":
-        plan = stage_textures(mesh.textures, output, stage, record=record, own=own_texture_names)
+    images = source.images if source is not None and source.format == kind.extension else ()
+    if (mesh.textures or images) and "textures" in kind.holds and kind.extension != "glb":
+        plan = stage_textures((*mesh.textures, *images), output, stage, record=record, own=own_texture_names)
         side_files, reused, names = list(plan.files), plan.reused, plan.names
         warnings += [f"the texture {name!r} does not exist; the output names it all the same" for name in plan.missing]
     writing = Writing(resolution, names, material_path(output).name, [])
@@ -114,7 +115,10 @@ def save_mesh(
     module, function = _WRITERS[kind.extension]
     write: Writer = getattr(importlib.import_module(f".{module}", __package__), function)
     with staged.open("xb") as file:
-        warnings += [f"{output.name}: {note}" for note in write(mesh, file, writing)]
+        try:
+            warnings += [f"{output.name}: {note}" for note in write(mesh, file, writing)]
+        except ContentsError as error:
+            raise OutputError(output, str(error)) from error
         _to_disk(file)
     if writing.materials:
         beside = StagedFile(material_path(staged), material_path(output))

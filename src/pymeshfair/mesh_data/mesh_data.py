@@ -46,6 +46,7 @@ class Source:
         document: what the reader of that format keeps for its writer, so that what has not changed is written as it was.
         extras: what the file has and `MeshData` has not, in words; only a file of the same format can keep it.
         side_files: the files that belong to it: materials, textures, buffers.
+        images: those that its materials name besides textures; only a file of the same format can keep them.
         vertices: how many vertices it has.
         faces: how many triangles its faces make.
         edges: how many edges its polylines have.
@@ -56,6 +57,7 @@ class Source:
     document: Any = None
     extras: tuple[str, ...] = ()
     side_files: tuple[Path, ...] = ()
+    images: tuple[Texture, ...] = ()
     vertices: int = 0
     faces: int = 0
     edges: int = 0

@@ -1,0 +1,53 @@
+"""Rows of numbers that are equal, each found once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..filters.compilation import compiled
+
+
+def numbered(rows: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Number rows so that those have the same number whose values are all equal; NaN equals nothing.
+
+    Args:
+        rows: (n, k).
+
+    Returns:
+        (u,) the first row of each number, in the order of the rows; (n,) the number of each row.
+    """
+    values = np.ascontiguousarray(rows, np.float64) + 0.0  # of -0 it makes 0
+    firsts, numbers = np.empty(len(values), np.int64), np.empty(len(values), np.int64)
+    size = 1 << max(2 * len(values) - 1, 1).bit_length()
+    count = _number(values, values.view(np.uint64), np.full(size, -1, np.int64), firsts, numbers)
+    return firsts[:count].copy(), numbers
+
+
+@compiled
+def _number(values: Any, bits: Any, table: Any, firsts: Any, numbers: Any) -> int:
+    """Fill the arrays through a hash table, whose size is a power of two; how many numbers there are."""
+    count, mask = 0, np.uint64(len(table) - 1)
+    for i in range(len(values)):
+        key = np.uint64(0)
+        for k in range(values.shape[1]):
+            key = (key ^ bits[i, k]) * np.uint64(0x9E3779B97F4A7C15)
+            key ^= key >> np.uint64(29)
+        place = key & mask
+        while True:
+            number = table[place]
+            if number < 0:
+                table[place] = numbers[i] = count
+                firsts[count] = i
+                count += 1
+                break
+            same = True
+            for k in range(values.shape[1]):
+                same = same and values[firsts[number], k] == values[i, k]
+            if same:
+                numbers[i] = number
+                break
+            place = (place + np.uint64(1)) & mask
+    return count

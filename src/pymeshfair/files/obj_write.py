@@ -1,0 +1,286 @@
+"""Writes OBJ files: the text of the OBJ file that a mesh was read from with other numbers, or anew if elements are others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..filters.geometry import vertex_normals_by_angle
+from ..mesh_data import MeshData
+from .equal_rows import numbered
+from .obj import STATES, ObjDocument, lines_of
+from .obj_materials import MOST_MATERIALS
+from .polygons import outlines
+from .saving import Writing
+from .texts import patched, rows, words
+
+#: for each level of a colour a short number that is read as that level, whether 255 times it is rounded or cut off
+_SHARES = np.ceil(np.arange(256) / 255 * 1e6) / 1e6
+#: the attributes of faces that an OBJ file holds
+_OF_FACES = ("wedge_texture_coordinates", "texture", "colors")
+
+
+def write_obj(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
+    """Write a mesh without a matrix.
+
+    Returns:
+        What is otherwise than it was in the OBJ file that it comes from, in words.
+    """
+    document = mesh.source.document if mesh.source is not None else None
+    if not isinstance(document, ObjDocument):
+        document = None
+    normals, of_corners = _normals(mesh, document)
+    if document is not None and document.materials.lines:
+        writing.materials.append(document.materials.text(writing.textures))
+    if document is not None and (text := _as_it_was(mesh, document, normals, of_corners, writing)) is not None:
+        target.write(text)
+        return ()
+    return _write_anew(mesh, document, normals, of_corners, target, writing)
+
+
+def _normals(mesh: MeshData, document: ObjDocument | None) -> tuple[NDArray[np.float64], NDArray[np.int64] | None]:
+    """(k, 3) the normals to write, and (m, 3) which of them each corner has; None for a cloud, and for a mesh without any.
+
+    Where vertices have moved, the normals of all corners that named one normal at one vertex are the mean of those of their
+    faces, by angle: so edges that were sharp stay so.
+    """
+    own = mesh.vertex_attributes.get("normals")
+    if not len(mesh.faces):
+        return (np.empty((0, 3)) if own is None else own), None
+    if document is None or document.corner_normals is None or document.mesh.keeps_normals != mesh.keeps_normals:
+        return (mesh.vertex_normals, mesh.faces.astype(np.int64)) if mesh.keeps_normals else (np.empty((0, 3)), None)
+    read = document.mesh
+    rows = slice(None) if mesh.vertex_ids is None else mesh.vertex_ids
+    still = np.array_equal(mesh.vertices, read.vertices[rows]) and (mesh.vertex_ids is None or (mesh.vertex_ids >= 0).all())
+    before = read.vertex_attributes.get("normals")
+    same = own is None or not mesh.keeps_normals or (before is not None and np.array_equal(own, before[rows], equal_nan=True))
+    if not same:
+        return mesh.vertex_normals, mesh.faces.astype(np.int64)
+    named = document.corner_normals if mesh.face_ids is None else document.corner_normals[mesh.face_ids]
+    if mesh.face_ids is not None:
+        named[mesh.face_ids < 0] = -1
+    if still and (named >= 0).all():
+        return document.normals, named
+    firsts, groups = numbered(np.stack([mesh.faces.ravel(), named.ravel()], axis=1))
+    points = mesh.vertices[mesh.faces.ravel()[firsts]]
+    groups = groups.reshape(-1, 3)
+    return vertex_normals_by_angle(points, groups.astype(np.int32)), groups
+
+
+# --------------------------------------------------------------------------------------------------------------- as it was
+
+
+def _as_it_was(
+    mesh: MeshData,
+    document: ObjDocument,
+    normals: NDArray[np.float64],
+    of_corners: NDArray[np.int64] | None,
+    writing: Writing,
+) -> bytes | None:
+    """The text of the file with other numbers, and with the material file of the output; None if it says something else."""
+    read = document.mesh
+    colors, before = mesh.vertex_attributes.get("colors"), read.vertex_attributes.get("colors")
+    painted = not _are_equal(colors, before)
+    if (
+        not (mesh.vertex_ids is None and mesh.face_ids is None and mesh.edge_ids is None)
+        or not (_are_equal(mesh.faces, read.faces) and _are_equal(mesh.edges, read.edges))
+        or not all(_are_equal(mesh.face_attributes.get(name), read.face_attributes.get(name)) for name in _OF_FACES)
+        or mesh.keeps_normals != read.keeps_normals
+        or (painted and (colors is None or document.width not in (3, 6)))
+        or (painted and before is not None and document.width == 3)
+        or (shown := _of_lines(document, normals, of_corners)) is None
+    ):
+        return None
+    tokens = document.tokens
+    lines, columns = lines_of(tokens, b"v"), [1, 2, 3]
+    new = [words(column) for column in mesh.vertices.T]
+    differs = [a != b for a, b in zip(mesh.vertices.T, read.vertices.T, strict=True)]
+    if painted and colors is not None:
+        shares = [words(_SHARES[level]) for level in colors.T[:3]]
+        if document.width == 6 and before is not None:
+            columns += [4, 5, 6]
+            new += shares
+            differs += [(colors != before).any(axis=1)] * 3
+        else:
+            new[2] = [b" ".join(row) for row in zip(new[2], *shares, strict=True)]
+            differs[2] = np.ones(len(lines), np.bool_)
+    cuts = [(tokens.spans(lines, columns), new, differs)]
+    if shown is not document.normals:
+        changes = [a != b for a, b in zip(shown.T, document.normals.T, strict=True)]
+        cuts.append((tokens.spans(lines_of(tokens, b"vn"), [1, 2, 3]), [words(column) for column in shown.T], changes))
+    spans = np.concatenate([where[np.stack(other, axis=1)] for where, _, other in cuts])
+    found = [w for _, n, other in cuts for w in np.stack([np.array(c, object) for c in n], axis=1)[np.stack(other, axis=1)]]
+    if document.materials.lines:
+        libraries = tokens.starts[lines_of(tokens, b"mtllib")].tolist()
+        named = b"mtllib " + writing.material_file.encode("utf-8", "surrogateescape")
+        places = [(start, start + len(_line(document, start))) for start in libraries] or [(0, 0)]
+        spans = np.concatenate([spans, np.array(places, np.int64)])
+        found += [named if libraries else named + b"\n", *([b""] * (len(places) - 1))]
+    order = np.argsort(spans[:, 0], kind="stable")
+    return patched(document.data, spans[order], [found[k] for k in order.tolist()])
+
+
+def _are_equal(a: NDArray[Any] | None, b: NDArray[Any] | None) -> bool:
+    if a is None or b is None:
+        return a is b
+    return np.array_equal(a, b, equal_nan=a.dtype.kind == "f")
+
+
+def _of_lines(
+    document: ObjDocument, normals: NDArray[np.float64], of_corners: NDArray[np.int64] | None
+) -> NDArray[np.float64] | None:
+    """The normals of the ``vn`` lines; None if one stands for several."""
+    if of_corners is None or document.corner_normals is None:  # of a cloud
+        return normals if len(normals) == len(document.normals) else document.normals
+    if normals is document.normals:
+        return normals
+    pairs = np.stack([document.corner_normals.ravel(), of_corners.ravel()], axis=1)
+    firsts, _ = numbered(pairs)
+    line, normal = pairs[firsts].T
+    shown = document.normals.copy()
+    shown[line] = normals[normal]
+    return shown if np.allclose(shown[line], normals[normal], rtol=0.0, atol=1e-9, equal_nan=True) and line.min() >= 0 else None
+
+
+def _line(document: ObjDocument, start: int) -> bytes:
+    """A line of the file by the place where it begins."""
+    return document.data[start : start + 4096].replace(b"\r", b"\n").partition(b"\n")[0]
+
+
+# -------------------------------------------------------------------------------------------------------------------- anew
+
+
+def _write_anew(
+    mesh: MeshData,
+    document: ObjDocument | None,
+    normals: NDArray[np.float64],
+    of_corners: NDArray[np.int64] | None,
+    target: BinaryIO,
+    writing: Writing,
+) -> tuple[str, ...]:
+    notes = [f"what cannot be written anew is left out: {'; '.join(document.lost)}"] if document and document.lost else []
+    uses, names = _materials(mesh, document, writing, notes)
+    if writing.materials:
+        target.write(b"mtllib %s\n" % writing.material_file.encode("utf-8", "surrogateescape"))
+    columns = list(mesh.vertices.T)
+    if (colors := mesh.vertex_attributes.get("colors")) is not None:
+        columns += [_SHARES[level] for level in colors.T[:3]]
+    target.writelines(rows("v" + " %r" * len(columns), columns))
+    pairs, of_wedges = _texture_coordinates(mesh)
+    for keyword, table in (("vt", pairs), ("vn", normals)):
+        if len(table):
+            target.writelines(rows(keyword + " %r" * table.shape[1], list(table.T)))
+    target.writelines(_faces(mesh, document, of_wedges, of_corners, uses, names, notes))
+    if len(mesh.edges):
+        target.writelines(rows("l %r %r", list(mesh.edges.T + 1)))
+    return tuple(notes)
+
+
+def _texture_coordinates(mesh: MeshData) -> tuple[NDArray[np.float64], NDArray[np.int64] | None]:
+    """(k, 2) the texture coordinates, each once, and (m, 3) which of them each corner has, -1 for none."""
+    wedges = mesh.face_attributes.get("wedge_texture_coordinates")
+    if wedges is None:
+        of_vertices = mesh.vertex_attributes.get("texture_coordinates")
+        return (np.empty((0, 2)), None) if of_vertices is None else (of_vertices, mesh.faces.astype(np.int64))
+    there = np.ones(len(wedges), np.bool_)
+    if (numbers := mesh.face_attributes.get("texture")) is not None:
+        there = (numbers >= 0) | wedges.any(axis=(1, 2))
+    pairs = wedges[there].reshape(-1, 2)
+    firsts, found = numbered(pairs)
+    of_corners = np.full((len(wedges), 3), -1, np.int64)
+    of_corners[there] = found.reshape(-1, 3)
+    return pairs[firsts], of_corners
+
+
+def _materials(
+    mesh: MeshData, document: ObjDocument | None, writing: Writing, notes: list[str]
+) -> tuple[NDArray[np.int64], list[bytes]]:
+    """(m,) the material of each face, -1 for none, and the lines that say so; new ones are added to the material file."""
+    m = len(mesh.faces)
+    colors, numbers = mesh.face_attributes.get("colors"), mesh.face_attributes.get("texture")
+    shown = np.full((m, 4), -1, np.int64)  # the texture and the colour
+    if numbers is not None:
+        shown[:, 0] = numbers
+    if colors is not None:
+        shown[:, 1:] = colors[:, :3]
+    known = np.full(m, -1)
+    names = document.names if document is not None else ()
+    if document is not None and names:
+        ids = np.arange(m) if mesh.face_ids is None else mesh.face_ids
+        before, read = document.material_of_face[ids], document.mesh
+        same = ids >= 0
+        for name, value in (("colors", colors), ("texture", numbers)):
+            old = read.face_attributes.get(name)
+            if value is not None and old is not None:
+                same &= (value == old[ids]).reshape(m, -1).all(axis=1)
+            else:
+                same &= value is old
+        known[same] = before[same]
+    new = (known < 0) & (shown >= 0).any(axis=1)
+    firsts, found = numbered(shown[new])
+    if len(firsts) + len(names) > MOST_MATERIALS:
+        notes.append(f"colours of faces are left out: {len(firsts):,} materials for them are more than {MOST_MATERIALS:,}")
+        shown[:, 1:] = -1
+        firsts, found = numbered(shown[new])
+    lines = [b"usemtl %s\n" % name.encode("utf-8", "surrogateescape") for name in names]
+    taken, number = set(names), 0
+    for row in shown[new][firsts].tolist():
+        while (name := f"material_{number}") in taken:
+            number += 1
+        taken.add(name)
+        lines.append(b"usemtl %s\n" % name.encode())
+        says = [f"newmtl {name}"]
+        if row[1] >= 0:
+            says.append("Kd " + " ".join(repr(x) for x in _SHARES[row[1:]].tolist()))
+        if 0 <= row[0] < len(mesh.textures):
+            texture = mesh.textures[row[0]].name
+            says.append(f"map_Kd {writing.textures.get(texture, texture)}")
+        writing.materials.append("".join(f"{line}\n" for line in says).encode("utf-8", "surrogateescape"))
+    known[new] = len(names) + found
+    return known, lines
+
+
+def _faces(
+    mesh: MeshData,
+    document: ObjDocument | None,
+    of_wedges: NDArray[np.int64] | None,
+    of_normals: NDArray[np.int64] | None,
+    uses: NDArray[np.int64],
+    names: list[bytes],
+    notes: list[str],
+) -> Iterator[bytes]:
+    """The lines of the faces, and before them those of their materials, groups and objects."""
+    if not len(mesh.faces):
+        return
+    shape = outlines(mesh.faces, mesh.face_attributes.get("polygon"))
+    places, lengths = shape.places, shape.lengths
+    notes += shape.notes
+    corners = [index.ravel()[places] + 1 for index in (mesh.faces, of_wedges, of_normals) if index is not None]
+    form = "%d" if len(corners) == 1 else "%d//%d" if of_wedges is None else "/".join(["%d"] * len(corners))
+    each = [form % row for row in zip(*(c.tolist() for c in corners), strict=True)]
+    if of_wedges is not None and (of_wedges < 0).any():
+        for k in np.flatnonzero(corners[1] == 0).tolist():
+            each[k] = each[k].replace("/0", "/" if of_normals is not None else "", 1)
+    ends = np.cumsum(lengths)
+    runs = zip((ends - lengths).tolist(), ends.tolist(), strict=True)
+    lines = [f"f {' '.join(each[start:end])}\n" for start, end in runs]
+    triangles = shape.triangles
+    ids = triangles if mesh.face_ids is None else mesh.face_ids[triangles]
+    states = uses[triangles][:, None]  # the material, and the groups and objects of the file
+    if document is not None:
+        states = np.concatenate([np.where(ids[:, None] < 0, -1, document.states[ids]), states], axis=1)
+    starts = np.flatnonzero(np.append(True, (states[1:] != states[:-1]).any(axis=1)))
+    said = [-1] * states.shape[1]
+    for start, end in zip(starts.tolist(), [*starts[1:].tolist(), len(lines)], strict=True):
+        state = states[start].tolist()
+        if document is not None:
+            for now, was in zip(state[:-1], said[:-1], strict=True):
+                if now >= 0 and now != was:
+                    yield _line(document, int(document.tokens.starts[now])) + b"\n"
+        if state[-1] >= 0 and state[-1] != said[-1]:
+            yield names[state[-1]]
+        said = state
+        yield "".join(lines[start:end]).encode("ascii")

@@ -1,0 +1,44 @@
+"""Writes texts of numbers: rows of them, and a text as it was in which only some words are others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+_CHUNK = 1 << 16
+
+
+def words(values: NDArray[Any]) -> list[bytes]:
+    """Numbers as words that are read as the same numbers: whole ones, or real ones of the precision of their type."""
+    if values.dtype.kind != "f":
+        return [b"%d" % value for value in values.tolist()]
+    form = "{:.9g}".format if values.dtype.itemsize == 4 else repr
+    return " ".join(map(form, values.tolist())).encode("ascii").split()
+
+
+def rows(template: str, columns: Sequence[NDArray[Any]]) -> Iterator[bytes]:
+    """One line for each row of some columns, in pieces; the template has ``%r`` in the place of each number."""
+    for start in range(0, len(columns[0]), _CHUNK):
+        parts = [column[start : start + _CHUNK].tolist() for column in columns]
+        numbers: list[Any] = [None] * (len(parts) * len(parts[0]))
+        for k, part in enumerate(parts):
+            numbers[k :: len(parts)] = part
+        yield ((template + "\n") * len(parts[0]) % tuple(numbers)).encode("ascii")
+
+
+def patched(text: bytes, spans: NDArray[np.int64], new: Sequence[bytes]) -> bytes:
+    """The text with other words in some places.
+
+    Args:
+        text: as it was.
+        spans: (k, 2) the first byte of each place and the one behind its last, ascending.
+        new: the k words.
+    """
+    parts = [b""] * (2 * len(new) + 1)
+    begins, ends = [0, *spans[:, 1].tolist()], [*spans[:, 0].tolist(), len(text)]
+    parts[::2] = [text[begin:end] for begin, end in zip(begins, ends, strict=True)]
+    parts[1::2] = new
+    return b"".join(parts)
