@@ -22,6 +22,8 @@ READABLE = (
 )
 #: formats that MeshLab's own readers alone know; they believe whatever a file says
 UNCHECKED = ("3ds", "ctm", "qobj", "tri", "e57", "bre")
+#: what is said where the package for LAS and LAZ files is not installed
+MISSING_LASPY = "it needs the package laspy; install pymeshfair with its extra: python -m pip install 'pymeshfair[las]'"
 
 
 @dataclass(frozen=True)
@@ -45,19 +47,21 @@ def _format(extension: str, rounding: tuple[float, float], *holds: str) -> Forma
 
 
 _OBJ = ("faces", "edges", "vertex normals", "vertex colours", "vertex texture coordinates", "wedge texture coordinates")
-_OFF = ("faces", "vertex normals", "vertex colours", "vertex opacities", "face colours", "vertex texture coordinates")
+_OFF = ("faces", "edges", "vertex normals", "vertex colours", "vertex opacities", "face colours", "face opacities")
+_POINTS = ("vertex normals", "vertex colours", "custom attributes")  # or named by the writer
 _EXACT, _FLOAT = (0.0, 0.0), 2.0**-24
 WRITABLE: Mapping[str, Format] = {
     f.extension: f
     for f in (
         _format("ply", _EXACT, *ATTRIBUTES),
         _format("obj", _EXACT, *_OBJ, "face colours", "textures", "polygons"),
-        _format("off", _EXACT, *_OFF, "polygons"),
+        _format("off", _EXACT, *_OFF, "vertex texture coordinates", "polygons"),
         _format("stl", (_FLOAT, 0.0), "faces", "face colours"),
         _format("glb", (_FLOAT, 0.0), *_OBJ, "face colours", "vertex opacities", "face opacities", "textures"),
         _format("3mf", _EXACT, "faces", "vertex colours", "face colours", "vertex opacities", "face opacities"),
         _format("wrl", _EXACT, "faces", "vertex colours"),
-        _format("xyz", _EXACT, "vertex normals"),
+        *(_format(extension, _EXACT, *_POINTS, "vertex scalars", "vertex radii") for extension in ("las", "laz")),
+        *(_format(extension, _EXACT, *_POINTS) for extension in ("xyz", "pts", "asc", "txt")),
     )
 }
 

@@ -80,8 +80,13 @@ class ObjDocument:
 
 @dataclass(frozen=True, eq=False)
 class _Corners:
-    """The corners of faces or polylines: (p,) their lines, (p,) their numbers of corners, (c, 3) the indices of vertices, texture
-    coordinates and normals, -1 for none."""
+    """The corners of faces or polylines.
+
+    Attributes:
+        lines: (p,) where they are.
+        lengths: (p,) how many corners each has.
+        indices: (c, 3) the indices of vertices, texture coordinates and normals, -1 for none.
+    """
 
     lines: NDArray[np.int64]
     lengths: NDArray[np.int64]
@@ -115,7 +120,7 @@ def read_obj(path: Path, references: References) -> Reading:
     attributes: dict[str, NDArray[Any]] = {}
     if of_polygon is not None:
         attributes["polygon"] = np.where(corners.lengths[row] > 3, row, -1).astype(np.int32)
-    bare = (indices[:, :, 1] < 0).any(axis=1)
+    bare = (indices[:, :, 1] < 0).all(axis=1)
     if not bare.all():
         wedges = np.append(textured, [[0.0, 0.0]], axis=0)[indices[:, :, 1]]
         attributes["wedge_texture_coordinates"] = wedges
@@ -140,7 +145,7 @@ def read_obj(path: Path, references: References) -> Reading:
     images, doubts = _images(materials, references)
     mesh = MeshData(
         vertices=vertices,
-        faces=faces,
+        faces=faces.astype(np.int32),
         edges=_edges(lines),
         vertex_attributes=vertex_attributes,
         face_attributes=attributes,
@@ -198,9 +203,7 @@ def _rows(
     if wrong.any():
         k = int(np.argmax(wrong))
         expected = " or ".join(str(w) for w in widths)
-        raise at_line(
-            tokens, int(lines[k]), f"has {counts[k]} {'value' if counts[k] == 1 else 'values'} and not {expected}"
-        )
+        raise at_line(tokens, int(lines[k]), f"has {counts[k]} {'value' if counts[k] == 1 else 'values'} and not {expected}")
     return lines, counts, numbers_of(tokens, lines, 1, widths[0])
 
 
@@ -241,9 +244,7 @@ def _texture_coordinates(tokens: Tokens, notes: dict[str, None]) -> NDArray[np.f
     return pairs
 
 
-def _corners(
-    tokens: Tokens, keyword: str, least: int, what: str, counts: Mapping[str, int], notes: dict[str, None]
-) -> _Corners:
+def _corners(tokens: Tokens, keyword: str, least: int, what: str, counts: Mapping[str, int], notes: dict[str, None]) -> _Corners:
     """Take the lines of a keyword apart: ``vertex/texture coordinate/normal``, counted from 1, or backwards from -1."""
     chosen = tokens.keywords == word(keyword.encode())
     lines = np.flatnonzero(chosen)
@@ -287,11 +288,11 @@ def _corners(
     return _Corners(lines, per_line, indices)
 
 
-def _edges(lines: _Corners) -> NDArray[np.int64]:
+def _edges(lines: _Corners) -> NDArray[np.int32]:
     """(e, 2) each vertex of a polyline and the next one."""
     vertex, of_line = lines.indices[:, 0], np.repeat(lines.lines, lines.lengths)
     inner = of_line[1:] == of_line[:-1]
-    return np.stack([vertex[:-1][inner], vertex[1:][inner]], axis=1)
+    return np.stack([vertex[:-1][inner], vertex[1:][inner]], axis=1).astype(np.int32)
 
 
 def _note_bare(corners: _Corners, notes: dict[str, None]) -> None:
@@ -337,7 +338,7 @@ class _Uses:
 
     def colors(self, materials: Materials) -> NDArray[np.uint8]:
         """(u + 1, 4) the colour of the faces behind each line, and of those before all; an unknown name does not change it."""
-        colors = [_GREY]
+        colors: list[tuple[int, ...]] = [_GREY]
         for k in self.material.tolist():
             known = materials.named.get(self.names[k])
             colors.append(colors[-1] if known is None else known.color)
@@ -379,10 +380,10 @@ def _images(materials: Materials, references: References) -> tuple[tuple[Texture
     """The images of the materials that are no textures of colours, and doubts about them."""
     names = dict.fromkeys(name for _, name in materials.images.values())
     images, doubts = [], []
-    for name in names.keys() - set(materials.textures):
+    for name in sorted(names.keys() - set(materials.textures)):
         try:
             images.append(Texture(name, references.find_image(name)))
-        except InputError as error:
+        except InputError as error:  # noqa: PERF203
             doubts.append(f"{error.reason}; it is not copied")
     return tuple(images), tuple(doubts)
 

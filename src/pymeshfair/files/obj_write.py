@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from ..filters.geometry import vertex_normals_by_angle
 from ..mesh_data import MeshData
 from .equal_rows import numbered
-from .obj import STATES, ObjDocument, lines_of
+from .obj import ObjDocument, lines_of
 from .obj_materials import MOST_MATERIALS
 from .polygons import outlines
 from .saving import Writing
-from .texts import patched, rows, words
+from .texts import patched, rows, runs, words
 
 #: for each level of a colour a short number that is read as that level, whether 255 times it is rounded or cut off
 _SHARES = np.ceil(np.arange(256) / 255 * 1e6) / 1e6
@@ -256,17 +256,14 @@ def _faces(
     if not len(mesh.faces):
         return
     shape = outlines(mesh.faces, mesh.face_attributes.get("polygon"))
-    places, lengths = shape.places, shape.lengths
     notes += shape.notes
-    corners = [index.ravel()[places] + 1 for index in (mesh.faces, of_wedges, of_normals) if index is not None]
+    corners = [index.ravel()[shape.places] + 1 for index in (mesh.faces, of_wedges, of_normals) if index is not None]
     form = "%d" if len(corners) == 1 else "%d//%d" if of_wedges is None else "/".join(["%d"] * len(corners))
     each = [form % row for row in zip(*(c.tolist() for c in corners), strict=True)]
     if of_wedges is not None and (of_wedges < 0).any():
         for k in np.flatnonzero(corners[1] == 0).tolist():
             each[k] = each[k].replace("/0", "/" if of_normals is not None else "", 1)
-    ends = np.cumsum(lengths)
-    runs = zip((ends - lengths).tolist(), ends.tolist(), strict=True)
-    lines = [f"f {' '.join(each[start:end])}\n" for start, end in runs]
+    lines = [f"f {run}\n" for run in runs(each, shape.lengths)]
     triangles = shape.triangles
     ids = triangles if mesh.face_ids is None else mesh.face_ids[triangles]
     states = uses[triangles][:, None]  # the material, and the groups and objects of the file

@@ -1,179 +1,184 @@
-"""Reads the text of an OFF file strictly, before MeshLab does, which takes words for 0 and crashes on some colours."""
+"""Reads and writes OFF files: the colours, normals and texture coordinates of their vertices, the colours of their polygons."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .as_binary import are_plain_triangles, mesh_as_ply
+from ..mesh_data import MeshData, Source
 from .errors import ContentsError
-from .references import shown
-from .tokens import INDENTED, INTEGER, NOT_FINITE, REAL, Tokens, about_line, joined_pieces, plain, tokenise
+from .polygons import outlines, triangulated
+from .reading import Reading, unended
+from .references import References, shown
+from .saving import Writing
+from .texts import rows, runs
+from .tokens import INTEGER, REAL, Tokens, at_line, joined, numbers_of, tokenise
+
+#: what may stand before ``OFF``: texture coordinates, colours and normals
+_PREFIXES = ("", "C", "N", "CN", "NC", "ST", "STC", "STN", "STCN", "STNC")
 
 
-class OffError(ContentsError):
-    """The text is no OFF file, or lies; the message gives the line."""
-
-
-@dataclass(frozen=True)
-class OffContents:
-    """What is in an OFF file.
-
-    Attributes:
-        points: (n, 3) the vertices.
-        faces: how many polygons it has.
-        triangles: how many triangles they make.
-        normals: whether its vertices have normals.
-        comments: how many bytes of comments it has.
-        text: what it says, in a form that MeshLab's reader understands alike.
-        altered: whether that is not the file itself.
-        binary: the parts of a PLY file that MeshLab reads alike and sooner; None if there is none.
-    """
-
-    points: NDArray[np.float64]
-    faces: int
-    triangles: int
-    normals: bool
-    comments: bool
-    text: bytes
-    altered: bool
-    binary: list[bytes] | None = None
-
-
-def read_off(data: bytes) -> OffContents:
+def read_off(path: Path, references: References) -> Reading:
     """Read an OFF file.
 
     Raises:
-        OffError: it is none, or says what cannot be.
+        ContentsError: it is none, or says what cannot be.
+        OSError: it cannot be read.
     """
+    data = path.read_bytes()
     if b"\0" in data[:4096]:
-        raise OffError("it is no text; MeshLab reads no binary OFF files")
-    text = data.removeprefix(b"\xef\xbb\xbf")
-    piece = joined_pieces(tokenise(text))
-    if piece.oddities & ~INDENTED:
-        text = plain(text)
-        piece = joined_pieces(tokenise(text))
-    if len(piece.lengths) == 0:
-        raise OffError("it does not begin with 'OFF'")
-    keyword = piece.line(0).split()[0].decode("latin-1")
+        raise ContentsError("it is binary; OFF files are read as texts alone")
+    tokens = tokenise(joined(data))
+    keyword = tokens.line(0).split()[0].decode("latin-1") if len(tokens.numbers) else "nothing"
     prefix = keyword.removesuffix("OFF")
-    if prefix == keyword or prefix not in ("", "C", "N", "CN", "NC", "ST", "STC", "STN", "STCN", "STNC"):
-        raise OffError(f"it begins with {shown(keyword, 20)}, and not with OFF, COFF, NOFF, STOFF or their like")
-    return _body(piece, prefix, text, altered=text is not data, comments=b"#" in data)
+    if prefix == keyword or prefix not in _PREFIXES:
+        raise ContentsError(f"it begins with {shown(keyword, 20)}, and not with OFF, COFF, NOFF, STOFF or their like")
+    line, n, m = _declared(tokens)
+    vertices, attributes = _vertices(tokens, np.arange(line, line + n), prefix)
+    faces, edges, face_attributes = _faces(tokens, np.arange(line + n, line + n + m), vertices)
+    mesh = MeshData(
+        vertices=vertices,
+        faces=faces,
+        edges=edges,
+        vertex_attributes=attributes,
+        face_attributes=face_attributes,
+        keeps_normals="normals" in attributes and len(faces) > 0,
+        source=Source(path, "off", extras=("comments",) if b"#" in data else ()),
+    )
+    return Reading(mesh, unended(data))
 
 
-def _body(piece: Tokens, prefix: str, text: bytes, *, altered: bool, comments: bool) -> OffContents:
-    lengths, first = piece.lengths, piece.first
-    start, token = (1, int(first[1])) if lengths[0] == 1 else (0, 1)
-    here = int(first[start + 1]) - token if start < len(lengths) else 0
-    counts = piece.values[token : token + here]
-    if here not in (2, 3) or (piece.kinds[token : token + here] != INTEGER).any() or (counts < 0).any():
-        raise OffError("it does not say how many vertices and faces it has")
-    n, m = int(min(counts[0], 1 << 53)), int(min(counts[1], 1 << 53))
-    line = start + 1
-    if len(lengths) - line < n + m:
-        raise OffError(f"it declares {n:,} vertices and {m:,} faces, but {len(lengths) - line:,} lines follow")
-    if len(lengths) - line > n + m:
-        k = line + n + m
-        raise _fail(piece, k, f"is one more than the {n:,} vertices and {m:,} faces that it declares")
-    if leading := _leading_colours(piece, line, n, prefix):
-        text = _normals_first(piece, line, n, leading)
-        return _body(joined_pieces(tokenise(text)), prefix, text, altered=True, comments=comments)
-    points = _vertices(piece, line, n, prefix)
-    faces, triangles, corners = _faces(piece, line + n, m, n)
-    if here == 2:  # MeshLab wants the number of edges as well
-        raise OffError("it does not say how many edges it has (0 will do)")
-    plainly = not prefix and piece.exact and corners is not None and are_plain_triangles(points, corners)
-    binary = mesh_as_ply(points, corners) if plainly and corners is not None else None
-    return OffContents(points, faces, triangles, "N" in prefix, comments, text, altered, binary)
+def _declared(tokens: Tokens) -> tuple[int, int, int]:
+    """The line of the first vertex, and how many vertices and faces there are."""
+    start = 1 if tokens.lengths[0] == 1 else 0
+    first, end = int(tokens.first[start]) + (not start), int(tokens.first[min(start + 1, len(tokens.numbers))])
+    counts = tokens.values[first:end]
+    if len(counts) not in (2, 3) or (tokens.kinds[first:end] != INTEGER).any() or (counts < 0).any():
+        raise ContentsError("it does not say how many vertices and faces it has")
+    n, m = (int(min(count, 1 << 53)) for count in counts[:2].tolist())
+    line, follow = start + 1, len(tokens.numbers) - start - 1
+    if follow < n + m:
+        raise ContentsError(f"it declares {n:,} vertices and {m:,} faces, but {follow:,} lines follow")
+    if follow > n + m:
+        raise at_line(tokens, line + n + m, f"is one more than the {n:,} vertices and {m:,} faces that it declares")
+    return line, n, m
 
 
-def _fail(piece: Tokens, k: int, why: str) -> OffError:
-    return OffError(about_line(piece, k, why))
-
-
-def _leading_colours(piece: Tokens, line: int, n: int, prefix: str) -> int:
-    """The width of the colours where they stand before the normals, as MeshLab writes and does not read them; 0 elsewhere."""
-    if not ("C" in prefix and "N" in prefix) or n == 0:
-        return 0
-    lengths, first = piece.lengths[line : line + n], piece.first[line : line + n]
-    width = int(lengths[0]) - 6 - 2 * ("ST" in prefix)
-    if width not in (3, 4) or (lengths != lengths[0]).any():
-        return 0
-    colours = piece.kinds[first[:, None] + 3 + np.arange(width)]
-    normals = piece.kinds[first[:, None] + 3 + width + np.arange(3)]
-    return width if (colours == INTEGER).all() and (normals == REAL).any() else 0
-
-
-def _normals_first(piece: Tokens, line: int, n: int, width: int) -> bytes:
-    """The text with the colours of the vertices, of that width, behind the normals."""
-    lines = [piece.line(k) for k in range(len(piece.lengths))]
-    for k in range(line, line + n):
-        words = lines[k].split()
-        lines[k] = b" ".join([*words[:3], *words[3 + width : 6 + width], *words[3 : 3 + width], *words[6 + width :]])
-    return b"\n".join(lines) + b"\n"
-
-
-def _vertices(piece: Tokens, line: int, n: int, prefix: str) -> NDArray[np.float64]:
-    if n == 0:
-        return np.empty((0, 3))
-    lengths, first = piece.lengths[line : line + n], piece.first[line : line + n]
-    plain_width = 3 + 3 * ("N" in prefix) + 2 * ("ST" in prefix)
-    allowed = (plain_width + 3, plain_width + 4) if "C" in prefix else (plain_width,)
-    wrong = (lengths != lengths[0]) | ~np.isin(lengths, allowed)
-    if wrong.any():
+def _vertices(tokens: Tokens, lines: NDArray[np.int64], prefix: str) -> tuple[NDArray[np.float64], dict[str, NDArray[Any]]]:
+    if not len(lines):
+        return np.empty((0, 3)), {}
+    lengths = tokens.lengths[lines]
+    least = 3 + 3 * ("N" in prefix) + 2 * ("ST" in prefix)
+    allowed = (least + 3, least + 4) if "C" in prefix else (least,)
+    width = int(lengths[0]) if lengths[0] in allowed else allowed[0]
+    if (wrong := lengths != width).any():
         k = int(np.argmax(wrong))
-        raise _fail(piece, line + k, f"has {lengths[k]} values and not {lengths[0] if lengths[0] in allowed else allowed[0]}")
-    rows = first[:, None] + np.arange(lengths[0])
-    strange = ~np.isin(piece.kinds[rows], (INTEGER, REAL, NOT_FINITE)).all(axis=1)
-    if strange.any():
-        raise _fail(piece, line + int(np.argmax(strange)), "has something else than numbers; decimals are written with a point")
+        raise at_line(tokens, int(lines[k]), f"has {lengths[k]} values and not {width}")
+    values = numbers_of(tokens, lines, 0, width)
+    attributes: dict[str, NDArray[Any]] = {}
+    normal, color = 3, 3 + 3 * ("N" in prefix)
     if "C" in prefix:
-        at = 3 + 3 * ("N" in prefix)
-        _check_colours(piece, np.arange(line, line + n), rows[:, at : int(lengths[0]) - 2 * ("ST" in prefix)])
-    return piece.values[rows[:, :3]]
+        size = width - least
+        if "N" in prefix and _are_colors_first(tokens, lines, size):
+            normal, color = 3 + size, 3
+        attributes["colors"] = _colors(tokens, lines, np.full(len(lines), color), size)
+    if "N" in prefix:
+        attributes["normals"] = values[:, normal : normal + 3]
+    if "ST" in prefix:
+        attributes["texture_coordinates"] = values[:, -2:]
+    return values[:, :3], attributes
 
 
-def _check_colours(piece: Tokens, lines: NDArray[np.int64], rows: NDArray[np.int64]) -> None:
-    """Refuse colours that are not all whole or all with a point: MeshLab reads the kind of all from the first."""
-    kinds, values = piece.kinds[rows], piece.values[rows]
+def _are_colors_first(tokens: Tokens, lines: NDArray[np.int64], size: int) -> bool:
+    """Whether colours stand before normals, as MeshLab writes and does not read them."""
+    kinds = tokens.kinds[tokens.first[lines][:, None] + np.arange(3, 6 + size)]
+    return bool((kinds[:, :size] == INTEGER).all() and (kinds[:, size:] == REAL).any())
+
+
+def _colors(tokens: Tokens, lines: NDArray[np.int64], skipped: NDArray[np.int64], size: int) -> NDArray[np.uint8]:
+    """(l, 4) the colours on lines behind some words: whole numbers up to 255, or others up to 1."""
+    places = (tokens.first[lines] + skipped)[:, None] + np.arange(size)
+    kinds, values = tokens.kinds[places], tokens.values[places]
     for wrong, why in (
         (~np.isin(kinds, (INTEGER, REAL)), "has a colour that is no number"),
         (kinds != kinds[:, :1], "has a colour of whole numbers and others; write all with a point"),
         ((values < 0) | (values > np.where(kinds == INTEGER, 255, 1)), "has a colour beyond 0 to 255, or 0.0 to 1.0"),
     ):
         if wrong.any():
-            raise _fail(piece, int(lines[np.argmax(wrong.any(axis=1))]), why)
+            raise at_line(tokens, int(lines[np.argmax(wrong.any(axis=1))]), why)
+    colors = np.full((len(lines), 4), 255, np.uint8)
+    colors[:, :size] = np.rint(np.where(kinds == INTEGER, values, 255 * values))
+    return colors
 
 
-def _faces(piece: Tokens, line: int, m: int, n: int) -> tuple[int, int, NDArray[np.int64] | None]:
-    """How many polygons there are, how many triangles they make, and the (m, 3) corners if all are triangles without a colour."""
-    if m == 0:
-        return 0, 0, None
-    lengths, first = piece.lengths[line : line + m], piece.first[line : line + m]
-    said = piece.values[first]
-    whole = (piece.kinds[first] == INTEGER) & (said >= 2) & (said <= lengths - 1)
+def _faces(
+    tokens: Tokens, lines: NDArray[np.int64], vertices: NDArray[np.float64]
+) -> tuple[NDArray[np.int32], NDArray[np.int32], dict[str, NDArray[Any]]]:
+    """The triangles, the edges, which are faces of two vertices, and the attributes of the triangles."""
+    lengths, first = tokens.lengths[lines], tokens.first[lines]
+    said = tokens.values[first]
+    whole = (tokens.kinds[first] == INTEGER) & (said >= 2) & (said <= lengths - 1)
     if not whole.all():
-        k = int(np.argmax(~whole))
-        raise _fail(piece, line + k, "is no face: the number of its vertices and as many indices")
-    counts: NDArray[np.int64] = said.astype(np.int64)
-    extra = lengths - 1 - counts
-    wrong = ~np.isin(extra, (0, 3, 4))
-    if wrong.any():
+        k = int(np.argmin(whole))
+        raise at_line(tokens, int(lines[k]), "is no face: the number of its vertices and as many indices")
+    counts = said.astype(np.int64)
+    sizes = lengths - 1 - counts
+    if (wrong := ~np.isin(sizes, (0, 3, 4))).any():
         k = int(np.argmax(wrong))
-        what = "a colour by its number in a list, which the file does not have" if extra[k] == 1 else "more than a colour"
-        raise _fail(piece, line + k, f"has {what}")
-    line_of = np.repeat(np.arange(m), counts)
-    tokens = np.arange(len(line_of)) - np.repeat(np.cumsum(counts) - counts, counts) + np.repeat(first + 1, counts)
-    values = piece.values[tokens]
-    wrong = (piece.kinds[tokens] != INTEGER) | (values < 0) | (values >= n)
+        what = "a colour by its number in a list, which the file does not have" if sizes[k] == 1 else "more than a colour"
+        raise at_line(tokens, int(lines[k]), f"has {what}")
+    of_face = np.repeat(np.arange(len(lines)), counts)
+    places = np.arange(len(of_face)) + np.repeat(first + 1 - (np.cumsum(counts) - counts), counts)
+    corners = tokens.values[places]
+    wrong = (tokens.kinds[places] != INTEGER) | (corners < 0) | (corners >= len(vertices))
     if wrong.any():
-        raise _fail(piece, line + int(line_of[np.argmax(wrong)]), f"names a vertex that is none of its {n:,}")
-    coloured = np.flatnonzero(extra)
-    for width in (3, 4):
-        chosen = coloured[extra[coloured] == width]
-        _check_colours(piece, line + chosen, (first[chosen] + 1 + counts[chosen])[:, None] + np.arange(width))
-    triangles = values.astype(np.int64).reshape(-1, 3) if (counts == 3).all() and not len(coloured) else None
-    return int((counts >= 3).sum()), int((counts - 2).sum()), triangles
+        raise at_line(tokens, int(lines[of_face[np.argmax(wrong)]]), f"names a vertex that is none of its {len(vertices):,}")
+    corners = corners.astype(np.int32)
+    colors = np.full((len(lines), 4), 255, np.uint8)
+    for size in (3, 4):
+        chosen = np.flatnonzero(sizes == size)
+        colors[chosen] = _colors(tokens, lines[chosen], 1 + counts[chosen], size)
+    of_edge = counts[of_face] == 2
+    polygons = counts[counts > 2]
+    corners_of_faces = corners[~of_edge]
+    triangles, of_polygon = triangulated(vertices, corners_of_faces, polygons)
+    row = slice(None) if of_polygon is None else of_polygon
+    attributes: dict[str, NDArray[Any]] = {}
+    if sizes[counts > 2].any():
+        attributes["colors"] = colors[counts > 2][row]
+    if of_polygon is not None:
+        attributes["polygon"] = np.where(polygons[of_polygon] > 3, of_polygon, -1).astype(np.int32)
+    return corners_of_faces[triangles], corners[of_edge].reshape(-1, 2), attributes
+
+
+def write_off(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
+    """Write a mesh without a matrix: normals before colours, as MeshLab reads them, and colours as levels up to 255.
+
+    Returns:
+        Which polygons are written as triangles, in words.
+    """
+    attributes = mesh.vertex_attributes
+    columns, prefix = list(mesh.vertices.T), ""
+    if mesh.keeps_normals or (not len(mesh.faces) and "normals" in attributes):
+        columns += list(mesh.vertex_normals.T)
+        prefix = "N"
+    if (colors := attributes.get("colors")) is not None:
+        columns += list(colors.T)
+        prefix = f"C{prefix}"
+    if (pairs := attributes.get("texture_coordinates")) is not None:
+        columns += list(pairs.T)
+        prefix = f"ST{prefix}"
+    shape = outlines(mesh.faces, mesh.face_attributes.get("polygon"))
+    corners = mesh.faces.ravel()[shape.places].tolist()
+    count = len(shape.lengths) + len(mesh.edges)
+    target.write(f"{prefix}OFF\n{len(mesh.vertices)} {count} 0\n".encode("ascii"))
+    target.writelines(rows(" ".join(["%r"] * len(columns)), columns))
+    lines = [f"{k} {run}" for k, run in zip(shape.lengths.tolist(), runs([str(v) for v in corners], shape.lengths), strict=True)]
+    if (colors := mesh.face_attributes.get("colors")) is not None:
+        lines = [f"{line} %d %d %d %d" % tuple(c) for line, c in zip(lines, colors[shape.triangles].tolist(), strict=True)]
+    lines += [f"2 {a} {b}" for a, b in mesh.edges.tolist()]
+    target.write("".join(f"{line}\n" for line in lines).encode("ascii"))
+    return shape.notes

@@ -12,12 +12,13 @@ import os
 import shutil
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from ..operating_system import this_system
 from .errors import OutputError
-from .formats import WRITABLE, extension, listed
+from .formats import MISSING_LASPY, WRITABLE, extension, listed
 from .provenance import provenance_path, read_provenance, recorded_digest, sha256_of
 
 #: bytes of a name, as usual file systems have it
@@ -50,6 +51,10 @@ def check_output(output: Path, input: Path, *, overwrite: bool, formats: Collect
     if extension(output) not in formats:
         what = f"{output.suffix!r} is no format for it" if output.suffix else "it has no extension that says the format"
         raise OutputError(output, f"{what}; a run writes {listed(tuple(formats))}")
+    if output.name.lower().endswith(".copc.laz"):
+        raise OutputError(output, "COPC files are read and not written; name the output .laz")
+    if extension(output) in ("las", "laz") and find_spec("laspy") is None:
+        raise OutputError(output, MISSING_LASPY)
     if not folder.is_dir():
         raise OutputError(output, f"the folder {folder} {'is no folder' if folder.exists() else 'does not exist; make it first'}")
     if not os.access(folder, os.W_OK | os.X_OK):

@@ -1,180 +1,222 @@
-"""Reads files of points strictly: a row of numbers a point, after a count or a line of titles if there is one.
-
-MeshLab takes such a line for a point, a comma in a number for its end, and colours for normals; it reads no rows of four or seven
-numbers, which scanners write (x y z, intensity, red green blue).
-"""
+"""Reads and writes texts of points: a row of numbers a point, after a line of titles and a count if there are such."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..mesh_data import MeshData, Source
+from ..mesh_data.mesh_data import VERTEX_ATTRIBUTES
 from .errors import ContentsError
-from .tokens import INTEGER, NOT_FINITE, REAL, WORD, Tokens, about_line, joined_pieces, plain, tokenise
+from .reading import Reading, unended
+from .references import References
+from .saving import Writing
+from .texts import rows
+from .tokens import INTEGER, WORD, Tokens, at_line, joined, numbers_of, tokenise
 
-#: what rows of so many numbers are, besides a place
-_EXPE = b"[Expe/PointSet/"
-_COLUMNS = {3: "", 4: "i", 6: "?", 7: "ic"}
+_EXPE = b"[Expe/PointSet/Binary/0.1]\n"
+#: the properties of Expe that are known, by their bytes
+_OF_EXPE = {"position": ("<f4", 3), "normal": ("<f4", 3), "radius": ("<f4", 1), "color": ("u1", 4)}
+_PLACE, _COLOR, _NORMAL = ("x", "y", "z"), ("red", "green", "blue"), ("nx", "ny", "nz")
+#: other titles of columns
+_TITLES = {"r": "red", "g": "green", "b": "blue", "i": "intensity"} | {f"normal{axis}": f"n{axis}" for axis in "xyz"}
 
 
-class PointsError(ContentsError):
-    """The file is none of points, or lies; the message says where."""
-
-
-@dataclass(frozen=True)
-class PointsContents:
-    """What is in a file of points.
+@dataclass(frozen=True, eq=False)
+class PointsDocument:
+    """A text of points, for the writer.
 
     Attributes:
-        points: (n, 3) their places, or None if they were not read.
-        count: how many.
-        intensity: (n,) or None.
-        colours: (n, 3) in 0 to 255, or None.
-        normals: (n, 3) or None.
-        note: its line of titles, or nothing.
-        plain: whether MeshLab's readers of .xyz files understand it alike.
+        columns: what they are.
+        titles: the line of titles, if there is one.
+        separator: what stands between numbers.
+        counted: whether the number of points stands before them.
+        top: the highest value of a colour, 0 if colours are none.
     """
 
-    points: NDArray[np.float64] | None
-    count: int
-    intensity: NDArray[np.float64] | None
-    colours: NDArray[np.uint8] | None
-    normals: NDArray[np.float64] | None
-    note: str
-    plain: bool
+    columns: tuple[str, ...]
+    titles: bytes = b""
+    separator: str = " "
+    counted: bool = False
+    top: float = 255.0
 
 
-def read_points(data: bytes) -> PointsContents:
-    """Read a file of points.
+def read_points(path: Path, references: References) -> Reading:
+    """Read a text of points.
 
     Raises:
-        PointsError: it is none, or says what cannot be.
+        ContentsError: it is none, or says what cannot be.
+        OSError: it cannot be read.
     """
+    data = path.read_bytes()
     if data.startswith(_EXPE):
-        return _expe(data)
+        return Reading(_expe(path, data))
     if b"\0" in data[:4096]:
-        raise PointsError("it is no text")
-    text = _separated(data.removeprefix(b"\xef\xbb\xbf"))
-    piece = joined_pieces(tokenise(text))
-    if piece.oddities:
-        text = plain(text)
-        piece = joined_pieces(tokenise(text))
-    note, start = _titles(piece)
-    rows = np.arange(start, len(piece.lengths))
-    if len(rows) == 0:
-        raise PointsError("it holds no points")
-    lengths = piece.lengths[rows]
-    declared = None
-    if lengths[0] == 1 and piece.kinds[piece.first[start]] == INTEGER:
-        declared, rows, lengths = int(piece.values[piece.first[start]]), rows[1:], lengths[1:]
-        if declared != len(rows):
-            raise PointsError(f"it declares {declared:,} points, but has {len(rows):,}")
-    width = int(lengths[0]) if len(rows) else 0
-    if width not in _COLUMNS:
-        raise PointsError(f"its rows have {width} numbers; those of 3, 4, 6 or 7 are known (x y z, intensity, red green blue)")
-    wrong = lengths != width
-    if wrong.any():
+        raise ContentsError("it is no text")
+    separator = _separator(data)
+    tokens = tokenise(joined(data if separator == " " else data.replace(separator.encode(), b" ")))
+    titles, titled, start = _titles(tokens, data)
+    lines = np.arange(start, len(tokens.numbers))
+    if not len(lines):
+        raise ContentsError("it holds no points")
+    lengths = tokens.lengths[lines]
+    counted = bool(lengths[0] == 1 and tokens.kinds[tokens.first[start]] == INTEGER)
+    if counted:
+        declared, lines, lengths = int(tokens.values[tokens.first[start]]), lines[1:], lengths[1:]
+        if declared != len(lines):
+            raise ContentsError(f"it declares {declared:,} points, but has {len(lines):,}")
+    width = int(lengths[0]) if len(lines) else 0
+    if width < 3:
+        raise ContentsError(f"its rows have {width} numbers; those of a point are 3 at least")
+    if (wrong := lengths != width).any():
         k = int(np.argmax(wrong))
-        raise _fail(piece, int(rows[k]), f"has {lengths[k]} numbers, while those before it have {width}")
-    tokens = piece.first[rows][:, None] + np.arange(width)
-    strange = ~np.isin(piece.kinds[tokens], (INTEGER, REAL, NOT_FINITE)).all(axis=1)
-    if strange.any():
-        raise _fail(piece, int(rows[np.argmax(strange)]), "has something else than numbers; decimals are written with a point")
-    return _contents(text, piece, tokens, note, declared is not None or text is not data)
+        raise at_line(tokens, int(lines[k]), f"has {lengths[k]} numbers, while those before it have {width}")
+    values = numbers_of(tokens, lines, 0, width)
+    whole = (tokens.kinds[tokens.first[lines][:, None] + np.arange(width)] == INTEGER).all(axis=0)
+    known = len(titled) == width == len(set(titled)) and set(_PLACE) <= set(titled)
+    columns = titled if known else _guessed(values, whole)
+    vertices, attributes, top = _attributes(columns, values, whole)
+    extras = (f"its titles {titles.decode('utf-8', 'replace')!r}",) if titles and not known else ()
+    document = PointsDocument(columns, titles, separator, counted, top)
+    source = Source(path, path.suffix[1:].lower(), document, extras)
+    return Reading(MeshData(vertices=vertices, vertex_attributes=attributes, source=source), unended(data))
 
 
-def _expe(data: bytes) -> PointsContents:
-    """A binary point set of Expe, which MeshLab reads: a header with the bytes of each property, then the points."""
-    head, mark, _body = data[:4096].partition(b"\ndata\n")
-    words = [line.split() for line in head.decode("latin-1").splitlines()[1:]]
-    sizes = [w[2] for w in words if len(w) == 3 and w[0] == "property" and w[2].isdigit()]
-    counts = [w[1] for w in words if len(w) == 2 and w[0] == "nofpoints" and w[1].isdigit()]
-    if not mark or not data.startswith(_EXPE + b"Binary/0.1]\n") or len(sizes) + len(counts) != len(words) or len(counts) != 1:
-        raise PointsError("it is a point set of Expe of a kind that is not known")
-    n, row = int(counts[0]), sum(map(int, sizes))
-    if n * row != len(data) - len(head) - len(mark) or not n:
-        raise PointsError(f"it declares {n:,} points of {row} bytes, but {len(data) - len(head) - len(mark):,} bytes follow")
-    return PointsContents(None, n, None, None, None, "", plain=True)
-
-
-def _fail(piece: Tokens, k: int, why: str) -> PointsError:
-    return PointsError(about_line(piece, k, why))
-
-
-def _separated(text: bytes) -> bytes:
-    """The text with blanks between numbers, where it has semicolons or commas there."""
-    head = text[:65536]
+def _separator(data: bytes) -> str:
+    """What stands between numbers besides blanks."""
+    head = data[:65536]
     if b";" in head:
-        if b"," in text:
-            raise PointsError("it has commas and semicolons; decimals are written with a point")
-        return text.replace(b";", b" ")
-    if b"," not in text:
-        return text
-    lines = [line for line in head.splitlines() if b"," in line]
-    if any(len(line.replace(b", ", b",").split()) > 1 for line in lines if not line.lstrip().startswith(b"#")):
-        raise PointsError("it has commas and blanks between numbers; decimals are written with a point")
-    return text.replace(b",", b" ")
+        if b"," in data:
+            raise ContentsError("it has commas and semicolons; decimals are written with a point")
+        return ";"
+    if b"," not in data:
+        return " "
+    lines = [line for line in head.splitlines() if b"," in line and not line.lstrip().startswith(b"#")]
+    if any(len(line.replace(b", ", b",").split()) > 1 for line in lines):
+        raise ContentsError("it has commas and blanks between numbers; decimals are written with a point")
+    return ","
 
 
-def _titles(piece: Tokens) -> tuple[str, int]:
-    """The first line, if it has nothing but words, and where the rest begins."""
-    if len(piece.lengths) and (piece.kinds[: piece.first[1]] == WORD).all():
-        words = piece.line(0).decode("utf-8", "replace")
-        if not any(c.isdigit() for c in words):
-            return " ".join(words.split()), 1
-    return "", 0
+def _titles(tokens: Tokens, data: bytes) -> tuple[bytes, tuple[str, ...], int]:
+    """The line of titles, what they are called here, and the line behind it. It may be a comment."""
+    first = data.removeprefix(b"\xef\xbb\xbf").lstrip().partition(b"\n")[0].rstrip()
+    names = re.findall(r"\w+", first.decode("utf-8", "replace").lower().replace("normal_", "normal"))
+    titled = tuple(f"{name}_" if name in VERTEX_ATTRIBUTES else name for name in (_TITLES.get(n, n) for n in names))
+    if first.startswith(b"#"):
+        return (first, titled, 0) if set(_PLACE) <= set(titled) else (b"", (), 0)
+    words = len(tokens.numbers) > 0 and bool((tokens.kinds[: tokens.first[1]] == WORD).all())
+    if words and (set(_PLACE) <= set(titled) or not any(c.isdigit() for c in first.decode("latin-1"))):
+        return first, titled, 1
+    return b"", (), 0
 
 
-def _contents(text: bytes, piece: Tokens, tokens: NDArray[np.int64], note: str, altered: bool) -> PointsContents:
-    values = piece.values[tokens]
+def _are_levels(values: NDArray[np.float64], whole: NDArray[np.bool_], first: int) -> bool:
+    """Whether three columns are colours from 0 to 255."""
+    three = values[:, first : first + 3]
+    return bool(whole[first : first + 3].all() and three.min() >= 0 and three.max() <= 255)
+
+
+def _guessed(values: NDArray[np.float64], whole: NDArray[np.bool_]) -> tuple[str, ...]:
+    """What columns without titles are: that of a scanner's text, or columns by their numbers."""
     width = values.shape[1]
-    kind = _COLUMNS[width]
-    whole = (piece.kinds[tokens[:, -3:]] == INTEGER).all() and ((values[:, -3:] >= 0) & (values[:, -3:] <= 255)).all()
-    if kind == "?":
-        kind = "c" if whole and values[:, 3:].max() > 1 else "n"
-    if "c" in kind and not whole:
-        raise PointsError("the last three numbers of its rows are no colours from 0 to 255")
-    if kind not in ("", "n") or altered or note:
-        values = _exact(text, piece, tokens)
-        return PointsContents(
-            values[:, :3],
-            len(values),
-            values[:, 3] if "i" in kind else None,
-            values[:, -3:].astype(np.uint8) if "c" in kind else None,
-            values[:, 3:] if kind == "n" else None,
-            note,
-            plain=False,
-        )
-    return PointsContents(values[:, :3], len(values), None, None, values[:, 3:] if kind == "n" else None, note, plain=True)
+    if width == 6:
+        return (*_PLACE, *(_COLOR if _are_levels(values, whole, 3) and values[:, 3:].max() > 1 else _NORMAL))
+    if width == 7 and not _are_levels(values, whole, 4):
+        raise ContentsError("the last three numbers of its rows are no colours from 0 to 255")
+    if width == 9 and _are_levels(values, whole, 3):
+        return (*_PLACE, *_COLOR, *_NORMAL)
+    if width in (3, 4, 7):
+        return (*_PLACE, "intensity", *_COLOR)[:width]
+    return (*_PLACE, *(f"column_{k}" for k in range(4, width + 1)))
 
 
-def _exact(text: bytes, piece: Tokens, tokens: NDArray[np.int64]) -> NDArray[np.float64]:
-    """The numbers to the last bit; those of the tokens are a few units off."""
-    skipped = int(tokens[0, 0])
-    lines = plain(text).split(b"\n")
-    words = b" ".join(lines[int(piece.numbers[0]) - 1 :]).split()
-    return np.array(words[skipped:], dtype="S").astype(np.float64).reshape(tokens.shape)
+def _attributes(
+    columns: tuple[str, ...], values: NDArray[np.float64], whole: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], dict[str, NDArray[Any]], float]:
+    """The coordinates, the attributes, and the highest value of a colour."""
+    place = {name: k for k, name in enumerate(columns)}
+    three = {names: values[:, [place[n] for n in names]] for names in (_PLACE, _COLOR, _NORMAL) if set(names) <= set(columns)}
+    attributes: dict[str, NDArray[Any]] = {}
+    if _NORMAL in three:
+        attributes["normals"] = three[_NORMAL]
+    top = 0.0
+    if _COLOR in three and three[_COLOR].min() >= 0 and three[_COLOR].max() <= 255:
+        levels = whole[[place[n] for n in _COLOR]].all()
+        top = 255.0 if levels else 1.0 if three[_COLOR].max() <= 1 else 0.0
+    if top:
+        colors = attributes["colors"] = np.full((len(values), 4), 255, np.uint8)
+        colors[:, :3] = np.rint(three[_COLOR] * (255 / top))
+    taken = {*_PLACE, *(_NORMAL if _NORMAL in three else ()), *(_COLOR if top else ())}
+    for name, k in place.items():
+        if name not in taken:
+            small = whole[k] and np.abs(values[:, k]).max() < 1 << 31
+            attributes[name] = values[:, k].astype(np.int32) if small else values[:, k]
+    return three[_PLACE], attributes, top
 
 
-def as_ply(contents: PointsContents) -> list[bytes]:
-    """The points as a binary PLY file, which MeshLab reads to the last bit."""
-    fields = [("x", "<f8"), ("y", "<f8"), ("z", "<f8")]
-    assert contents.points is not None
-    columns: list[NDArray[np.float64] | NDArray[np.uint8]] = list(contents.points.T)
-    if contents.normals is not None:
-        fields += [("nx", "<f8"), ("ny", "<f8"), ("nz", "<f8")]
-        columns += list(contents.normals.T)
-    if contents.intensity is not None:
-        fields.append(("quality", "<f8"))
-        columns.append(contents.intensity)
-    if contents.colours is not None:
-        fields += [("red", "u1"), ("green", "u1"), ("blue", "u1")]
-        columns += list(contents.colours.T)
-    rows = np.empty(len(contents.points), dtype=fields)
-    for (name, _), column in zip(fields, columns, strict=True):
-        rows[name] = column
-    declared = "".join(f"property {'double' if kind == '<f8' else 'uchar'} {name}\n" for name, kind in fields)
-    head = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(rows)}\n{declared}end_header\n"
-    return [head.encode("ascii"), rows.tobytes()]
+def _expe(path: Path, data: bytes) -> MeshData:
+    """A binary point set of Expe: a header with the bytes of each property, then the points."""
+    head, mark, body = data.partition(b"\ndata\n")
+    words = [line.split() for line in head[:4096].decode("latin-1").splitlines()[1:]]
+    sizes = {w[1]: int(w[2]) for w in words if len(w) == 3 and w[0] == "property" and w[2].isdigit()}
+    counts = [int(w[1]) for w in words if len(w) == 2 and w[0] == "nofpoints" and w[1].isdigit()]
+    if not mark or len(sizes) + len(counts) != len(words) or len(counts) != 1 or sizes.get("position") != 12:
+        raise ContentsError("it is a point set of Expe of a kind that is not known")
+    row = np.dtype([(name, *_OF_EXPE.get(name, ("V1", size))) for name, size in sizes.items()])
+    if row.itemsize != sum(sizes.values()) or not counts[0] or len(body) != counts[0] * row.itemsize:
+        raise ContentsError(f"it declares {counts[0]:,} points of {sum(sizes.values()):,} bytes, but {len(body):,} bytes follow")
+    rows = np.frombuffer(body, row)
+    names = {"normal": "normals", "radius": "radii", "color": "colors"}
+    attributes = {names[n]: rows[n].astype(np.uint8 if n == "color" else np.float64) for n in sizes if n in names}
+    extras = tuple(f"property {n!r}" for n in sizes if n not in _OF_EXPE)
+    source = Source(path, path.suffix[1:].lower(), extras=extras)
+    return MeshData(vertices=rows["position"], vertex_attributes=attributes, source=source)
+
+
+def write_points(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
+    """Write the vertices of a mesh without a matrix, with the columns of the text that they come from, else with normals.
+
+    Returns:
+        What is left out, in words.
+    """
+    return _write(mesh, target, PointsDocument((*_PLACE, *_NORMAL)))
+
+
+def write_pts(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
+    """Write the vertices of a mesh without a matrix as `write_points` does, else with their number, intensities and colours.
+
+    Returns:
+        What is left out, in words.
+    """
+    return _write(mesh, target, PointsDocument((*_PLACE, "intensity", *_COLOR), counted=True))
+
+
+def _write(mesh: MeshData, target: BinaryIO, document: PointsDocument) -> tuple[str, ...]:
+    if mesh.source is not None and isinstance(mesh.source.document, PointsDocument):
+        document = mesh.source.document
+    values: dict[str, NDArray[Any]] = dict(zip(_PLACE, mesh.vertices.T, strict=True))
+    left = []
+    for name, attribute in mesh.vertex_attributes.items():
+        if name == "colors":
+            shares = attribute.T[:3] if document.top == 255 else attribute.T[:3] / 255
+            columns = dict(zip(_COLOR, shares, strict=True))
+        elif name == "normals":
+            columns = dict(zip(_NORMAL, attribute.T, strict=True))
+        else:
+            columns = {name: attribute} if attribute.ndim == 1 else {}
+        if columns and set(columns) <= set(document.columns):
+            values |= columns
+        elif name not in VERTEX_ATTRIBUTES or name in ("colors", "normals"):
+            left.append(name)
+    written = [values[name] for name in document.columns if name in values]
+    if document.titles and len(written) == len(document.columns):
+        target.write(document.titles + b"\n")
+    if document.counted:
+        target.write(b"%d\n" % len(mesh.vertices))
+    target.writelines(rows(document.separator.join(["%r"] * len(written)), written))
+    return (f"it does not hold {', '.join(left)} of the mesh; .ply keeps them",) if left else ()

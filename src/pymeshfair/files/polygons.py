@@ -47,7 +47,7 @@ class Outlines(NamedTuple):
     @property
     def triangles(self) -> NDArray[np.int64]:
         """(p,) the first triangle of each."""
-        return self.places[np.cumsum(self.lengths) - self.lengths] // 3
+        return np.asarray(self.places[np.cumsum(self.lengths) - self.lengths] // 3)
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -1,16 +1,18 @@
-"""Reads PTX files: grids of points as scanners write them, each behind a head that says how many and where the scanner stood.
-
-MeshLab's reader leaves measured points out at the end of a grid, and allocates whatever a head declares.
-"""
+"""Reads PTX files: grids of points as scanners write them, each behind a head that says how many and where the scanner stood."""
 
 from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..mesh_data import MeshData, Source
 from .errors import ContentsError
-from .points import PointsContents
-from .tokens import INTEGER, NOT_FINITE, REAL, Tokens, about_line, joined_pieces, tokenise
+from .reading import Reading, unended
+from .references import References
+from .tokens import INTEGER, Tokens, at_line, numbers_of, tokenise
 
 #: the lines of a head: columns, rows, four of the scanner's place, four of a matrix
 _HEAD = (1, 1, 3, 3, 3, 3, 4, 4, 4, 4)
@@ -20,51 +22,47 @@ _PLAIN, _COLOURED = 4, 7
 _ROUNDED = 1e-6
 
 
-def read_ptx(data: bytes) -> tuple[PointsContents, int]:
-    """The points of all grids, where the matrices of their heads put them, and how many more were not measured.
+def read_ptx(path: Path, references: References) -> Reading:
+    """Read the points of all grids, where the matrices of their heads put them.
 
     Raises:
         ContentsError: it is none, or declares what it does not hold.
+        OSError: it cannot be read.
     """
+    data = path.read_bytes()
     if b"\0" in data[:4096]:
         raise ContentsError("it is no text")
-    piece = joined_pieces(tokenise(data))
-    strange = ~np.isin(piece.kinds, (INTEGER, REAL, NOT_FINITE))
-    if strange.any():
-        k = int(np.searchsorted(piece.first, int(np.argmax(strange)), side="right")) - 1
-        raise _fail(piece, k, "has something else than numbers; decimals are written with a point")
-    if piece.oddities & 2 or b"#" in data:
+    if b"#" in data:
         raise ContentsError("it has comments, which the format does not know")
-    values = np.array(data.split(), dtype="S").astype(np.float64)  # to the last bit, which those of the tokens are not
-    grids = []
-    line = 0
-    while line < len(piece.lengths):
-        points = _head(piece, line)
+    tokens = tokenise(data)
+    grids, extras, line = [], [], 0
+    while line < len(tokens.numbers):
+        count = _count(tokens, line)
         first = line + len(_HEAD)
-        line = first + points
-        width = _width(piece, first, points)
-        head = values[piece.first[first - len(_HEAD)] : piece.first[first]]
-        grids.append(_placed(values[piece.first[first] : piece.first[line]].reshape(points, width), head[14:].reshape(4, 4)))
-    rows = np.concatenate([_coloured(grid, any(g.shape[1] == _COLOURED for g in grids)) for grid in grids]) if grids else None
-    if rows is None or not len(rows):
+        width = _width(tokens, first, count)
+        numbers_of(tokens, np.arange(line + 2, line + 6), 0, 3)
+        matrix = numbers_of(tokens, np.arange(line + 6, first), 0, 4)
+        stood = tokens.values[tokens.first[line + 2] : tokens.first[line + 3]]
+        if stood.any() or not np.array_equal(matrix, np.eye(4)):
+            extras.append(f"the scanner's place {' '.join(f'{x:g}' for x in stood)}")
+        line = first + count
+        grids.append(_placed(numbers_of(tokens, np.arange(first, line), 0, width), matrix))
+    rows = np.concatenate([_coloured(grid, any(g.shape[1] == _COLOURED for g in grids)) for grid in grids] or [np.empty((0, 4))])
+    if not len(rows):
         raise ContentsError("it holds no points")
     measured = rows[~np.isnan(rows[:, 0])]
-    return _contents(measured), len(rows) - len(measured)
-
-
-def _contents(rows: NDArray[np.float64]) -> PointsContents:
-    colours = rows[:, 4:]
-    if not ((colours >= 0) & (colours <= 255) & (colours == np.rint(colours))).all():
-        raise ContentsError("the last three numbers of its points are no colours from 0 to 255")
-    return PointsContents(
-        points=rows[:, :3],
-        count=len(rows),
-        intensity=rows[:, 3],
-        colours=colours.astype(np.uint8) if colours.shape[1] else None,
-        normals=None,
-        note="",
-        plain=False,
-    )
+    attributes: dict[str, NDArray[Any]] = {"intensity": measured[:, 3]}
+    if measured.shape[1] == _COLOURED:
+        colors = np.append(measured[:, 4:], np.full((len(measured), 1), 255.0), axis=1)
+        if not ((colors >= 0) & (colors <= 255) & (colors == np.rint(colors))).all():
+            raise ContentsError("the last three numbers of its points are no colours from 0 to 255")
+        attributes["colors"] = colors.astype(np.uint8)
+    if len(extras) > 1:
+        extras = [f"the scanner's places ({len(extras):,})"]
+    missing = len(rows) - len(measured)
+    doubts = (f"{missing:,} places of its grids, at which nothing was measured, are left out",) if missing else ()
+    mesh = MeshData(vertices=measured[:, :3], vertex_attributes=attributes, source=Source(path, "ptx", extras=tuple(extras)))
+    return Reading(mesh, (*unended(data), *doubts))
 
 
 def _placed(rows: NDArray[np.float64], matrix: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -90,27 +88,23 @@ def _coloured(rows: NDArray[np.float64], coloured: bool) -> NDArray[np.float64]:
     return np.concatenate([rows, np.full((len(rows), 3), 255.0)], axis=1)
 
 
-def _head(piece: Tokens, line: int) -> int:
+def _count(tokens: Tokens, line: int) -> int:
     """The number of points of the grid whose head begins at a line."""
-    lengths = piece.lengths[line : line + len(_HEAD)].tolist()
-    first = piece.first[line : line + 2]
-    if lengths != list(_HEAD) or (piece.kinds[first] != INTEGER).any() or (piece.values[first] < 0).any():
-        raise _fail(piece, line, "begins no grid: columns, rows, four lines of the scanner's place and four of a matrix")
-    columns, rows = piece.values[first].tolist()
+    lengths = tokens.lengths[line : line + len(_HEAD)].tolist()
+    first = tokens.first[line : line + 2]
+    if lengths != list(_HEAD) or (tokens.kinds[first] != INTEGER).any() or (tokens.values[first] < 0).any():
+        raise at_line(tokens, line, "begins no grid: columns, rows, four lines of the scanner's place and four of a matrix")
+    columns, rows = tokens.values[first].tolist()
     return int(min(columns * rows, 1 << 53))
 
 
-def _width(piece: Tokens, line: int, points: int) -> int:
+def _width(tokens: Tokens, line: int, points: int) -> int:
     """Of how many numbers the points of a grid are made."""
-    lengths = piece.lengths[line : line + points]
+    lengths = tokens.lengths[line : line + points]
     if len(lengths) < points:
         raise ContentsError(f"a grid of it declares {points:,} points, but {len(lengths):,} lines follow")
     wrong = (lengths != lengths[:1]) | ~np.isin(lengths, (_PLAIN, _COLOURED))
     if wrong.any():
         k = int(np.argmax(wrong))
-        raise _fail(piece, line + k, f"has {lengths[k]} numbers; a point has 4 or 7, and all of a grid the same")
+        raise at_line(tokens, line + k, f"has {lengths[k]} numbers; a point has 4 or 7, and all of a grid the same")
     return int(lengths[0]) if points else _PLAIN
-
-
-def _fail(piece: Tokens, k: int, why: str) -> ContentsError:
-    return ContentsError(about_line(piece, k, why))

@@ -29,6 +29,13 @@ def rows(template: str, columns: Sequence[NDArray[Any]]) -> Iterator[bytes]:
         yield ((template + "\n") * len(parts[0]) % tuple(numbers)).encode("ascii")
 
 
+def runs(parts: Sequence[str], lengths: NDArray[np.int64]) -> Iterator[str]:
+    """Words with blanks between them, as many as each length says."""
+    ends = np.cumsum(lengths)
+    for start, end in zip((ends - lengths).tolist(), ends.tolist(), strict=True):
+        yield " ".join(parts[start:end])
+
+
 def patched(text: bytes, spans: NDArray[np.int64], new: Sequence[bytes]) -> bytes:
     """The text with other words in some places.
 

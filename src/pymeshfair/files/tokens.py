@@ -119,7 +119,7 @@ def numbers_of(tokens: Tokens, lines: NDArray[np.int64], skipped: int, width: in
     if strange.any():
         k = int(lines[np.argmax(strange)])
         raise at_line(tokens, k, "has something else than numbers; decimals are written with a point")
-    return tokens.values[chosen]
+    return np.asarray(tokens.values[chosen])
 
 
 def at_line(tokens: Tokens, k: int, why: str) -> ContentsError:

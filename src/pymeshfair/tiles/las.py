@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 import os
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,8 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import RunError
-from ..files.errors import ContentsError
+from ..files.las import chunks, opened
 
 #: a dimension of its own for the probability
 _SCALAR = "outlier_probability"
@@ -29,21 +27,16 @@ class LasCloud:
     @property
     def row(self) -> int:
         """See `Source`."""
-        with _opened(self.path) as reader:
+        with opened(self.path) as reader:
             return int(reader.header.point_format.size)
 
     def __len__(self) -> int:
-        with _opened(self.path) as reader:
+        with opened(self.path) as reader:
             return int(reader.header.point_count)
 
     def _chunks(self, size: int) -> Iterator[Any]:
-        with _opened(self.path) as reader:
-            declared, read = int(reader.header.point_count), 0
-            for chunk in reader.chunk_iterator(size):
-                read += len(chunk)
-                yield chunk
-            if read < declared:
-                raise ContentsError(f"it ends after {read:,} of the {declared:,} points of its header")
+        with opened(self.path) as reader:
+            yield from chunks(reader, size)
 
     def points(self, size: int) -> Iterator[NDArray[np.float64]]:
         """See `Source`."""
@@ -54,7 +47,7 @@ class LasCloud:
         """See `Source`; the probability becomes a dimension of its own."""
         import laspy
 
-        with _opened(self.path) as reader:
+        with opened(self.path) as reader:
             header = copy.deepcopy(reader.header)
             if _SCALAR not in header.point_format.dimension_names:
                 header.add_extra_dim(laspy.ExtraBytesParams(_SCALAR, "float64"))
@@ -71,19 +64,3 @@ class LasCloud:
                     writer.write_evlrs(evlrs)
             file.flush()
             os.fsync(file.fileno())
-
-
-@contextmanager
-def _opened(path: Path) -> Iterator[Any]:
-    """The reader of a file."""
-    try:
-        import laspy
-    except ImportError as error:
-        raise RunError(
-            "LAS and LAZ files need the package laspy; install pymeshfair with its extra: python -m pip install 'pymeshfair[las]'"
-        ) from error
-    try:
-        with laspy.open(path) as reader:
-            yield reader
-    except (laspy.errors.LaspyException, ValueError) as error:  # ValueError: a buffer that ends within a point
-        raise ContentsError(f"laspy says: {error}") from error

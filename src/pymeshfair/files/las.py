@@ -1,0 +1,267 @@
+"""Reads and writes LAS and LAZ files, through laspy: every dimension of the points is an attribute of that name."""
+
+from __future__ import annotations
+
+import copy
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..mesh_data import MeshData, Source
+from ..mesh_data.mesh_data import VERTEX_ATTRIBUTES
+from .errors import ContentsError
+from .formats import MISSING_LASPY
+from .reading import Reading
+from .references import References
+from .saving import WORTH_A_WARNING, Writing
+
+_PLACE, _COLOR, _NORMAL = ("X", "Y", "Z"), ("red", "green", "blue"), ("NormalX", "NormalY", "NormalZ")
+#: attributes of `MeshData` that have dimensions of their own names
+_NUMBERS = ("scalars", "radii")
+#: points that are read or written at once
+_CHUNK = 1 << 20
+#: point formats with colours by those without that have the same dimensions besides
+_COLOURED = {0: 2, 1: 3, 4: 5, 6: 7, 9: 10}
+#: names of units in coordinate reference systems, and their numbers in GeoTIFF keys
+_UNITS = {"metre": "m", "meter": "m", "m": "m", "foot": "ft", "feet": "ft", "foot_us": "ft", "us survey foot": "ft", "ft": "ft"}
+_UNIT_KEY, _UNIT_CODES = 3076, {9001: "m", 9002: "ft", 9003: "ft"}
+
+
+@dataclass(frozen=True, eq=False)
+class LasDocument:
+    """A LAS file, for the writer: its header, its extended records, (n, 3) colours of 16 bits and the levels that they make."""
+
+    header: Any
+    records: Any
+    deep: NDArray[np.uint16] | None
+    levels: NDArray[np.uint8] | None
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[Any]:
+    """The reader of a file.
+
+    Raises:
+        ContentsError: it is damaged, or laspy is missing.
+    """
+    try:
+        import laspy
+    except ImportError as error:
+        raise ContentsError(MISSING_LASPY) from error
+    try:
+        with laspy.open(path) as reader:
+            yield reader
+    except (laspy.errors.LaspyException, ValueError) as error:  # ValueError: a buffer that ends within a point
+        raise ContentsError(f"laspy says: {error}") from error
+
+
+def chunks(reader: Any, size: int) -> Iterator[Any]:
+    """The points of a reader in pieces.
+
+    Raises:
+        ContentsError: there are fewer than the header declares.
+    """
+    declared, read = int(reader.header.point_count), 0
+    for chunk in reader.chunk_iterator(size):
+        read += len(chunk)
+        yield chunk
+    if read < declared:
+        raise ContentsError(f"it ends after {read:,} of the {declared:,} points of its header")
+
+
+def read_las(path: Path, references: References) -> Reading:
+    """Read a LAS, LAZ or COPC file.
+
+    Raises:
+        ContentsError: it is none, ends too early, or laspy is missing.
+        OSError: it cannot be read.
+    """
+    with opened(path) as reader:
+        header = copy.deepcopy(reader.header)
+        names = [name for name in header.point_format.dimension_names if name not in _PLACE]
+        parts: dict[str, list[Any]] = {name: [] for name in ("x", "y", "z", *names)}
+        for chunk in chunks(reader, _CHUNK):
+            for name, values in parts.items():
+                values.append(np.array(chunk[name]))
+        records = reader.evlrs
+    columns = {name: np.concatenate(values) if values else np.empty(0) for name, values in parts.items()}
+    vertices = np.stack([columns.pop(axis) for axis in "xyz"], axis=1)
+    deep = levels = None
+    attributes: dict[str, NDArray[Any]] = {}
+    if set(_COLOR) <= columns.keys():
+        deep = np.stack([columns.pop(name) for name in _COLOR], axis=1)
+        levels = np.full((len(deep), 4), 255, np.uint8)
+        levels[:, :3] = deep if deep.max(initial=0) <= 255 else np.rint(deep * (255 / 65535))
+        attributes["colors"] = levels
+    if set(_NORMAL) <= columns.keys():
+        attributes["normals"] = np.stack([columns.pop(name) for name in _NORMAL], axis=1).astype(np.float64)
+    for name, column in columns.items():
+        attributes[f"{name}_" if name in VERTEX_ATTRIBUTES - set(_NUMBERS) else name] = column
+    mesh = MeshData(
+        vertices=vertices,
+        vertex_attributes=attributes,
+        unit=_unit([*header.vlrs, *(records or ())]),
+        source=Source(path, path.suffix[1:].lower(), LasDocument(header, records, deep, levels), _extras(header, records)),
+    )
+    return Reading(mesh)
+
+
+def _unit(records: list[Any]) -> str | None:
+    """The unit of length of the coordinate reference system, where there is one and it has lengths."""
+    for record in records:
+        if (text := getattr(record, "string", None)) and re.match(r"\s*(COMPD|PROJ|BOUND|COMPOUND)", text):
+            # The last unit is that of the heights, and the one before it often that of angles.
+            found = re.findall(r'(?:LENGTH)?UNIT\["([^"]+)"', text, re.IGNORECASE)
+            for name in found:
+                if unit := _UNITS.get(name.lower().replace("u.s.", "us")):
+                    return unit
+        for key in getattr(record, "geo_keys", ()):
+            if key.id == _UNIT_KEY:
+                return _UNIT_CODES.get(key.value_offset)
+    return None
+
+
+def _extras(header: Any, records: Any) -> tuple[str, ...]:
+    kept = [r for r in (*header.vlrs, *(records or ())) if r.user_id not in ("copc", "laszip encoded")]
+    system = [r for r in kept if r.user_id == "LASF_Projection"]
+    others = len(kept) - len(system) - sum(r.user_id == "LASF_Spec" and r.record_id == 4 for r in kept)
+    extras = ["its coordinate reference system"] if system else []
+    return (*extras, *([f"records of its header ({others:,})"] if others else []))
+
+
+def write_las(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
+    """Write the vertices of a mesh without a matrix, with the header of the LAS file that they come from.
+
+    Returns:
+        What is otherwise than in that file, in words.
+
+    Raises:
+        ContentsError: the format cannot hold the coordinates or a value, or laspy is missing.
+    """
+    return _write(mesh, target, writing, compress=False)
+
+
+def write_laz(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, ...]:
+    """The same as `write_las`, compressed."""
+    return _write(mesh, target, writing, compress=True)
+
+
+def _write(mesh: MeshData, target: BinaryIO, writing: Writing, *, compress: bool) -> tuple[str, ...]:
+    try:
+        import laspy
+    except ImportError as error:
+        raise ContentsError(MISSING_LASPY) from error
+    document = mesh.source.document if mesh.source is not None else None
+    notes: list[str] = []
+    header, records = _header(mesh, document if isinstance(document, LasDocument) else None, notes)
+    columns = _columns(mesh, document if isinstance(document, LasDocument) else None)
+    _add_dimensions(header, columns, notes)
+    _set_scale(header, mesh.vertices, writing, notes)
+    try:
+        with laspy.open(target, "w", header=header, closefd=False, do_compress=compress) as writer:
+            for start in range(0, max(len(mesh.vertices), 1), _CHUNK):
+                rows = slice(start, start + _CHUNK)
+                places = mesh.vertices[rows]
+                made = laspy.ScaleAwarePointRecord.zeros(len(places), header=header)
+                for k, name in enumerate(_PLACE):
+                    made.array[name] = np.rint((places[:, k] - header.offsets[k]) / header.scales[k])
+                for name, values in columns.items():
+                    made[name] = values[rows]
+                writer.write_points(made)
+            if records:
+                writer.write_evlrs(records)
+    except (laspy.errors.LaspyException, OverflowError, ValueError) as error:
+        raise ContentsError(f"laspy says: {error}") from error
+    return tuple(notes)
+
+
+def _header(mesh: MeshData, document: LasDocument | None, notes: list[str]) -> tuple[Any, Any]:
+    """The header to write, and the extended records."""
+    import laspy
+
+    colored = "colors" in mesh.vertex_attributes
+    if document is None:
+        header = laspy.LasHeader(point_format=7 if colored else 6, version="1.4")
+        header.creation_date, header.generating_software = None, "pymeshfair"  # so that the same mesh gives the same bytes
+        return header, None
+    header, records = copy.deepcopy(document.header), document.records
+    header.vlrs = [r for r in header.vlrs if r.user_id != "copc"]
+    if records is not None:
+        records = type(records)([r for r in records if r.user_id != "copc"])
+    before = header.point_format
+    if colored and before.id in _COLOURED:
+        after = laspy.PointFormat(_COLOURED[before.id])
+        after.dimensions.extend(before.extra_dimensions)
+        header.set_version_and_point_format(header.version, after)
+        notes.append(f"its points have the format {after.id}, as that of the input, {before.id}, has no colours")
+    return header, records
+
+
+def _columns(mesh: MeshData, document: LasDocument | None) -> dict[str, NDArray[Any]]:
+    """The dimensions to write by name, but for the places."""
+    columns: dict[str, NDArray[Any]] = {}
+    for name, values in mesh.vertex_attributes.items():
+        if name == "colors":
+            deep = values[:, :3].astype(np.uint16) * np.uint16(257)
+            if document is not None and document.deep is not None and document.levels is not None:
+                ids = np.arange(len(values)) if mesh.vertex_ids is None else mesh.vertex_ids
+                if document.deep.max(initial=0) <= 255:
+                    deep //= np.uint16(257)
+                same = ids >= 0
+                same[same] = (document.levels[ids[same]] == values[same]).all(axis=1)
+                deep[same] = document.deep[ids[same]]
+            columns |= zip(_COLOR, deep.T, strict=True)
+        elif name == "normals":
+            columns |= zip(_NORMAL, values.T, strict=True)
+        elif name in _NUMBERS or name not in VERTEX_ATTRIBUTES:
+            columns[name[:-1] if name[:-1] in VERTEX_ATTRIBUTES else name] = values
+    return columns
+
+
+def _add_dimensions(header: Any, columns: dict[str, NDArray[Any]], notes: list[str]) -> None:
+    """Declare the dimensions that the header lacks, and leave those out whose names or types the format has not."""
+    import laspy
+
+    there = set(header.point_format.dimension_names)
+    for name, values in list(columns.items()):
+        if name in there:
+            continue
+        kind = "u1" if values.dtype.kind == "b" else values.dtype.str[1:]
+        width = 1 if values.ndim == 1 else values.shape[1]
+        if len(name.encode()) > 32 or width > 3 or kind == "f2":
+            notes.append(f"the dimension {name[:40]!r}, which the format cannot hold, is left out")
+            del columns[name]
+            continue
+        header.add_extra_dim(laspy.ExtraBytesParams(name, kind if width == 1 else f"{width}{kind}"))
+
+
+def _set_scale(header: Any, vertices: NDArray[np.float64], writing: Writing, notes: list[str]) -> None:
+    """Keep the scales and offsets of the header if they hold the coordinates; else choose such that do.
+
+    Raises:
+        ContentsError: none do.
+    """
+    if not len(vertices):
+        return
+    least, most = vertices.min(axis=0), vertices.max(axis=0)
+    fine = WORTH_A_WARNING * writing.resolution()
+    reach = np.maximum(np.abs(least - header.offsets), np.abs(most - header.offsets))
+    if (reach / header.scales < 2**31 - 1).all():
+        steps = np.rint((vertices - header.offsets) / header.scales)
+        if np.abs(steps * header.scales + header.offsets - vertices).max() <= max(fine, 4 * np.spacing(np.abs(vertices).max())):
+            return
+    extent = float((most - least).max())
+    step = 10.0 ** np.floor(np.log10(2 * fine if fine > 0 else max(extent, 1.0) * 1e-9))
+    if not extent / step < 2**31 - 1:
+        raise ContentsError(
+            f"coordinates over a length of {extent:.3g} in steps of {step:.3g} need more than the 32 bits of the format; "
+            ".ply keeps every digit"
+        )
+    header.scales, header.offsets = np.full(3, step), np.floor(least)
+    notes.append(f"its scale is {step:g}, and its offset {' '.join(f'{x:g}' for x in header.offsets)}")
