@@ -34,7 +34,9 @@ from .ply import (
 )
 from .ply_header import KINDS, PlyElement, PlyProperty, header_bytes, parse_header
 from .ply_tables import Array, Lists, Table, indices_of_runs, row_type
+from .polygons import outlines
 from .saving import Writing
+from .texts import patched, words
 
 _EMPTY = b"ply\nformat binary_little_endian 1.0\nend_header\n"
 #: a share of the mean edge by which rounding to the type of the file may move a vertex
@@ -278,10 +280,17 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> list[
         return empty if table is None or table.element.count else [_Rows(table.element, table.columns, table)]
     values, wedges = _values_of_faces(mesh)
     if table is None:
-        rows = _rows(mesh, "face", None, None, values, {})
-        lists: dict[str, Lists] = {CORNERS[0]: Lists(mesh.faces.reshape(-1), np.full(len(mesh.faces), 3, np.int64))}
+        corner_vertices = mesh.faces.reshape(-1)
+        shape = outlines(mesh.faces, mesh.face_attributes.get("polygon"))
+        notes += shape.notes
+        first = shape.triangles
+        mesh = mesh.replaced(
+            faces=mesh.faces[first], face_attributes={name: value[first] for name, value in mesh.face_attributes.items()}
+        )
+        rows = _rows(mesh, "face", None, None, {name: value[first] for name, value in values.items()}, {})
+        lists: dict[str, Lists] = {CORNERS[0]: Lists(corner_vertices[shape.places], shape.lengths)}
         if wedges is not None:
-            lists[WEDGES] = Lists(wedges.reshape(-1), np.full(len(mesh.faces), 6, np.int64))
+            lists[WEDGES] = Lists(wedges.reshape(-1, 2)[shape.places].reshape(-1), 2 * shape.lengths)
         properties = (
             PlyProperty(CORNERS[0], "int", "uchar"),
             *([PlyProperty(WEDGES, "float", "uchar")] if wedges is not None else []),
@@ -532,23 +541,14 @@ def _patched(row: _Rows, document: PlyDocument, changed: list[int]) -> bytes:
     properties = [row.element.properties[k] for k in changed]
     columns = [_words(np.asarray(row.columns[p.name]), p.type) for p in properties]
     differs = np.stack([np.asarray(row.columns[p.name]) != np.asarray(table.columns[p.name]) for p in properties], axis=1)
-    parts: list[bytes] = []
-    at = 0
-    words = [word for line in zip(*columns, strict=True) for word in line]
-    for (start, stop), word, other in zip(spans.tolist(), words, differs.reshape(-1).tolist(), strict=True):
-        if other:
-            parts += (text[at:start], word)
-            at = stop
-    return b"".join((*parts, text[at:]))
+    other = differs.reshape(-1)
+    each = [word for line in zip(*columns, strict=True) for word in line]
+    return patched(text, spans[other], [each[k] for k in np.flatnonzero(other).tolist()])
 
 
 def _words(values: Array, type_: str) -> list[bytes]:
     """Numbers as words that are read as the same numbers."""
-    if KINDS[type_][0] != "f":
-        return [b"%d" % value for value in values.tolist()]
-    if KINDS[type_] == "f4":
-        return [b"%.9g" % value for value in values.astype(np.float32).tolist()]
-    return [repr(value).encode("ascii") for value in values.astype(np.float64).tolist()]
+    return words(values.astype(KINDS[type_]))
 
 
 def _lines(row: _Rows) -> Iterator[bytes]:
@@ -558,9 +558,9 @@ def _lines(row: _Rows) -> Iterator[bytes]:
         if not isinstance(column, Lists):
             columns.append(_words(column, p.type))
             continue
-        words = _words(column.values, p.type)
+        each = _words(column.values, p.type)
         ends = np.cumsum(column.lengths)
         runs = zip((ends - column.lengths).tolist(), ends.tolist(), strict=True)
-        columns.append([b" ".join((b"%d" % (end - start), *words[start:end])) for start, end in runs])
+        columns.append([b" ".join((b"%d" % (end - start), *each[start:end])) for start, end in runs])
     for line in zip(*columns, strict=True):
         yield b" ".join(line) + b"\n"
