@@ -52,7 +52,7 @@ class Outlines(NamedTuple):
     @property
     def notes(self) -> tuple[str, ...]:
         """What a writer says of them."""
-        return (f"{self.broken:,} polygons that are not whole are written as triangles",) if self.broken else ()
+        return (f"polygons that are not whole are written as triangles ({self.broken:,})",) if self.broken else ()
 
 
 def outlines(faces: NDArray[np.int32], polygon: NDArray[Any] | None) -> Outlines:
