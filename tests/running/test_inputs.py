@@ -1,4 +1,4 @@
-"""Inputs that are refused before MeshLab opens them, and what the others declare."""
+"""Inputs that are refused before they are opened, and what the others declare."""
 
 from __future__ import annotations
 
@@ -8,23 +8,13 @@ import shutil
 import struct
 from pathlib import Path
 
-import numpy as np
 import pytest
-from pymeshfair.files.announced import Announced
 
 from pymeshfair.files.errors import InputError
-from pymeshfair.files.inputs import check_input
-from pymeshfair.files.inputs import inspect_input as inspect_into
-from pymeshfair.files.obj import read_obj
-from pymeshfair.files.obj_materials import read_materials
+from pymeshfair.files.inputs import check_input, read_file
+from pymeshfair.files.obj_materials import Materials
 
 from .runs import BONE, SAMPLES, ply_bytes, xyz
-
-
-def inspect_input(path: Path) -> Announced:
-    """What a file declares; what MeshLab is given of it lies in a folder beside it."""
-    return inspect_into(path, path.parent / f"given-{len(list(path.parent.iterdir()))}")
-
 
 IMAGE = SAMPLES / "TextureDouble_A.png"
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
@@ -64,7 +54,7 @@ def test_what_is_no_mesh_file_is_refused_unopened(tmp_path: Path, name: str, rea
 
 
 def test_a_name_that_is_not_utf_8_is_refused(tmp_path: Path) -> None:
-    """MeshLab cannot open a file whose name is no UTF-8 text, so that is said beforehand."""
+    """Records cannot hold a name that is no UTF-8 text, so that is said beforehand."""
     path = Path(os.fsdecode(os.fsencode(tmp_path) + b"/\xff.ply"))
     path.write_bytes(BONE.read_bytes())
     with pytest.raises(InputError, match="not valid UTF-8"):
@@ -85,7 +75,7 @@ def test_an_extension_in_capitals_is_the_same(tmp_path: Path) -> None:
     """SCAN.PLY is as good as scan.ply, and so is a link to it."""
     (tmp_path / "SCAN.PLY").symlink_to(BONE)
     check_input(tmp_path / "SCAN.PLY")
-    assert inspect_input(tmp_path / "SCAN.PLY").vertices == 1872
+    assert len(read_file(tmp_path / "SCAN.PLY").mesh.vertices) == 1872
 
 
 def test_what_a_ply_file_declares(tmp_path: Path) -> None:
@@ -96,16 +86,15 @@ def test_what_a_ply_file_declares(tmp_path: Path) -> None:
     normals = [("float", c, [1.0] * 4) for c in ("nx", "ny", "nz")]
     path = tmp_path / "mesh.ply"
     path.write_bytes(ply_bytes([*xyz(), *normals, ("int", "label", [1] * 4)], head=head))
-    announced = inspect_input(path)
-    assert (announced.vertices, announced.faces, announced.triangles, announced.normals) == (4, 4, 4, True)
-    assert announced.not_kept == ()
-    np.testing.assert_array_equal(announced.vertex_attributes["label"], np.ones(4))
-    assert [(t.name, t.file) for t in announced.textures] == [(names[0], tmp_path / "t.png"), ("gone.png", None)]
-    assert announced.side_files == (tmp_path / "t.png",)
+    reading = read_file(path)
+    mesh = reading.mesh
+    assert (len(mesh.vertices), len(mesh.faces), mesh.keeps_normals) == (4, 4, True)
+    assert [(t.name, t.image) for t in mesh.textures] == [(names[0], tmp_path / "t.png"), ("gone.png", None)]
+    assert reading.side_files == (tmp_path / "t.png",)
 
 
 def test_what_an_obj_file_declares(tmp_path: Path) -> None:
-    """Vertices, polygons and normals are counted; groups and maps that MeshLab drops are named; side files are found."""
+    """Vertices, polygons and normals are counted; groups and maps are named; side files are found."""
     path = tmp_path / "mesh.obj"
     lines = ["mtllib  my materials.mtl ", "o thing", "v 0 0 0", "v\t1 0 0", "v 1 1 0", "v 0 1 0", "vn 0 0 1", "vt 0 0"]
     lines += ["g one", "usemtl a", "f 1/1 2/1 3/1 4/1", "f 1 2 3", "p 1", "s 1"]
@@ -114,34 +103,21 @@ def test_what_an_obj_file_declares(tmp_path: Path) -> None:
         "# x\nnewmtl a\nKd 1 1 1\nmap_Kd t.png\nmap_Bump b.png\nPr 0.5\nnewmtl b\nmap_Kd -s 1 u.png\n"
     )
     shutil.copy(IMAGE, tmp_path / "t.png")
-    announced = inspect_input(path)
-    assert (announced.vertices, announced.faces, announced.triangles, announced.normals) == (4, 2, 3, True)
-    expected = {"groups (1)", "objects (1)", "smoothing groups (1)", "point elements (1)"}
-    expected.add("that 1 of its faces have no texture coordinates: they get the first ones")
-    assert set(announced.not_kept) == {*expected, "map_Bump, Pr, map_Kd -s 1 of the material file my materials.mtl"}
-    assert announced.side_files == (tmp_path / "my materials.mtl", tmp_path / "t.png")
+    reading = read_file(path)
+    mesh = reading.mesh
+    assert (len(mesh.vertices), len(mesh.faces), mesh.keeps_normals) == (4, 3, False)
+    expected = {"normals that no face names (1)", "groups (1)", "objects (1)", "smoothing groups (1)", "point elements (1)"}
+    expected.add("that 1 of its faces have no texture coordinates: they get 0 0")
+    assert mesh.source is not None
+    assert set(mesh.source.extras) == {*expected, "map_Bump, Pr, map_Kd -s 1 of the material file my materials.mtl"}
+    assert reading.side_files == (tmp_path / "my materials.mtl", tmp_path / "t.png")
 
 
-def test_obj_lines_are_counted_across_pieces(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The counts do not depend on how the file is cut into pieces."""
-    path = tmp_path / "mesh.obj"
-    path.write_text(TRIANGLE * 50 + "mtllib a.mtl\nf 1 2 3 4 5")
-    whole = read_obj(path)
-    assert whole.counts == {"vertices": 150, "faces": 51, "material files": 1}
-    assert whole.material_files == ["a.mtl"]
-    assert whole.triangles == 53
-    for size in (1, 7, 64):
-        monkeypatch.setattr("pymeshfair.files.tokens._CHUNK", size)
-        found = read_obj(path)
-        assert (found.counts, found.material_files, found.triangles) == (whole.counts, whole.material_files, 53)
-        np.testing.assert_array_equal(found.points, whole.points)
-
-
-def test_the_textured_sample(tmp_path: Path) -> None:
+def test_the_textured_sample() -> None:
     """The textured bunny of the wheel names its material file and its texture, and nothing is missing."""
-    announced = inspect_into(SAMPLES / "bunny10k_textured.obj", tmp_path)
-    assert (announced.vertices, announced.faces) == (5051, 9999)
-    assert [f.name for f in announced.side_files] == ["bunny10k_textured.mtl", "TextureDouble_A.png"]
+    reading = read_file(SAMPLES / "bunny10k_textured.obj")
+    assert (len(reading.mesh.vertices), len(reading.mesh.faces)) == (5051, 9999)
+    assert [f.name for f in reading.side_files] == ["bunny10k_textured.mtl", "TextureDouble_A.png"]
 
 
 @posix
@@ -156,11 +132,11 @@ def test_material_files_that_must_not_be_opened(tmp_path: Path, target: str) -> 
     path = folder / "mesh.obj"
     path.write_text(f"mtllib {target}\n{TRIANGLE}")
     with pytest.raises(InputError, match=r"and no file|outside its folder"):
-        inspect_input(path)
+        read_file(path)
     path.write_text(f"mtllib link.mtl\n{TRIANGLE}")
     (folder / "link.mtl").symlink_to(target)
     with pytest.raises(InputError, match=r"and no file|outside its folder"):
-        inspect_input(path)
+        read_file(path)
 
 
 @posix
@@ -176,14 +152,16 @@ def test_textures_that_must_not_be_opened(tmp_path: Path, name: str) -> None:
     else:
         path.write_text(json.dumps({"asset": {"version": "2.0"}, "images": [{"uri": "/dev/zero"}]}))
     with pytest.raises(InputError, match="'/dev/zero', which it names, is a device"):
-        inspect_input(path)
+        read_file(path)
 
 
 def test_a_missing_material_file_is_named(tmp_path: Path) -> None:
     """A material file that does not exist is no error, but it is said."""
     path = tmp_path / "mesh.obj"
     path.write_text(f"mtllib gone.mtl\n{TRIANGLE}")
-    assert inspect_input(path).not_kept == ("the material file gone.mtl, which does not exist",)
+    source = read_file(path).mesh.source
+    assert source is not None
+    assert source.extras == ("the material file gone.mtl, which does not exist",)
 
 
 def test_a_material_file_is_read_up_to_a_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -191,7 +169,7 @@ def test_a_material_file_is_read_up_to_a_limit(tmp_path: Path, monkeypatch: pyte
     monkeypatch.setattr("pymeshfair.files.obj_materials.MATERIAL_LIMIT", 20)
     (tmp_path / "m.mtl").write_text("newmtl a\nmap_Kd b.png\n")
     with pytest.raises(InputError, match=r"the material file 'm.mtl' has more than 20 bytes"):
-        read_materials(tmp_path / "m.mtl", tmp_path / "m.obj")
+        Materials().read(tmp_path / "m.mtl", tmp_path / "m.obj")
 
 
 @pytest.mark.parametrize(
@@ -208,17 +186,17 @@ def test_declarations_that_no_file_can_hold(tmp_path: Path, name: str, data: byt
     """Counts and lengths are held against the size of the file, in every format that declares them."""
     (tmp_path / name).write_bytes(data)
     with pytest.raises(InputError, match=reason):
-        inspect_input(tmp_path / name)
+        read_file(tmp_path / name)
 
 
 def test_honest_counts_are_taken(tmp_path: Path) -> None:
     """The counts of OFF and STL headers are those of the mesh, and those of a text STL are counted."""
     (tmp_path / "a.off").write_text("# words\nNOFF # more\n3 1 0\n" + "0 0 0 0 0 1\n" * 3 + "3 0 1 2\n")
-    off = inspect_input(tmp_path / "a.off")
-    assert (off.vertices, off.faces, off.normals) == (3, 1, True)
+    off = read_file(tmp_path / "a.off").mesh
+    assert (len(off.vertices), len(off.faces), off.keeps_normals) == (3, 1, True)
     (tmp_path / "a.stl").write_bytes(b"solid it is not".ljust(80) + struct.pack("<I", 2) + bytes(100))
-    assert inspect_input(tmp_path / "a.stl").faces == 2
+    assert len(read_file(tmp_path / "a.stl").mesh.faces) == 2
     corners = "outer loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n"
     (tmp_path / "b.stl").write_text("solid x\n" + f"facet normal 0 0 1\n{corners}endfacet\n" * 9 + "endsolid\n")
-    assert inspect_input(tmp_path / "b.stl").faces == 9
-    assert inspect_into(SAMPLES / "chameleon.pts", tmp_path).vertices == 4594
+    assert len(read_file(tmp_path / "b.stl").mesh.faces) == 9
+    assert len(read_file(SAMPLES / "chameleon.pts").mesh.vertices) == 4594

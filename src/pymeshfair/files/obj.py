@@ -125,6 +125,8 @@ def read_obj(path: Path, references: References) -> Reading:
         wedges = np.append(textured, [[0.0, 0.0]], axis=0)[indices[:, :, 1]]
         attributes["wedge_texture_coordinates"] = wedges
         _note_bare(corners, notes)
+    elif len(textured):
+        notes[f"texture coordinates that no face names ({len(textured):,})"] = None
     lost = [f"{what} ({n:,})" for what in _STATES if (n := counts[what])]
     materials, used, files = _materials(path, tokens, counts, references, notes)
     numbers = {name: k for k, name in enumerate(materials.textures)}
@@ -315,8 +317,7 @@ def _normals(
     if not len(normals):
         return None, None
     if len(normals) != count:
-        if (of_corners >= 0).any():
-            notes["normals of corners"] = None
+        notes["normals of corners" if (of_corners >= 0).any() else f"normals that no face names ({len(normals):,})"] = None
         return None, of_corners if (of_corners >= 0).any() else None
     if not len(indices):
         return normals, None

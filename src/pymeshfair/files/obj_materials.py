@@ -74,7 +74,7 @@ class Materials:
             what = "is no text" if b"\0" in data else f"has more than {MATERIAL_LIMIT:,} bytes"
             raise InputError(mesh, f"the material file {shown(path.name)} {what}")
         material: Material | None = None
-        for line in re.split(r"\r\n|\n|\r", joined(data).decode("utf-8", "surrogateescape")):
+        for line in re.split(r"\r\n|\n|\r", joined(data).decode("utf-8", "surrogateescape").removesuffix("\n")):
             keyword, _, rest = " ".join(re.sub(r"(^|\s)#.*", "", line).split()).partition(" ")
             if keyword == "newmtl":
                 material = self.named.setdefault(rest, Material())

@@ -224,6 +224,7 @@ def _materials(
     if len(firsts) + len(names) > MOST_MATERIALS:
         notes.append(f"colours of faces are left out: {len(firsts):,} materials for them are more than {MOST_MATERIALS:,}")
         shown[:, 1:] = -1
+        new = (known < 0) & (shown >= 0).any(axis=1)
         firsts, found = numbered(shown[new])
     lines = [b"usemtl %s\n" % name.encode("utf-8", "surrogateescape") for name in names]
     taken, number = set(names), 0
