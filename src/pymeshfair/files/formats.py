@@ -31,7 +31,7 @@ class Format:
     """One kind of file that a run writes.
 
     Attributes:
-        extension: without the dot, in lower case.
+        extension: without the dot, in lower case; the first of those that it has.
         rounding: how far writing moves a coordinate at most, as a share of its amount, and in units besides.
         holds: what of `ATTRIBUTES` it keeps; everything else that a mesh has is named in a warning.
     """
@@ -50,7 +50,7 @@ _OBJ = ("faces", "edges", "vertex normals", "vertex colours", "vertex texture co
 _OFF = ("faces", "edges", "vertex normals", "vertex colours", "vertex opacities", "face colours", "face opacities")
 _POINTS = ("vertex normals", "vertex colours", "custom attributes")  # or named by the writer
 _EXACT, _FLOAT = (0.0, 0.0), 2.0**-24
-WRITABLE: Mapping[str, Format] = {
+_FORMATS = {
     f.extension: f
     for f in (
         _format("ply", _EXACT, *ATTRIBUTES),
@@ -60,10 +60,13 @@ WRITABLE: Mapping[str, Format] = {
         _format("glb", (_FLOAT, 0.0), *_OBJ, "face colours", "vertex opacities", "face opacities", "textures"),
         _format("3mf", _EXACT, "faces", "vertex colours", "face colours", "vertex opacities", "face opacities"),
         _format("wrl", _EXACT, "faces", "vertex colours"),
-        *(_format(extension, _EXACT, *_POINTS, "vertex scalars", "vertex radii") for extension in ("las", "laz")),
-        *(_format(extension, _EXACT, *_POINTS) for extension in ("xyz", "pts", "asc", "txt")),
+        _format("las", _EXACT, *_POINTS, "vertex scalars", "vertex radii"),
+        _format("xyz", _EXACT, *_POINTS),
     )
 }
+#: extensions of the same format as another
+_ALIKE = {"laz": "las", "pts": "xyz", "asc": "xyz", "txt": "xyz"}
+WRITABLE: Mapping[str, Format] = _FORMATS | {e: _FORMATS[f] for e, f in _ALIKE.items()}
 
 
 def attributes_of(mesh: MeshData) -> set[str]:

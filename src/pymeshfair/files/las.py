@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import logging
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -50,15 +51,25 @@ def opened(path: Path) -> Iterator[Any]:
     Raises:
         ContentsError: it is damaged, or laspy is missing.
     """
-    try:
-        import laspy
-    except ImportError as error:
-        raise ContentsError(MISSING_LASPY) from error
+    laspy, errors = _laspy()
     try:
         with laspy.open(path) as reader:
             yield reader
-    except (laspy.errors.LaspyException, ValueError) as error:  # ValueError: a buffer that ends within a point
+    except ContentsError:
+        raise
+    except errors as error:
         raise ContentsError(f"laspy says: {error}") from error
+
+
+def _laspy() -> tuple[Any, tuple[type[Exception], ...]]:
+    """The package, and what it raises about files that are damaged or cannot be written."""
+    try:
+        import laspy
+        from lazrs import LazrsError
+    except ImportError as error:
+        raise ContentsError(MISSING_LASPY) from error
+    logging.getLogger("laspy").addHandler(logging.NullHandler())  # it says there what it raises
+    return laspy, (laspy.errors.LaspyException, LazrsError, OverflowError, ValueError)  # of a buffer that ends within a point
 
 
 def chunks(reader: Any, size: int) -> Iterator[Any]:
@@ -107,7 +118,7 @@ def read_las(path: Path, references: References) -> Reading:
         vertices=vertices,
         vertex_attributes=attributes,
         unit=_unit([*header.vlrs, *(records or ())]),
-        source=Source(path, path.suffix[1:].lower(), LasDocument(header, records, deep, levels), _extras(header, records)),
+        source=Source(path, "las", LasDocument(header, records, deep, levels), _extras(header, records)),
     )
     return Reading(mesh)
 
@@ -153,10 +164,7 @@ def write_laz(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
 
 
 def _write(mesh: MeshData, target: BinaryIO, writing: Writing, *, compress: bool) -> tuple[str, ...]:
-    try:
-        import laspy
-    except ImportError as error:
-        raise ContentsError(MISSING_LASPY) from error
+    laspy, errors = _laspy()
     document = mesh.source.document if mesh.source is not None else None
     notes: list[str] = []
     header, records = _header(mesh, document if isinstance(document, LasDocument) else None, notes)
@@ -176,7 +184,7 @@ def _write(mesh: MeshData, target: BinaryIO, writing: Writing, *, compress: bool
                 writer.write_points(made)
             if records:
                 writer.write_evlrs(records)
-    except (laspy.errors.LaspyException, OverflowError, ValueError) as error:
+    except errors as error:
         raise ContentsError(f"laspy says: {error}") from error
     return tuple(notes)
 

@@ -21,7 +21,7 @@ from .tokens import INTEGER, WORD, Tokens, at_line, joined, numbers_of, tokenise
 
 _EXPE = b"[Expe/PointSet/Binary/0.1]\n"
 #: the properties of Expe that are known, by their bytes
-_OF_EXPE = {"position": ("<f4", 3), "normal": ("<f4", 3), "radius": ("<f4", 1), "color": ("u1", 4)}
+_OF_EXPE = {"position": ("<f4", 3), "normal": ("<f4", 3), "radius": ("<f4", ()), "color": ("u1", 4)}
 _PLACE, _COLOR, _NORMAL = ("x", "y", "z"), ("red", "green", "blue"), ("nx", "ny", "nz")
 #: other titles of columns
 _TITLES = {"r": "red", "g": "green", "b": "blue", "i": "intensity"} | {f"normal{axis}": f"n{axis}" for axis in "xyz"}
@@ -83,7 +83,7 @@ def read_points(path: Path, references: References) -> Reading:
     vertices, attributes, top = _attributes(columns, values, whole)
     extras = (f"its titles {titles.decode('utf-8', 'replace')!r}",) if titles and not known else ()
     document = PointsDocument(columns, titles, separator, counted, top)
-    source = Source(path, path.suffix[1:].lower(), document, extras)
+    source = Source(path, "xyz", document, extras)
     return Reading(MeshData(vertices=vertices, vertex_attributes=attributes, source=source), unended(data))
 
 
@@ -174,7 +174,7 @@ def _expe(path: Path, data: bytes) -> MeshData:
     names = {"normal": "normals", "radius": "radii", "color": "colors"}
     attributes = {names[n]: rows[n].astype(np.uint8 if n == "color" else np.float64) for n in sizes if n in names}
     extras = tuple(f"property {n!r}" for n in sizes if n not in _OF_EXPE)
-    source = Source(path, path.suffix[1:].lower(), extras=extras)
+    source = Source(path, "xyz", extras=extras)
     return MeshData(vertices=rows["position"], vertex_attributes=attributes, source=source)
 
 

@@ -115,7 +115,7 @@ def save_mesh(
         warnings += [f"the texture {name!r} does not exist; the output names it all the same" for name in plan.missing]
     writing = Writing(resolution, names, material_path(output).name, [])
     staged = stage / output.name
-    module, function = _WRITERS[kind.extension]
+    module, function = _WRITERS[extension(output)]
     write: Writer = getattr(importlib.import_module(f".{module}", __package__), function)
     with staged.open("xb") as file:
         try:

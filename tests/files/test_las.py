@@ -1,0 +1,160 @@
+"""LAS and LAZ files: all dimensions, the reference system, and coordinates to the step of the file."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import laspy
+import numpy as np
+import pytest
+
+from pymeshfair.files.errors import InputError, OutputError
+from pymeshfair.files.inputs import read_file
+from pymeshfair.files.outputs import check_output
+from pymeshfair.mesh_data import MeshData, moved
+
+from .round_trips import assert_same, read, save
+from .surveys import scan
+
+WKT = 'PROJCS["x",GEOGCS["y",UNIT["degree",0.0174532925199433]],UNIT["%s",%s],AXIS["X",EAST],AXIS["Y",NORTH]]'
+
+
+@pytest.mark.parametrize(("form", "extension"), [(1, "las"), (2, "las"), (3, "laz"), (6, "las"), (7, "laz"), (8, "laz")])
+def test_every_dimension_is_kept(tmp_path: Path, form: int, extension: str) -> None:
+    """Each dimension is an attribute of its name and type, and each point is written with the bytes that it had."""
+    path, output = tmp_path / f"in.{extension}", tmp_path / f"out.{extension}"
+    source = scan(path, form=form) if form != 2 else coloured(path)
+    mesh = read_file(path).mesh
+    np.testing.assert_array_equal(mesh.vertices, np.stack([source.x, source.y, source.z], axis=1))
+    for name in set(source.point_format.dimension_names) - {"X", "Y", "Z", "red", "green", "blue"}:
+        np.testing.assert_array_equal(mesh.vertex_attributes[name], source[name])
+        assert mesh.vertex_attributes[name].dtype == np.asarray(source[name]).dtype
+    assert save(mesh, output) == ()
+    found = laspy.read(output)
+    assert found.points.array.tobytes() == source.points.array.tobytes()
+    assert found.header.version == source.header.version
+    np.testing.assert_array_equal(found.header.scales, source.header.scales)
+    np.testing.assert_array_equal(found.header.offsets, source.header.offsets)
+    assert [v.record_data for v in found.header.vlrs if v.record_id == 7] == [b"kept"]
+    kept = np.arange(len(mesh.vertices)) % 3 == 0
+    save(mesh.part(kept), tmp_path / f"part.{extension}")
+    assert laspy.read(tmp_path / f"part.{extension}").points.array.tobytes() == source.points.array[kept].tobytes()
+
+
+def coloured(path: Path) -> Any:
+    """A cloud with colours of 16 bits."""
+    header = laspy.LasHeader(point_format=2, version="1.2")
+    header.vlrs.append(laspy.VLR("somebody", 7, "a note", b"kept"))
+    cloud = laspy.LasData(header)
+    cloud.x, cloud.y, cloud.z = np.random.default_rng(1).random((3, 90)) * 100
+    cloud.red, cloud.green, cloud.blue = np.random.default_rng(2).integers(0, 1 << 16, (3, 90))
+    cloud.write(path)
+    return cloud
+
+
+def test_colours_that_a_step_changed(tmp_path: Path) -> None:
+    """Points that keep their colour keep its 16 bits; others get the level; a format without colours gives way to one with."""
+    source = coloured(tmp_path / "a.las")
+    mesh = read_file(tmp_path / "a.las").mesh
+    levels = np.array(mesh.vertex_attributes["colors"])
+    np.testing.assert_array_equal(levels[:, 0], np.rint(np.asarray(source.red) / 257))
+    levels[:7, :3] = [1, 2, 3]
+    assert save(mesh.with_attributes({"colors": levels}), tmp_path / "b.laz") == ()
+    found = laspy.read(tmp_path / "b.laz")
+    np.testing.assert_array_equal(found.red[7:], source.red[7:])
+    np.testing.assert_array_equal(found.blue[:7], np.full(7, 3 * 257))
+    scan(tmp_path / "c.las", form=1)
+    plain = read_file(tmp_path / "c.las").mesh
+    colors = np.full((len(plain.vertices), 4), 255, np.uint8)
+    (note,) = save(plain.with_attributes({"colors": colors}), tmp_path / "d.las")
+    assert note == "d.las: its points have the format 3, as that of the input, 1, has no colours"
+    assert "amplitude" in read_file(tmp_path / "d.las").mesh.vertex_attributes
+
+
+def test_a_mesh_of_no_file(tmp_path: Path) -> None:
+    """Attributes of any type are dimensions; the step of the coordinates is fine enough; the same mesh gives the same bytes."""
+    rng = np.random.default_rng(1)
+    attributes = {
+        "normals": rng.random((50, 3)),
+        "scalars": rng.random(50),
+        "label": np.arange(50, dtype=np.int16),
+        "flow": rng.random((50, 3)),
+        "intensity": np.arange(50, dtype=np.uint16),
+        "colors": np.full((50, 4), 255, np.uint8),
+    }
+    mesh = MeshData(vertices=rng.random((50, 3)) * 20 + [5e5, 5.4e6, 300], vertex_attributes=attributes)
+    notes = save(mesh, tmp_path / "a.laz", resolution=0.02)
+    assert notes == (f"a.laz: its scale is 1e-05, and its offset 500000 5.4e+06 {np.floor(mesh.vertices[:, 2].min()):g}",)
+    again = read_file(tmp_path / "a.laz").mesh
+    assert np.abs(again.vertices - mesh.vertices).max() <= 1e-3 * 0.02
+    for name, values in attributes.items():
+        np.testing.assert_array_equal(again.vertex_attributes[name], values)
+    save(mesh, tmp_path / "b.laz", resolution=0.02)
+    assert (tmp_path / "a.laz").read_bytes() == (tmp_path / "b.laz").read_bytes()
+    with pytest.raises(OutputError, match="need more than the 32 bits of the format"):
+        save(mesh, tmp_path / "c.laz", resolution=1e-9)
+
+
+def test_moved_points_get_a_finer_step_where_they_need_one(tmp_path: Path) -> None:
+    """The scale of the file stays if it moves no point by a share of the distance of points that shows."""
+    scan(tmp_path / "a.las", form=6)
+    mesh = read_file(tmp_path / "a.las").mesh
+    other = moved(mesh, mesh.vertices + 1e-4)
+    assert save(other, tmp_path / "b.las", resolution=1.0) == ()
+    (note,) = save(other, tmp_path / "c.las", resolution=0.05)
+    assert "its scale is 0.0001" in note
+    assert np.abs(read_file(tmp_path / "c.las").mesh.vertices - other.vertices).max() <= 5e-5
+
+
+@pytest.mark.parametrize(("unit", "factor", "expected"), [("metre", "1", "m"), ("US survey foot", "0.3048006096", "ft")])
+def test_units_of_reference_systems(tmp_path: Path, unit: str, factor: str, expected: str) -> None:
+    """A projected system says the unit, one of angles none; the system is kept in LAS files and named for others."""
+    header = laspy.LasHeader(point_format=6, version="1.4")
+    header.vlrs.append(laspy.vlrs.known.WktCoordinateSystemVlr(WKT % (unit, factor)))
+    header.global_encoding.wkt = True
+    cloud = laspy.LasData(header)
+    cloud.x, cloud.y, cloud.z = np.random.default_rng(1).random((3, 9))
+    cloud.write(tmp_path / "a.las")
+    mesh = read_file(tmp_path / "a.las").mesh
+    assert mesh.unit == expected
+    save(mesh, tmp_path / "b.laz")
+    assert WKT % (unit, factor) in [getattr(v, "string", "") for v in laspy.read(tmp_path / "b.laz").header.vlrs]
+    assert save(mesh, tmp_path / "c.ply") == ("c.ply does not hold of a.las: its coordinate reference system",)
+
+
+def test_what_is_no_whole_file_is_refused(tmp_path: Path) -> None:
+    """A file that ends too early, one that declares too much, and one of another kind are refused in words."""
+    scan(tmp_path / "a.las", form=3)
+    scan(tmp_path / "b.laz", form=3)
+    whole, packed = (tmp_path / "a.las").read_bytes(), (tmp_path / "b.laz").read_bytes()
+    declares = whole[:107] + b"\xff\xff\xff\x7f" + whole[111:]
+    for name, data in (("c.las", whole[: len(whole) // 2]), ("d.laz", packed[: len(packed) // 2]), ("e.las", declares)):
+        with pytest.raises(InputError):
+            read(tmp_path / name, data)
+    with pytest.raises(InputError, match="does not begin with 'LASF'"):
+        read(tmp_path / "f.laz", b"not at all")
+
+
+def test_without_the_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The command that installs it is named, before any work; COPC files are not written."""
+    scan(tmp_path / "a.las", form=3)
+    with pytest.raises(OutputError, match=r"COPC files are read and not written; name the output \.laz"):
+        check_output(tmp_path / "b.copc.laz", tmp_path / "a.las", overwrite=False)
+    monkeypatch.setitem(sys.modules, "laspy", None)
+    command = r"python -m pip install 'pymeshfair\[las\]'"
+    with pytest.raises(InputError, match=command):
+        read_file(tmp_path / "a.las")
+    with pytest.raises(OutputError, match=command):
+        check_output(tmp_path / "b.laz", tmp_path / "a.las", overwrite=False)
+    with pytest.raises(OutputError, match=command):
+        save(MeshData(vertices=np.eye(3)), tmp_path / "c.las")
+
+
+def test_the_same_cloud(tmp_path: Path) -> None:
+    """What is read, written and read again is the same mesh."""
+    scan(tmp_path / "a.laz", form=7)
+    mesh = read_file(tmp_path / "a.laz").mesh
+    save(mesh, tmp_path / "b.las")
+    assert_same(read_file(tmp_path / "b.las").mesh, mesh)
