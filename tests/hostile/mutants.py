@@ -166,7 +166,9 @@ def check(path: Path) -> str:
     declared = faces_declared(path)
     polygon = reading.mesh.face_attributes.get("polygon")
     faces = len(reading.mesh.faces) if polygon is None else int((polygon < 0).sum()) + len(np.unique(polygon[polygon >= 0]))
-    if declared is not None and declared != faces and "left out" not in " ".join(reading.doubts):
+    extras = () if reading.mesh.source is None else reading.mesh.source.extras
+    lost = "left out" in " ".join(reading.doubts) or "face property" in " ".join(extras)
+    if declared is not None and declared != faces and not lost:
         return f"has {faces} faces of {declared}"
     return "read"
 

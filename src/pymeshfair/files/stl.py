@@ -54,9 +54,10 @@ def read_stl(path: Path, references: References) -> Reading:
     extras = []
     text = data.removeprefix(b"\xef\xbb\xbf").lstrip()[:5].lower() == b"solid"
     declared = int(struct.unpack_from("<I", data, 80)[0]) if len(data) >= 84 else -1
-    if len(data) == 84 + 50 * declared:
+    if declared >= 0 and len(data) == 84 + 50 * declared:
         rows = np.frombuffer(data, _ROW, declared, 84)
-        corners, bits = rows["corners"].astype(np.float64), rows["bits"].copy()
+        with np.errstate(invalid="ignore"):  # of NaN that signals
+            corners, bits = rows["corners"].astype(np.float64), rows["bits"].copy()
         head, colors, others = data[:80], *_colors(data[:80], bits)
         document = StlDocument(head, bits, colors)
         if others:
@@ -135,6 +136,9 @@ def write_stl(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
 
     Returns:
         What its colours lose, in words.
+
+    Raises:
+        ContentsError: its coordinates are beyond all numbers of single precision.
     """
     document = mesh.source.document if mesh.source is not None else None
     if not isinstance(document, StlDocument):
@@ -143,6 +147,8 @@ def write_stl(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     m = len(mesh.faces)
     rows = np.zeros(m, _ROW)
     rows["normal"] = mesh.face_normals
+    if m and np.abs(mesh.vertices[mesh.faces]).max() > np.finfo(np.float32).max:
+        raise ContentsError("coordinates beyond 3e38 are more than the format holds; .ply keeps them")
     rows["corners"] = mesh.vertices[mesh.faces]
     ids = np.arange(m) if mesh.face_ids is None else mesh.face_ids
     old = ids >= 0
