@@ -323,3 +323,30 @@ def test_what_a_text_says_twice_is_refused(tmp_path: Path) -> None:
     ):
         with pytest.raises(InputError, match=reason):
             read(tmp_path, ply_file(elements))
+
+
+def test_faces_without_corners_are_kept(tmp_path: Path) -> None:
+    """Rows of faces whose corners have no known name are no faces of the mesh, and are written as they were."""
+    elements = [Element("vertex", PLACE, SQUARE), Element("face", [("list uchar int", "corners")], [[[0, 1, 2]], [[0, 2, 3]]])]
+    for encoding in ENCODINGS:
+        data = ply_file(elements, encoding)
+        mesh = read(tmp_path, data)
+        assert not len(mesh.faces)
+        assert written(mesh) == data
+        moved_data = written(moved(mesh, mesh.vertices + 1))
+        assert len(moved_data) == len(data)
+
+
+def test_polygons_of_other_formats_are_written(tmp_path: Path) -> None:
+    """A polygon of a mesh that comes from no PLY file is a polygon in it, with the texture coordinates of its corners."""
+    wedges = np.arange(18.0).reshape(3, 3, 2)
+    wedges[1, :2] = wedges[0, [0, 2]]
+    mesh = MeshData(
+        vertices=np.array([*SQUARE, [9, 9, 9]], float),
+        faces=np.array([[0, 1, 2], [0, 2, 3], [0, 1, 4]]),
+        face_attributes={"polygon": np.array([4, 4, -1]), "wedge_texture_coordinates": wedges},
+    )
+    again = read(tmp_path, written(mesh))
+    assert again.face_attributes["polygon"].tolist() == [0, 0, -1]
+    np.testing.assert_array_equal(again.faces, mesh.faces)
+    np.testing.assert_array_equal(again.face_attributes["wedge_texture_coordinates"], wedges)

@@ -276,8 +276,10 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> list[
             return [] if table is None else [_Rows(table.element, table.columns, table)]
         table = None
     if not len(mesh.faces):
-        empty = [] if table is None else [_without_rows(table)]
-        return empty if table is None or table.element.count else [_Rows(table.element, table.columns, table)]
+        if table is None:
+            return []
+        as_it_was = not table.element.count or table.lists(corners) is None  # rows that name no vertices
+        return [_Rows(table.element, table.columns, table) if as_it_was else _without_rows(table)]
     values, wedges = _values_of_faces(mesh)
     if table is None:
         corner_vertices = mesh.faces.reshape(-1)
@@ -483,7 +485,8 @@ def _write_binary(target: BinaryIO, row: _Rows, document: PlyDocument) -> None:
         column = row.columns[p.name]
         if isinstance(column, Lists):
             rows[f"{p.name} count"] = column.lengths
-            rows[p.name] = column.values.reshape(element.count, -1)
+            with np.errstate(over="ignore"):
+                rows[p.name] = column.values.reshape(element.count, widths[p.name])
         else:
             rows[p.name] = column
     target.write(rows.tobytes())
