@@ -1,0 +1,77 @@
+"""A prism over an L, of known area, volume and box, in every format that is written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from pymeshfair.files.inputs import read_file
+from pymeshfair.mesh_data import MeshData
+
+from .round_trips import meshlab, read, save
+
+#: an L of 4 x 3 without 2 x 2, 5 high: area 2 * 8 + 14 * 5, volume 40
+FLOOR = [(0, 0), (4, 0), (4, 1), (2, 1), (2, 3), (0, 3)]
+POINTS = [(x, y, z) for z in (0, 5) for x, y in FLOOR]
+SIDES = [[k, (k + 1) % 6, (k + 1) % 6 + 6, k + 6] for k in range(6)]
+POLYGONS = [[5, 4, 3, 2, 1, 0], [6, 7, 8, 9, 10, 11], *SIDES]
+AREA, VOLUME, BOX = 86.0, 40.0, [[0, 0, 0], [4, 3, 5]]
+
+
+def obj() -> str:
+    """The shape as an OBJ file of polygons, counted forwards and backwards."""
+    faces = [" ".join(str(i + 1 if k % 2 else i - 12) for i in p) for k, p in enumerate(POLYGONS)]
+    return "".join(f"v {x} {y} {z}\n" for x, y, z in POINTS) + "".join(f"f {face}\n" for face in faces)
+
+
+def off() -> str:
+    """The shape as an OFF file of polygons."""
+    rows = [f"{x} {y} {z}" for x, y, z in POINTS] + [f"{len(p)} {' '.join(map(str, p))}" for p in POLYGONS]
+    return "\n".join(["OFF", "12 8 0", *rows, ""])
+
+
+def assert_shape(vertices: np.ndarray, faces: np.ndarray) -> None:
+    """Area, volume and box are those of the prism."""
+    shape = trimesh.Trimesh(vertices, faces, process=False)
+    np.testing.assert_allclose((shape.area, shape.volume), (AREA, VOLUME), rtol=1e-6)
+    np.testing.assert_allclose(shape.bounds, BOX, rtol=1e-6)
+
+
+@pytest.mark.parametrize("output", ["a.ply", "a.obj", "a.off", "a.stl"])
+@pytest.mark.parametrize("source", ["b.obj", "b.off"])
+def test_polygons_have_their_area(tmp_path: Path, source: str, output: str) -> None:
+    """Concave polygons are read and written with their area; PLY, OBJ and OFF keep them, and MeshLab reads them so."""
+    mesh = read(tmp_path / source, obj() if source == "b.obj" else off())
+    assert_shape(mesh.vertices, mesh.faces)
+    assert len(mesh.faces) == 20
+    save(mesh.replaced(source=None), tmp_path / output)
+    again = read_file(tmp_path / output).mesh
+    assert_shape(again.vertices, again.faces)
+    if output != "a.stl":
+        assert len(np.unique(again.face_attributes["polygon"])) == 8
+    if output == "a.stl":  # trimesh reads no lists of different lengths, and cuts polygons as fans
+        np.testing.assert_allclose(trimesh.load(tmp_path / output).volume, VOLUME, rtol=1e-6)
+    if output != "a.off":  # in which MeshLab misreads polygons of more than four corners
+        theirs, _meshes = meshlab(tmp_path / output)
+        assert_shape(theirs.vertex_matrix(), theirs.face_matrix())
+
+
+def test_a_half_is_a_half(tmp_path: Path) -> None:
+    """Without the faces above, each format has the area of what is left."""
+    mesh = read(tmp_path / "b.obj", obj())
+    part = mesh.part(np.ones(12, np.bool_), mesh.face_attributes["polygon"] != 1)
+    for name in ("a.ply", "a.obj", "a.off", "a.stl"):
+        save(part, tmp_path / name)
+        again = read_file(tmp_path / name).mesh
+        np.testing.assert_allclose(trimesh.Trimesh(again.vertices, again.faces, process=False).area, AREA - 8, rtol=1e-6)
+
+
+def test_an_empty_selection_is_refused_nowhere(tmp_path: Path) -> None:
+    """A mesh without faces is a cloud in the formats that hold one."""
+    cloud = MeshData(vertices=np.array(POINTS, float))
+    for name in ("a.ply", "a.obj", "a.off", "a.xyz", "a.pts", "a.las"):
+        save(cloud, tmp_path / name)
+        np.testing.assert_allclose(read_file(tmp_path / name).mesh.vertices, POINTS, atol=1e-3)
