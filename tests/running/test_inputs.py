@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 import struct
@@ -14,6 +13,7 @@ from pymeshfair.files.errors import InputError
 from pymeshfair.files.inputs import check_input, read_file
 from pymeshfair.files.obj_materials import Materials
 
+from ..hostile.corpora.gltf import doc
 from .runs import BONE, SAMPLES, ply_bytes, xyz
 
 IMAGE = SAMPLES / "TextureDouble_A.png"
@@ -150,7 +150,9 @@ def test_textures_that_must_not_be_opened(tmp_path: Path, name: str) -> None:
     elif name == "ply":
         path.write_bytes(ply_bytes(xyz(), head="comment TextureFile /dev/zero"))
     else:
-        path.write_text(json.dumps({"asset": {"version": "2.0"}, "images": [{"uri": "/dev/zero"}]}))
+        textured = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
+        named = {"images": [{"uri": "/dev/zero"}], "textures": [{"source": 0}], "materials": [textured]}
+        path.write_bytes(doc(**named, meshes__0__primitives__0__material=0))
     with pytest.raises(InputError, match="'/dev/zero', which it names, is a device"):
         read_file(path)
 

@@ -68,7 +68,7 @@ ROWS = (
     ),
     ("rep.obj", O + "f 1 1 2\n", (3, 1)),
     ("comma.obj", O + "f 1, 2, 3\n", "its line 4, 'f 1, 2, 3', has something else than whole numbers, joined by slashes"),
-    ("empties.obj", O + "vt 0 0\nf 1// 2// 3//\n", (3, 1)),
+    ("empties.obj", O + "vt 0 0\nf 1// 2// 3//\n", (3, 1, "texture coordinates that no face names (1)")),
     ("empty_ends.obj", O + "vt 0 0\nf 1/1/ 2/1/ 3/1/\n", (3, 1)),
     ("empty_vertex.obj", O + "vt 0 0\nf /1 2/1 3/1\n", "has something else than whole numbers, joined by slashes"),
     (
