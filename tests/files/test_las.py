@@ -76,7 +76,7 @@ def test_colours_that_a_step_changed(tmp_path: Path) -> None:
 def test_a_mesh_of_no_file(tmp_path: Path) -> None:
     """Attributes of any type are dimensions; the step of the coordinates is fine enough; the same mesh gives the same bytes."""
     rng = np.random.default_rng(1)
-    attributes = {
+    attributes: dict[str, Any] = {
         "normals": rng.random((50, 3)),
         "scalars": rng.random(50),
         "label": np.arange(50, dtype=np.int16),

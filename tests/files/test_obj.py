@@ -13,7 +13,7 @@ import trimesh
 from pymeshfair.files.inputs import read_file
 from pymeshfair.mesh_data import MeshData, Texture, moved
 
-from ..running.runs import SAMPLES
+from ..running.runs import SAMPLES, SMOOTH, session_report, staged_files
 from .round_trips import assert_same, meshlab, read, save
 
 IMAGE = SAMPLES / "TextureDouble_A.png"
@@ -185,6 +185,16 @@ def test_samples_are_written_as_they_were(tmp_path: Path, name: str) -> None:
         np.testing.assert_array_equal(again.vertex_normals, other.vertex_normals)
 
 
+def test_a_filter_of_meshlab_changes_nothing_else(tmp_path: Path) -> None:
+    """Smoothed by MeshLab, which keeps texture coordinates in single precision, a file has other coordinates alone."""
+    path = SAMPLES / "bunny10k_textured.obj"
+    found = staged_files(session_report(path, tmp_path / "out.obj", SMOOTH))["out.obj"].read_text()
+    text = path.read_text().replace("bunny10k_textured.mtl", "out.obj.mtl").replace("./out", "out")
+    before, after = text.split("\n"), found.split("\n")
+    assert sum(a != b for a, b in zip(before, after, strict=True)) <= 5051
+    assert [x for x in before if not x.startswith("v ")] == [x for x in after if not x.startswith("v ")]
+
+
 CUBE = (
     "".join(f"v {x} {y} {z}\n" for x in (0, 1) for y in (0, 1) for z in (0, 1))
     + "vn -1 0 0\nvn 1 0 0\nvn 0 -1 0\nvn 0 1 0\nvn 0 0 -1\nvn 0 0 1\n"
@@ -287,7 +297,7 @@ def everything() -> dict[str, Any]:
 def test_what_is_written_is_read_everywhere(tmp_path: Path, kind: str) -> None:
     """Each attribute of a mesh of no file comes back to the bit, and MeshLab and trimesh read the same."""
     points = np.random.default_rng(2).random((256, 3))
-    strip = np.stack([np.arange(254), np.arange(1, 255), np.arange(2, 256)], axis=1)
+    strip = np.stack([np.arange(254), np.arange(1, 255), np.arange(2, 256)], axis=1).astype(np.int32)
     strip[1::2] = strip[1::2, [1, 0, 2]]
     mesh = MeshData(vertices=points, faces=strip, **everything()[kind])
     path = tmp_path / "a.obj"
@@ -325,7 +335,7 @@ def test_more_materials_than_are_read(tmp_path: Path) -> None:
     colors = np.zeros((30_000, 4), np.uint8)
     colors[:, 0], colors[:, 1] = np.arange(30_000) % 256, np.arange(30_000) // 256
     corners = np.arange(30_002)
-    faces = np.stack([corners[:-2], corners[1:-1], corners[2:]], axis=1)
+    faces = np.stack([corners[:-2], corners[1:-1], corners[2:]], axis=1).astype(np.int32)
     mesh = MeshData(vertices=np.random.default_rng(1).random((30_002, 3)), faces=faces, face_attributes={"colors": colors})
     assert "30,000 materials" in " ".join(save(mesh, tmp_path / "a.obj"))
     assert "colors" not in read_file(tmp_path / "a.obj").mesh.face_attributes

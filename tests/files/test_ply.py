@@ -327,7 +327,8 @@ def test_what_a_text_says_twice_is_refused(tmp_path: Path) -> None:
 
 def test_faces_without_corners_are_kept(tmp_path: Path) -> None:
     """Rows of faces whose corners have no known name are no faces of the mesh, and are written as they were."""
-    elements = [Element("vertex", PLACE, SQUARE), Element("face", [("list uchar int", "corners")], [[[0, 1, 2]], [[0, 2, 3]]])]
+    rows: list[list[Any]] = [[[0, 1, 2]], [[0, 2, 3]]]
+    elements = [Element("vertex", PLACE, SQUARE), Element("face", [("list uchar int", "corners")], rows)]
     for encoding in ENCODINGS:
         data = ply_file(elements, encoding)
         mesh = read(tmp_path, data)

@@ -60,7 +60,12 @@ def test_what_a_text_cannot_hold_is_named(tmp_path: Path) -> None:
     """A cloud of another format is written with its normals, or as .pts with its colours; the rest is named."""
     rng = np.random.default_rng(1)
     levels = np.full((9, 4), 255, np.uint8)
-    attributes = {"normals": rng.random((9, 3)), "colors": levels, "intensity": rng.random(9), "scalars": rng.random(9)}
+    attributes: dict[str, Any] = {
+        "normals": rng.random((9, 3)),
+        "colors": levels,
+        "intensity": rng.random(9),
+        "scalars": rng.random(9),
+    }
     mesh = MeshData(vertices=rng.random((9, 3)), vertex_attributes=attributes)
     assert save(mesh, tmp_path / "a.xyz") == (
         "a.xyz does not hold the vertex scalars of the mesh; .ply keeps them",

@@ -56,7 +56,7 @@ def _normals(mesh: MeshData, document: ObjDocument | None) -> tuple[NDArray[np.f
     rows = slice(None) if mesh.vertex_ids is None else mesh.vertex_ids
     still = np.array_equal(mesh.vertices, read.vertices[rows]) and (mesh.vertex_ids is None or (mesh.vertex_ids >= 0).all())
     before = read.vertex_attributes.get("normals")
-    same = own is None or not mesh.keeps_normals or (before is not None and np.array_equal(own, before[rows], equal_nan=True))
+    same = own is None or not mesh.keeps_normals or (before is not None and _are_parallel(own, before[rows]))
     if not same:
         return mesh.vertex_normals, mesh.faces.astype(np.int64)
     named = document.corner_normals if mesh.face_ids is None else document.corner_normals[mesh.face_ids]
@@ -68,6 +68,12 @@ def _normals(mesh: MeshData, document: ObjDocument | None) -> tuple[NDArray[np.f
     points = mesh.vertices[mesh.faces.ravel()[firsts]]
     groups = groups.reshape(-1, 3)
     return vertex_normals_by_angle(points, groups.astype(np.int32)), groups
+
+
+def _are_parallel(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
+    """Whether normals have the same directions; those of a file may be of any length."""
+    one, other = (n / np.where((length := np.linalg.norm(n, axis=1, keepdims=True)) > 0.0, length, 1.0) for n in (a, b))
+    return np.allclose(one, other, rtol=0.0, atol=1e-7, equal_nan=True)
 
 
 # --------------------------------------------------------------------------------------------------------------- as it was

@@ -206,7 +206,10 @@ class Door:
         if mesh.has_vertex_scalar():
             vertex["scalars"] = np.ascontiguousarray(mesh.vertex_scalar_array())
         if mesh.has_vertex_tex_coord() and not (mesh.has_wedge_tex_coord() and (sent is None or _lacks_places(sent))):
-            vertex["texture_coordinates"] = np.ascontiguousarray(mesh.vertex_tex_coord_matrix())
+            places = np.ascontiguousarray(mesh.vertex_tex_coord_matrix())
+            vertex["texture_coordinates"] = _as_sent(
+                places, sent and sent.vertex_attributes.get("texture_coordinates"), of_vertices
+            )
         if mesh.selected_vertex_number():
             vertex["selection"] = np.ascontiguousarray(mesh.vertex_selection_array())
         if len(faces):
@@ -217,7 +220,9 @@ class Door:
             if mesh.selected_face_number():
                 face["selection"] = np.ascontiguousarray(mesh.face_selection_array())
             if mesh.has_wedge_tex_coord():
-                face["wedge_texture_coordinates"] = np.ascontiguousarray(mesh.wedge_tex_coord_matrix()).reshape(-1, 3, 2)
+                wedges = np.ascontiguousarray(mesh.wedge_tex_coord_matrix()).reshape(-1, 3, 2)
+                before = sent and sent.face_attributes.get("wedge_texture_coordinates")
+                face["wedge_texture_coordinates"] = _as_sent(wedges, before, of_faces)
         if self._painted or (sent is None and mesh.texture_number()):
             textures = self._textures_of(mesh, textures)
         if len(faces) and textures and mesh.has_wedge_tex_coord():
@@ -341,6 +346,16 @@ def _drop_changed(of_faces: NDArray[np.int64], of_vertices: NDArray[np.int64], f
     now = np.sort(of_vertices[faces[old]], axis=1)
     then = np.sort(before[of_faces[old]], axis=1)
     of_faces[old[(now != then).any(axis=1)]] = -1
+
+
+def _as_sent(values: NDArray[Any], sent: Any, ids: NDArray[np.int64]) -> NDArray[Any]:
+    """Numbers as they went in where they came back in the single precision that MeshLab keeps them in."""
+    if sent is None or not len(sent):
+        return values
+    before = sent[np.maximum(ids, 0)]
+    with np.errstate(over="ignore"):
+        same = values == before.astype(np.float32)
+    return np.where(same & (ids >= 0).reshape(-1, *[1] * (values.ndim - 1)), before, values)
 
 
 def _carried(attributes: Any, ids: NDArray[np.int64], inside: frozenset[str]) -> dict[str, Any]:
