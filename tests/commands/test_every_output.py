@@ -104,6 +104,13 @@ def make_device(path: Path) -> None:
         pytest.skip("only the superuser makes devices, and not everywhere")
 
 
+def make_pipe(path: Path) -> None:
+    """A pipe that is not read."""
+    if not hasattr(os, "mkfifo"):
+        pytest.skip("there are no pipes in folders here")
+    os.mkfifo(path)
+
+
 def make_folder(path: Path) -> None:
     """A folder that is not empty."""
     path.mkdir()
@@ -115,7 +122,7 @@ IN_THE_WAY: dict[str, Callable[[Path], object]] = {
     "file": make_file,
     "link": make_link,
     "link that leads nowhere": lambda path: path.symlink_to("nowhere"),
-    "pipe": os.mkfifo if hasattr(os, "mkfifo") else lambda path: pytest.skip("there are no pipes in folders here"),
+    "pipe": make_pipe,
     "device": make_device,
     "folder": make_folder,
 }
@@ -226,9 +233,8 @@ def test_the_page_to_tune_on_saves_over_nothing(place: Path) -> None:
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         address = urlsplit(document("".join(iter(process.stdout.readline, "}\n")) + "}")["address"])
-        with connect(
-            f"ws://{address.netloc}{address.path}socket", origin=Origin(f"http://{address.netloc}"), max_size=None
-        ) as page:
+        origin = Origin(f"http://{address.netloc}")
+        with connect(f"ws://{address.netloc}{address.path}socket", origin=origin, max_size=None) as page:
 
             def save(name: str, replace: bool) -> str:
                 page.send(json.dumps({"do": "save", "recipe": "smooth_taubin", "name": name, "steps": steps, "replace": replace}))

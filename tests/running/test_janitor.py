@@ -44,7 +44,7 @@ supervise.run_job(Job(recipe_of(SMOOTH), BONE, Path({output!r}), overwrite=True)
     ],
 )
 def test_nothing_is_left_behind(tmp_path: Path, where: str, left: set[str]) -> None:
-    """Killed before the files are placed, meanwhile, or while the folder is removed: what is there is whole, and nothing else is there."""
+    """Killed before the files are placed, meanwhile or after it: what is there is whole, and nothing else is there."""
     output = tmp_path / "clean.ply"
     if "link" in where:
         output.write_bytes(b"the former one")
