@@ -76,17 +76,17 @@ def test_every_dimension_is_kept(form: int, extension: str, tmp_path: Path) -> N
 
 
 def test_a_copc_file_is_refused_before_the_work(tmp_path: Path) -> None:
-    """Its index cannot be written, which is said with what to do, and no step is begun; so is a name that promises such a file."""
+    """Its index cannot be written: that is said with what to do, and no step is begun; so is a name that promises such a file."""
     scan(tmp_path / "plain.laz", form=7)
     cloud = laspy.read(tmp_path / "plain.laz")
     cloud.header.vlrs.insert(0, laspy.VLR("copc", 1, "copc info", struct.pack("<5d2Q2d11Q", *range(20))))
     cloud.header.evlrs = laspy.vlrs.vlrlist.VLRList([laspy.VLR("copc", 1000, "hierarchy", bytes(32))])
     cloud.write(tmp_path / "in.copc.laz")
-    for names, words in (
-        (("in.copc.laz", "out.laz"), "it is a COPC file"),
-        (("plain.laz", "out.copc.laz"), "end its name with .laz"),
+    for source, output, words in (
+        ("in.copc.laz", "out.laz", "it is a COPC file"),
+        ("plain.laz", "out.copc.laz", "end its name with .laz"),
     ):
-        done = invoke("run", "remove_outliers", tmp_path / names[0], "-o", tmp_path / names[1], "--tiles")
+        done = invoke("run", "remove_outliers", tmp_path / source, "-o", tmp_path / output, "--tiles")
         assert done.exit_code == 1
         assert words in done.stderr
         assert "step 1" not in done.stderr
@@ -97,10 +97,10 @@ def test_a_copc_file_is_refused_before_the_work(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "command",
     [
-        ("run", "remove_outliers", "{}", "-o", "out.laz"),
-        ("info", "{}"),
-        ("suggest", "{}"),
-        ("batch", "denoise", "{}", "-o", "out"),
+        ("run", "remove_outliers", "in.laz", "-o", "out.laz"),
+        ("info", "in.laz"),
+        ("suggest", "in.laz"),
+        ("batch", "denoise", "in.laz", "-o", "out"),
     ],
     ids=lambda command: command[0],
 )
@@ -108,7 +108,7 @@ def test_without_tiles_it_is_said_how(command: tuple[str, ...], tmp_path: Path, 
     """A .laz file is refused with the command that takes it, and with what to install."""
     monkeypatch.chdir(tmp_path)
     scan(tmp_path / "in.laz", form=7)
-    done = invoke(*(word.format("in.laz") for word in command))
+    done = invoke(*command)
     assert done.exit_code == 1
     assert "`pymeshfair run remove_outliers IN.laz -o OUT.laz --tiles`" in done.stderr
     assert "'pymeshfair[las]'" in done.stderr
