@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import struct
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 import laspy
 import numpy as np
@@ -16,8 +17,32 @@ from pymeshfair.tiles.las import LasCloud
 from pymeshfair.tiles.plan import Selection
 from pymeshfair.tiles.sources import open_cloud
 from pymeshfair.tiles.workers import Pool
-from tests.files.surveys import scan
+from tests.commands.command_line import invoke
+from tests.running.runs import BONE
 from tests.tiles.tiling import Here
+
+
+def scan(path: Path, *, form: int, count: int = 700) -> Any:
+    """A hillside with some points above it, in the coordinates of a map, with all that a scanner says of a point."""
+    random = np.random.default_rng(form)
+    header = laspy.LasHeader(point_format=form, version="1.4" if form > 5 else "1.2")
+    header.scales, header.offsets = [1e-3, 1e-3, 1e-4], [5e5, 5.4e6, 300.0]
+    header.add_extra_dim(laspy.ExtraBytesParams("amplitude", "uint16"))
+    header.vlrs.append(laspy.VLR("somebody", 7, "a note", b"kept"))
+    cloud = laspy.LasData(header)
+    cloud.x, cloud.y = 5e5 + random.uniform(0, 50, count), 5.4e6 + random.uniform(0, 50, count)
+    cloud.z = 300 + 0.2 * (cloud.x - 5e5) + random.normal(scale=0.02, size=count) + 9.0 * (random.random(count) < 0.03)
+    for name, most in (
+        ("intensity", 60000),
+        ("classification", 20),
+        ("return_number", 5),
+        ("user_data", 200),
+        ("amplitude", 9999),
+    ):
+        cloud[name] = random.integers(0, most, count)
+    cloud.gps_time = np.arange(count) / 7.0
+    cloud.write(path)
+    return cloud
 
 
 @pytest.mark.parametrize(("form", "extension"), [(1, "las"), (3, "laz"), (6, "las"), (7, "laz")])
@@ -48,6 +73,52 @@ def test_every_dimension_is_kept(form: int, extension: str, tmp_path: Path) -> N
     assert found.header.version == source.header.version
     assert [v.record_data for v in found.header.vlrs if v.record_id == 7] == [b"kept"]
     np.testing.assert_array_equal(found.header.maxs, points[kept].max(axis=0))
+
+
+def test_a_copc_file_is_refused_before_the_work(tmp_path: Path) -> None:
+    """Its index cannot be written: that is said with what to do, and no step is begun; so is a name that promises such a file."""
+    scan(tmp_path / "plain.laz", form=7)
+    cloud = laspy.read(tmp_path / "plain.laz")
+    cloud.header.vlrs.insert(0, laspy.VLR("copc", 1, "copc info", struct.pack("<5d2Q2d11Q", *range(20))))
+    cloud.header.evlrs = laspy.vlrs.vlrlist.VLRList([laspy.VLR("copc", 1000, "hierarchy", bytes(32))])
+    cloud.write(tmp_path / "in.copc.laz")
+    for source, output, words in (
+        ("in.copc.laz", "out.laz", "it is a COPC file"),
+        ("plain.laz", "out.copc.laz", "end its name with .laz"),
+    ):
+        done = invoke("run", "remove_outliers", tmp_path / source, "-o", tmp_path / output, "--tiles")
+        assert done.exit_code == 1
+        assert words in done.stderr
+        assert "step 1" not in done.stderr
+        assert "defect" not in done.stderr
+    assert {path.name for path in tmp_path.iterdir()} == {"plain.laz", "in.copc.laz"}
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("run", "remove_outliers", "in.laz", "-o", "out.laz"),
+        ("info", "in.laz"),
+        ("suggest", "in.laz"),
+        ("batch", "denoise", "in.laz", "-o", "out"),
+    ],
+    ids=lambda command: command[0],
+)
+def test_without_tiles_it_is_said_how(command: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A .laz file is refused with the command that takes it, and with what to install."""
+    monkeypatch.chdir(tmp_path)
+    scan(tmp_path / "in.laz", form=7)
+    done = invoke(*command)
+    assert done.exit_code == 1
+    assert "`pymeshfair run remove_outliers IN.laz -o OUT.laz --tiles`" in done.stderr
+    assert "'pymeshfair[las]'" in done.stderr
+
+
+def test_a_mesh_does_not_become_a_survey(tmp_path: Path) -> None:
+    """An output in .laz is refused in the same words."""
+    done = invoke("run", "smooth_taubin", BONE, "-o", tmp_path / "out.laz")
+    assert done.exit_code == 1
+    assert "read and written by tiles alone" in done.stderr
 
 
 def test_a_torn_file_is_refused(tmp_path: Path) -> None:

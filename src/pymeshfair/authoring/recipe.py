@@ -11,7 +11,6 @@ from typing import Any
 from .. import recipe as named
 from ..meshset import MeshSet
 from ..meshset.filter_methods import FilterMethods
-from ..meshset.script_log import ScriptLog
 from ..registry import find_filter
 from ..running.job import Event, Job, RunResult
 from ..running.read import inspect_mesh
@@ -189,16 +188,14 @@ class Recipe(FilterMethods):
         return script_warnings(self._script, layers=layers, diagonal=diagonal)
 
     def apply(self, meshes: MeshSet) -> list[dict[str, Any]]:
-        """Apply all steps to the current mesh of a mesh set; what each of them reports. Limits are not looked at.
+        """Apply all steps to the current mesh of a mesh set, and add them to its filter script; what each of them reports.
+
+        Limits are not looked at.
 
         Raises:
             ScriptStepFailedError: a step failed; the mesh is as the last complete step left it.
         """
-        results: list[dict[str, Any]] = []
-        log = ScriptLog(self._script)
-        with meshes.deferred():
-            log.apply(lambda step: results.append(meshes.apply_step(step)))
-        return results
+        return meshes.apply_script(self._script)
 
     def run(
         self,
@@ -209,6 +206,7 @@ class Recipe(FilterMethods):
         overwrite: bool = False,
         timeout: float | None = None,
         measures: bool = True,
+        unit: str | None = None,
         on_event: Callable[[Event], None] = lambda event: None,
     ) -> RunResult:
         """Clean a mesh file in a process of its own, as ``pymeshfair run`` does: the output and its record appear whole or not.
@@ -220,6 +218,7 @@ class Recipe(FilterMethods):
             overwrite: replace `output`, whatever it is.
             timeout: seconds, or None.
             measures: measure the mesh before and after. Without, the run is faster and keeps no limits.
+            unit: the unit of the scan, mm, cm, m or in; a limit such as ``0.05mm`` needs it.
             on_event: called with each event of the run.
 
         Raises:
@@ -234,14 +233,15 @@ class Recipe(FilterMethods):
             overwrite=overwrite,
             timeout=timeout,
             measures=measures,
+            unit=unit,
             warnings=(*meaning, *script_warnings(self._script, layers=1 + len(others))),
         )
         return run_job(job, on_event)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the recipe as an .mlx script; the file appears whole or not at all.
+        """Write the recipe as an .mlx script, in place of one that is there; the file appears whole or not at all.
 
         Raises:
-            PymeshfairError: it cannot be written.
+            PymeshfairError: it cannot be written, or there is something else than a file whose name ends with .mlx.
         """
-        write_script(self._script, Path(path))
+        write_script(self._script, Path(path), overwrite=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -14,7 +13,6 @@ from ..running.job import Job
 from ..scripts.guards import NO_GUARDS, Guards
 from ..scripts.script import Step
 from ..scripts.traps import traps
-from ..scripts.write import format_script
 
 
 @dataclass(frozen=True)
@@ -35,6 +33,7 @@ class Settings:
         keep_broken: write outputs that break them.
         command: the command line.
         measures: whether to measure scans before and after; without, there are no limits and no numbers to compare scans by.
+        unit: of the scans, or None if it is not known.
     """
 
     recipe: Recipe
@@ -50,6 +49,7 @@ class Settings:
     keep_broken: bool = False
     command: tuple[str, ...] = ()
     measures: bool = True
+    unit: str | None = None
 
     def job(self, input: Path, output: Path, overrides: Sequence[str], *, threads: int, memory: int | None) -> Job:
         """The run of one scan.
@@ -82,7 +82,16 @@ class Settings:
             own_texture_names=True,
             warnings=(*(str(change) for change in recipe.changes if not change.same_meaning), *traps(recipe.script)),
             measures=self.measures,
+            unit=self.unit,
         )
+
+    def limits(self, recipe: Recipe) -> Guards:
+        """The limits of a scan with that recipe.
+
+        Raises:
+            ParameterError: one has a unit, and that of the scans is not known.
+        """
+        return recipe.script.guards.overridden(self.guards).in_mesh_units(self.unit)
 
     def to_document(self) -> dict[str, Any]:
         """The settings as something that can be pickled, which `from_document` reads: filters are known by their names."""
@@ -104,8 +113,3 @@ class Settings:
         steps = tuple(Step(find_filter(name), *rest) for name, *rest in given.pop("steps"))
         recipe: Recipe = given.pop("recipe")
         return cls(replace(recipe, script=replace(recipe.script, steps=steps)), **given)
-
-
-def recipe_digest(recipe: Recipe) -> str:
-    """The SHA-256 digest of a recipe, every value said, as the provenance of a run has it."""
-    return hashlib.sha256(format_script(recipe.script).encode("utf-8")).hexdigest()

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout; messages still go to stderr.")]
 Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace what is written if it exists.")]
 
 # ------------------------------------------------------------------------------------------ of commands that run a recipe
 
@@ -37,7 +38,10 @@ Unchecked = Annotated[
 ]
 KeepAll = Annotated[bool, typer.Option("--keep-all", help="Fail if anything of INPUT or of the result would not be in OUTPUT.")]
 MaxDisplacement = Annotated[
-    str, typer.Option(metavar="LENGTH", help="Fail if a vertex moves further: 0.05 (or 0.05mm), 0.1% or 0.5edge.")
+    str, typer.Option(metavar="LENGTH", help="Fail if a vertex moves further: 0.05, 0.1%, 0.5edge, or with --unit 0.05mm.")
+]
+Unit = Annotated[
+    str | None, typer.Option(metavar="mm|cm|m|in", help="The unit that the scan is in, which limits with a unit need.")
 ]
 MaxVolumeChange = Annotated[str, typer.Option(metavar="PERCENT", help="Fail if the volume changes by more: 1%.")]
 Require = Annotated[

@@ -14,8 +14,9 @@ import numpy as np
 from ..mesh_data import MeshData
 from .errors import ContentsError, OutputError
 from .formats import ATTRIBUTES, WRITABLE, Format, attributes_of, extension
-from .outputs import StagedFile, material_path
+from .outputs import material_path
 from .textures import stage_textures
+from .writing import StagedFile
 
 #: the shares of a mean edge by which rounding may move a vertex: above the first a warning is given, above the second an error
 WORTH_A_WARNING, DESTROYED = 1e-3, 0.5

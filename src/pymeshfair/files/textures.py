@@ -13,8 +13,8 @@ from typing import Any
 from ..mesh_data import Texture
 from ..operating_system import this_system
 from .errors import OutputError
-from .outputs import StagedFile
 from .provenance import recorded_digest, sha256_of
+from .writing import StagedFile
 
 
 @dataclass(frozen=True)

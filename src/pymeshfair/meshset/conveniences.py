@@ -6,6 +6,7 @@ import os
 from typing import Any
 
 from ..recipe import load_recipe
+from ..scripts import Script, Step
 from .exchange import to_meshio, to_open3d, to_trimesh
 from .script_log import ScriptLog
 from .showing import layers_table, layers_text
@@ -15,9 +16,9 @@ class Conveniences:
     """For `MeshSet` to inherit."""
 
     def apply_recipe(self, name_or_path: str | os.PathLike[str], **settings: object) -> list[dict[str, Any]]:
-        """Apply a recipe to the current mesh; what each of its steps reports.
+        """Apply a recipe to the current mesh, and add its steps to the filter script; what each of them reports.
 
-        The filter script stays as it is, and limits of the recipe are not looked at: `pymeshfair.run` does that.
+        Limits of the recipe are not looked at: `pymeshfair.run` does that.
 
         Args:
             name_or_path: a shipped recipe, or the path of an .mlx script.
@@ -28,11 +29,25 @@ class Conveniences:
             ScriptError: something in the script is wrong; lists every problem.
             ScriptStepFailedError: a step failed; the mesh is as the last complete step left it.
         """
+        found = load_recipe(name_or_path).override([f"{name}={value}" for name, value in settings.items()])
+        return self.apply_script(found.script)
+
+    def apply_script(self, script: Script) -> list[dict[str, Any]]:
+        """Apply all steps of a script to the current mesh, and add them to the filter script; what each of them reports.
+
+        Raises:
+            ScriptStepFailedError: a step failed; the mesh and the filter script are as the last complete step left them.
+        """
         meshes: Any = self
-        script = load_recipe(name_or_path).override([f"{name}={value}" for name, value in settings.items()]).script
         results: list[dict[str, Any]] = []
+
+        def apply(step: Step) -> None:
+            result, done = meshes._filters.apply_step(step)
+            results.append(result)
+            meshes._script.steps.append(done)
+
         with meshes.deferred():
-            ScriptLog(script).apply(lambda step: results.append(meshes.apply_step(step)))
+            ScriptLog(script).apply(apply)
         return results
 
     def to_trimesh(self) -> Any:

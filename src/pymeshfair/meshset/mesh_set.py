@@ -74,7 +74,7 @@ class MeshSet(Conveniences, FilterMethods, pymeshlab.MeshSet):  # type: ignore[m
         Raises:
             pymeshlab.PyMeshLabException: as `apply_filter`.
         """
-        return self._filters.apply_step(step)
+        return self._filters.apply_step(step)[0]
 
     def effective_parameters(self, step: Step, *, mesh_units: bool = False) -> dict[str, Any]:
         """All values that the step would run with on the current mesh, by name, as a script says them.

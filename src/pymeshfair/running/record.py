@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 from ..files.provenance import SCHEMA, described_file, provenance_path
-from ..scripts.write import format_script
 from .environment import worker_environment
 from .job import Job, RunResult, StepReport
 from .versions import thread_settings, versions
@@ -35,7 +33,6 @@ def record_of(
         seconds: how long it took.
     """
     script = job.recipe.script
-    text = format_script(script)
     warnings = [*job.warnings, *report["warnings"]]
     warnings += [f"MeshLab says: {text}" for text in warned.get(0, ())]
     warnings += [f"step {n}: {text}" for n in sorted(warned) if n for text in warned[n]]
@@ -45,8 +42,8 @@ def record_of(
             "name": job.recipe.name,
             "file": None if script.path is None else str(script.path.absolute()),
             "overrides": list(job.overrides),
-            "sha256": hashlib.sha256(text.encode("utf-8")).hexdigest(),
-            "text": text,
+            "sha256": job.recipe.digest,
+            "text": job.recipe.text,
         },
         **_options(job, report["output"]["side_files"]),
         "input": report["input"],
@@ -79,9 +76,10 @@ def record_of(
 
 
 def _options(job: Job, side_files: Sequence[Any]) -> dict[str, Any]:
-    """The entry about what the input was allowed, measures and names of textures, where that was not as usual."""
-    given = {name: True for name in ("allow_outside", "unchecked", "keep_all") if getattr(job, name)}
+    """The entry about what the input was allowed, its unit, measures and names of textures, where that was not as usual."""
+    given: dict[str, Any] = {name: True for name in ("allow_outside", "unchecked", "keep_all") if getattr(job, name)}
     given |= {} if job.measures else {"no_measures": True}
+    given |= {} if job.unit is None else {"unit": job.unit}
     given |= {"own_texture_names": True} if job.own_texture_names and side_files else {}
     return {"options": given} if given else {}
 
