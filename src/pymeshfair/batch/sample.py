@@ -14,8 +14,6 @@ from .plan import Scan
 
 #: so many scans are opened for each one that is chosen
 _OPENED = 4
-#: seconds that opening one may take
-_LONGEST = 120.0
 
 
 def sample(scans: Sequence[Scan], count: int, *, on_opened: Callable[[int, int], None] = lambda i, n: None) -> list[Scan]:
@@ -58,7 +56,7 @@ def _size(path: Path) -> int:
 
 def _noise(path: Path, server: ForkServer) -> float:
     try:
-        measures: dict[str, Any] = inspect_mesh(path, timeout=_LONGEST, start=server.start)
+        measures: dict[str, Any] = inspect_mesh(path, start=server.start)
     except RunError:
         return 0.0
     return float(measures["roughness"] or measures["mean_spacing"] or 0.0)
