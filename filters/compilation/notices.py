@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
+from .store import lasts
+
 
 @dataclass(frozen=True)
 class Compilation:
@@ -17,11 +19,13 @@ class Compilation:
         kernels: how many, one of which may be in work; those that they call are not counted.
         seconds: how long that has taken.
         is_going_on: whether one is in work.
+        lasts: whether later processes find it compiled.
     """
 
     kernels: int
     seconds: float
     is_going_on: bool
+    lasts: bool
 
 
 _listeners: list[Callable[[Compilation], None]] = []
@@ -59,7 +63,7 @@ def listen_to_numba() -> None:
 
         def _tell(self, is_going_on: bool) -> None:
             for tell in _listeners:
-                tell(Compilation(self.kernels, self.seconds, is_going_on))
+                tell(Compilation(self.kernels, self.seconds, is_going_on, lasts()))
 
     register: Any = event.register
     register("numba:compile", Listener())

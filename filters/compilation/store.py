@@ -6,12 +6,9 @@ numba or of Python, and another processor look for other files.
 
 from __future__ import annotations
 
-import atexit
 import hashlib
 import os
-import shutil
 import sys
-import tempfile
 import uuid
 from contextlib import suppress
 from functools import cache
@@ -22,7 +19,6 @@ from .numba_threads import load_numba
 
 #: what comes with the package; the installation writes it, nobody else
 INSTALLED = Path(__file__).parent / "kernels"
-_TEMPORARY = "pymeshfair-kernels-"
 
 
 def compiled_here(target: tuple[str, ...]) -> str:
@@ -40,22 +36,22 @@ def compiled_here(target: tuple[str, ...]) -> str:
 
 
 @cache
-def writable_folder() -> Path:
-    """Where this process keeps what it compiles: NUMBA_CACHE_DIR, the user's cache, else a temporary folder of its own."""
+def users_folder() -> Path:
+    """Where processes of this user keep what they compile: in NUMBA_CACHE_DIR, else in the user's cache."""
     from numba.misc import appdirs
 
     users: Any = appdirs.user_cache_dir
-
     given = os.environ.get("NUMBA_CACHE_DIR")
-    folder = Path(given) / "pymeshfair" if given else Path(users("pymeshfair", appauthor=False)) / "kernels"
+    return Path(given) / "pymeshfair" if given else Path(users("pymeshfair", appauthor=False)) / "kernels"
+
+
+@cache
+def lasts() -> bool:
+    """Whether later processes find there what this one compiles: not where the folder cannot be written."""
+    folder = users_folder()
     with suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)
-        if os.access(folder, os.W_OK | os.X_OK):
-            return folder
-    # A new folder of our own: in a folder where others can write, they could replace the compiled code.
-    folder = Path(tempfile.mkdtemp(prefix=_TEMPORARY))
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    return folder
+    return os.access(folder, os.W_OK | os.X_OK)
 
 
 class Stored(NamedTuple):
@@ -65,7 +61,7 @@ class Stored(NamedTuple):
         installed: how many kernels came compiled with the package.
         kept: how many have been compiled since.
         folder: where those are.
-        lasts: whether later processes find them there.
+        lasts: whether what is compiled now goes there.
     """
 
     installed: int
@@ -78,14 +74,14 @@ def stored() -> Stored:
     """What need not be compiled any more."""
     from numba.core.registry import cpu_target
 
-    here, folder = compiled_here(cpu_target.target_context.codegen().magic_tuple()), writable_folder()
+    here, folder = compiled_here(cpu_target.target_context.codegen().magic_tuple()), users_folder()
     installed, kept = (sum(1 for _ in (place / here).glob("*")) for place in (INSTALLED, folder))
-    return Stored(installed, kept, folder, not folder.name.startswith(_TEMPORARY))
+    return Stored(installed, kept, folder, lasts())
 
 
 def read(folder: str, name: str) -> bytes | None:
     """What is stored under that name, or None."""
-    for place in (INSTALLED, writable_folder()):
+    for place in (INSTALLED, users_folder()):
         with suppress(OSError):
             return (place / folder / name).read_bytes()
     return None
@@ -93,9 +89,9 @@ def read(folder: str, name: str) -> bytes | None:
 
 def write(folder: str, name: str, content: bytes) -> None:
     """Store it; a file appears whole or not at all, as several processes may write the same one."""
-    place = writable_folder() / folder
+    place = users_folder() / folder
     with suppress(OSError):  # a full disk costs the next process its time, and this one nothing
-        place.mkdir(exist_ok=True)
+        place.mkdir(parents=True, exist_ok=True)
         part = place / f"{uuid.uuid4().hex}.part"
         try:
             part.write_bytes(content)

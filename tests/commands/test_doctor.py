@@ -98,10 +98,10 @@ def test_a_full_disk_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_kernels_that_are_kept_nowhere_are_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where no folder can be written every process compiles anew; the cure is named."""
+    """Where the folder cannot be written every process compiles anew; the cure is named."""
     from pymeshfair.filters import compilation
 
-    monkeypatch.setattr(compilation, "stored", lambda: compilation.Stored(0, 3, Path("/tmp/gone"), lasts=False))
+    monkeypatch.setattr(compilation, "stored", lambda: compilation.Stored(0, 0, Path("/proc/nowhere"), lasts=False))
     assert not found(findings.look_at_numba, "numba").ok
     assert "NUMBA_CACHE_DIR" in found(findings.look_at_numba, "numba").advice
 

@@ -110,7 +110,7 @@ def look_at_numba() -> Iterator[Finding]:
     detail = f"compiles; {found.installed} functions came compiled for this machine, {found.kept} more are in {found.folder}"
     advice = ""
     if not found.lasts:
-        advice = "which is temporary: set the environment variable NUMBA_CACHE_DIR to a folder that can be written"
+        advice = "which cannot be written: set the environment variable NUMBA_CACHE_DIR to a folder that can be"
     elif found.installed + found.kept == 0:
         advice = "first runs take some seconds longer; `pymeshfair doctor --warm` compiles everything now"
     yield Finding("numba", works and found.lasts, detail, advice)
