@@ -51,6 +51,10 @@ class Kernel:
 
     def __call__(self, *arguments: Any) -> Any:
         """The function's result; for arguments of new types it is loaded or compiled first."""
+        if self.options.get("parallel"):
+            from .numba_threads import call_parallel
+
+            return call_parallel(self.dispatcher, *arguments)
         return self.dispatcher(*arguments)
 
     def __repr__(self) -> str:

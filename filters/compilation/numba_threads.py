@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
 from functools import cache
 from typing import Any
+
+_LOCK = threading.Lock()
 
 
 @cache
@@ -20,6 +23,20 @@ def load_numba() -> Any:
         config: Any = numba.config
         config.THREADING_LAYER_PRIORITY = ["omp", "tbb", "workqueue"]
     return numba
+
+
+def call_parallel(function: Callable[..., Any], *arguments: Any) -> Any:
+    """Call what shares its work among numba's threads.
+
+    Where OpenMP is missing, as on a bare Linux and on macOS, these are numba's own, which end the process when two threads of a
+    program call them at once: there one waits for the other.
+    """
+    try:
+        is_safe = load_numba().threading_layer() != "workqueue"
+    except ValueError:  # they are started by the first call
+        is_safe = False
+    with nullcontext() if is_safe else _LOCK:
+        return function(*arguments)
 
 
 def load_compiler() -> None:

@@ -99,6 +99,22 @@ def test_what_one_process_compiles_the_next_ones_load(tmp_path: Path) -> None:
     assert installed.stdout.startswith(f"{EDGES} 0 "), installed.stderr
 
 
+def test_several_threads_call_parallel_kernels_where_openmp_is_missing() -> None:
+    """Numba's own threads, which it then takes, would end the process; the results are those of one thread."""
+    program = (
+        "import threading\n"
+        "from pymeshfair.filters.compilation.numba_threads import load_numba\n"
+        "from pymeshfair.filters.diffusion import explicit_smoothing; from tests.meshes import icosphere\n"
+        "v, f = icosphere(5); found = {}\n"
+        "def work(k): found[k] = explicit_smoothing(v, f, iterations=200)\n"
+        "work(0); threads = [threading.Thread(target=work, args=(k,)) for k in range(1, 5)]\n"
+        "[t.start() for t in threads]; [t.join() for t in threads]\n"
+        "print(load_numba().threading_layer(), all((found[k] == found[0]).all() for k in range(5)))\n"
+    )
+    done = run({"NUMBA_THREADING_LAYER": "workqueue", "PYTHONPATH": str(PROJECT)}, "-c", program)
+    assert done.stdout == "workqueue True\n", done.stderr
+
+
 def test_a_damaged_file_in_the_store_is_compiled_again(tmp_path: Path) -> None:
     """What a full disk has cut off is no reason to fail."""
     source, store = copied_tree(tmp_path / "copy"), tmp_path / "store"
