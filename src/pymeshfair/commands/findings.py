@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from ..running.environment import worker_environment
+from ..running.environment import program_of, worker_environment
 
 #: below this a temporary folder cannot hold the two copies of a large scan that a run needs
 _ENOUGH_DISK = 1 << 30
@@ -75,7 +75,7 @@ def look_at_packages() -> Iterator[Finding]:
 
 def look_at_pymeshlab() -> Iterator[Finding]:
     """Whether pymeshlab can be imported; in a process of its own, since a broken library may end the process."""
-    command = [sys.executable, "-m", "pymeshfair.meshlab.loading"]
+    command = program_of("pymeshfair.meshlab.loading")
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, env=worker_environment(None))
     if done.returncode == 0:
         yield Finding("pymeshlab", True, "can be imported")
