@@ -304,7 +304,7 @@ def _findings(made: AutomaticChoice) -> dict[str, Any]:
     found: dict[str, Any] = {"shape": made.kind, "noise": made.noise.deviation}
     if made.evidence is not None:
         found["tried"] = [
-            {**asdict(trial.label), **{name: value for name, value in trial._asdict().items() if name != "label"}}
+            {**asdict(trial.label), **{name: value for name, value in vars(trial).items() if name != "label"}}
             for trial in made.evidence.trials
         ]
     return found

@@ -219,6 +219,12 @@ def test_another_version_of_meshlab_is_described_by_its_differences(installed: S
         assert sentence in told
 
 
+def test_the_survey_needs_no_setting_of_python(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What MeshLab prints does not get among what the survey prints, however Python's streams are buffered."""
+    monkeypatch.delenv("PYTHONUNBUFFERED", raising=False)
+    assert len(survey_installed().filters) == 281
+
+
 def test_a_program_that_cannot_be_asked_is_an_error(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """When pymeshlab does not even import, the survey says so with the last line that it printed."""
     (tmp_path / "pymeshlab").mkdir()

@@ -14,7 +14,7 @@ from .argument_types import Signature, UnknownTypeError, signature_of
 from .compiler import COMPILER
 from .fingerprint import fingerprint
 from .notices import compiling
-from .threads import prepare_threads
+from .threads import parallel_threads
 
 if TYPE_CHECKING:
     from numba import prange as prange
@@ -62,9 +62,10 @@ class Kernel:
         code = self._code.get(signature)
         if code is None:
             code = self._loaded(signature)
-        if self._is_parallel:
-            prepare_threads()
-        return code(*arguments)
+        if not self._is_parallel:
+            return code(*arguments)
+        with parallel_threads():
+            return code(*arguments)
 
     def __repr__(self) -> str:
         return f"<kernel {self.__module__}.{self.__qualname__}>"
@@ -76,7 +77,8 @@ class Kernel:
 
     def _loaded(self, signature: Signature) -> Callable[..., Any]:
         if self._is_parallel:
-            prepare_threads()
+            with parallel_threads():  # the linker needs to know their functions
+                pass
         if not self._can_be_imported:
             self._code[signature] = self.dispatcher
             return self._code[signature]

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
+from .store import lasts
+
 
 @dataclass(frozen=True)
 class Compilation:
@@ -16,11 +18,13 @@ class Compilation:
         kernels: how many, one of which may be in work; those that they call are not counted.
         seconds: how long that has taken.
         is_going_on: whether one is in work.
+        lasts: whether later processes find it compiled.
     """
 
     kernels: int = 0
     seconds: float = 0.0
     is_going_on: bool = False
+    lasts: bool = True
 
 
 _listeners: list[Callable[[Compilation], None]] = []
@@ -35,7 +39,7 @@ def on_compilation(tell: Callable[[Compilation], None]) -> None:
 @contextmanager
 def compiling() -> Iterator[None]:
     """A context in which a kernel is compiled."""
-    before = _so_far[0]
+    before = replace(_so_far[0], lasts=lasts())
     _tell(replace(before, kernels=before.kernels + 1, is_going_on=True))
     started = time.perf_counter()
     try:

@@ -20,6 +20,13 @@ from .machine_code import MachineCode, made_here
 INSTALLED = Path(__file__).parent / "kernels"
 
 
+def lasts() -> bool:
+    """Whether later processes find there what this one compiles: not where the folder cannot be written."""
+    folder = users_folder()
+    there = next((place for place in (folder, *folder.parents) if place.exists()), folder)
+    return os.access(there, os.W_OK | os.X_OK)
+
+
 def users_folder() -> Path:
     """The folder of the user's for what is compiled: in NUMBA_CACHE_DIR, or where the system keeps caches."""
     if given := os.environ.get("NUMBA_CACHE_DIR"):
@@ -52,8 +59,7 @@ def stored() -> Stored:
     """What need not be compiled any more."""
     folder = users_folder()
     installed, kept = (sum(1 for _ in (place / made_here()).glob("*")) for place in (INSTALLED, folder))
-    there = next((place for place in (folder, *folder.parents) if place.exists()), folder)
-    return Stored(installed, kept, folder, os.access(there, os.W_OK | os.X_OK))
+    return Stored(installed, kept, folder, lasts())
 
 
 def read(name: str) -> MachineCode | None:

@@ -6,7 +6,7 @@ import ctypes
 import os
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from functools import cache
 from typing import Any
 
@@ -51,22 +51,31 @@ def single_thread() -> Iterator[None]:
         set_threads(before)
 
 
-def prepare_threads() -> None:
-    """Before a parallel kernel: its threads are there, and it takes no more than this thread allows."""
-    _set_number()(allowed_threads())
+@contextmanager
+def parallel_threads() -> Iterator[None]:
+    """The context of a parallel kernel: its threads are there, and it takes no more than this thread allows.
+
+    Where OpenMP is missing, as on a bare Linux and on macOS, the threads are numba's own, which end the process when two threads
+    of a program call them at once: there one waits for the other.
+    """
+    set_number, turns = _layer()
+    with turns:
+        set_number(allowed_threads())
+        yield
 
 
 @cache
-def _set_number() -> Any:
-    """Starts the threads; the function that says how many of them this thread uses."""
+def _layer() -> tuple[Any, Any]:
+    """Starts the threads; the function that says how many of them this thread uses, and what lets one thread use them at a time."""
     import llvmlite.binding as llvm
 
+    turns: Any = nullcontext()
     try:
         layer = extension("np.ufunc.omppool")
-    except ImportError:  # no OpenMP on this machine
-        layer = extension("np.ufunc.workqueue")
+    except ImportError:
+        layer, turns = extension("np.ufunc.workqueue"), threading.Lock()
     llvm.add_symbol("numba_parallel_for", layer.parallel_for)
     for name in _FUNCTIONS:
         llvm.add_symbol(name, getattr(layer, name))
     ctypes.CFUNCTYPE(None, ctypes.c_int)(layer.launch_threads)(most_threads())
-    return ctypes.CFUNCTYPE(None, ctypes.c_int)(layer.set_num_threads)
+    return ctypes.CFUNCTYPE(None, ctypes.c_int)(layer.set_num_threads), turns

@@ -1,7 +1,7 @@
 """A scan on which filters are tried: which of its vertices are evidence, and whether they say that it is noisy at all."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeVar
 
@@ -200,4 +200,4 @@ class Scan:
         of_means = heights_of_means(self.points, one_rings(self.faces, len(self.points)), self.normals, which)
         nearer = error**2 < 2.0 * (_EVEN * self.calm) ** 2
         better = error < _BETTER * judge(of_means[None]).errors[0]
-        return choice if nearer and better else choice._replace(chosen=choice.trials[0])
+        return choice if nearer and better else replace(choice, chosen=choice.trials[0])

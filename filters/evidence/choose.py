@@ -1,7 +1,8 @@
 """A filter chosen by what it says of vertices that it has not seen."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Generic, NamedTuple, TypeAlias, TypeVar
+from dataclasses import dataclass
+from typing import Generic, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -24,7 +25,8 @@ Candidates: TypeAlias = Callable[[Floats, Ints], Sequence[Iterator[Floats]]]
 _MASKS, _ENOUGH, _MOST_MASKS = 4, 1000, 12
 
 
-class Trial(NamedTuple, Generic[Label]):
+@dataclass(frozen=True)
+class Trial(Generic[Label]):
     """One candidate and what was found of it.
 
     Attributes:
@@ -43,7 +45,8 @@ class Trial(NamedTuple, Generic[Label]):
     slopes: float | None
 
 
-class Choice(NamedTuple, Generic[Label]):
+@dataclass(frozen=True)
+class Choice(Generic[Label]):
     """What was chosen, and the candidates that were tried on all held-out vertices, in the order in which they were given."""
 
     chosen: Trial[Label]

@@ -87,7 +87,8 @@ def energy_quadrature(
         # An exhausted Krylov space ends with an entry that is pure rounding.
         ends = np.flatnonzero(beside[:, column] <= 1e-14 * np.abs(diagonal[:, column]).max())
         size = int(ends[0]) + 1 if len(ends) else steps
-        kappa, vectors = linalg.eigh_tridiagonal(diagonal[:size, column], beside[: size - 1, column])
+        # The QR iteration: what older versions of scipy take by themselves fails on graded matrices.
+        kappa, vectors = linalg.eigh_tridiagonal(diagonal[:size, column], beside[: size - 1, column], lapack_driver="stev")
         nodes.append(np.maximum(kappa, 0.0))
         weights.append((norm * vectors[0]) ** 2)
     return np.concatenate(nodes), np.concatenate(weights)

@@ -108,7 +108,7 @@ class ManifoldHarmonics:
                 if str(data["format"]) != _FORMAT:
                     raise FilterInputError(f"{path} holds {str(data['format'])!r}, not {_FORMAT!r}")
                 found = ManifoldHarmonics(data["modes"], data["eigenvalues"], data["mass"])
-        except (KeyError, ValueError, TypeError, EOFError, zipfile.BadZipFile) as error:
+        except (KeyError, ValueError, TypeError, AttributeError, EOFError, zipfile.BadZipFile) as error:
             if isinstance(error, FilterInputError):
                 raise
             raise FilterInputError(f"{path} is no file of manifold harmonics: {error}") from error

@@ -47,6 +47,9 @@ def __getattr__(name: str) -> Any:
 
         return getattr(importlib.import_module(f".{_OURS[name]}", __name__), name)
     if not name.startswith("_"):
+        from .meshlab.loading import load_pymeshlab
+
+        load_pymeshlab()
         import pymeshlab
 
         if hasattr(pymeshlab, name):

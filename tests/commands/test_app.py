@@ -13,7 +13,6 @@ from typer.core import TyperGroup
 
 from pymeshfair import recipe
 from pymeshfair.commands.app import app
-from pymeshfair.commands.failure import LIBGL_ADVICE
 
 from .command_line import document, invoke, run_process
 
@@ -146,19 +145,6 @@ def test_interruption_ends_with_130(monkeypatch: pytest.MonkeyPatch) -> None:
     assert done.exit_code == 130
     assert document(done.stdout)["error"]["kind"] == "Interrupted"
     assert "Traceback" not in done.stderr
-
-
-def test_missing_libgl_is_answered_with_the_package_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The loader's words about libGL.so.1 are followed by what installs it."""
-
-    def broken(name: str) -> None:
-        raise ImportError("libGL.so.1: cannot open shared object file: No such file or directory")
-
-    monkeypatch.setattr(recipe, "load_recipe", broken)
-    done = invoke("check", "x.mlx")
-    assert done.exit_code == 1
-    assert LIBGL_ADVICE in done.stderr
-    assert "apt install libgl1" in LIBGL_ADVICE
 
 
 def test_a_closed_pipe_is_no_traceback() -> None:

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from pymeshfair.commands.progress import ProgressBar, ProgressLines
 from pymeshfair.running.job import Compiling, StepStarted
 from pymeshfair.running.messages import decode_event, encode_event
 from pymeshfair.running.started import EarlyProcess
+from tests.running.runs import BONE
+
+from .command_line import run_process
 
 EVENTS = (StepStarted(1, 2, "Implicit Fairing"), Compiling(1, 0.0, True), Compiling(1, 2.5, False), Compiling(2, 2.5, True))
 
@@ -18,8 +23,8 @@ def test_lines_say_that_filters_are_compiled_and_in_the_end_how_long_it_took(cap
         for event in (*EVENTS, Compiling(2, 4.25, False)):
             show(event)
     said = capfd.readouterr().err
-    assert said.count("compiling filters for this machine, once") == 1
-    assert "4.2 s of that went into compiling" in said
+    assert said.count("  compiling filters for this machine") == 1
+    assert "4.2 s of that went into compiling filters for this machine; the next run has them" in said
 
 
 def test_the_bar_says_that_filters_are_compiled_as_long_as_they_are() -> None:
@@ -27,9 +32,7 @@ def test_the_bar_says_that_filters_are_compiled_as_long_as_they_are() -> None:
     with ProgressBar() as show:
         for event in EVENTS:
             show(event)
-        assert show._bar.tasks[0].description == (
-            "step 1 of 2: Implicit Fairing: compiling filters for this machine, once, 2 s so far"
-        )
+        assert show._bar.tasks[0].description == ("step 1 of 2: Implicit Fairing: compiling filters for this machine, 2 s so far")
         show(Compiling(2, 4.25, False))
         assert show._bar.tasks[0].description == "step 1 of 2: Implicit Fairing"
 
@@ -55,3 +58,15 @@ def test_a_worker_that_nobody_takes_is_ended() -> None:
         stream.close()
     with EarlyProcess(is_wanted=False) as none:
         assert none._waiting is None
+
+
+def test_a_run_says_that_the_next_one_compiles_again(tmp_path: Path) -> None:
+    """It does where no folder for it can be written, and then no file is left in the temporary folder, either."""
+    (tmp_path / "temporary").mkdir()
+    # Code that is optimised less is not what an installation has compiled.
+    environment = {"NUMBA_CACHE_DIR": "/proc/nowhere", "NUMBA_OPT": "1", "TMPDIR": str(tmp_path / "temporary")}
+    done = run_process("run", "smooth_taubin", BONE, "-o", tmp_path / "out.ply", "--no-measures", environment=environment)
+    assert done.returncode == 0, done.stderr
+    assert "set NUMBA_CACHE_DIR to a folder where they can be" in done.stderr
+    assert "the next run has them" not in done.stderr
+    assert not list((tmp_path / "temporary").iterdir())

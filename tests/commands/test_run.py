@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pymeshfair.commands.failure import LIBGL_ADVICE
+from pymeshfair.meshlab.loading import ADVICE
 
 from .command_line import COMMAND, document, invoke, run_process
 
@@ -245,15 +245,27 @@ def test_a_terminal_shows_a_bar_and_keeps_the_finished_steps(tmp_path: Path, sca
     assert re.search(r"^ +1 +\d+\.\d\d s +Laplacian Smooth\s*$", plain, re.MULTILINE)
 
 
-@pytest.mark.parametrize("command", ["run", "demo"])
-def test_missing_libgl_is_a_message_with_its_cure(tmp_path: Path, scan: Path, command: str) -> None:
-    """Where pymeshlab's library does not load, `run` and `demo` say which package to install, without a traceback."""
+#: what `import pymeshlab` does where a system library is missing: it fails, or prints which of its plugins do
+NO_LIBGL = "raise ImportError('libGL.so.1: cannot open shared object file: No such file or directory')"
+NO_LIBOPENGL = """
+print("Warning:\\nUnable to load the following plugins:\\n\\n\\tlibio_base.so: libio_base.so does not seem to be a Qt Plugin.\\n")
+print("Cannot load library plugins/libio_base.so: (libOpenGL.so.0: cannot open shared object file: No such file or directory)")
+"""
+
+
+@pytest.mark.parametrize(
+    ("command", "program", "library"),
+    [("run", NO_LIBGL, "libGL.so.1"), ("run", NO_LIBOPENGL, "libOpenGL.so.0"), ("demo", NO_LIBOPENGL, "libOpenGL.so.0")],
+)
+def test_a_missing_system_library_is_a_message_with_its_cure(
+    tmp_path: Path, scan: Path, command: str, program: str, library: str
+) -> None:
+    """Where pymeshlab or its plugins do not load, `run` and `demo` say which packages to install, without a traceback."""
     import pymeshlab
 
     fake = tmp_path / "fake" / "pymeshlab"
     fake.mkdir(parents=True)
-    words = "libGL.so.1: cannot open shared object file: No such file or directory"
-    (fake / "__init__.py").write_text(f"raise ImportError({words!r})\n", encoding="utf-8")
+    (fake / "__init__.py").write_text(program, encoding="utf-8")
     (fake / "tests").symlink_to(Path(pymeshlab.__file__).parent / "tests")
     words_after: dict[str, list[str | Path]] = {
         "demo": ["-o", tmp_path / "demo"],
@@ -261,5 +273,6 @@ def test_missing_libgl_is_a_message_with_its_cure(tmp_path: Path, scan: Path, co
     }
     done = run_process(command, *words_after[command], environment={"PYTHONPATH": str(fake.parent)})
     assert done.returncode == 1
-    assert LIBGL_ADVICE in done.stderr
+    assert f"{library}: cannot open shared object file; {ADVICE}" in done.stderr
+    assert "apt install libgl1 libopengl0" in ADVICE
     assert "Traceback" not in done.stderr

@@ -8,7 +8,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, get_origin
 
 import pytest
 
@@ -45,7 +45,8 @@ def test_every_public_name_is_there_and_explains_itself(name: str) -> None:
     """What a package exports can be imported from it; functions and classes are the project's own and have a docstring."""
     where, _, public = name.partition(".")
     found = getattr(package(where), public)
-    if inspect.isfunction(found) or inspect.isclass(found):
+    is_alias = get_origin(found) is not None  # a class before Python 3.11
+    if (inspect.isfunction(found) or inspect.isclass(found)) and not is_alias:
         assert found.__module__.startswith("pymeshfair.filters.")
         assert found.__doc__
 

@@ -4,15 +4,22 @@ from __future__ import annotations
 
 import os
 import sys
+import time
 from pathlib import Path
+from queue import SimpleQueue
+from threading import Timer
+from typing import Any
 
 import pytest
 
+from pymeshfair.running.child import WorkerProcess
 from pymeshfair.running.errors import RunTimeout
-from pymeshfair.running.job import Job
+from pymeshfair.running.job import Compiling, Event, Job, PhaseStarted
 from pymeshfair.running.memory import default_memory
-from pymeshfair.running.messages import Assignment
+from pymeshfair.running.messages import Assignment, encode_event
+from pymeshfair.running.started import FreshProcess
 from pymeshfair.running.supervise import run_job
+from pymeshfair.running.watch import Watch
 
 from .runs import BONE, SMOOTH, names_in, recipe_of
 
@@ -30,6 +37,33 @@ def test_reading_has_its_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     """A file that takes longer to read than files of its size do ends the run, which names it; nothing is left behind."""
     monkeypatch.setattr("pymeshfair.running.watch._LOAD_SECONDS", 0.0)
     monkeypatch.setattr("pymeshfair.running.watch._LOAD_RATE", 1e12)
-    with pytest.raises(RunTimeout, match=r"reading bone.ply: stopped after"):
+    with pytest.raises(RunTimeout, match=r"reading bone.ply: stopped after .* s, ten times as long"):
         run_job(Job(recipe_of(SMOOTH), BONE, tmp_path / "out.ply"))
     assert names_in(tmp_path) == set()
+
+
+def test_compiling_is_no_part_of_the_time_for_reading(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """However long a slow machine compiles, reading goes on after that and has what was left of its time, and no more."""
+    monkeypatch.setattr("pymeshfair.running.watch._LOAD_SECONDS", 1.0)
+    monkeypatch.setattr("pymeshfair.running.watch._LOAD_RATE", 1e12)
+    job = Job(recipe_of(SMOOTH), BONE, tmp_path / "out.ply")
+    reports: SimpleQueue[tuple[str, Any]] = SimpleQueue()
+
+    def report(*said: Event) -> None:
+        for event in said:
+            reports.put(("report", encode_event(event)))
+
+    def finish() -> None:
+        report(Compiling(1, 2.0, False))
+        for end in (("report", {"done": {"compiled": True}}), ("end", None), ("end", None)):
+            reports.put(end)
+
+    with WorkerProcess({}, SimpleQueue(), start=lambda: FreshProcess(None, "code")) as waiting:  # it does nothing
+        report(PhaseStarted("reading"), Compiling(1, 0.0, True))
+        Timer(2.0, finish).start()
+        assert Watch(job, waiting, reports, lambda event: None).until_done(time.monotonic()) == {"compiled": True}
+        report(PhaseStarted("reading"), Compiling(1, 0.0, True), Compiling(1, 2.0, False))
+        began = time.monotonic()
+        with pytest.raises(RunTimeout, match="probably damaged"):
+            Watch(job, waiting, reports, lambda event: None).until_done(began)
+        assert time.monotonic() - began >= 1.0

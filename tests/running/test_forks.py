@@ -97,6 +97,20 @@ def test_a_server_that_was_killed_is_replaced(tmp_path: Path) -> None:
     assert sha256_of(tmp_path / "a.ply") == sha256_of(tmp_path / "b.ply")
 
 
+def test_nothing_in_the_working_folder_is_imported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Files there with the names of libraries, as a folder of scans from elsewhere may have, are not run by any process."""
+    traps = {f"{name}.py" for name in ("json", "numpy", "pymeshlab", "runpy")}
+    for name in traps:
+        (tmp_path / name).write_text("raise SystemExit(3)")
+    monkeypatch.chdir(tmp_path)
+    run_job(job_of(tmp_path / "fresh.ply", SMOOTH))
+    with ForkServer(threads=2) as server:
+        run_job(job_of(tmp_path / "forked.ply", SMOOTH), start=server.start)
+        assert server.pid is not None
+    made = {f"{name}{end}" for name in ("fresh.ply", "forked.ply") for end in ("", ".provenance.json")}
+    assert names_in(tmp_path) == traps | made
+
+
 def test_a_process_with_threads_is_not_forked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where a library starts a thread as it is loaded every worker is a fresh process, and the run is none the worse."""
     (tmp_path / "lib").mkdir()

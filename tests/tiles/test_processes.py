@@ -52,6 +52,16 @@ def find(self, *cells):
 
 outliers.OutlierTiles.find = find
 """
+#: a sitecustomize module: each tile ends its process, as the system does where memory is short
+DEADLY = """
+import os, signal
+import pymeshfair.tiles.outliers as outliers
+
+def find(self, *cells):
+    os.kill(os.getpid(), signal.SIGKILL)
+
+outliers.OutlierTiles.find = find
+"""
 #: with which there is one worker
 LITTLE = ("--memory", "500MB")
 
@@ -81,7 +91,7 @@ def started(recipe: Path, scan: Path, output: Path, *, slow: float) -> subproces
 
 def workers_of(process: subprocess.Popen[str]) -> list[int]:
     """The processes in which tiles are done."""
-    return [p for p in children_of(process.pid) if b"spawn_main" in Path(f"/proc/{p}/cmdline").read_bytes()]
+    return [p for p in children_of(process.pid) if b"pymeshfair.tiles.processes" in Path(f"/proc/{p}/cmdline").read_bytes()]
 
 
 def test_a_run_by_tiles_survives_a_killed_worker(recipe: Path, tmp_path: Path) -> None:
@@ -111,15 +121,23 @@ def test_a_run_by_tiles_survives_a_killed_worker(recipe: Path, tmp_path: Path) -
     assert (again.returncode, again.stdout) == (0, f"{output}: identical\n"), again.stderr
 
 
-def test_a_worker_that_takes_all_the_memory_is_ended(recipe: Path, tmp_path: Path) -> None:
-    """A tile for which every worker takes more than `--memory` ends the run in words, and leaves nothing."""
+@pytest.mark.parametrize(
+    ("program", "said"),
+    [
+        (GREEDY, "a tile needs more memory than there is; give it more"),
+        (DEADLY, "every worker that began a tile was lost, 4 in all, perhaps for want of memory"),
+    ],
+    ids=["greedy", "deadly"],
+)
+def test_a_tile_that_no_worker_can_do_ends_the_run(recipe: Path, tmp_path: Path, program: str, said: str) -> None:
+    """One that takes more than `--memory`, or ends every process that begins it, ends the run in words, and leaves nothing."""
     scan, output = write_cloud(tmp_path / "scan.ply", uneven(5)), tmp_path / "out.ply"
-    environment = {**os.environ, **with_module(tmp_path / "greedy", GREEDY)}
+    environment = {**os.environ, **with_module(tmp_path / "module", program)}
     command = [str(word) for word in (*COMMAND, "run", recipe, scan, "-o", output, "--tiles", *LITTLE)]
     done = subprocess.run(command, env=environment, capture_output=True, encoding="utf-8", timeout=200)
     assert done.returncode == 1
-    assert "every worker that began a tile was lost, 4 in all, perhaps for want of memory" in done.stderr
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["greedy", "loop.mlx", "scan.ply"]
+    assert said in done.stderr
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["loop.mlx", "module", "scan.ply"]
 
 
 @pytest.mark.usefixtures("terminal_signals")

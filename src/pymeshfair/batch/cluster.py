@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import logging
-import tempfile
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
+from typing import Any
 
 import dask
-from distributed import Client, LocalCluster
+from distributed import Client, Scheduler, SpecCluster, Worker
 
 from .errors import BatchError
 
@@ -28,17 +28,28 @@ _QUIET = {
 _ANSWER = "10s"
 
 
+class _WithoutPages:
+    """A server of dask's that opens no port: its pages, which it would show to every machine, have no switch."""
+
+    def start_http_server(self, *arguments: Any, **options: Any) -> None:
+        """Called by dask; does nothing."""
+
+
+class _Scheduler(_WithoutPages, Scheduler):
+    pass
+
+
+class _Worker(_WithoutPages, Worker):
+    pass
+
+
 @contextlib.contextmanager
-def open_client(
-    address: str | None, jobs: int, *, processes: Mapping[str, str] | None = None, memory: int = 0
-) -> Iterator[Client]:
+def open_client(address: str | None, jobs: int) -> Iterator[Client]:
     """A client of the scheduler at `address`, or if that is None of one in this process with so many tasks at a time.
 
     Args:
         address: of a scheduler, or None.
-        jobs: tasks at a time on this machine.
-        processes: the environment of a process for each of them; None if they run in threads of this one.
-        memory: bytes above which such a process is ended, and its task begun again; 0 for any number.
+        jobs: tasks at a time on this machine, threads of this process.
 
     Raises:
         BatchError: no scheduler answers there.
@@ -50,8 +61,7 @@ def open_client(
         stack.enter_context(warnings.catch_warnings())
         warnings.simplefilter("ignore")  # other versions of dask's own packages
         if address is None:
-            cluster = stack.enter_context(_local_cluster(jobs, processes, memory))
-            client = Client(cluster, set_as_default=False)
+            client = Client(stack.enter_context(_in_this_process(jobs)), set_as_default=False)
         else:
             try:
                 client = Client(address, timeout=_ANSWER, set_as_default=False)
@@ -61,10 +71,8 @@ def open_client(
         yield client
 
 
-def _local_cluster(jobs: int, processes: Mapping[str, str] | None, memory: int) -> LocalCluster:
-    if processes is None:
-        kind = {"n_workers": 1, "threads_per_worker": jobs, "processes": False, "protocol": "inproc://", "silence_logs": False}
-    else:
-        kind = {"n_workers": jobs, "threads_per_worker": 1, "processes": True, "env": dict(processes)}
-        kind |= {"silence_logs": logging.CRITICAL, "local_directory": tempfile.gettempdir()}
-    return LocalCluster(**kind, dashboard_address=None, worker_dashboard_address=None, memory_limit=memory)
+def _in_this_process(jobs: int) -> SpecCluster:
+    """A scheduler and a worker that talk within this process, so that nobody else can."""
+    options = {"protocol": "inproc://", "dashboard": False}
+    worker = {"cls": _Worker, "options": options | {"nthreads": jobs, "memory_limit": 0}}
+    return SpecCluster(workers={0: worker}, scheduler={"cls": _Scheduler, "options": options}, silence_logs=False)

@@ -12,11 +12,6 @@ import typer
 from .json_document import print_document
 from .streams import printable
 
-LIBGL_ADVICE = (
-    "pymeshlab needs the system library libGL.so.1, which is missing here: "
-    "`apt install libgl1` (Debian, Ubuntu) or `dnf install libglvnd-glx` (Fedora) installs it"
-)
-
 
 @dataclass(frozen=True)
 class Failure:
@@ -41,8 +36,6 @@ class Failure:
 
         kind, message = type(error).__name__, str(error)
         details = {name: value for name, value in vars(error).items() if not name.startswith("_")}
-        if "libGL.so.1" in f"{message} {details.get('details')}":
-            return cls(kind, f"{message}\n{LIBGL_ADVICE}", 1, details)
         if isinstance(error, PymeshfairError):
             invalid = isinstance(error, UnknownNameError | ParameterError) or "problems" in details
             return cls(kind, message, 2 if invalid else 1, details)

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from .failure import LIBGL_ADVICE
+from ..running.environment import program_of, worker_environment
 
 #: below this a temporary folder cannot hold the two copies of a large scan that a run needs
 _ENOUGH_DISK = 1 << 30
@@ -75,13 +75,14 @@ def look_at_packages() -> Iterator[Finding]:
 
 def look_at_pymeshlab() -> Iterator[Finding]:
     """Whether pymeshlab can be imported; in a process of its own, since a broken library may end the process."""
-    done = subprocess.run([sys.executable, "-c", "import pymeshlab"], capture_output=True, text=True, timeout=120)
+    command = program_of("pymeshfair.meshlab.loading")
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, env=worker_environment(None))
     if done.returncode == 0:
         yield Finding("pymeshlab", True, "can be imported")
         yield from _safely(look_at_facts)
     else:
         said = done.stderr.strip().rpartition("\n")[2] or f"the import ended with code {done.returncode}"
-        yield Finding("pymeshlab", False, said, LIBGL_ADVICE if "libGL.so.1" in said else "")
+        yield Finding("pymeshlab", False, said)
 
 
 def look_at_facts() -> Iterator[Finding]:
@@ -110,7 +111,7 @@ def look_at_numba() -> Iterator[Finding]:
     detail = f"compiles; {found.installed} functions came compiled for this machine, {found.kept} more are in {found.folder}"
     advice = ""
     if not found.lasts:
-        advice = "which is temporary: set the environment variable NUMBA_CACHE_DIR to a folder that can be written"
+        advice = "which cannot be written: set the environment variable NUMBA_CACHE_DIR to a folder that can be"
     elif found.installed + found.kept == 0:
         advice = "first runs take some seconds longer; `pymeshfair doctor --warm` compiles everything now"
     yield Finding("numba", works and found.lasts, detail, advice)

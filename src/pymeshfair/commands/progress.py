@@ -16,7 +16,7 @@ from .streams import printable
 
 #: seconds between two lines about the same step where there is no bar
 _PATIENCE = 10.0
-_COMPILING = "compiling filters for this machine, once"
+_COMPILING = "compiling filters for this machine"
 
 
 class ProgressLines:
@@ -124,7 +124,12 @@ class ProgressBar:
 
 
 def _compiled(event: Compiling) -> str:
-    return f"{event.seconds:.1f} s of that went into compiling filters for this machine; the next run has them"
+    after = (
+        "the next run has them"
+        if event.lasts
+        else "they are kept nowhere, as your cache folder cannot be written: set NUMBA_CACHE_DIR to a folder where they can be"
+    )
+    return f"{event.seconds:.1f} s of that went into {_COMPILING}; {after}"
 
 
 def progress() -> ProgressBar | ProgressLines:

@@ -1,6 +1,6 @@
 """Asks the installed pymeshlab for facts about MeshLab's filters, without applying one.
 
-``python -m pymeshfair.meshlab.survey`` prints them as JSON. It is a process of its own because MeshLab prints the list of a
+``python -u -m pymeshfair.meshlab.survey`` prints them as JSON. It is a process of its own because MeshLab prints the list of a
 filter's parameters with C++, which bypasses Python's stdout, and after some failures it prints nothing any more.
 
 MeshLab lists a parameter's Python name, kind and bounds; it computes defaults for the current mesh; and it names the choices of
@@ -22,6 +22,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from ..errors import PymeshfairError
+from .loading import load_pymeshlab
 
 #: the bounding-box diagonal of MeshLab's unit cube, on which defaults and bounds are listed
 CUBE_DIAGONAL = 3.0**0.5
@@ -69,7 +70,9 @@ def survey_installed() -> Survey:
     Raises:
         SurveyError: the process failed; the message is what it printed last.
     """
-    done = subprocess.run([sys.executable, "-m", __name__], capture_output=True, text=True, encoding="utf-8", check=False)
+    # Without buffers, where what MeshLab prints would wait until its place is told to be another.
+    command = [sys.executable, "-u", "-m", __name__]
+    done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", check=False)
     if done.returncode != 0:
         last = done.stderr.strip().rpartition("\n")[2]
         raise SurveyError(f"pymeshlab could not be asked about its filters (exit {done.returncode}): {last}")
@@ -86,6 +89,7 @@ def survey_installed() -> Survey:
 
 def survey_in_this_process() -> Survey:
     """The facts about the installed pymeshlab; afterwards this process's MeshLab may print nothing any more."""
+    load_pymeshlab()
     import pymeshlab
 
     names = sorted(pymeshlab.filter_list())

@@ -1,5 +1,9 @@
 """`MeshSet`: applies filters of both kinds, MeshLab's and those of plugins, and keeps the script of what was applied."""
 
-from .mesh_set import MeshSet
+from ..meshlab.loading import load_pymeshlab
+
+load_pymeshlab()
+
+from .mesh_set import MeshSet  # noqa: E402
 
 __all__ = ["MeshSet"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Mapping
 
 from ..operating_system import this_system
@@ -27,3 +28,12 @@ def worker_environment(threads: int | None, environment: Mapping[str, str] = os.
     # Whatever lies in the working folder must not be imported in place of a library.
     changes["PYTHONSAFEPATH"] = "1"
     return {**environment, **changes}
+
+
+def program_of(module: str) -> list[str]:
+    """What runs a module as a program in `worker_environment`."""
+    if sys.version_info >= (3, 11):
+        return [sys.executable, "-m", module]
+    # Python 3.10 does not know PYTHONSAFEPATH.
+    run = "import sys; del sys.path[0]; import runpy; runpy.run_module(sys.argv.pop(1), run_name='__main__')"
+    return [sys.executable, "-c", run, module]

@@ -57,8 +57,14 @@ class RunTimeout(RunError):  # noqa: N818 - says what happened
         seconds: what it was given.
     """
 
-    def __init__(self, place: Place, seconds: float) -> None:
-        super().__init__(f"{place}: stopped after the {seconds:g} s that the run was given; give it more, or a smaller mesh")
+    def __init__(self, place: Place, seconds: float, *, is_given: bool = True) -> None:
+        """See the class; without `is_given` the time is that which reading any file has."""
+        said = (
+            f"the {seconds:g} s that the run was given; give it more, or a smaller mesh"
+            if is_given
+            else f"{seconds:g} s, ten times as long as files of its size take to read; it is probably damaged"
+        )
+        super().__init__(f"{place}: stopped after {said}")
         self.place = place
         self.seconds = seconds
 

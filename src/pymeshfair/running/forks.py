@@ -8,7 +8,6 @@ import os
 import signal
 import socket
 import subprocess
-import sys
 import threading
 from collections.abc import Callable
 from functools import partial
@@ -16,7 +15,7 @@ from types import TracebackType
 from typing import IO, Any
 
 from ..operating_system import this_system
-from .environment import worker_environment
+from .environment import program_of, worker_environment
 from .fork_server import LONGEST
 from .started import RUN, FreshProcess, Started
 
@@ -85,7 +84,7 @@ class _Link:
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with theirs:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "pymeshfair.running.fork_server", str(theirs.fileno())],
+                [*program_of("pymeshfair.running.fork_server"), str(theirs.fileno())],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,

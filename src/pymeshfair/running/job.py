@@ -141,17 +141,19 @@ class Message:
 
 @dataclass(frozen=True)
 class Compiling:
-    """Filters are compiled for this machine, which is done once; until then what else goes on stands still.
+    """Filters are compiled for this machine; until then what else goes on stands still.
 
     Attributes:
         kernels: how many functions were, one of which may be in work.
         seconds: how long that has taken so far.
         is_going_on: whether one is in work.
+        lasts: whether later runs find them compiled.
     """
 
     kernels: int
     seconds: float
     is_going_on: bool
+    lasts: bool = True
 
 
 Event: TypeAlias = PhaseStarted | StepStarted | StepProgress | StepFinished | Message | Compiling

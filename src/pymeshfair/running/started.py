@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 from collections.abc import Callable
 from types import TracebackType
 from typing import IO, Protocol, TypeAlias
 
 from ..operating_system import this_system
-from .environment import worker_environment
+from .environment import program_of, worker_environment
 
 
 class Started(Protocol):
@@ -51,7 +50,7 @@ class FreshProcess:
         self._system = this_system()
         # In a session of its own Ctrl-C on the terminal does not reach it, and one signal ends it with all its children.
         self._process = subprocess.Popen(
-            [sys.executable, "-m", module],
+            program_of(module),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

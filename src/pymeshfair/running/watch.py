@@ -16,7 +16,7 @@ from ..files.errors import InputError, OutputError
 from .child import WorkerProcess
 from .errors import OutOfMemory, RunTimeout, WorkerDied, WorkerError
 from .interrupts import Interrupted
-from .job import Event, Job, Message, PhaseStarted, StepProgress, StepStarted
+from .job import Compiling, Event, Job, Message, PhaseStarted, StepProgress, StepStarted
 from .messages import Talk, decode_event
 
 #: seconds between two looks at a silent worker
@@ -25,7 +25,8 @@ _PULSE = 0.5
 _FULL = 1 << 20
 #: MeshLab's level of log for warnings
 _WARNING = 1
-#: seconds that reading any file may take, and bytes a second besides: ten times as long as the slowest format takes
+#: seconds that reading any file may take, compilation not among them, and bytes a second besides: ten times as long as the
+#: slowest format takes
 _LOAD_SECONDS, _LOAD_RATE = 60.0, 1e6
 
 
@@ -49,7 +50,7 @@ class Watch:
         self._last_step: Place | None = None
         self._speaker = 0
         self._load_seconds = 0.0
-        self._load_deadline = math.inf
+        self._load_deadline = self._load_left = math.inf
         self._report: dict[str, Any] | None = None
         self._failure: dict[str, Any] | None = None
         self.said: defaultdict[int, list[str]] = defaultdict(list)
@@ -72,7 +73,7 @@ class Watch:
             if now >= started + given:
                 raise RunTimeout(self._place, given)
             if now >= self._load_deadline:
-                raise RunTimeout(self._place, self._load_seconds)
+                raise RunTimeout(self._place, self._load_seconds, is_given=False)
             deadline = min(started + given, self._load_deadline)
             try:
                 kind, item = self._queue.get(timeout=min(_PULSE, deadline - now))
@@ -102,12 +103,22 @@ class Watch:
                 self._load_deadline = time.monotonic() + self._load_seconds
             elif isinstance(event, StepStarted):
                 self._last_step = self._place = self._step(event)
-                self._load_deadline = math.inf
+                self._load_deadline = self._load_left = math.inf
+            elif isinstance(event, Compiling):
+                self._pause_load(event)
             self._on_event(event)
         elif "done" in document:
             self._report = document["done"]
         elif "failed" in document:
             self._failure = dict(document)
+
+    def _pause_load(self, event: Compiling) -> None:
+        """Stop the time that reading has while filters are compiled, which a slow machine needs minutes for."""
+        if event.is_going_on:
+            self._load_left = self._load_deadline - time.monotonic()
+            self._load_deadline = math.inf
+        else:
+            self._load_deadline = time.monotonic() + self._load_left
 
     def _step(self, event: StepStarted) -> Place:
         step = self._job.recipe.script.steps[event.index - 1]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -51,15 +50,9 @@ class Column:
         Raises:
             OSError: the disk is full.
         """
-        data = np.ascontiguousarray(values, self.dtype).data.cast("B")
-        descriptor = os.open(self.path, os.O_WRONLY)
-        try:
-            position = first * self.row
-            while len(data):
-                written = os.pwrite(descriptor, data, position)
-                data, position = data[written:], position + written
-        finally:
-            os.close(descriptor)
+        with self.path.open("r+b") as file:
+            file.seek(first * self.row)
+            file.write(np.ascontiguousarray(values, self.dtype).data)
 
     def append(self, values: NDArray[Any]) -> None:
         """Write rows after the last one; by one process at a time."""

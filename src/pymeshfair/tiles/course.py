@@ -84,8 +84,7 @@ def run_by_tiles(
     with Interrupts(queue) as interrupts, output_lock(job.output), staging_folder(job.output) as stage:
         with ExitStack() as opened:
             opened.enter_context(unchanged(job.input))
-            most = memory + job.input.stat().st_size  # what a worker maps of a file's length counts as its memory
-            pool = opened.enter_context(open_pool(tiling.scheduler, share.workers, share.threads, queue, memory=most))
+            pool = opened.enter_context(open_pool(tiling.scheduler, share.workers, share.threads, queue, memory=memory))
             opened.enter_context(told_as_run(job))
             on_event(PhaseStarted("reading"))
             described = described_file(job.input) | {"side_files": [], "others": []}

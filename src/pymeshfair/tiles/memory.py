@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ..errors import ParameterError
 
-#: bytes of the command with dask's scheduler, and of a worker with the libraries that it has loaded and compiled kernels
+#: bytes of the command, with dask where there is a scheduler, and of a worker with its libraries and compiled kernels
 COMMAND, WORKER = 160_000_000, 280_000_000
 #: below that, a worker does not get along; it is better to have fewer
 LEAST = 60_000_000

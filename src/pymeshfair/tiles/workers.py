@@ -3,33 +3,23 @@
 from __future__ import annotations
 
 import contextlib
-import os
-import secrets
-import signal
-import socket
-import time
-import traceback
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import CancelledError
-from dataclasses import dataclass
+from concurrent.futures import CancelledError, Future
 from queue import Empty, SimpleQueue
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol
 
-import dask
-from distributed import Client, KilledWorker, LocalCluster
-
-from ..batch.cluster import open_client
 from ..errors import FilterInputError, RunError
 from ..files.errors import ContentsError
-from ..operating_system import this_system
-from ..running.environment import worker_environment
 from ..running.interrupts import Interrupted
 from ..running.versions import versions
+from .answers import Answer, LostWorkerError, answer
+from .processes import Processes
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 #: seconds between two looks at silent workers
 _PULSE = 0.5
-#: how often a task may lose its worker
-_LOST = 3
 
 
 class TileError(RunError):
@@ -40,51 +30,28 @@ class FullDiskError(RunError):
     """There is no room for what a task has to write."""
 
 
-@dataclass(frozen=True)
-class _Answer:
-    """What came of a task: its result, or a failure as its kind and words, which cross from process to process as they are."""
+class Workers(Protocol):
+    """What does tasks, in whatever order."""
 
-    result: Any = None
-    failure: tuple[str, str] | None = None
-    process: str = ""
-    peak: int | None = None
-    seconds: float = 0.0
+    def submit(self, task: Callable[..., Any], *arguments: Any) -> Future[Answer]:
+        """Do a task."""
 
-
-def _answer(task: Callable[..., Any], *arguments: Any) -> _Answer:
-    """Do a task, on a worker."""
-    started = time.process_time()
-    failure, result = None, None
-    try:
-        result = task(*arguments)
-    except ContentsError as error:
-        failure = "contents", str(error)
-    except FilterInputError as error:
-        failure = "filter", str(error)
-    except MemoryError:
-        failure = "memory", ""
-    except OSError as error:
-        failure = "disk", (error.strerror or str(error)).lower()
-    except Exception:
-        failure = "defect", traceback.format_exc()
-    process = f"{socket.gethostname()} {os.getpid()}"
-    return _Answer(result, failure, process, this_system().peak_memory(), time.process_time() - started)
+    def is_there(self) -> bool:
+        """Whether answers are still to be expected."""
 
 
 class Pool:
-    """Does tasks on workers, in whatever order, and gives their results in the order of the tasks.
+    """Does tasks on workers, and gives their results in the order of the tasks.
 
     Attributes:
         peaks: by process, the most bytes that it has held, as far as that is known.
         seconds: processor time of all tasks.
     """
 
-    def __init__(self, client: Client, queue: SimpleQueue[tuple[str, Any]]) -> None:
+    def __init__(self, workers: Workers, queue: SimpleQueue[tuple[str, Any]]) -> None:
         """See the class; the queue is that of `Interrupts`."""
-        self._client = client
+        self._workers = workers
         self._queue = queue
-        self._name = f"pymeshfair-tiles-{secrets.token_hex(8)}"
-        self._stage = 0
         self.peaks: dict[str, int] = {}
         self.seconds = 0.0
 
@@ -104,44 +71,37 @@ class Pool:
             ContentsError, FilterInputError, MemoryError, FullDiskError, TileError: a task failed.
             Interrupted: a signal came.
         """
-        self._stage += 1
-        futures = {
-            (key := f"{self._name}-{self._stage}-{number}"): self._client.submit(
-                _answer, task, *arguments, key=key, pure=False, retries=0
-            )
-            for number, arguments in enumerate(tasks)
-        }
-        for future in futures.values():
-            future.add_done_callback(lambda done: self._queue.put(("done", done.key)))
-        results: dict[str, Any] = {}
+        futures = [self._workers.submit(task, *arguments) for arguments in tasks]
+        for future in futures:
+            future.add_done_callback(lambda done: self._queue.put(("done", done)))
+        results: dict[Future[Answer], Any] = {}
         try:
             while len(results) < len(futures):
                 try:
-                    kind, key = self._queue.get(timeout=_PULSE)
+                    kind, item = self._queue.get(timeout=_PULSE)
                 except Empty:
-                    if self._client.status != "running":
+                    if not self._workers.is_there():
                         raise TileError("the scheduler does not answer any more") from None
                     continue
                 if kind == "signal":
                     raise Interrupted
-                if key in futures and key not in results:
-                    results[key] = self._result(futures[key])
-                    progress(len(results) / len(futures))
+                results[item] = self._result(item)
+                progress(len(results) / len(futures))
         except BaseException:
-            with contextlib.suppress(Exception):
-                self._client.cancel(list(futures.values()), force=True)
+            for future in futures:
+                future.cancel()
             raise
-        return [results[key] for key in futures]
+        return [results[future] for future in futures]
 
-    def _result(self, future: Any) -> Any:
+    def _result(self, future: Future[Answer]) -> Any:
         try:
-            answer: _Answer = future.result()
-        except KilledWorker as error:
-            raise TileError(
-                f"every worker that began a tile was lost, {error.allowed_failures + 1} in all, perhaps for want of memory"
-            ) from error
+            answer = future.result()
         except CancelledError as error:
             raise TileError("the scheduler does not answer any more") from error
+        except LostWorkerError as error:
+            raise TileError(f"{error}, perhaps for want of memory") from error
+        except Exception as error:  # dask's, such as KilledWorker
+            raise TileError(f"a tile was lost with its workers: {error}") from error
         self.seconds += answer.seconds
         if answer.peak is not None:
             self.peaks[answer.process] = answer.peak
@@ -173,34 +133,35 @@ def open_pool(
         workers: how many of these.
         threads: that a filter may use in each of these.
         queue: of `Interrupts`.
-        memory: bytes above which one of this machine's workers is ended, and its task begun again.
+        memory: bytes that each of these may take.
 
     Raises:
         TileError: a worker of the scheduler has other versions.
     """
-    with contextlib.ExitStack() as stack:
-        stack.enter_context(dask.config.set({"distributed.scheduler.allowed-failures": _LOST}))
-        client = stack.enter_context(open_client(address, workers, processes=worker_environment(threads), memory=memory))
-        if address is not None:
-            here = versions()
-            there = client.run(versions)
-            wrong = {
-                name for found in there.values() for name in here if name not in ("system",) and found.get(name) != here[name]
-            }
-            if wrong or not there:
-                raise TileError(f"workers have other versions of {', '.join(sorted(wrong))}" if wrong else "there are no workers")
-        try:
-            yield Pool(client, queue)
-        except BaseException:
-            _end(client.cluster)
-            raise
-
-
-def _end(cluster: Any) -> None:
-    """End the processes of this machine's workers at once: a task that is under way would hold up their end."""
-    if not isinstance(cluster, LocalCluster):
+    if address is None:
+        with Processes(workers, threads, memory) as processes:
+            yield Pool(processes, queue)
         return
-    for nanny in cluster.workers.values():
-        with contextlib.suppress(AttributeError, ProcessLookupError, TypeError):
-            nanny.auto_restart = False
-            os.kill(nanny.pid, signal.SIGKILL)
+    from ..batch.cluster import open_client
+
+    with open_client(address, workers) as client:
+        here, there = versions(), client.run(versions)
+        wrong = {name for found in there.values() for name in here if name != "system" and found.get(name) != here[name]}
+        if wrong or not there:
+            raise TileError(f"workers have other versions of {', '.join(sorted(wrong))}" if wrong else "there are no workers")
+        yield Pool(_OfScheduler(client), queue)
+
+
+class _OfScheduler:
+    """The workers of a dask scheduler, see `Workers`."""
+
+    def __init__(self, client: Client) -> None:
+        self._client = client
+        self._executor = client.get_executor(pure=False, retries=0)
+
+    def submit(self, task: Callable[..., Any], *arguments: Any) -> Future[Answer]:
+        future: Future[Answer] = self._executor.submit(answer, task, *arguments)
+        return future
+
+    def is_there(self) -> bool:
+        return bool(self._client.status == "running")

@@ -93,8 +93,4 @@ def serve(guarded: Guarded, listening: socket.socket, *, ready: Callable[[], Non
 
 def listening_socket(host: str, port: int) -> socket.socket:
     """A socket of this machine's; port 0 takes one that is free."""
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    found = socket.socket(family, socket.SOCK_STREAM)
-    found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    found.bind((host, port))
-    return found
+    return socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET)

@@ -8,14 +8,13 @@ import itertools
 import json
 import shutil
 import subprocess
-import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeAlias, cast
 
 from ..errors import RunError
 from ..operating_system import this_system
-from ..running.environment import worker_environment
+from ..running.environment import program_of, worker_environment
 from ..running.memory import default_memory
 from ..running.messages import Assignment, parse_talk, to_line
 from ..scripts.script import Script
@@ -42,9 +41,7 @@ class Worker:
         """A new process that begins to read the scan, and writes it to `scene` for the browser if that is given."""
         stage.mkdir(parents=True)
         process = await asyncio.create_subprocess_exec(
-            sys.executable,
-            "-m",
-            "pymeshfair.tuning.worker",
+            *program_of("pymeshfair.tuning.worker"),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

@@ -1,0 +1,47 @@
+"""Imports pymeshlab, and says which system libraries it lacks."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import io
+import re
+from functools import cache
+
+_MISSING = re.compile(r"([\w.+-]+\.so[\w.]*): cannot open shared object file")
+#: what installs the system libraries that pymeshlab's wheels need and do not carry
+ADVICE = (
+    "pymeshlab needs system libraries that are missing here: `apt install libgl1 libopengl0` (Debian, Ubuntu) "
+    "or `dnf install libglvnd-glx libglvnd-opengl` (Fedora) installs them"
+)
+
+
+def load_pymeshlab() -> None:
+    """Import pymeshlab, of which parts, such as that for PLY files, would otherwise be missing without an error.
+
+    Raises:
+        ImportError: it is not installed, or a system library is missing; the message names that and what installs it.
+    """
+    if missing := _missing_libraries():
+        raise ImportError(f"{', '.join(missing)}: cannot open shared object file; {ADVICE}")
+
+
+@cache
+def _missing_libraries() -> tuple[str, ...]:
+    """The system libraries that pymeshlab, or one of its plugins, complained of as it was imported."""
+    said = io.StringIO()  # pymeshlab prints which plugins it cannot load
+    try:
+        with contextlib.redirect_stdout(said):
+            importlib.import_module("pymeshlab")
+    except ImportError as error:
+        if not _MISSING.search(str(error)):
+            raise
+        said.write(str(error))
+    found = sorted(set(_MISSING.findall(said.getvalue())))
+    if not found and said.getvalue():
+        print(said.getvalue(), end="")
+    return tuple(found)
+
+
+if __name__ == "__main__":
+    load_pymeshlab()
