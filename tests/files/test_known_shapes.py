@@ -53,7 +53,7 @@ def test_polygons_have_their_area(tmp_path: Path, source: str, output: str) -> N
     if output != "a.stl":
         assert len(np.unique(again.face_attributes["polygon"])) == 8
     if output == "a.stl":  # trimesh reads no lists of different lengths, and cuts polygons as fans
-        np.testing.assert_allclose(trimesh.load(tmp_path / output).volume, VOLUME, rtol=1e-6)
+        np.testing.assert_allclose(trimesh.load_mesh(tmp_path / output).volume, VOLUME, rtol=1e-6)
     if output != "a.off":  # in which MeshLab misreads polygons of more than four corners
         theirs, _meshes = meshlab(tmp_path / output)
         assert_shape(theirs.vertex_matrix(), theirs.face_matrix())

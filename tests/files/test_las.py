@@ -152,6 +152,20 @@ def test_without_the_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         save(MeshData(vertices=np.eye(3)), tmp_path / "c.las")
 
 
+def test_records_of_copc_are_left_out(tmp_path: Path) -> None:
+    """A COPC file is read as the LAZ file that it is; what is written has another order, and does not say that it is COPC."""
+    header = laspy.LasHeader(point_format=6, version="1.4")
+    header.vlrs.append(laspy.VLR("copc", 1, "info", bytes(160)))
+    header.vlrs.append(laspy.VLR("somebody", 7, "a note", b"kept"))
+    cloud = laspy.LasData(header)
+    cloud.x, cloud.y, cloud.z = np.random.default_rng(1).random((3, 9))
+    cloud.write(tmp_path / "a.copc.laz")
+    mesh = read_file(tmp_path / "a.copc.laz").mesh
+    assert save(mesh, tmp_path / "b.laz") == ()
+    assert [v.user_id for v in laspy.read(tmp_path / "b.laz").header.vlrs] == ["somebody"]
+    np.testing.assert_array_equal(read_file(tmp_path / "b.laz").mesh.vertices, mesh.vertices)
+
+
 def test_the_same_cloud(tmp_path: Path) -> None:
     """What is read, written and read again is the same mesh."""
     scan(tmp_path / "a.laz", form=7)

@@ -322,7 +322,7 @@ def test_what_is_written_is_read_everywhere(tmp_path: Path, kind: str) -> None:
         np.testing.assert_allclose(wedges[chosen], mesh.face_attributes["wedge_texture_coordinates"][chosen], atol=1e-7)
         assert sorted(theirs.textures()) == sorted(t.name for t in again.textures)
     assert theirs.edge_number() == len(mesh.edges)
-    other = trimesh.load(path, process=False, force="mesh")
+    other = trimesh.load_mesh(path, process=False)
     assert len(other.faces) == 254
     if kind == "polygons":
         assert (tmp_path / "a.obj").read_text().count("\nf ") == 127

@@ -49,7 +49,7 @@ def test_what_is_written_is_read_everywhere(tmp_path: Path, kind: str) -> None:
     if mesh.has_face_colors:
         np.testing.assert_array_equal(np.rint(255 * theirs.face_color_matrix()), mesh.face_attributes["colors"])
     if kind == "plain":
-        np.testing.assert_allclose(trimesh.load(path).volume, float(trimesh.Trimesh(vertices, faces).volume))
+        np.testing.assert_allclose(trimesh.load_mesh(path).volume, float(trimesh.Trimesh(vertices, faces).volume))
 
 
 def test_colours_before_normals_are_read_as_they_were_written(tmp_path: Path) -> None:

@@ -293,7 +293,7 @@ def test_vertices_that_are_not_finite_are_left_out_by_name(tmp_path: Path, encod
 def test_texture_coordinates_of_polygons(tmp_path: Path) -> None:
     """The corners of the triangles of a polygon have the coordinates that the polygon's list gives its corners."""
     pairs: NDArray[Any] = np.arange(10.0).reshape(5, 2) / 16
-    points = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [1, 0.5, 0], [0, 2, 0]]
+    points: list[list[Any]] = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [1, 0.5, 0], [0, 2, 0]]
     elements = [
         Element("vertex", PLACE, points),
         Element(

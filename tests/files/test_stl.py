@@ -100,7 +100,7 @@ def test_what_is_written_is_read_everywhere(tmp_path: Path) -> None:
     mesh = MeshData(vertices=vertices, faces=faces, face_attributes={"colors": colors})
     path = tmp_path / "a.stl"
     assert save(mesh, path) == ("a.stl: colours of faces are rounded to 32 levels",)
-    again, (theirs, _meshes), other = read_file(path).mesh, meshlab(path), trimesh.load(path)
+    again, (theirs, _meshes), other = read_file(path).mesh, meshlab(path), trimesh.load_mesh(path)
     np.testing.assert_array_equal(again.vertices[again.faces], vertices[faces])
     np.testing.assert_array_equal(theirs.vertex_matrix(), again.vertices)
     np.testing.assert_array_equal(theirs.face_matrix(), again.faces)
