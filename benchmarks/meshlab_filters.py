@@ -1,7 +1,8 @@
 """Every filter of MeshLab's with its defaults on real meshes: behind the door of a run, and in plain pymeshlab.
 
-``python benchmarks/meshlab_filters.py [MESH ...]`` prints a line for each filter whose outcome differs, and a summary. A filter runs
-in two processes of its own, since some end the process. What differs between two runs of plain pymeshlab is not compared.
+``python benchmarks/meshlab_filters.py [MESH ...]`` prints a line for each filter whose outcome differs, and a summary.
+A filter runs in two processes of its own, since some end the process. What differs between two runs of plain pymeshlab
+is not compared.
 """
 
 from __future__ import annotations
@@ -117,6 +118,7 @@ def _same(one: Any, other: Any) -> bool:
 
 
 def main() -> None:
+    """Compares every filter on every mesh."""
     paths = [Path(a) for a in sys.argv[1:]] or [SAMPLES / "bone.ply", SAMPLES / "bunny10k_textured.obj"]
     for path in paths:
         counts: Counter[str] = Counter()

@@ -6,9 +6,9 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-#: the type of an argument: ``"float64"``, ``"int64"``, ``"bool"``, ``"none"``; of an array with its number of axes and its layout
-#: (C, F, or A for any) ``"float64 2 C"``, and ``"float64 2 C readonly"``; a tuple of types; and for a named tuple the module and the
-#: name of its class, then the tuple
+#: the type of an argument: ``"float64"``, ``"int64"``, ``"bool"``, ``"none"``; of an array with its number of axes and its
+#: layout (C, F, or A for any) ``"float64 2 C"``, and ``"float64 2 C readonly"``; a tuple of types; and for a named tuple the
+#: module and the name of its class, then the tuple
 ArgumentType: TypeAlias = "str | tuple[Any, ...]"
 Signature: TypeAlias = "tuple[ArgumentType, ...]"
 

@@ -66,7 +66,7 @@ def parallel_threads() -> Iterator[None]:
 
 @cache
 def _layer() -> tuple[Any, Any]:
-    """Starts the threads; the function that says how many of them this thread uses, and what lets one thread use them at a time."""
+    """Starts the threads; the function that says how many of them this thread uses, and the lock where one at a time may."""
     import llvmlite.binding as llvm
 
     turns: Any = nullcontext()

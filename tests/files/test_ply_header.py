@@ -1,18 +1,14 @@
-"""The header of PLY files, and what MeshLab drops of them."""
+"""The header of PLY files: read, checked against the size of the file, and written with other elements."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
-import pymeshlab
 import pytest
-from pymeshfair.files.ply_body import read_body
-from pymeshfair.files.ply_losses import not_kept
 
-from pymeshfair.files.ply import PlyError, parse_header, read_header
+from pymeshfair.files.ply_header import PlyError, parse_header, read_header
 
-from .runs import BONE, RANGE_MAP, TETRAHEDRON, ply_bytes, xyz
+from ..running.runs import BONE, RANGE_MAP, ply_bytes, xyz
 
 HEADER = b"ply\nformat ascii 1.0\ncomment TextureFile a b.png\nelement vertex 3\nproperty float x\nend_header\n0\n1\n2\n"
 
@@ -42,7 +38,6 @@ def test_samples_of_the_wheel(tmp_path: Path) -> None:
         assert (header.element("vertex").count, header.element("face").count) == (vertices, faces)
         rows = sum(e.count * e.smallest_row for e in header.elements) + 12 * faces
         assert header.size + rows == path.stat().st_size
-        assert read_body(path, header, frozenset()).triangles == faces
 
 
 @pytest.mark.parametrize(
@@ -82,83 +77,3 @@ def test_text_files_are_held_to_their_size_too(tmp_path: Path) -> None:
     path.write_bytes(HEADER[:-1].replace(b"vertex 3", b"vertex 4"))
     with pytest.raises(PlyError, match="declares 4"):
         read_header(path)
-
-
-def test_polygons_are_counted_as_triangles(tmp_path: Path) -> None:
-    """A pentagon makes three triangles, a quad two, a triangle one; a list beyond the file is refused."""
-    path = tmp_path / "polygons.ply"
-    faces = [[0, 1, 2], [0, 1, 2, 3], [0, 1, 2, 3, 0]]
-    path.write_bytes(ply_bytes(xyz(), faces, [("float", "quality", [0.0] * 3)]))
-    assert read_body(path, read_header(path), frozenset()).triangles == 6
-    path.write_bytes(path.read_bytes()[:-1])
-    with pytest.raises(PlyError, match="'face' is cut short"):
-        read_body(path, parse_header(path.read_bytes()), frozenset())
-
-
-def properties_after_meshlab(data: bytes, folder: Path) -> set[str]:
-    """The properties that are left when MeshLab has read and written a file, with everything that it can write."""
-    (folder / "before.ply").write_bytes(data)
-    meshes = pymeshlab.MeshSet()
-    meshes.load_new_mesh(str(folder / "before.ply"))
-    meshes.save_current_mesh(str(folder / "after.ply"), save_vertex_normal=True, save_vertex_radius=True)
-    header = read_header(folder / "after.ply")
-    return {f"{e.name} {p.name}" for e in header.elements for p in e.properties}
-
-
-VERTEX_CASES: list[list[tuple[str, str, Any]]] = [
-    *([(t, "quality", 3)] for t in ("float", "double", "int", "uchar")),
-    *([(t, c, 100) for c in ("red", "green", "blue")] for t in ("uchar", "ushort", "float")),
-    *([(t, c, 0.5) for c in ("nx", "ny", "nz")] for t in ("float", "double")),
-    *([(t, c, 0.5) for c in ("texture_u", "texture_v")] for t in ("float", "double")),
-    *([(t, c, 0.5)] for t in ("float", "double") for c in ("intensity", "label", "gps_time", "u")),
-    [("double", "confidence", 0.5)],
-    [("list uchar float", "views", [1.0, 2.0])],
-    [("uchar", "red", 1), ("uchar", "green", 2)],
-]
-
-
-@pytest.mark.parametrize("case", VERTEX_CASES, ids=lambda case: " ".join(f"{t}-{n}" for t, n, _ in case))
-def test_losses_of_vertices_are_those_of_meshlab(tmp_path: Path, case: list[tuple[str, str, Any]]) -> None:
-    """A vertex property is called lost exactly if it is gone after MeshLab has read and written the file."""
-    data = ply_bytes([*xyz(), *((t, n, [v] * 4) for t, n, v in case)])
-    kept = properties_after_meshlab(data, tmp_path)
-    said = " ".join(not_kept(parse_header(data)))
-    for _, name, _ in case:
-        assert (f" {name}'" in said) == (f"vertex {name}" not in kept)
-
-
-@pytest.mark.parametrize(
-    "case",
-    [
-        [("float", "quality", 3.0)],
-        [("double", "quality", 3.0)],
-        [("int", "material_id", 3)],
-        [("list uchar float", "texcoord", [0.1, 0.2, 0.3, 0.4, 0.5, 0.6])],
-        [("list uchar double", "texcoord", [0.1, 0.2, 0.3, 0.4, 0.5, 0.6])],
-        [(t, c, 7) for t in ("uchar",) for c in ("red", "green", "blue", "alpha")],
-    ],
-    ids=lambda case: " ".join(f"{t}-{n}" for t, n, _ in case),
-)
-def test_losses_of_faces_are_those_of_meshlab(tmp_path: Path, case: list[tuple[str, str, Any]]) -> None:
-    """A face property is called lost exactly if it is gone after MeshLab has read and written the file."""
-    data = ply_bytes(xyz(), TETRAHEDRON[1].tolist(), [(t, n, [v] * 4) for t, n, v in case])
-    kept = properties_after_meshlab(data, tmp_path)
-    said = " ".join(not_kept(parse_header(data)))
-    for _, name, _ in case:
-        assert (f" {name}'" in said) == (f"face {name}" not in kept)
-
-
-def test_elements_and_comments_are_named() -> None:
-    """A camera, an unknown element and comments are named; MeshLab's own comment, textures and empty elements are not."""
-    head = "comment VCGLIB generated\ncomment TextureFile a.png\ncomment scanned by hand\nobj_info num_cols 512\n"
-    head += "element camera 1\nproperty float focal\nelement anchor 0\nproperty int k"
-    said = not_kept(parse_header(ply_bytes(xyz(), head=head, rows_before=b"\0\0\0\0")))
-    assert said == ["element 'camera' (1)", "comment 'scanned by hand' and 1 more"]
-
-
-def test_corruption_is_said() -> None:
-    """An intensity that MeshLab turns into grey, and a confidence that it misreads, are called what they are."""
-    data = ply_bytes([*xyz(), ("float", "intensity", [0.5] * 4), ("float", "confidence", [0.5] * 4)])
-    grey, wrong = not_kept(parse_header(data))
-    assert "shades of grey" in grey
-    assert "wrong values" in wrong

@@ -106,7 +106,7 @@ def test_several_threads_call_parallel_kernels_where_openmp_is_missing() -> None
     """Numba's own threads, which it then takes, would end the process; the results are those of one thread."""
     program = (
         "import threading\n"
-        "from pymeshfair.filters.compilation.numba_threads import load_numba\n"
+        "from pymeshfair.filters.compilation import machine_code\n"
         "from pymeshfair.filters.diffusion import explicit_smoothing; from tests.meshes import icosphere\n"
         "v, f = icosphere(5); found = {}\n"
         "def work(k): found[k] = explicit_smoothing(v, f, iterations=200)\n"

@@ -19,13 +19,13 @@ from typing import Any
 import numpy as np
 import pymeshlab
 import pytest
+from pymeshfair.running.inspect import inspect_mesh
 
 from pymeshfair.errors import RunError, StepFailedError
 from pymeshfair.files.errors import InputError, OutputError
 from pymeshfair.files.provenance import sha256_of
 from pymeshfair.running.child import WorkerProcess
 from pymeshfair.running.errors import OutOfMemory, RunTimeout, WorkerDied, WorkerError
-from pymeshfair.running.inspect import inspect_mesh
 from pymeshfair.running.job import Event, Job, Message, PhaseStarted, RunResult, StepFinished, StepProgress, StepStarted
 from pymeshfair.running.supervise import run_job
 
