@@ -103,7 +103,7 @@ def spectrum_before_and_after(mesh: Path) -> None:
     before = meshes.apply_filter("get_surface_spectrum")
     cutoff = meshes.apply_filter("apply_coord_spectral_filter", detail_size="12edge")["detail_size"]
     spectra = {"before": before, "after": meshes.apply_filter("get_surface_spectrum")}
-    draw_spectra(PICTURES / "spectrum.png", spectra, low_pass(cutoff))
+    (PICTURES / "spectrum.png").write_bytes(draw_spectra(spectra, low_pass(cutoff), "png"))
 
 
 def regions(mesh: Path) -> None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib.resources
 import os
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,6 +23,7 @@ from .scripts.read import parse_script, read_script
 from .scripts.script import Script
 from .scripts.settings import Setting
 from .scripts.upgrade import upgrade_file
+from .scripts.write import format_script
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
@@ -96,6 +99,16 @@ class Recipe:
     name: str
     script: Script
     changes: tuple[Change, ...] = ()
+
+    @cached_property
+    def text(self) -> str:
+        """The script as an .mlx file has it, every value said."""
+        return format_script(self.script)
+
+    @property
+    def digest(self) -> str:
+        """The SHA-256 digest of that, by which the provenance of a run names the recipe."""
+        return hashlib.sha256(self.text.encode("utf-8")).hexdigest()
 
     @property
     def info(self) -> RecipeInfo:

@@ -10,7 +10,7 @@ import pytest
 from pymeshfair.batch.fitness import probe, unfit_for
 from pymeshfair.batch.inputs import Asked
 from pymeshfair.batch.plan import plan_scans
-from pymeshfair.batch.settings import Settings, recipe_digest
+from pymeshfair.batch.settings import Settings
 from pymeshfair.recipe import load_recipe, shipped_recipes
 from pymeshfair.scripts.guards import Guards
 
@@ -34,7 +34,7 @@ def test_settings_arrive_as_they_were_sent(name: str) -> None:
     )
     arrived = Settings.from_document(pickle.loads(pickle.dumps(sent.to_document())))
     assert arrived == sent
-    assert recipe_digest(arrived.recipe) == recipe_digest(sent.recipe)
+    assert arrived.recipe.digest == sent.recipe.digest
     assert arrived.recipe.script.path == sent.recipe.script.path
 
 

@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from pymeshfair.commands.demo import sample_scan
-from pymeshfair.files.outputs import check_output
+from pymeshfair.files.outputs import MadeFrom, check_output
+from pymeshfair.recipe import load_recipe
 
 from .command_line import invoke, run_process
 
@@ -33,7 +34,8 @@ def test_demo_cleans_the_range_map_and_names_what_to_try_next(tmp_path: Path) ->
     assert float(after) < float(before) / 2
     provenance = json.loads((folder / f"{written.name}.provenance.json").read_text("utf-8"))
     assert provenance
-    check_output(written, sample_scan(), overwrite=False)  # so a second demo may replace the result of the first
+    made_from = MadeFrom(sample_scan(), load_recipe("clean_range_map").digest)
+    check_output(written, made_from, overwrite=False)  # so a second demo may replace the result of the first
 
 
 def test_commands_to_try_next_can_be_copied(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -92,7 +92,7 @@ def test_the_picture_is_drawn_whole(scan: Path, tmp_path: Path, extension: str) 
     picture = tmp_path / f"spectrum{extension}"
     contents = []
     for _ in range(2 if extension == ".png" else 1):
-        done = invoke("spectrum", scan, "-o", picture, "--response", "band_pass", "--modes", "5")
+        done = invoke("spectrum", scan, "-o", picture, "--response", "band_pass", "--modes", "5", "--overwrite")
         assert done.exit_code == 0, done.stderr
         contents.append(picture.read_bytes())
     assert contents[0].startswith(begins)
@@ -103,8 +103,8 @@ def test_the_picture_is_drawn_whole(scan: Path, tmp_path: Path, extension: str) 
 @pytest.mark.parametrize(
     ("arguments", "message", "code"),
     [
-        (["-o", "spectrum.ply"], "must end with one of .png, .svg, .pdf", 1),
-        (["-o", "no_such_folder/spectrum.png"], "is no folder", 1),
+        (["-o", "spectrum.ply"], "name a file that ends with .png, .svg, .pdf", 1),
+        (["-o", "no_such_folder/spectrum.png"], "does not exist; make it first", 1),
         (["--response", "lowpass"], "did you mean 'low_pass'?", 2),
         (["--response", "enhance", "--detail-size", "six edges"], "is no length", 2),
         (["--response", "enhance", "--detail-size", "1", "--largest-size", "0.5"], "is not above detail_size", 2),

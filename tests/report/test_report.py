@@ -161,12 +161,12 @@ def test_clouds_have_a_report(tmp_path: Path) -> None:
 
 
 def test_reports_that_cannot_be_written_are_refused_first(tmp_path: Path) -> None:
-    """A wrong extension, a missing folder and an unknown axis are usage errors before any mesh is opened."""
-    for more, words in (
-        (["--report", tmp_path / "x.pdf"], "a report is an .html file"),
-        (["--report", tmp_path / "no" / "x.html"], "is no folder"),
-        (["--report", tmp_path / "x.html", "--up", "x"], "no upright axis"),
+    """A wrong extension, a missing folder and an unknown axis are told before any mesh is opened."""
+    for more, words, code in (
+        (["--report", tmp_path / "x.pdf"], "'.pdf' is no format for it; name a file that ends with .html, .htm", 1),
+        (["--report", tmp_path / "no" / "x.html"], "does not exist; make it first", 1),
+        (["--report", tmp_path / "x.html", "--up", "x"], "no upright axis", 2),
     ):
         done = invoke("compare", tmp_path / "missing.ply", tmp_path / "missing.ply", *map(str, more))
-        assert done.exit_code == 2, words
+        assert done.exit_code == code, words
         assert words in done.stderr

@@ -170,7 +170,7 @@ def test_map_replaces_no_file_of_others(tmp_path: Path) -> None:
         run_job(job(tmp_path, map=tmp_path / "mine.ply"))
     with pytest.raises(OutputError, match="name another file for the map"):
         run_job(job(tmp_path, map=tmp_path / "out.ply"))
-    with pytest.raises(OutputError, match=r"an intervention map is a \.ply file"):
+    with pytest.raises(OutputError, match=r"'\.obj' is no format for it; name a file that ends with \.ply"):
         run_job(job(tmp_path, map=tmp_path / "map.obj"))
     run_job(job(tmp_path, map=tmp_path / "map.ply"))
     run_job(job(tmp_path, map=tmp_path / "map.ply"))  # what a run wrote, the same run replaces

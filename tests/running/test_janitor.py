@@ -22,7 +22,7 @@ import os, signal, sys
 from pathlib import Path
 sys.path.insert(0, {tests!r})
 from tests.running.runs import BONE, SMOOTH, recipe_of
-from pymeshfair.files import outputs, staging
+from pymeshfair.files import staging, writing
 from pymeshfair.running import supervise
 from pymeshfair.running.job import Job
 
@@ -38,13 +38,13 @@ supervise.run_job(Job(recipe_of(SMOOTH), BONE, Path({output!r}), overwrite=True)
     ("where", "left"),
     [
         ("supervise.record_of", set()),
-        ("supervise.commit", set()),
-        ("outputs.os.link", {"clean.ply"}),
+        ("supervise.place", set()),
+        ("writing.os.link", {"clean.ply"}),
         ("staging.shutil.rmtree", {"clean.ply", "clean.ply.provenance.json"}),
     ],
 )
 def test_nothing_is_left_behind(tmp_path: Path, where: str, left: set[str]) -> None:
-    """Killed before the commit, in it, or while the folder is removed: what is there is whole, and nothing else is there."""
+    """Killed before the files are placed, meanwhile or after it: what is there is whole, and nothing else is there."""
     output = tmp_path / "clean.ply"
     if "link" in where:
         output.write_bytes(b"the former one")

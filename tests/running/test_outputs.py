@@ -10,14 +10,9 @@ from pathlib import Path
 import pytest
 
 from pymeshfair.files.errors import OutputError
-from pymeshfair.files.outputs import (
-    StagedFile,
-    check_output,
-    commit,
-    material_path,
-    write_whole,
-)
+from pymeshfair.files.outputs import MadeFrom, check_output, material_path
 from pymeshfair.files.provenance import SCHEMA, described_file, provenance_path
+from pymeshfair.files.writing import StagedFile, place, stage_file
 from pymeshfair.operating_system import Posix, this_system
 
 
@@ -32,8 +27,13 @@ def source(tmp_path: Path) -> Path:
 def record(output: Path, source: Path, *side_files: Path) -> None:
     """Write the provenance of an output as a run would."""
     entry = described_file(output) | {"side_files": [described_file(f) for f in side_files]}
-    document = {"schema": SCHEMA, "input": {"path": str(source.absolute())}, "output": entry}
+    document = {"schema": SCHEMA, "input": {"path": str(source.absolute())}, "recipe": {"sha256": "recipe"}, "output": entry}
     provenance_path(output).write_text(json.dumps(document))
+
+
+def check(output: Path, source: Path, *, overwrite: bool = False) -> None:
+    """Whether a run of the recipe may write the output."""
+    check_output(output, MadeFrom(source, "recipe"), overwrite=overwrite)
 
 
 @pytest.mark.parametrize(
@@ -41,10 +41,10 @@ def record(output: Path, source: Path, *side_files: Path) -> None:
     [
         ("gone/out.ply", "the folder .*gone does not exist; make it first"),
         ("scan.ply/out.ply", "the folder .*scan.ply is no folder"),
-        ("out.docx", r"'.docx' is no format for it; a run writes .ply, .obj, .off, .stl, .3mf, .wrl, .xyz"),
+        ("out.docx", r"'.docx' is no format for it; name a file that ends with .ply, .obj, .off, .stl, .3mf, .wrl, .xyz"),
         ("out", "it has no extension that says the format"),
-        ("folder.ply", "there is a folder of that name"),
-        ("a" * 240 + ".ply", "has 260 bytes, and 255 are the most"),
+        ("folder.ply", "there is a folder"),
+        ("a" * 240 + ".ply", "its name has 260 bytes, and 255 are the most"),
         ("scan.ply", "it is the input"),
         ("link.ply", "it is the input"),
         ("stranger.ply", "it exists and no provenance says that a run wrote it"),
@@ -56,7 +56,7 @@ def test_outputs_that_are_refused_before_any_work(tmp_path: Path, source: Path, 
     (tmp_path / "stranger.ply").write_bytes(b"precious")
     (tmp_path / "link.ply").hardlink_to(source)
     with pytest.raises(OutputError, match=reason):
-        check_output(tmp_path / name, source, overwrite=False)
+        check(tmp_path / name, source)
     assert (tmp_path / "stranger.ply").read_bytes() == b"precious"
 
 
@@ -65,17 +65,17 @@ def test_a_folder_without_permission_is_refused(tmp_path: Path, source: Path) ->
     """A folder that cannot be written to is refused before any work."""
     (tmp_path / "locked").mkdir(mode=0o500)
     with pytest.raises(OutputError, match="cannot be written to"):
-        check_output(tmp_path / "locked" / "out.ply", source, overwrite=False)
+        check(tmp_path / "locked" / "out.ply", source)
 
 
 def test_overwriting_by_name(tmp_path: Path, source: Path) -> None:
     """With `overwrite` the input and a stranger's file may be replaced, but a folder still may not."""
     (tmp_path / "stranger.ply").touch()
     (tmp_path / "folder.ply").mkdir()
-    check_output(source, source, overwrite=True)
-    check_output(tmp_path / "stranger.ply", source, overwrite=True)
-    with pytest.raises(OutputError, match="folder of that name"):
-        check_output(tmp_path / "folder.ply", source, overwrite=True)
+    check(source, source, overwrite=True)
+    check(tmp_path / "stranger.ply", source, overwrite=True)
+    with pytest.raises(OutputError, match="there is a folder"):
+        check(tmp_path / "folder.ply", source, overwrite=True)
 
 
 def test_what_a_former_run_wrote_may_be_replaced(tmp_path: Path, source: Path) -> None:
@@ -84,9 +84,9 @@ def test_what_a_former_run_wrote_may_be_replaced(tmp_path: Path, source: Path) -
     output.write_bytes(b"mesh")
     material_path(output).write_bytes(b"newmtl")
     record(output, source, material_path(output))
-    check_output(output, source, overwrite=False)
+    check(output, source)
     output.unlink()
-    check_output(output, source, overwrite=False)
+    check(output, source)
 
 
 @pytest.mark.parametrize(
@@ -109,14 +109,15 @@ def test_anything_else_is_not(tmp_path: Path, source: Path, change: Callable[[Pa
     record(output, source, material_path(output))
     change(output, source)
     with pytest.raises(OutputError, match=reason):
-        check_output(output, source, overwrite=False)
+        check(output, source)
 
 
 def test_a_link_is_no_former_output(tmp_path: Path, source: Path) -> None:
     """A symbolic link is not followed and not replaced, wherever it points."""
     (tmp_path / "out.ply").symlink_to(tmp_path / "nowhere" / "out.ply")
-    with pytest.raises(OutputError, match="is no regular file"):
-        check_output(tmp_path / "out.ply", source, overwrite=False)
+    for overwrite in (False, True):
+        with pytest.raises(OutputError, match="there is a link: name the file itself that it leads to"):
+            check(tmp_path / "out.ply", source, overwrite=overwrite)
 
 
 @pytest.fixture
@@ -133,7 +134,8 @@ def put_in_place(stage: Path, folder: Path) -> None:
     """Commit the files of the fixture `stage`."""
     side = StagedFile(stage / "texture", folder / "t.png")
     output = StagedFile(stage / "mesh", folder / "out.ply")
-    commit(output, StagedFile(stage / "provenance", provenance_path(folder / "out.ply")), [side], stage / "old")
+    provenance = StagedFile(stage / "provenance", provenance_path(folder / "out.ply"))
+    place([side, output, provenance], stage, outdated=provenance.target)
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -210,8 +212,8 @@ def test_power_cuts_leave_no_output_with_another_ones_provenance(
 
 
 def test_whole_files(tmp_path: Path) -> None:
-    """`write_whole` writes what it is given and never over another file."""
-    write_whole(tmp_path / "a", b"data")
+    """`stage_file` writes what it is given and never over another file."""
+    stage_file(tmp_path / "a", tmp_path / "b", b"data")
     assert (tmp_path / "a").read_bytes() == b"data"
-    with pytest.raises(FileExistsError):
-        write_whole(tmp_path / "a", b"other")
+    with pytest.raises(OutputError, match=r"cannot write .*b: file exists"):
+        stage_file(tmp_path / "a", tmp_path / "b", b"other")

@@ -298,11 +298,11 @@ def test_a_file_appears_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.
 
     with monkeypatch.context() as context:
         context.setattr(os, "fsync", full)
-        with pytest.raises(PymeshfairError, match=r"cannot write the script .*a\.mlx: No space left on device"):
-            write_script(Script((Step(find_filter("create_cone")),)), path)
+        with pytest.raises(PymeshfairError, match=r"cannot write .*a\.mlx: no space left on device"):
+            write_script(Script((Step(find_filter("create_cone")),)), path, overwrite=True)
     assert read_script(path) == first.with_defaults()
     assert [p.name for p in tmp_path.iterdir()] == ["a.mlx"]
-    with pytest.raises(PymeshfairError, match="cannot write the script"):
+    with pytest.raises(PymeshfairError, match="does not exist; make it first"):
         write_script(first, tmp_path / "missing" / "a.mlx")
 
 

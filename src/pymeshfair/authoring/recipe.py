@@ -239,9 +239,9 @@ class Recipe(FilterMethods):
         return run_job(job, on_event)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the recipe as an .mlx script; the file appears whole or not at all.
+        """Write the recipe as an .mlx script, in place of one that is there; the file appears whole or not at all.
 
         Raises:
-            PymeshfairError: it cannot be written.
+            PymeshfairError: it cannot be written, or there is something else than a file whose name ends with .mlx.
         """
-        write_script(self._script, Path(path))
+        write_script(self._script, Path(path), overwrite=True)

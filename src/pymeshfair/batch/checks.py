@@ -8,13 +8,19 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import RunError
+from ..files.formats import extension
 from ..files.inputs import check_input
-from ..files.outputs import check_output
+from ..files.outputs import MadeFrom, check_output
+from ..files.writing import check_place, check_target
 from ..scripts.guards import refuse_unmeasured
 from ..scripts.needs import check_needs
+from .journal import NAME as JOURNAL
+from .journal import read_journal
 from .outcome import Outcome
+from .page import NAME as PAGE
 from .plan import Scan
 from .settings import Settings
+from .summary import DOCUMENT, TABLE
 
 #: an output in doubles over its input in single precision, at most
 _GROWTH = 2.0
@@ -70,10 +76,25 @@ def look_ahead(scans: Sequence[Scan], settings: Settings, folder: Path, done: Ma
             check_input(scan.input)
             size += scan.input.stat().st_size
             if scan.output.parent.is_dir():
-                check_output(scan.output, scan.input, overwrite=settings.overwrite)
+                made_from = MadeFrom(scan.input, scan.recipe.digest, settings.others)
+                check_output(scan.output, made_from, overwrite=settings.overwrite)
         except (RunError, OSError) as error:
             states[scan.number], problems[scan.number] = "cannot be done", str(error)
     return Prospect(states, problems, size, _free(folder))
+
+
+def check_own_files(folder: Path, settings: Settings, *, report: bool) -> None:
+    """Refuse a folder with files that have the names of those about the batch as a whole, and are not of a former batch.
+
+    Of a former batch they are if the journal is one, see `pymeshfair.batch.journal.read_journal`.
+
+    Raises:
+        OutputError: there is such a file.
+    """
+    journal = folder / JOURNAL
+    is_ours = check_place(journal) and bool(read_journal(journal) or not journal.stat().st_size)
+    for name in (JOURNAL, TABLE, DOCUMENT, *([PAGE] if report else [])):
+        check_target(folder / name, (extension(Path(name)),), overwrite=settings.overwrite or is_ours)
 
 
 def _free(folder: Path) -> int | None:

@@ -16,6 +16,7 @@ from typing import Any
 from ..files.errors import InputError
 from ..files.provenance import read_provenance
 from ..files.staging import staging_folder
+from ..files.writing import StagedFile, check_target, place, stage_file
 from ..recipe import Recipe
 from ..running.child import WorkerProcess
 from ..running.job import Job
@@ -43,7 +44,7 @@ def page_path(folder: Path, output: Path) -> Path:
     return folder / PAGES / place.with_name(f"{place.name}.html")
 
 
-def draw(input: Path, output: Path, page: Path, *, memory: int | None, start: Start) -> dict[str, Any]:
+def draw(input: Path, output: Path, page: Path, *, memory: int | None, overwrite: bool, start: Start) -> dict[str, Any]:
     """Write the page of a scan that was done; its small picture. Both are taken from what was written before if nothing changed.
 
     Args:
@@ -51,23 +52,25 @@ def draw(input: Path, output: Path, page: Path, *, memory: int | None, start: St
         output: what it became.
         page: the .html file to write; what is needed to take it again goes beside it.
         memory: bytes that the process may take.
+        overwrite: whether to replace files there that are no page of ours.
         start: what starts it, with `MODULE`.
 
     Returns:
         ``"source"``, the picture as a ``data:`` address, ``"width"`` and ``"height"`` in pixels.
 
     Raises:
-        RunError: a file cannot be read, or the process died.
+        RunError: a file cannot be read or must not be replaced, or the process died.
     """
     record = read_provenance(output)
     if record is None:
         raise InputError(output, "no provenance says what it was made from")
     digests, kept = digests_of(record), page.with_suffix(".json")
-    if page.exists() and kept.exists():
-        found: dict[str, Any] = json.loads(kept.read_text("utf-8"))
-        if found.pop("digests") == digests:
-            return found
     page.parent.mkdir(parents=True, exist_ok=True)
+    former = _former(kept)
+    if page.exists() and former.pop("digests", None) == digests:
+        return former
+    check_target(kept, ("json",), overwrite=overwrite or bool(former))
+    check_target(page, ("html",), overwrite=overwrite or bool(former))
     queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
     job = Job(Recipe("drawing", Script(())), input, output, timeout=_LONGEST)
     with staging_folder(page) as stage:
@@ -75,10 +78,18 @@ def draw(input: Path, output: Path, page: Path, *, memory: int | None, start: St
         with WorkerProcess(order, queue, start=start) as worker:
             report = Watch(job, worker, queue, lambda event: None).until_done(time.monotonic())
         small: dict[str, Any] = report["small"]
-        (stage / "new" / "small.json").write_text(json.dumps({"digests": digests, **small}), "utf-8")
-        (stage / "new" / "small.json").replace(kept)
-        (stage / "new" / "page.html").replace(page)
+        known = stage_file(stage / "new" / "small.json", kept, json.dumps({"digests": digests, **small}).encode())
+        place([known, StagedFile(stage / "new" / "page.html", page)], stage)
     return small
+
+
+def _former(kept: Path) -> dict[str, Any]:
+    """What was kept of a page that was made before; empty if there is none."""
+    try:
+        found = json.loads(kept.read_bytes())
+    except (OSError, ValueError):
+        return {}
+    return found if isinstance(found, dict) and {"digests", "source", "width", "height"} <= found.keys() else {}
 
 
 def main(before_end: Callable[[], None] = lambda: None) -> None:

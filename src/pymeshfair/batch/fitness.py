@@ -13,7 +13,7 @@ from ..errors import PymeshfairError
 from .errors import BatchError
 from .plan import Scan
 from .resume import packages_here
-from .settings import Settings, recipe_digest
+from .settings import Settings
 
 #: what the name of the file begins with by which workers show that they see the folder of outputs
 PROBE_PREFIX = ".pymeshfair-batch-"
@@ -38,7 +38,7 @@ def probe(folder: Path, scans: Sequence[Scan], settings: Settings) -> Iterator[d
         yield {
             "packages": packages_here(),
             "settings": settings.to_document(),
-            "recipe": recipe_digest(settings.recipe),
+            "recipe": settings.recipe.digest,
             "probe": str(path),
             "token": token,
             "inputs": {str(p): _size(p) for p in (*firsts.values(), *settings.others)},
@@ -55,7 +55,7 @@ def unfit_for(asked: Mapping[str, Any]) -> list[str]:
         if here[name] != version:
             reasons.append(f"it has {name} {here[name] or 'not at all'} in place of {version}")
     try:
-        digest = recipe_digest(Settings.from_document(asked["settings"]).recipe)
+        digest = Settings.from_document(asked["settings"]).recipe.digest
         if digest != asked["recipe"]:
             reasons.append(f"the recipe means something else there (checksum {digest[:12]} in place of {asked['recipe'][:12]})")
     except PymeshfairError as error:

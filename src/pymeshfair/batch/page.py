@@ -37,7 +37,7 @@ def write_page(folder: Path, summary: Summary, made: Mapping[str, Mapping[str, A
         made: of each output what `pymeshfair.batch.drawing.draw` gave back, ``"problem"``, or nothing.
 
     Raises:
-        BatchError: it cannot be written.
+        OutputError: it cannot be written.
     """
     far = {outcome.output: words for outcome, words in zip(summary.outcomes, summary.far, strict=True)}
     recipe = summary.settings.recipe

@@ -12,7 +12,7 @@ from ..files.provenance import read_provenance, sha256_of
 from ..running.versions import PACKAGES, versions
 from .outcome import Outcome, digests_of
 from .plan import Scan
-from .settings import Settings, recipe_digest
+from .settings import Settings
 
 #: files are read and digested by so many threads
 _READERS = 4
@@ -27,7 +27,7 @@ def done_before(scans: Sequence[Scan], settings: Settings, journal: Mapping[str,
         journal: the last line about each output; what it tells beyond the provenance is kept.
     """
     variants = {id(scan.recipe): scan.recipe for scan in scans}
-    recipes = {key: recipe_digest(recipe) for key, recipe in variants.items()}
+    recipes = {key: recipe.digest for key, recipe in variants.items()}
     guards = {key: recipe.script.guards.overridden(settings.guards).texts() for key, recipe in variants.items()}
     others = [sha256_of(path) for path in settings.others if path.is_file()]
     packages = packages_here()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -14,7 +13,6 @@ from ..running.job import Job
 from ..scripts.guards import NO_GUARDS, Guards
 from ..scripts.script import Step
 from ..scripts.traps import traps
-from ..scripts.write import format_script
 
 
 @dataclass(frozen=True)
@@ -104,8 +102,3 @@ class Settings:
         steps = tuple(Step(find_filter(name), *rest) for name, *rest in given.pop("steps"))
         recipe: Recipe = given.pop("recipe")
         return cls(replace(recipe, script=replace(recipe.script, steps=steps)), **given)
-
-
-def recipe_digest(recipe: Recipe) -> str:
-    """The SHA-256 digest of a recipe, every value said, as the provenance of a run has it."""
-    return hashlib.sha256(format_script(recipe.script).encode("utf-8")).hexdigest()

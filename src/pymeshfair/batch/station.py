@@ -97,7 +97,8 @@ class Station(WorkerPlugin):
         input, output, page = (Path(scan[name]) for name in ("input", "output", "page"))
         self._begin()
         try:
-            return draw(input, output, page, memory=memory, start=lambda: self._start(key, DRAWING))
+            overwrite = self._settings.overwrite
+            return draw(input, output, page, memory=memory, overwrite=overwrite, start=lambda: self._start(key, DRAWING))
         except Exception as error:
             return {"problem": str(error)}
         finally:

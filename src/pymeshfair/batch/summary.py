@@ -11,13 +11,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..files.whole_file import write_file
+from ..files.writing import write_file
 from ..running.plain_values import plain
 from ..running.versions import versions
-from .errors import BatchError
 from .numbers import as_row, outliers
 from .outcome import Outcome
-from .settings import Settings, recipe_digest
+from .settings import Settings
 
 SCHEMA = "pymeshfair-batch-1"
 TABLE, DOCUMENT = "batch.csv", "batch.json"
@@ -74,7 +73,7 @@ class Summary:
         described: dict[str, Any] = plain(
             {
                 "schema": SCHEMA,
-                "recipe": {"name": recipe.name, "sha256": recipe_digest(recipe), "overrides": self.settings.overrides},
+                "recipe": {"name": recipe.name, "sha256": recipe.digest, "overrides": self.settings.overrides},
                 "limits": recipe.script.guards.overridden(self.settings.guards).texts(),
                 "versions": versions(),
                 "started": self.started,
@@ -99,23 +98,20 @@ class Summary:
         return text.getvalue()
 
     def write(self, folder: Path) -> tuple[Path, Path]:
-        """Write both files; each appears whole.
+        """Write both files, in place of those of a former batch.
 
         Raises:
-            BatchError: they cannot be written.
+            OutputError: they cannot be written.
         """
         document = json.dumps(self.document(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
         return write_text(folder / DOCUMENT, document), write_text(folder / TABLE, self.table())
 
 
 def write_text(path: Path, text: str) -> Path:
-    """Write a file that appears whole, in place of a former one.
+    """Write a file that appears whole, in place of that of a former batch; see `pymeshfair.batch.checks.check_own_files`.
 
     Raises:
-        BatchError: it cannot be written.
+        OutputError: it cannot be written.
     """
-    try:
-        write_file(path, lambda file: file.write(text.encode("utf-8", "surrogateescape")))
-    except OSError as error:
-        raise BatchError(f"cannot write {path}: {error.strerror or error}") from error
+    write_file(path, text.encode("utf-8", "surrogateescape"), overwrite=True)
     return path

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
-from .checks import Prospect, look_ahead
+from .checks import Prospect, check_own_files, look_ahead
 from .engine import Listener, carry_out
 from .errors import BatchError
 from .journal import NAME, Journal, read_journal
@@ -99,7 +99,10 @@ class Task:
 
         Raises:
             ScriptError, InputError: see `pymeshfair.batch.checks.look_ahead`.
+            OutputError: see `pymeshfair.batch.checks.check_own_files`.
         """
+        if self.folder.is_dir():
+            check_own_files(self.folder, self.settings, report=self._report)
         done = done_before(self.scans, self.settings, read_journal(self.folder / NAME)) if self._resume else {}
         return look_ahead(self.scans, self.settings, self.folder, done)
 
@@ -108,6 +111,7 @@ class Task:
 
         Raises:
             ScriptError, InputError: see `pymeshfair.batch.checks.look_ahead`.
+            OutputError: see `pymeshfair.batch.checks.check_own_files`; or a file cannot be written.
             BatchError, KeyboardInterrupt: see `pymeshfair.batch.engine.carry_out`.
         """
         started, clock = now(), time.monotonic()
@@ -115,6 +119,7 @@ class Task:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise BatchError(f"cannot make the folder {self.folder}: {error.strerror or error}") from error
+        check_own_files(self.folder, self.settings, report=self._report)
         with Journal(self.folder, resume=self._resume) as journal:
             done = done_before(self.scans, self.settings, journal.before) if self._resume else {}
             if journal.before and not self._resume:

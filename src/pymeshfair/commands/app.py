@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from . import batch, check, compare, demo, doctor, export, info, list, picture, run, spectrum, suggest, tune, upgrade, verify
+from .failure import check_working_folder
 from .group import CommandGroup
 
 app = typer.Typer(
@@ -48,6 +49,7 @@ def pymeshfair(
 
     Try `pymeshfair demo`, then `pymeshfair list recipes` and `pymeshfair run RECIPE INPUT -o OUTPUT`.
     """
+    check_working_folder()
     if version:
         import importlib.metadata
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from .json_document import print_document
-from .options import AllowOutside, Debug, Json, Unchecked
-from .report_file import Report, Up, check_report, compared_files, write_report
+from .options import AllowOutside, Debug, Json, Overwrite, Unchecked
+from .report_file import Report, Up, check_report, compared_files, report_page, say_report
 from .streams import warn
 
 if TYPE_CHECKING:
@@ -28,6 +28,7 @@ def compare(
     timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop after that time a mesh.", min=0.001)] = None,
     allow_outside: AllowOutside = False,
     unchecked: Unchecked = False,
+    overwrite: Overwrite = False,
     json: Json = False,
     debug: Debug = False,
 ) -> None:
@@ -35,12 +36,13 @@ def compare(
 
     They may have different vertices and faces.
     """
+    from ..files.writing import write_file
     from ..looking.comparison import compare as compare_states
     from ..looking.mesh_state import state_of
     from ..running.read import read_mesh
 
     if report is not None:
-        check_report(report, up)
+        check_report(report, up, overwrite=overwrite)
     read = partial(read_mesh, timeout=timeout, allow_outside=allow_outside, unchecked=unchecked)
     meshes = [read(path, self_intersections=self_intersections) for path in (before, after)]
     warnings = list(dict.fromkeys(w for mesh in meshes for w in mesh.warnings))
@@ -54,8 +56,7 @@ def compare(
         found = compared.found
     numbers = {"files": {"before": before, "after": after}, "comparison": found, "warnings": warnings}
     if report is not None:
-        write_report(
-            report,
+        page = report_page(
             compared,
             title=f"{before.name} and {after.name}",
             subtitle="What lies between two meshes.",
@@ -64,6 +65,8 @@ def compare(
             warnings=warnings,
             left_out=left_out,
         )
+        write_file(report, page, overwrite=overwrite)
+        say_report(report)
     if json:
         print_document(numbers)
     else:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import shutil
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -31,16 +30,17 @@ def demo(
 
     with EarlyProcess() as worker:
         from ..files.errors import OutputError
+        from ..files.writing import write_file
         from ..recipe import load_recipe
         from ..running.job import Job
 
         scan = sample_scan()
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            if not (folder / "face.ply").exists():
-                shutil.copyfile(scan, folder / "face.ply")
         except OSError as error:
             raise OutputError(folder, error.strerror or str(error)) from error
+        if not (folder / "face.ply").exists():
+            write_file(folder / "face.ply", scan.read_bytes(), overwrite=False)
         typer.echo(f"cleaning {scan} with the recipe {_RECIPE}", err=True)
         job = Job(load_recipe(_RECIPE), scan, folder / "face_clean.ply", command=tuple(sys.argv))
         carry_out(job, json=json, start=worker.start)

@@ -8,15 +8,19 @@ from typing import Annotated
 import typer
 
 from .json_document import print_document
-from .options import Debug, Json
+from .options import Debug, Json, Overwrite
+from .script_output import STDOUT, check_script, save_script
 
 
 def export(
     recipe: Annotated[str, typer.Argument(metavar="RECIPE", help="A shipped name or the path of an .mlx file.")],
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="PLAIN.mlx", help="The script to write, or replace.")],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="PLAIN.mlx", help="The script to write; - is standard output.")
+    ],
     mesh: Annotated[
         Path | None, typer.Option("--for", metavar="MESH", help="The mesh whose size makes relative lengths mesh units.")
     ] = None,
+    overwrite: Overwrite = False,
     json: Json = False,
     debug: Debug = False,
 ) -> None:
@@ -28,6 +32,7 @@ def export(
     from ..recipe import load_recipe
     from ..scripts.export import MeshFacts, export_script
 
+    check_script(output, overwrite=overwrite, json=json)
     script = load_recipe(recipe).script
     facts = None
     if mesh is not None:
@@ -36,10 +41,11 @@ def export(
         measures = inspect_mesh(mesh)
         edge = measures["mean_edge"] or measures["mean_spacing"] or 0.0
         facts = MeshFacts(measures["diagonal"], edge, closed=measures["closed"])
-    replaced = export_script(script, output, mesh=facts)
+    exported, replaced = export_script(script, mesh=facts)
+    save_script(exported, output, overwrite=overwrite)
     if json:
         print_document({"recipe": recipe, "output": output, "steps": len(script.steps), "replaced": replaced})
     else:
         for text in replaced:
-            typer.echo(text)
-        typer.echo(f"{output}: {len(script.steps)} {'step' if len(script.steps) == 1 else 'steps'}")
+            typer.echo(text, err=output == STDOUT)
+        typer.echo(f"{output}: {len(script.steps)} {'step' if len(script.steps) == 1 else 'steps'}", err=output == STDOUT)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -59,6 +60,20 @@ class Failure:
         typer.echo(f"{typer.style('error:', fg='red')} {printable(self.message)}", err=True)
         if json:
             print_document({"error": self.document()})
+
+
+def check_working_folder() -> None:
+    """Refuse to work in a folder that has been removed: files that are named from there cannot be found or written.
+
+    Raises:
+        RunError: it has been.
+    """
+    from ..errors import RunError
+
+    try:
+        os.getcwd()  # noqa: PTH109 - pathlib would load more
+    except OSError:
+        raise RunError("the working folder does not exist any more; change to another one, and give the command again") from None
 
 
 INTERRUPTED = Failure("Interrupted", "interrupted", 130)

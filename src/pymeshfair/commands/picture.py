@@ -8,19 +8,18 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from .json_document import print_document
-from .options import AllowOutside, Debug, Json, Unchecked
+from .options import AllowOutside, Debug, Json, Overwrite, Unchecked
 
 if TYPE_CHECKING:
     from ..running.read import ReadMesh
 
-PICTURES = (".png", ".jpg", ".jpeg", ".webp")
+#: the extensions of pictures, and how Pillow names them
+PICTURES = {"png": "PNG", "jpg": "JPEG", "jpeg": "JPEG", "webp": "WEBP"}
 
 
 def picture(
     meshes: Annotated[list[Path], typer.Argument(metavar="MESH...", help="The mesh files to draw; none is changed.")],
-    output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="PICTURE", help="A .png, .jpg or .webp file to write or replace.")
-    ],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="PICTURE", help="A .png, .jpg or .webp file to write.")],
     color: Annotated[
         str,
         typer.Option(
@@ -51,6 +50,7 @@ def picture(
     timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop after that time a mesh.", min=0.001)] = None,
     allow_outside: AllowOutside = False,
     unchecked: Unchecked = False,
+    overwrite: Overwrite = False,
     json: Json = False,
     debug: Debug = False,
 ) -> None:
@@ -58,17 +58,18 @@ def picture(
 
     Needs neither a display nor a graphics card.
     """
+    import io
     import threading
 
     from ..errors import ParameterError
-    from ..files.whole_file import write_file
+    from ..files.formats import extension
+    from ..files.writing import check_target, write_file
     from ..looking.camera import view_angles
     from ..looking.coloring_names import check_coloring
     from ..running.read import read_mesh
     from .streams import warn
 
-    if output.suffix.casefold() not in PICTURES:
-        raise ParameterError(f"{output}: a picture is a {', '.join(PICTURES[:-1])} or {PICTURES[-1]} file")
+    check_target(output, PICTURES, overwrite=overwrite)
     check_coloring(color)
     azimuth, elevation = view_angles(view)
     width, height = _pixels(size)
@@ -94,7 +95,9 @@ def picture(
         stripes=stripes,
     )
     drawn = draw_meshes(found, title or [path.name for path in meshes], appearance)
-    write_file(output, lambda file: drawn.save(file, format=_FORMATS.get(output.suffix.casefold(), "PNG")))
+    encoded = io.BytesIO()
+    drawn.save(encoded, format=PICTURES[extension(output)])
+    write_file(output, encoded.getvalue(), overwrite=overwrite)
     if json:
         print_document({"picture": output, "width": drawn.width, "height": drawn.height, "meshes": meshes})
     else:
@@ -105,9 +108,6 @@ def _prepare() -> None:
     from ..looking.picture import prepare
 
     prepare()
-
-
-_FORMATS = {".jpg": "JPEG", ".jpeg": "JPEG", ".webp": "WEBP"}
 
 
 def _pixels(text: str) -> tuple[int, int]:

@@ -20,7 +20,7 @@ Report = Annotated[
     typer.Option(
         "--report",
         metavar="OUT.html",
-        help="Write, or replace, a page that needs no network: pictures, 3D, numbers, charts, steps.",
+        help="Write a page that needs no network: pictures, 3D, numbers, charts, steps.",
     ),
 ]
 Up = Annotated[str, typer.Option("--up", metavar="y|z", help="The upright axis in the pictures of the report.")]
@@ -28,15 +28,12 @@ Up = Annotated[str, typer.Option("--up", metavar="y|z", help="The upright axis i
 MOST_OF_SPECTRUM = 200_000
 
 
-def check_report(path: Path, up: str) -> None:
+def check_report(path: Path, up: str, *, overwrite: bool) -> None:
     """Refuse a report that could not be written, before anything is computed."""
-    from ..errors import ParameterError
+    from ..files.writing import check_target
     from ..looking.camera import view_rows
 
-    if path.suffix.casefold() not in (".html", ".htm"):
-        raise ParameterError(f"{path}: a report is an .html file")
-    if not path.absolute().parent.is_dir():
-        raise ParameterError(f"{path.absolute().parent} is no folder: make it first")
+    check_target(path, ("html", "htm"), overwrite=overwrite)
     view_rows(0.0, 0.0, up)
 
 
@@ -62,8 +59,7 @@ def compared_files(before: MeshState, after: MeshState, timeout: float | None = 
     return Compared(before, after, found, moved, spectra), left_out
 
 
-def write_report(
-    path: Path,
+def report_page(
     compared: Compared,
     *,
     title: str,
@@ -75,9 +71,8 @@ def write_report(
     verdict: Verdict | None = None,
     markers: Sequence[Marker] = (),
     run: RunPart | None = None,
-) -> None:
-    """Write the page; whole or not at all. See `pymeshfair.report.comparison_page.comparison_page`."""
-    from ..files.whole_file import write_file
+) -> bytes:
+    """The page as the bytes of its file; see `pymeshfair.report.comparison_page.comparison_page`."""
     from ..report.comparison_page import comparison_page
     from .json_document import plain
 
@@ -93,6 +88,9 @@ def write_report(
         run=run,
         up=up,
     )
-    # Names of files may hold bytes that are no text.
-    write_file(path, lambda file: file.write(text.encode("utf-8", "replace")))
+    return text.encode("utf-8", "replace")  # names of files may hold bytes that are no text
+
+
+def say_report(path: Path) -> None:
+    """Say that it was written."""
     typer.echo(printable(f"Report: {path}"), err=True)

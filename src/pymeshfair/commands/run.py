@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -28,12 +29,13 @@ from .options import (
     guards,
     memory_limit,
 )
-from .report_file import Report, Up, check_report
+from .report_file import Report, Up, check_report, say_report
 from .streams import printable, warn
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
+    from ..files.writing import StagedFile
     from ..running.job import Event, Job, RunResult
     from ..running.started import Start
 
@@ -53,7 +55,9 @@ def run(
     allow_outside: AllowOutside = False,
     unchecked: Unchecked = False,
     keep_all: KeepAll = False,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace OUTPUT, even if it is the input.")] = False,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace OUTPUT, even if it is the input, and the files of --map and --report.")
+    ] = False,
     max_displacement: MaxDisplacement = "",
     max_volume_change: MaxVolumeChange = "",
     require: Require = "",
@@ -77,14 +81,14 @@ def run(
 ) -> None:
     """Clean a mesh file with a recipe.
 
-    Beside OUTPUT, OUTPUT.provenance.json says how it came about. OUTPUT appears whole or not at all. If it exists, it is replaced
-    only if it is, to the byte, what an earlier run wrote there from the same INPUT; anything else is kept, and the run refused,
-    unless --overwrite is given. A run that fails leaves it as it was.
+    Beside OUTPUT, OUTPUT.provenance.json says how it came about. Both appear whole or not at all, and MAP.ply and OUT.html with
+    them. If OUTPUT exists, it is replaced only if it is, to the byte, what this very run wrote there before: from the same INPUT,
+    with the same recipe and settings. Anything else is kept, and the run refused, unless --overwrite is given.
     """
     from ..running.started import EarlyProcess
 
     if report is not None:
-        check_report(report, up)
+        check_report(report, up, overwrite=overwrite)
         check_measured(no_measures=no_measures)
     with EarlyProcess(is_wanted=not tiles) as worker:
         from ..recipe import load_recipe
@@ -129,21 +133,22 @@ def run(
             return
         from .run_report import reporting
 
-        with reporting(job, report, up) as write:
-            carry_out(job, json=json, start=worker.start, finished=write)
+        with reporting(job, report, up) as page:
+            carry_out(job, json=json, start=worker.start, also=page, report=report)
 
 
 def carry_out(
     job: Job,
     *,
     json: bool,
-    finished: Callable[[RunResult], None] = lambda result: None,
+    also: Callable[[RunResult], Sequence[StagedFile]] | None = None,
+    report: Path | None = None,
     carry: Callable[[Job, Callable[[Event], None]], RunResult] | None = None,
     start: Start | None = None,
 ) -> None:
-    """Run the job with its progress on stderr, then print what came of it on stdout; `finished` is called in between.
+    """Run the job with its progress on stderr, then print what came of it on stdout.
 
-    `carry` runs it, or if that is None `run_job` in a process that `start` gives.
+    `carry` runs it, or if that is None `run_job` in a process that `start` gives; `also` makes the page `report`.
     """
     from ..looking import words  # noqa: F401  # for `_show`, while the worker still loads MeshLab
     from ..running.supervise import run_job
@@ -151,10 +156,11 @@ def carry_out(
     from .progress import progress
 
     with progress() as show:
-        result = carry(job, show) if carry else run_job(job, show, start=start)
+        result = carry(job, show) if carry else run_job(job, show, start=start, also=also)
     for warning in result.warnings:
         warn(warning)
-    finished(result)
+    if report is not None:
+        say_report(report)
     if json:
         print_document(_document(job, result))
     else:
@@ -203,4 +209,6 @@ def _show(result: RunResult) -> None:
 
 def _near(path: Path) -> Path:
     """The path from the working folder, where that is shorter."""
-    return path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path
+    with contextlib.suppress(OSError, ValueError):  # the working folder is gone, or another one
+        return path.relative_to(Path.cwd())
+    return path

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
+from ..files.writing import StagedFile, stage_file, write_file
 from ..looking.mesh_state import MeshState, state_of
 from ..report.comparison_page import RunPart, Verdict, verdict_of
 from ..report.scene import Marker
@@ -18,7 +19,7 @@ from ..running.errors import GuardBroken
 from ..running.read import read_mesh
 from ..running.supervise import run_job
 from ..scripts.write import format_script
-from .report_file import compared_files, write_report
+from .report_file import check_report, compared_files, report_page, say_report
 
 if TYPE_CHECKING:
     from ..looking.comparison import Comparison
@@ -26,11 +27,10 @@ if TYPE_CHECKING:
 
 
 @contextlib.contextmanager
-def reporting(job: Job, path: Path, up: str) -> Iterator[Callable[[RunResult], None]]:
-    """What writes the report of a run once it is done; a run that breaks a limit, and so leaves no output, is reported, too.
+def reporting(job: Job, path: Path, up: str) -> Iterator[Callable[[RunResult], Sequence[StagedFile]]]:
+    """What makes the report of a run, to appear with its output; a run that breaks a limit, and so leaves none, is reported, too.
 
-    The input is read first, as the run may replace it. To show what a run without output would have written, it is repeated into
-    a temporary folder.
+    To show what a run without output would have written, it is repeated into a temporary folder.
 
     Args:
         job: the run.
@@ -38,22 +38,30 @@ def reporting(job: Job, path: Path, up: str) -> Iterator[Callable[[RunResult], N
         up: the upright axis.
     """
     before = state_of(read_mesh(job.input, self_intersections=True, allow_outside=job.allow_outside, unchecked=job.unchecked))
+    target = path.absolute()
+
+    def staged(result: RunResult) -> Sequence[StagedFile]:
+        page = _page(job, result, before, up, kept=True)
+        check_report(path, up, overwrite=job.overwrite)
+        return [stage_file(result.output.with_name("report.html"), target, page)]
+
     try:
-        yield lambda result: _write(job, result, before, path, up, kept=True)
+        yield staged
     except GuardBroken:
         typer.echo("repeating the run for its report", err=True)
         with tempfile.TemporaryDirectory() as folder:
             again = replace(job, output=Path(folder) / "result.ply", keep_broken=True, map=None, overwrite=False)
-            _write(job, run_job(again), before, path, up, kept=False)
+            page = _page(job, run_job(again), before, up, kept=False)
+        write_file(target, page, overwrite=job.overwrite)
+        say_report(path)
         raise
 
 
-def _write(job: Job, result: RunResult, before: MeshState, path: Path, up: str, *, kept: bool) -> None:
+def _page(job: Job, result: RunResult, before: MeshState, up: str, *, kept: bool) -> bytes:
     compared, left_out = compared_files(before, state_of(read_mesh(result.output, self_intersections=True)))
     places = [(breach["place"], f"{breach['guard']}, vertex {breach['vertex']}") for breach in result.breaches if breach["place"]]
     written = f"written to {job.output.name}" if kept else "no output was written"
-    write_report(
-        path,
+    return report_page(
         compared,
         title=f"{job.input.name}: {job.recipe.title}",
         subtitle=f"The recipe {job.recipe.name} on {job.input.name}, {written}.",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .json_document import print_document
-from .options import Debug, Json
+from .options import Debug, Json, Overwrite
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -17,16 +17,14 @@ if TYPE_CHECKING:
 
 #: the filter whose parameters the response has
 FILTERS = "apply_coord_spectral_filter"
-PICTURES = (".png", ".svg", ".pdf")
+PICTURES = ("png", "svg", "pdf")
 
 
 def spectrum(
     mesh: Annotated[Path, typer.Argument(metavar="MESH", help="The mesh file to look at; it is not changed.")],
     output: Annotated[
         Path | None,
-        typer.Option(
-            "--output", "-o", metavar="PICTURE", help="Draw the spectrum there: a .png, .svg or .pdf file, which is replaced."
-        ),
+        typer.Option("--output", "-o", metavar="PICTURE", help="Draw the spectrum there: a .png, .svg or .pdf file."),
     ] = None,
     after: Annotated[
         Path | None, typer.Option(metavar="MESH2", help="Compare with this mesh, for example the same one cleaned.")
@@ -46,6 +44,7 @@ def spectrum(
     ] = "",
     modes: Annotated[int, typer.Option(help="How many modes are told one by one, from the lowest.", min=0)] = 50,
     timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop after that time.", min=0.001)] = None,
+    overwrite: Overwrite = False,
     json: Json = False,
     debug: Debug = False,
 ) -> None:
@@ -54,10 +53,12 @@ def spectrum(
     Where the fall of the curve turns flat, noise begins: that wavelength is a detail size for smoothing.
     """
     from ..errors import ParameterError
+    from ..files.formats import extension
+    from ..files.writing import check_target, write_file
     from ..registry import find_filter
 
     if output is not None:
-        _check_picture(output)
+        check_target(output, PICTURES, overwrite=overwrite)
     filtering = {}
     if response:
         given = {"response": response, "detail_size": detail_size or "6edge", "largest_size": largest_size or "0"}
@@ -77,23 +78,13 @@ def spectrum(
     if output is not None:
         from .spectrum_picture import draw_spectra
 
-        draw_spectra(output, shown, drawn)
+        write_file(output, draw_spectra(shown, drawn, extension(output)), overwrite=overwrite)
     if json:
         print_document({"mesh": mesh, **shown, "response": None if drawn is None else _told(drawn, before), "picture": output})
         return
     _print(shown, drawn)
     if output is not None:
         typer.echo(f"{output}: written", err=True)
-
-
-def _check_picture(path: Path) -> None:
-    """Whether it can be drawn, before anything is computed."""
-    from ..errors import PymeshfairError
-
-    if path.suffix.casefold() not in PICTURES:
-        raise PymeshfairError(f"{path} is no name for a picture: it must end with one of {', '.join(PICTURES)}")
-    if not path.absolute().parent.is_dir():
-        raise PymeshfairError(f"{path.absolute().parent} is no folder: make it first")
 
 
 def _measured(mesh: Path, modes: int, timeout: float | None) -> dict[str, Any]:

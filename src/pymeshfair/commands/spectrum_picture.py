@@ -5,14 +5,11 @@ from __future__ import annotations
 import io
 import math
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-
-from ..files.whole_file import write_file
 
 if TYPE_CHECKING:
     from ..filters.spectral.responses import Response
@@ -20,24 +17,23 @@ if TYPE_CHECKING:
 _COLORS = {"before": "tab:gray", "after": "tab:blue"}
 
 
-def draw_spectra(path: Path, spectra: Mapping[str, Mapping[str, Any]], response: Response | None) -> None:
-    """Write a picture whose extension is the format; whole or not at all.
+def draw_spectra(spectra: Mapping[str, Mapping[str, Any]], response: Response | None, extension: str) -> bytes:
+    """A picture, as the bytes of its file.
 
     Args:
-        path: .png, .svg or .pdf.
         spectra: by name, what ``get_surface_spectrum`` returns.
         response: drawn over them on an axis of its own.
+        extension: its format, png, svg or pdf.
     """
     figure = Figure(figsize=(7.5, 4.5), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots()
     draw_on(axes, spectra, response)
     drawn = io.BytesIO()
-    extension = path.suffix.casefold().removeprefix(".")
     # Without a date in it, a picture of the same spectra is the same file.
     dates = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
     figure.savefig(drawn, format=extension, dpi=120, metadata=dates.get(extension))
-    write_file(path, lambda file: file.write(drawn.getvalue()))
+    return drawn.getvalue()
 
 
 def draw_on(axes: Any, spectra: Mapping[str, Mapping[str, Any]], response: Response | None = None) -> None:

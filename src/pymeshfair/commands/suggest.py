@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .json_document import print_document
-from .options import Debug, Json
+from .options import Debug, Json, Overwrite
+from .script_output import STDOUT, check_script, save_script
 
 if TYPE_CHECKING:
     from ..recipe import Recipe
@@ -31,9 +32,15 @@ def suggest(
     scan: Annotated[Path, typer.Argument(metavar="SCAN", help="The mesh file to look at; it is not changed.")],
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="RECIPE.mlx", help="Write there a recipe that denoises it, every value said."),
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="RECIPE.mlx",
+            help="Write there a recipe that denoises it, every value said; - is standard output.",
+        ),
     ] = None,
     timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop after that time.", min=0.001)] = None,
+    overwrite: Overwrite = False,
     json: Json = False,
     debug: Debug = False,
 ) -> None:
@@ -41,24 +48,24 @@ def suggest(
 
     What is measured is compared with what each recipe says at its head under Fits. Whether there is noise to remove, and how, is
     found by vertices that no filter has seen; with -o the settings that predict these best become a recipe, which does what
-    denoise does on this scan, and can be changed and used for others of its kind. An existing RECIPE.mlx is replaced. Low-pass
-    smoothers are compared in the same way, each with the amount that suits the scan best.
+    denoise does on this scan, and can be changed and used for others of its kind. Low-pass smoothers are compared in the same
+    way, each with the amount that suits the scan best.
     """
     from ..errors import PymeshfairError
     from ..running.inspect import inspect_mesh
     from ..running.suitability import documents, ranked
-    from ..scripts.write import format_script, write_script
+    from ..scripts.write import format_script
     from .fitting import fitting_lines
 
-    if output is not None and output.suffix.casefold() != ".mlx":
-        raise PymeshfairError(f"{output} is no name for a recipe: it must end with .mlx")
+    if output is not None:
+        check_script(output, overwrite=overwrite, json=json)
     traits = inspect_mesh(scan, timeout=timeout, traits=True)["traits"]
     values = _tried(scan, timeout) if traits["mesh"] else None
     recipe = None if values is None else _explicit(scan, values)
     if output is not None:
         if recipe is None:
             raise PymeshfairError(f"{scan} has no noise to remove, so there is no recipe to write to {output}")
-        write_script(recipe.script, output)
+        save_script(format_script(recipe.script), output, overwrite=overwrite)
     recipes = ranked(_by_evidence(traits, values))
     if json:
         text = None if recipe is None else format_script(recipe.script)
@@ -66,13 +73,13 @@ def suggest(
         print_document({"scan": scan, "traits": traits, "recipes": ranking, "found": values, "recipe": text, "output": output})
         return
     for line in fitting_lines(recipes):
-        typer.echo(line)
+        typer.echo(line, err=output == STDOUT)
     if values is None:
         return
     typer.echo(_words(scan, values), err=True)
     for line in (*_contest(values), *_families(values)):
         typer.echo(line, err=True)
-    if output is not None:
+    if output is not None and output != STDOUT:
         typer.echo(f"{output}: written; `pymeshfair run {output} {scan} -o RESULT` applies it", err=True)
 
 

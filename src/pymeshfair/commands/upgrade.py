@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from .json_document import print_document
-from .options import Debug, Json
+from .options import Debug, Json, Overwrite
+from .script_output import STDOUT, check_script, save_script
 
 if TYPE_CHECKING:
     from ..scripts import Upgrade
@@ -16,12 +17,13 @@ if TYPE_CHECKING:
 
 def upgrade(
     script: Annotated[Path, typer.Argument(metavar="OLD.mlx", help="A script of any MeshLab since 2010.")],
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="NEW.mlx", help="The script to write, or replace.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="NEW.mlx", help="The script to write; - is standard output.")],
     accept: Annotated[bool, typer.Option("--accept", help="Write it even if its meaning changes.")] = False,
     relative_to: Annotated[
         Path | None,
         typer.Option("--relative-to", metavar="MESH", help="Lengths were meant for that mesh; make them relative to its size."),
     ] = None,
+    overwrite: Overwrite = False,
     json: Json = False,
     debug: Debug = False,
 ) -> None:
@@ -30,10 +32,11 @@ def upgrade(
     Every change is listed, and whether the script still means the same. Nothing is written if a meaning changes, unless accepted.
     """
     from ..files.errors import InputError
-    from ..scripts import upgrade_file, write_script
+    from ..scripts import format_script, upgrade_file
     from ..scripts.relative import relative_script
     from ..scripts.write import NOMINAL_DIAGONAL
 
+    check_script(output, overwrite=overwrite, json=json)
     upgraded = upgrade_file(script)
     found, diagonal = upgraded.script, NOMINAL_DIAGONAL
     if relative_to is not None:
@@ -45,13 +48,13 @@ def upgrade(
         found = relative_script(found, diagonal=diagonal)
     written = accept or not upgraded.warnings
     if written:
-        write_script(found, output, known_mesh=False, diagonal=diagonal)
+        save_script(format_script(found, known_mesh=False, diagonal=diagonal), output, overwrite=overwrite)
     if json:
         print_document(_document(script, output if written else None, upgraded))
     else:
         for change in upgraded.changes:
-            typer.echo(str(change))
-        typer.echo(_summary(output, upgraded) if written else _refusal(upgraded), err=not written)
+            typer.echo(str(change), err=output == STDOUT)
+        typer.echo(_summary(output, upgraded) if written else _refusal(upgraded), err=not written or output == STDOUT)
     if not written:
         raise typer.Exit(2)
 

@@ -13,11 +13,12 @@ from ..operating_system import this_system
 from .announced import Announced
 from .errors import OutputError
 from .formats import ATTRIBUTES, WRITABLE, Format, extension
-from .outputs import StagedFile, material_path
+from .outputs import material_path
 from .ply import PlyError, read_header
 from .ply_edges import append_edges
 from .textures import rename_in_materials, rename_in_ply, stage_textures
 from .verification import TornFileError, verify_file
+from .writing import StagedFile
 
 #: the custom attribute by which a run follows elements; no file gets it
 UNSAVED = "pymeshfair_origin"

@@ -16,8 +16,8 @@ from typing import Any
 
 from .announced import Announced
 from .errors import OutputError
-from .outputs import StagedFile
 from .provenance import recorded_digest, sha256_of
+from .writing import StagedFile
 
 #: the name under which MeshLab keeps its placeholder for a texture that it did not find
 PLACEHOLDER = "dummy.png"

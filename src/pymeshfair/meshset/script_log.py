@@ -63,7 +63,7 @@ class ScriptLog:
         diagonal = layer.diagonal if sized else NOMINAL_DIAGONAL
         mean_edge = layer.mean_edge if sized and "edge" in units else NOMINAL_EDGE
         script = Script((), settings=self._settings).with_steps(self.steps)
-        write_script(script, Path(file), diagonal=diagonal, mean_edge=mean_edge)
+        write_script(script, Path(file), diagonal=diagonal, mean_edge=mean_edge, overwrite=True)
 
     def print(self) -> None:
         """Print each step with the values of its parameters, as pymeshlab prints its script."""

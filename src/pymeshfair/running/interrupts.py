@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import signal
 import threading
+from collections.abc import Iterator
 from queue import SimpleQueue
 from types import FrameType, TracebackType
 from typing import Any
@@ -33,6 +35,17 @@ class Interrupts:
         """Raise `Interrupted` if a signal has come."""
         if self._first is not None:
             raise Interrupted
+
+    @contextlib.contextmanager
+    def lifted(self) -> Iterator[None]:
+        """Give signals their usual effect for a while, in which other work takes them itself."""
+        for number, handler in self._previous.items():
+            signal.signal(number, handler)
+        try:
+            yield
+        finally:
+            for number in self._previous:
+                signal.signal(number, self._take)
 
     def __enter__(self) -> Interrupts:
         if threading.current_thread() is threading.main_thread():

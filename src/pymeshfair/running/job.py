@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
+from ..files.outputs import MadeFrom
 from ..files.provenance import read_provenance
 from ..recipe import Recipe
 from ..scripts.guards import NO_GUARDS, Guards
@@ -22,7 +23,7 @@ class Job:
         output: the file to write; its extension says the format.
         others: mesh files for the layers 1, 2 ... that the recipe names; the input is layer 0 and stays the current one.
         overwrite: replace `output` whatever it is, the input itself included. Without it an existing file is replaced only if
-            it is, to the byte, what a former run wrote there from the same input.
+            it is, to the byte, what the same run wrote there before: from the same input, with the same recipe and settings.
         timeout: seconds from start to end, or None.
         memory_limit: bytes that the worker may take; None means a share of the machine's, see `memory`. Held by the operating
             system, where it has such limits.
@@ -63,6 +64,11 @@ class Job:
     own_texture_names: bool = False
     warnings: tuple[str, ...] = ()
     measures: bool = True
+
+    @property
+    def made_from(self) -> MadeFrom:
+        """What the output is made from."""
+        return MadeFrom(self.input, self.recipe.digest, self.others)
 
     @property
     def all_guards(self) -> Guards:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 from ..files.provenance import SCHEMA, described_file, provenance_path
-from ..scripts.write import format_script
 from .environment import worker_environment
 from .job import Job, RunResult, StepReport
 from .versions import thread_settings, versions
@@ -35,7 +33,6 @@ def record_of(
         seconds: how long it took.
     """
     script = job.recipe.script
-    text = format_script(script)
     warnings = [*job.warnings, *report["warnings"]]
     # Where the format declares its counts the worker reports what reading left out; elsewhere MeshLab's warnings have to do.
     warnings += [f"MeshLab says: {text}" for text in warned.get(0, ()) if not report["counted"]]
@@ -46,8 +43,8 @@ def record_of(
             "name": job.recipe.name,
             "file": None if script.path is None else str(script.path.absolute()),
             "overrides": list(job.overrides),
-            "sha256": hashlib.sha256(text.encode("utf-8")).hexdigest(),
-            "text": text,
+            "sha256": job.recipe.digest,
+            "text": job.recipe.text,
         },
         **_options(job, report["output"]["side_files"]),
         "input": report["input"],

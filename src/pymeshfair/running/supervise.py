@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import datetime, timezone
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
-from ..files.errors import OutputError
 from ..files.inputs import check_input
 from ..files.output_lock import output_lock
-from ..files.outputs import StagedFile, check_maps, check_output, commit, place_files, write_whole
+from ..files.outputs import check_maps, check_output
 from ..files.provenance import formatted, provenance_path
 from ..files.staging import remove_folder, staging_folder
+from ..files.writing import StagedFile, place, stage_file
 from ..scripts.guards import refuse_unmeasured
 from ..scripts.needs import check_needs
 from .child import WorkerProcess
@@ -29,13 +29,21 @@ from .started import Start
 from .watch import Watch
 
 
-def run_job(job: Job, on_event: Callable[[Event], None] = lambda event: None, *, start: Start | None = None) -> RunResult:
+def run_job(
+    job: Job,
+    on_event: Callable[[Event], None] = lambda event: None,
+    *,
+    start: Start | None = None,
+    also: Callable[[RunResult], Sequence[StagedFile]] | None = None,
+) -> RunResult:
     """Carry out a job: everything is checked, the worker runs, and the files appear whole or not at all.
 
     Args:
         job: what to do.
         on_event: called with each event, in this thread. An exception that it raises stops the run and is passed on.
         start: what starts the worker's process; None starts a fresh one.
+        also: makes further files, which appear with the output or not at all. It is given the result while the output, its side
+            files and its provenance are still in the staging folder, all in one.
 
     Raises:
         ScriptError: a step needs layers or rasters that the run does not have.
@@ -56,31 +64,42 @@ def run_job(job: Job, on_event: Callable[[Event], None] = lambda event: None, *,
         refuse_unmeasured(job.all_guards)
     for path in (job.input, *others):
         check_input(path)
-    check_output(job.output, job.input, overwrite=job.overwrite)
     if job.map is not None:
-        map = Path(job.map).absolute()
-        job = replace(job, map=map)
-        check_maps((map, removed_path(map)), job.output, job.input, overwrite=job.overwrite)
+        job = replace(job, map=Path(job.map).absolute())
+    _check_outputs(job)
     queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
-    with Interrupts(queue) as interrupts, output_lock(job.output), staging_folder(job.output) as stage:
-        check_output(job.output, job.input, overwrite=job.overwrite)  # again, now that nobody else writes it
-        with WorkerProcess(Assignment.of(job, stage).to_document(), queue, threads=job.threads, start=start) as worker:
-            watch = Watch(job, worker, queue, on_event)
-            report = watch.until_done(clock)
-            interrupts.check()
-            seconds = time.monotonic() - clock
-            maps = [StagedFile(Path(f["staged"]), Path(f["target"])) for f in report.get("maps", ())]
-            if "staged" not in report:
-                place_files(maps)
-                raise GuardBroken(report["breaches"], [file.target for file in maps])
-            record = record_of(job, report, watch.said, watch.warned, started=started, seconds=seconds)
-            provenance = StagedFile(stage / "provenance.json", provenance_path(job.output))
-            try:
-                write_whole(provenance.staged, formatted(record))
-            except OSError as error:
-                raise OutputError(provenance.target, (error.strerror or str(error)).lower()) from error
-            output, *side_files = (StagedFile(Path(f["staged"]), Path(f["target"])) for f in report["staged"])
-            commit(output, provenance, [*side_files, *maps], stage / "old")
-            remove_folder(stage)  # while the worker lives, which removes it if this process is killed meanwhile
+    with (
+        Interrupts(queue) as interrupts,
+        output_lock(job.output),
+        staging_folder(job.output) as stage,
+        WorkerProcess(Assignment.of(job, stage).to_document(), queue, threads=job.threads, start=start) as worker,
+    ):
+        watch = Watch(job, worker, queue, on_event)
+        report = watch.until_done(clock)
+        interrupts.check()
+        seconds = time.monotonic() - clock
+        maps = [StagedFile(Path(f["staged"]), Path(f["target"])) for f in report.get("maps", ())]
+        if "staged" not in report:
+            _check_outputs(job)  # again, as files may have come meanwhile
+            place(maps, stage)
+            raise GuardBroken(report["breaches"], [file.target for file in maps])
+        record = record_of(job, report, watch.said, watch.warned, started=started, seconds=seconds)
+        provenance = stage_file(stage / "provenance.json", provenance_path(job.output), formatted(record))
+        output, *side_files = (StagedFile(Path(f["staged"]), Path(f["target"])) for f in report["staged"])
+        more: Sequence[StagedFile] = ()
+        if also is not None:
+            staged = result_of(job, record, [file.staged for file in side_files], [file.staged for file in maps])
+            with interrupts.lifted():
+                more = also(replace(staged, output=output.staged, provenance=provenance.staged))
+        _check_outputs(job)
+        place([*side_files, *maps, *more, output, provenance], stage, outdated=provenance.target)
+        remove_folder(stage)  # while the worker lives, which removes it if this process is killed meanwhile
     result = result_of(job, record, [file.target for file in side_files], [file.target for file in maps])
     return replace(result, displacement=report.get("displacement"))
+
+
+def _check_outputs(job: Job) -> None:
+    """Refuse files that cannot or must not be written."""
+    check_output(job.output, job.made_from, overwrite=job.overwrite)
+    if job.map is not None:
+        check_maps((job.map, removed_path(job.map)), job.output, job.made_from, overwrite=job.overwrite)

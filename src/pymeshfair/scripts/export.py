@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 from ..declaration import FilterClass, Length
 from ..registry import find_filter
 from .guards import NO_GUARDS
 from .problems import Problem, ScriptError
 from .script import Script, Step
-from .write import NOMINAL_DIAGONAL, NOMINAL_EDGE, write_script
+from .write import NOMINAL_DIAGONAL, NOMINAL_EDGE, format_script
 
 
 @dataclass(frozen=True)
@@ -29,24 +28,23 @@ class MeshFacts:
     closed: bool
 
 
-def export_script(script: Script, path: str | Path, *, mesh: MeshFacts | None = None) -> tuple[str, ...]:
-    """Write the script for MeshLab's desktop and plain pymeshlab; the file appears whole or not at all.
+def export_script(script: Script, *, mesh: MeshFacts | None = None) -> tuple[str, tuple[str, ...]]:
+    """The script for MeshLab's desktop and plain pymeshlab.
 
     A filter of a plugin is replaced where it declares that one of MeshLab's does the same. Settings, tags and limits, which mean
     nothing there, are left out.
 
     Args:
         script: the steps.
-        path: where to.
         mesh: the mesh that the script is for. Without it relative lengths cannot be mesh units, and a script that has any is
             refused, as is one with a filter that has an equal on closed meshes alone.
 
     Returns:
-        Which filters were replaced, one sentence each.
+        Its text; which filters were replaced, one sentence each.
 
     Raises:
         ScriptError: MeshLab alone cannot do what a step does, or a length is relative and no mesh is given; lists all of them.
-        PymeshfairError: it cannot be written.
+        PymeshfairError: a text holds what XML cannot.
     """
     whole = script.with_defaults()
     closed, steps, replaced = mesh is not None and mesh.closed, list[Step](), list[str]()
@@ -66,8 +64,7 @@ def export_script(script: Script, path: str | Path, *, mesh: MeshFacts | None = 
     bare = (replace(step, tag="", settings={}) for step in steps)
     size = MeshFacts(NOMINAL_DIAGONAL, NOMINAL_EDGE, closed=False) if mesh is None else mesh
     plain_script = replace(whole.with_steps(bare), guards=NO_GUARDS)
-    write_script(plain_script, path, diagonal=size.diagonal, mean_edge=size.mean_edge)
-    return tuple(replaced)
+    return format_script(plain_script, diagonal=size.diagonal, mean_edge=size.mean_edge), tuple(replaced)
 
 
 def _equivalent(step: Step, *, closed: bool) -> Step | None:

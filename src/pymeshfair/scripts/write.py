@@ -6,15 +6,15 @@ always the same bytes.
 
 from __future__ import annotations
 
-import os
 import re
-import secrets
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from ..declaration import Bool, Color, Enum, FileOpen, Float, Matrix, Parameter, Percentage, Point
 from ..errors import PymeshfairError
+from ..files.formats import extension
+from ..files.writing import write_file
 from .guards import ATTRIBUTES as GUARDS
 from .script import Script
 from .settings import ATTRIBUTES as SETTING
@@ -143,24 +143,22 @@ def write_script(
     diagonal: float = NOMINAL_DIAGONAL,
     mean_edge: float = NOMINAL_EDGE,
     known_mesh: bool = True,
+    overwrite: bool = False,
 ) -> None:
     """Write the script as `format_script` does; the file appears whole or not at all.
 
+    Args:
+        script: see `format_script`.
+        path: the file.
+        diagonal: see there.
+        mean_edge: see there.
+        known_mesh: see there.
+        overwrite: whether an existing file may be replaced, if its name ends with .mlx.
+
     Raises:
-        PymeshfairError: it cannot be written; what was at `path` before is untouched.
+        OutputError: it cannot or must not be written; what was at `path` before is untouched.
+        PymeshfairError: a text holds what XML cannot.
     """
     target = Path(path)
-    data = format_script(script, diagonal=diagonal, mean_edge=mean_edge, known_mesh=known_mesh).encode("utf-8")
-    temporary = target.with_name(f".{target.name}.{os.getpid()}.{secrets.token_hex(4)}")
-    try:
-        try:
-            with temporary.open("xb") as file:
-                file.write(data)
-                file.flush()
-                os.fsync(file.fileno())
-            temporary.replace(target)
-        except BaseException:
-            temporary.unlink(missing_ok=True)
-            raise
-    except OSError as error:
-        raise PymeshfairError(f"cannot write the script {target}: {error.strerror or error}") from error
+    text = format_script(script, diagonal=diagonal, mean_edge=mean_edge, known_mesh=known_mesh)
+    write_file(target, text.encode("utf-8"), overwrite=overwrite and extension(target) == "mlx")

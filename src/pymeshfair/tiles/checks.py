@@ -53,7 +53,7 @@ def check(job: Job, plan: list[Selection] | list[Move]) -> None:
             MeshFile(PlySlices(job.input)).check()
     except ContentsError as error:
         raise InputError(job.input, str(error)) from error
-    check_output(job.output, job.input, overwrite=job.overwrite, formats=formats)
+    check_output(job.output, job.made_from, overwrite=job.overwrite, formats=formats)
     kinds = [extension(path).replace("laz", "las") for path in (job.input, job.output)]
     if kinds[0] != kinds[1]:
         raise OutputError(job.output, f"by tiles a .{extension(job.input)} file becomes a file of the same kind")

@@ -13,10 +13,11 @@ from typing import Any
 
 from ..errors import FilterInputError, Place, StepFailedError
 from ..files.output_lock import output_lock
-from ..files.outputs import StagedFile, check_output, commit, write_whole
+from ..files.outputs import check_output
 from ..files.provenance import described_file, formatted, provenance_path
 from ..files.reading import unchanged
 from ..files.staging import staging_folder
+from ..files.writing import StagedFile, place, stage_file
 from ..filters.execution import part_of
 from ..operating_system import this_system
 from ..running.interrupts import Interrupts
@@ -81,7 +82,6 @@ def run_by_tiles(
     share = budget(memory, this_system().processors())
     queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
     with Interrupts(queue) as interrupts, output_lock(job.output), staging_folder(job.output) as stage:
-        check_output(job.output, job.input, overwrite=job.overwrite, formats=formats_of(plan))
         with ExitStack() as opened:
             opened.enter_context(unchanged(job.input))
             most = memory + job.input.stat().st_size  # what a worker maps of a file's length counts as its memory
@@ -99,10 +99,9 @@ def run_by_tiles(
         record = record_of(job, report, {}, {}, started=started, seconds=seconds)
         record["tiles"] = report["tiles"] | {"workers": share.workers, "memory_limit": memory}
         record["run"]["processor_seconds_of_tiles"] = round(pool.seconds, 3)
-        provenance = StagedFile(stage / "provenance.json", provenance_path(job.output))
-        with told_as_run(job):
-            write_whole(provenance.staged, formatted(record))
-        commit(StagedFile(course.made, job.output), provenance, [], stage / "old")
+        provenance = stage_file(stage / "provenance.json", provenance_path(job.output), formatted(record))
+        check_output(job.output, job.made_from, overwrite=job.overwrite, formats=formats_of(plan))  # again
+        place([StagedFile(course.made, job.output), provenance], stage, outdated=provenance.target)
     return result_of(job, record, [])
 
 

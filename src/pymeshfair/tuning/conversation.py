@@ -219,7 +219,8 @@ class Conversation:
             raise ParameterError(f"{path.name} is there already: give another name, or tick that it may be replaced")
         scan = self._subject.scan
         comment = saved_comment(recipe, scan.path.name, note)
-        write_script(replace(script, comment=comment), path, diagonal=scan.diagonal, mean_edge=scan.mean_edge)
+        script = replace(script, comment=comment)
+        write_script(script, path, diagonal=scan.diagonal, mean_edge=scan.mean_edge, overwrite=replace_it)
 
     def _telling(self, number: int) -> Callable[[Any], None]:
         """What passes the events of a run on to the page."""
