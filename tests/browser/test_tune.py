@@ -23,6 +23,7 @@ from pymeshfair.errors import RunError
 from pymeshfair.registry import find_filter
 from pymeshfair.scripts.script import Script, Step
 from pymeshfair.scripts.write import write_script
+from pymeshfair.tuning.access import redirecting_file
 from pymeshfair.tuning.notebook import Tuning
 from tests.browser.pixels import canvas_pixels, halves, share_changed
 from tests.commands.command_line import COMMAND, document, run_process
@@ -92,6 +93,15 @@ def tuning(browser: Any, served: Served, errors: list[str]) -> Iterator[Any]:
     yield page
     context.close()
     assert errors == []
+
+
+def test_the_file_that_the_browser_is_given_leads_to_the_page(browser: Any, served: Served, tmp_path: Path) -> None:
+    """The browser follows it by itself, so that no command line has the token."""
+    page = browser.new_page()
+    page.goto(redirecting_file(served.address, tmp_path).as_uri())
+    page.wait_for_url(served.address, timeout=PATIENCE)
+    page.wait_for_selector("body[data-shown='1']", timeout=PATIENCE)
+    page.close()
 
 
 def change(page: Any, parameter: str, value: str) -> None:

@@ -35,7 +35,7 @@ def tune(
     from ..errors import PymeshfairError
     from ..files.staging import staging_folder
     from ..recipe import load_recipe
-    from ..tuning.access import new_token
+    from ..tuning.access import new_token, redirecting_file
     from ..tuning.conversation import Subject
     from ..tuning.scan import prepared_scan
     from ..tuning.server import application, listening_socket, serve
@@ -58,6 +58,6 @@ def tune(
             else:
                 typer.echo(f"{address}\nCtrl-C ends it.")
             if browser:
-                webbrowser.open(address)
+                webbrowser.open(redirecting_file(address, folder).as_uri())
 
         serve(application(subject, token, folder, names=(host,)), listening, ready=ready)

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import hmac
 import ipaddress
+import os
 import secrets
 from collections.abc import Awaitable, Callable, MutableMapping
+from html import escape
+from pathlib import Path
 from typing import Any, TypeAlias
 
 Scope: TypeAlias = MutableMapping[str, Any]
@@ -26,6 +29,24 @@ _HEADERS = [
 def new_token() -> str:
     """A token that nobody guesses: 256 random bits."""
     return secrets.token_urlsafe(32)
+
+
+def redirecting_file(address: str, folder: Path) -> Path:
+    """A file that leads a browser to an address, and that this user alone can read.
+
+    The address holds the token, and every user of the machine can read the browser's command line.
+
+    Args:
+        address: where it leads.
+        folder: where it is written.
+    """
+    path = folder / "open.html"
+    where = escape(address)
+    with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="utf-8") as file:
+        file.write(
+            f'<!DOCTYPE html>\n<meta http-equiv="refresh" content="0; url={where}">\n<a href="{where}">pymeshfair tune</a>\n'
+        )
+    return path
 
 
 class Guarded:
