@@ -11,6 +11,7 @@ import numpy as np
 import pymeshlab
 import pytest
 
+from pymeshfair.declaration import Length
 from pymeshfair.errors import ParameterError
 from pymeshfair.files.errors import OutputError
 from pymeshfair.recipe import Recipe, load_recipe
@@ -240,7 +241,47 @@ def test_wrong_guards_are_refused(guards: dict[str, str], words: str) -> None:
         parse_script(script.encode(), "x.mlx")
 
 
-def test_millimetres_are_mesh_units() -> None:
-    """A length may be written with the unit that scanners have."""
-    assert Guards.parse({"max_displacement": "0.05mm"}) == Guards.parse({"max_displacement": "0.05"})
-    assert not NO_GUARDS
+@pytest.mark.parametrize(
+    ("text", "unit", "expected"),
+    [
+        ("0.05mm", "mm", 0.05),
+        ("0.05mm", "m", 5e-5),
+        ("0.05 mm", "cm", 5e-3),
+        ("2cm", "mm", 20.0),
+        ("1e-3m", "mm", 1.0),
+        ("1in", "mm", 25.4),
+        (".5m", "in", 0.5 / 0.0254),
+        ("0.05", "m", 0.05),
+    ],
+)
+def test_a_length_with_a_unit_is_one_of_the_scan(text: str, unit: str, expected: float) -> None:
+    """It is converted to the unit that the scan is said to be in; one without a unit is one of the mesh in any case."""
+    limit = Guards.parse({"max_displacement": text}).in_mesh_units(unit).max_displacement
+    assert isinstance(limit, Length)
+    assert limit.unit == "absolute"
+    assert limit.amount == pytest.approx(expected, rel=1e-15)
+    assert not NO_GUARDS.in_mesh_units(unit)
+
+
+def test_a_length_with_a_unit_needs_the_unit_of_the_scan(tmp_path: Path) -> None:
+    """Else it is refused before the mesh is opened, with what it would be in millimetres and in metres, and the way out."""
+    missing = tmp_path / "missing.ply"
+    head = replace(TAUBIN.script, guards=Guards.parse({"max_displacement": "0.05mm"}))
+    for given in (
+        job(tmp_path, source=missing, guards={"max_displacement": "0.05mm"}),
+        job(tmp_path, Recipe("head", head), missing),
+    ):
+        with pytest.raises(ParameterError, match=r"0\.05 on a scan in mm and 5e-05 on a scan in m, .*--unit mm\|cm\|m\|in"):
+            run_job(given)
+    with pytest.raises(ParameterError, match="'inch' is no unit of scans: it is one of mm, cm, m, in"):
+        run_job(job(tmp_path, source=missing, unit="inch"))
+
+
+def test_a_scan_in_metres_moves_by_no_millimetre(tmp_path: Path) -> None:
+    """A move by some thousandths of a unit is within 5 mm and beyond 0.1 mm if the units are metres; the record says the unit."""
+    run_job(job(tmp_path, guards={"max_displacement": "5mm"}, unit="m"))
+    record = json.loads((tmp_path / "out.ply.provenance.json").read_bytes())
+    assert record["options"]["unit"] == "m"
+    assert record["guards"]["limits"] == {"max_displacement": "0.005"}
+    with pytest.raises(GuardBroken, match=r"which is more than 0\.0001"):
+        run_job(job(tmp_path, guards={"max_displacement": "0.1mm"}, unit="m"))

@@ -21,6 +21,7 @@ def run(
     overwrite: bool = False,
     timeout: float | None = None,
     measures: bool = True,
+    unit: str | None = None,
     on_event: Callable[[Event], None] = lambda event: None,
 ) -> RunResult:
     """Clean a mesh file with a recipe, as ``pymeshfair run`` does, in a process of its own::
@@ -39,6 +40,7 @@ def run(
             former run wrote there from the same input.
         timeout: seconds, or None.
         measures: measure the mesh before and after. Without, the run is faster, keeps no limits, and has nothing to compare.
+        unit: the unit of the scan, mm, cm, m or in; a limit such as ``0.05mm`` needs it.
         on_event: called with each event of the run.
 
     Returns:
@@ -51,4 +53,6 @@ def run(
     if settings or set:
         chosen = copy.copy(chosen)
         chosen.set(*set, **(settings or {}))
-    return chosen.run(input, output, others=others, overwrite=overwrite, timeout=timeout, measures=measures, on_event=on_event)
+    return chosen.run(
+        input, output, others=others, overwrite=overwrite, timeout=timeout, measures=measures, unit=unit, on_event=on_event
+    )

@@ -209,6 +209,7 @@ class Recipe(FilterMethods):
         overwrite: bool = False,
         timeout: float | None = None,
         measures: bool = True,
+        unit: str | None = None,
         on_event: Callable[[Event], None] = lambda event: None,
     ) -> RunResult:
         """Clean a mesh file in a process of its own, as ``pymeshfair run`` does: the output and its record appear whole or not.
@@ -220,6 +221,7 @@ class Recipe(FilterMethods):
             overwrite: replace `output`, whatever it is.
             timeout: seconds, or None.
             measures: measure the mesh before and after. Without, the run is faster and keeps no limits.
+            unit: the unit of the scan, mm, cm, m or in; a limit such as ``0.05mm`` needs it.
             on_event: called with each event of the run.
 
         Raises:
@@ -234,6 +236,7 @@ class Recipe(FilterMethods):
             overwrite=overwrite,
             timeout=timeout,
             measures=measures,
+            unit=unit,
             warnings=(*meaning, *script_warnings(self._script, layers=1 + len(others))),
         )
         return run_job(job, on_event)

@@ -59,12 +59,13 @@ def look_ahead(scans: Sequence[Scan], settings: Settings, folder: Path, done: Ma
 
     Raises:
         ScriptError: the recipe needs layers or rasters that the batch does not have.
-        ParameterError: there are limits, but no measures are to be taken.
+        ParameterError: there are limits, but no measures are to be taken; or one has a unit, and that of the scans is not known.
         InputError: a file of a further layer cannot be read.
     """
     check_needs(settings.recipe.script, layers=1 + len(settings.others))
+    limits = settings.limits(settings.recipe)
     if not settings.measures:
-        refuse_unmeasured(settings.recipe.script.guards.overridden(settings.guards))
+        refuse_unmeasured(limits)
     for path in settings.others:
         check_input(path)
     states, problems, size = {}, {}, 0

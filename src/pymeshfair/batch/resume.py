@@ -28,7 +28,7 @@ def done_before(scans: Sequence[Scan], settings: Settings, journal: Mapping[str,
     """
     variants = {id(scan.recipe): scan.recipe for scan in scans}
     recipes = {key: recipe.digest for key, recipe in variants.items()}
-    guards = {key: recipe.script.guards.overridden(settings.guards).texts() for key, recipe in variants.items()}
+    guards = {key: settings.limits(recipe).texts() for key, recipe in variants.items()}
     others = [sha256_of(path) for path in settings.others if path.is_file()]
     packages = packages_here()
 

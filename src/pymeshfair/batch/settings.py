@@ -33,6 +33,7 @@ class Settings:
         keep_broken: write outputs that break them.
         command: the command line.
         measures: whether to measure scans before and after; without, there are no limits and no numbers to compare scans by.
+        unit: of the scans, or None if it is not known.
     """
 
     recipe: Recipe
@@ -48,6 +49,7 @@ class Settings:
     keep_broken: bool = False
     command: tuple[str, ...] = ()
     measures: bool = True
+    unit: str | None = None
 
     def job(self, input: Path, output: Path, overrides: Sequence[str], *, threads: int, memory: int | None) -> Job:
         """The run of one scan.
@@ -80,7 +82,16 @@ class Settings:
             own_texture_names=True,
             warnings=(*(str(change) for change in recipe.changes if not change.same_meaning), *traps(recipe.script)),
             measures=self.measures,
+            unit=self.unit,
         )
+
+    def limits(self, recipe: Recipe) -> Guards:
+        """The limits of a scan with that recipe.
+
+        Raises:
+            ParameterError: one has a unit, and that of the scans is not known.
+        """
+        return recipe.script.guards.overridden(self.guards).in_mesh_units(self.unit)
 
     def to_document(self) -> dict[str, Any]:
         """The settings as something that can be pickled, which `from_document` reads: filters are known by their names."""

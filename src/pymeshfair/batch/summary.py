@@ -74,7 +74,7 @@ class Summary:
             {
                 "schema": SCHEMA,
                 "recipe": {"name": recipe.name, "sha256": recipe.digest, "overrides": self.settings.overrides},
-                "limits": recipe.script.guards.overridden(self.settings.guards).texts(),
+                "limits": self.settings.limits(recipe).texts(),
                 "versions": versions(),
                 "started": self.started,
                 "finished": self.finished,

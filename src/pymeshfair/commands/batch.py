@@ -64,6 +64,7 @@ def batch(
     keep_sharp: options.KeepSharp = "",
     no_measures: options.NoMeasures = False,
     max_displacement: options.MaxDisplacement = "",
+    unit: options.Unit = None,
     max_volume_change: options.MaxVolumeChange = "",
     require: options.Require = "",
     json: Json = False,
@@ -103,6 +104,7 @@ def batch(
         keep_broken=keep_broken,
         command=tuple(sys.argv),
         measures=not no_measures,
+        unit=unit,
     )
     folder = output.absolute()
     scans = plan_scans(expand(inputs, [s.name for s in found.script.settings]), found, folder, name)

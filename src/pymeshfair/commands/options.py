@@ -38,7 +38,10 @@ Unchecked = Annotated[
 ]
 KeepAll = Annotated[bool, typer.Option("--keep-all", help="Fail if anything of INPUT or of the result would not be in OUTPUT.")]
 MaxDisplacement = Annotated[
-    str, typer.Option(metavar="LENGTH", help="Fail if a vertex moves further: 0.05 (or 0.05mm), 0.1% or 0.5edge.")
+    str, typer.Option(metavar="LENGTH", help="Fail if a vertex moves further: 0.05, 0.1%, 0.5edge, or with --unit 0.05mm.")
+]
+Unit = Annotated[
+    str | None, typer.Option(metavar="mm|cm|m|in", help="The unit that the scan is in, which limits with a unit need.")
 ]
 MaxVolumeChange = Annotated[str, typer.Option(metavar="PERCENT", help="Fail if the volume changes by more: 1%.")]
 Require = Annotated[

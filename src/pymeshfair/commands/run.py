@@ -24,6 +24,7 @@ from .options import (
     Require,
     SetValues,
     Unchecked,
+    Unit,
     Upgrade,
     check_measured,
     guards,
@@ -59,6 +60,7 @@ def run(
         bool, typer.Option("--overwrite", help="Replace OUTPUT, even if it is the input, and the files of --map and --report.")
     ] = False,
     max_displacement: MaxDisplacement = "",
+    unit: Unit = None,
     max_volume_change: MaxVolumeChange = "",
     require: Require = "",
     keep_sharp: KeepSharp = "",
@@ -118,6 +120,7 @@ def run(
             keep_broken=keep_broken,
             map=map,
             measures=not no_measures,
+            unit=unit,
         )
         if tiles or scheduler is not None:
             if not tiles or report is not None:

@@ -42,6 +42,8 @@ class Job:
         warnings: what is to be known about the recipe; the result and the record list them before those of the run.
         measures: whether to measure the mesh before and after; without, there are no limits, and nobody says what the run did to
             the shape or whether the recipe is for such scans.
+        unit: the unit of the scan, one of `pymeshfair.declaration.units.METRES`, or None if it is not known; then no limit may
+            have one.
     """
 
     recipe: Recipe
@@ -64,6 +66,7 @@ class Job:
     own_texture_names: bool = False
     warnings: tuple[str, ...] = ()
     measures: bool = True
+    unit: str | None = None
 
     @property
     def made_from(self) -> MadeFrom:
@@ -72,8 +75,12 @@ class Job:
 
     @property
     def all_guards(self) -> Guards:
-        """The limits of the recipe and of the job."""
-        return self.recipe.script.guards.overridden(self.guards)
+        """The limits of the recipe and of the job, on the scan.
+
+        Raises:
+            ParameterError: one has a unit, and that of the scan is not known.
+        """
+        return self.recipe.script.guards.overridden(self.guards).in_mesh_units(self.unit)
 
 
 # ------------------------------------------------------------------------------------------------------------------- events

@@ -77,9 +77,10 @@ def record_of(
 
 
 def _options(job: Job, side_files: Sequence[Any]) -> dict[str, Any]:
-    """The entry about what the input was allowed, measures and names of textures, where that was not as usual."""
-    given = {name: True for name in ("allow_outside", "unchecked", "keep_all") if getattr(job, name)}
+    """The entry about what the input was allowed, its unit, measures and names of textures, where that was not as usual."""
+    given: dict[str, Any] = {name: True for name in ("allow_outside", "unchecked", "keep_all") if getattr(job, name)}
     given |= {} if job.measures else {"no_measures": True}
+    given |= {} if job.unit is None else {"unit": job.unit}
     given |= {"own_texture_names": True} if job.own_texture_names and side_files else {}
     return {"options": given} if given else {}
 

@@ -47,7 +47,7 @@ def run_job(
 
     Raises:
         ScriptError: a step needs layers or rasters that the run does not have.
-        ParameterError: there are limits, but no measures are to be taken.
+        ParameterError: there are limits, but no measures are to be taken; or one has a unit, and that of the scan is not known.
         InputError: the input, or another file, cannot be read.
         OutputError: the output cannot or must not be written.
         StepFailedError: a filter could not do its work.
@@ -60,8 +60,9 @@ def run_job(
     others = tuple(Path(other).absolute() for other in job.others)
     job = replace(job, input=Path(job.input).absolute(), output=Path(job.output).absolute(), others=others)
     check_needs(job.recipe.script, layers=1 + len(others))
+    limits = job.all_guards
     if not job.measures:
-        refuse_unmeasured(job.all_guards)
+        refuse_unmeasured(limits)
     for path in (job.input, *others):
         check_input(path)
     if job.map is not None:

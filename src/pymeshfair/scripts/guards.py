@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 
 from ..declaration import Length, nearest
+from ..declaration.units import PhysicalLength, check_unit, parse_length
 from ..errors import ParameterError
 
 #: what a result can be required to be, and whether it takes a number
@@ -20,7 +21,6 @@ ATTRIBUTES = {
     "keep_sharp": "keepSharp",
 }
 _PERCENT = re.compile(r"([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*%?")
-_MILLIMETRES = re.compile(r"\s*mm\s*$")
 
 
 @dataclass(frozen=True)
@@ -28,13 +28,14 @@ class Guards:
     """The limits of a run; None and nothing for those that are not set.
 
     Attributes:
-        max_displacement: no vertex of the input that is still there may have moved further.
+        max_displacement: no vertex of the input that is still there may have moved further. With a unit, such as ``0.05mm``, it
+            must be made one of the mesh by `in_mesh_units`.
         max_volume_change: percent of the volume before, which must not change by more, up or down; both meshes must be closed.
         require: what the result must be: `REQUIREMENTS`, with the number for those that take one, else None.
         keep_sharp: percent of the length of the sharp edges near which there must still be one.
     """
 
-    max_displacement: Length | None = None
+    max_displacement: Length | PhysicalLength | None = None
     max_volume_change: float | None = None
     require: tuple[tuple[str, int | None], ...] = ()
     keep_sharp: float | None = None
@@ -68,6 +69,18 @@ class Guards:
         changes = {f.name: getattr(others, f.name) for f in fields(self) if getattr(others, f.name) not in (None, ())}
         return replace(self, **changes)
 
+    def in_mesh_units(self, unit: str | None) -> Guards:
+        """These guards on a scan in that unit of `pymeshfair.declaration.units.METRES`, or None if it is not known.
+
+        Raises:
+            ParameterError: there is no such unit; or a length has a unit, and that of the scan is not known.
+        """
+        if unit is not None:
+            check_unit(unit)
+        if not isinstance(self.max_displacement, PhysicalLength):
+            return self
+        return replace(self, max_displacement=self.max_displacement.in_mesh_units(unit))
+
 
 #: no limit at all
 NO_GUARDS = Guards()
@@ -87,9 +100,8 @@ def refuse_unmeasured(guards: Guards) -> None:
         )
 
 
-def _length(name: str, text: str) -> Length:
-    # Scanners write millimetres, and say so; a mesh has no unit of its own.
-    length = Length.parse(_MILLIMETRES.sub("", text))
+def _length(name: str, text: str) -> Length | PhysicalLength:
+    length = parse_length(text)
     if length.amount < 0.0:
         raise ParameterError(f"{name} {text!r} is below 0")
     return length
