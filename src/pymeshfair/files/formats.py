@@ -18,6 +18,12 @@ READABLE = (
     *("ply", "obj", "stl", "off", "3mf", "glb", "gltf", "dae", "wrl", "x3d", "x3dv", "3ds", "ctm", "qobj", "tri"),
     *("xyz", "pts", "asc", "txt", "apts", "ptx", "e57", "bre"),
 )
+#: clouds that a run reads and writes by tiles alone, and what to do about that
+BY_TILES = ("las", "laz")
+BY_TILES_ADVICE = (
+    "LAS and LAZ clouds are read and written by tiles alone: `pymeshfair run remove_outliers IN.laz -o OUT.laz --tiles`, after "
+    "`python -m pip install 'pymeshfair[las]'`; for other recipes and commands save it as .ply"
+)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from . import ply
 from .announced import Announced, unended
 from .collada import inspect_collada
 from .errors import ContentsError, InputError
-from .formats import READABLE, extension, listed
+from .formats import BY_TILES, BY_TILES_ADVICE, READABLE, extension, listed
 from .given import Given, find_textures
 from .gltf import inspect_gltf
 from .obj_input import inspect_obj
@@ -38,6 +38,8 @@ def check_input(path: Path, formats: Collection[str] = READABLE) -> None:
     if path.stat().st_size == 0:
         raise InputError(path, "it is empty")
     if extension(path) not in formats:
+        if extension(path) in BY_TILES:
+            raise InputError(path, BY_TILES_ADVICE)
         what = f"{path.suffix!r} is no format for meshes" if path.suffix else "it has no extension that says the format"
         raise InputError(path, f"{what}; a run reads {listed(tuple(formats))}")
     try:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from .errors import OutputError
-from .formats import WRITABLE, extension
+from .formats import BY_TILES, BY_TILES_ADVICE, WRITABLE, extension
 from .provenance import provenance_path, read_provenance, recorded_digest, sha256_of
 from .writing import OVERWRITE, check_kind, check_place
 
@@ -58,6 +58,8 @@ def check_output(output: Path, made_from: MadeFrom, *, overwrite: bool, formats:
     Raises:
         OutputError: see `check_target`; the input itself, or a file that must not be replaced.
     """
+    if extension(output) in BY_TILES and extension(output) not in formats:
+        raise OutputError(output, BY_TILES_ADVICE)
     check_kind(output, formats)
     files = [output, provenance_path(output), *([material_path(output)] if extension(output) == "obj" else [])]
     existing = [path for path in files if check_place(path)]

@@ -53,6 +53,8 @@ def check(job: Job, plan: list[Selection] | list[Move]) -> None:
             MeshFile(PlySlices(job.input)).check()
     except ContentsError as error:
         raise InputError(job.input, str(error)) from error
+    if job.output.name.lower().endswith(".copc.laz"):
+        raise OutputError(job.output, "a COPC file cannot be written; end its name with .laz alone")
     check_output(job.output, job.made_from, overwrite=job.overwrite, formats=formats)
     kinds = [extension(path).replace("laz", "las") for path in (job.input, job.output)]
     if kinds[0] != kinds[1]:

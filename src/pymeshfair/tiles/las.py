@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import copy
+import io
 import os
+import struct
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +38,25 @@ class LasCloud:
         with _opened(self.path) as reader:
             return int(reader.header.point_count)
 
+    def check(self) -> None:
+        """Refuse what could not be written again, by writing it without points into memory.
+
+        Raises:
+            ContentsError: it could not, or the file cannot be read.
+        """
+        with _opened(self.path) as reader:
+            if any(record.user_id == "copc" for record in reader.header.vlrs):
+                raise ContentsError(
+                    "it is a COPC file, whose index cannot be written: make a plain .laz file of it, for example by "
+                    "`pdal translate IN.copc.laz OUT.laz`"
+                )
+        import laspy
+
+        try:
+            self._write(io.BytesIO(), iter(()), is_compressed=self.path.suffix.lower() == ".laz")
+        except (laspy.errors.LaspyException, NotImplementedError, ValueError, TypeError, struct.error) as error:
+            raise ContentsError(f"its head could not be written again; laspy says: {error}") from error
+
     def _chunks(self, size: int) -> Iterator[Any]:
         with _opened(self.path) as reader:
             declared, read = int(reader.header.point_count), 0
@@ -52,6 +73,13 @@ class LasCloud:
 
     def write(self, target: Path, count: int, marks: Iterable[tuple[NDArray[np.bool_], NDArray[np.float64]]], size: int) -> None:
         """See `Source`; the probability becomes a dimension of its own."""
+        with target.open("xb") as file:
+            chunks = zip(self._chunks(size), marks, strict=True)
+            self._write(file, chunks, is_compressed=target.suffix.lower() == ".laz")
+            file.flush()
+            os.fsync(file.fileno())
+
+    def _write(self, file: BinaryIO, chunks: Iterator[tuple[Any, tuple[Any, Any]]], *, is_compressed: bool) -> None:
         import laspy
 
         with _opened(self.path) as reader:
@@ -59,18 +87,15 @@ class LasCloud:
             if _SCALAR not in header.point_format.dimension_names:
                 header.add_extra_dim(laspy.ExtraBytesParams(_SCALAR, "float64"))
             evlrs = reader.evlrs
-        with target.open("xb") as file:
-            with laspy.open(file, "w", header=header, closefd=False, do_compress=target.suffix.lower() == ".laz") as writer:
-                for chunk, (left, scalars) in zip(self._chunks(size), marks, strict=True):
-                    made = laspy.ScaleAwarePointRecord.zeros(int(left.sum()), header=header)
-                    for name in chunk.array.dtype.names:
-                        made.array[name] = chunk.array[name][left]
-                    made.array[_SCALAR] = scalars[left]
-                    writer.write_points(made)
-                if evlrs:
-                    writer.write_evlrs(evlrs)
-            file.flush()
-            os.fsync(file.fileno())
+        with laspy.open(file, "w", header=header, closefd=False, do_compress=is_compressed) as writer:
+            for chunk, (left, scalars) in chunks:
+                made = laspy.ScaleAwarePointRecord.zeros(int(left.sum()), header=header)
+                for name in chunk.array.dtype.names:
+                    made.array[name] = chunk.array[name][left]
+                made.array[_SCALAR] = scalars[left]
+                writer.write_points(made)
+            if evlrs:
+                writer.write_evlrs(evlrs)
 
 
 @contextmanager

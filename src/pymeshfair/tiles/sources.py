@@ -99,5 +99,5 @@ def open_cloud(path: Path) -> Source:
     from .las import LasCloud
 
     las = LasCloud(path)
-    len(las)  # it can be opened
+    las.check()
     return las
