@@ -11,6 +11,7 @@ import numpy as np
 import pymeshlab
 import pytest
 
+from pymeshfair import Recipe
 from pymeshfair.declaration import Edit, FilterClass, Layer, Length, mesh_filter
 from pymeshfair.errors import PymeshfairError, StepFailedError
 from pymeshfair.meshset import MeshSet, layers
@@ -123,6 +124,34 @@ def test_a_recorded_recipe_means_the_same_at_every_size(tmp_path: Path) -> None:
     assert 300 < found.face_number() < 1280
     assert found.face_number() == expected.face_number()
     np.testing.assert_array_equal(found.face_matrix(), expected.face_matrix())
+
+
+def test_a_script_has_what_recipes_did(tmp_path: Path) -> None:
+    """After README's steps, filters and a recipe by its name, the saved script closes the hole as they did, to the bit."""
+    vertices, faces = icosphere(3)
+    (tmp_path / "own.mlx").write_text('<FilterScript><filter name="Taubin Smooth"/></FilterScript>')
+
+    def holed() -> MeshSet:
+        meshes = MeshSet()
+        meshes.add_mesh(pymeshlab.Mesh(vertices, faces[(vertices[faces][:, :, 2] < 0.8).all(axis=1)]))
+        return meshes
+
+    first, second = holed(), holed()
+    first.meshing_remove_duplicate_vertices()
+    first.apply_coord_implicit_fairing(detail_size="6edge")
+    first.apply_recipe("fill_holes_smoothly")
+    Recipe.load(tmp_path / "own.mlx").apply(first)
+    file = tmp_path / "recipe.mlx"
+    first.save_filter_script(str(file))
+    names = [step.filter.python_name for step in read_script(file).steps]
+    assert names[:2] == ["meshing_remove_duplicate_vertices", "apply_coord_implicit_fairing"]
+    assert "meshing_close_holes_by_fairing" in names[2:-1]
+    assert names[-1] == "apply_coord_taubin_smoothing"
+    second.load_filter_script(str(file))
+    second.apply_filter_script()
+    assert second.current_mesh().face_number() > holed().current_mesh().face_number()
+    np.testing.assert_array_equal(second.current_mesh().vertex_matrix(), first.current_mesh().vertex_matrix())
+    np.testing.assert_array_equal(second.current_mesh().face_matrix(), first.current_mesh().face_matrix())
 
 
 def test_the_script_follows_meshlabs_rules(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

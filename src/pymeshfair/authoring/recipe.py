@@ -11,7 +11,6 @@ from typing import Any
 from .. import recipe as named
 from ..meshset import MeshSet
 from ..meshset.filter_methods import FilterMethods
-from ..meshset.script_log import ScriptLog
 from ..registry import find_filter
 from ..running.inspect import inspect_mesh
 from ..running.job import Event, Job, RunResult
@@ -189,16 +188,14 @@ class Recipe(FilterMethods):
         return script_warnings(self._script, layers=layers, diagonal=diagonal)
 
     def apply(self, meshes: MeshSet) -> list[dict[str, Any]]:
-        """Apply all steps to the current mesh of a mesh set; what each of them reports. Limits are not looked at.
+        """Apply all steps to the current mesh of a mesh set, and add them to its filter script; what each of them reports.
+
+        Limits are not looked at.
 
         Raises:
             ScriptStepFailedError: a step failed; the mesh is as the last complete step left it.
         """
-        results: list[dict[str, Any]] = []
-        log = ScriptLog(self._script)
-        with meshes.deferred():
-            log.apply(lambda step: results.append(meshes.apply_step(step)))
-        return results
+        return meshes.apply_script(self._script)
 
     def run(
         self,

@@ -7,7 +7,6 @@ from typing import Any
 
 from ..recipe import load_recipe
 from .exchange import to_meshio, to_open3d, to_trimesh
-from .script_log import ScriptLog
 from .showing import layers_table, layers_text
 
 
@@ -15,9 +14,9 @@ class Conveniences:
     """For `MeshSet` to inherit."""
 
     def apply_recipe(self, name_or_path: str | os.PathLike[str], **settings: object) -> list[dict[str, Any]]:
-        """Apply a recipe to the current mesh; what each of its steps reports.
+        """Apply a recipe to the current mesh, and add its steps to the filter script; what each of them reports.
 
-        The filter script stays as it is, and limits of the recipe are not looked at: `pymeshfair.run` does that.
+        Limits of the recipe are not looked at: `pymeshfair.run` does that.
 
         Args:
             name_or_path: a shipped recipe, or the path of an .mlx script.
@@ -29,10 +28,8 @@ class Conveniences:
             ScriptStepFailedError: a step failed; the mesh is as the last complete step left it.
         """
         meshes: Any = self
-        script = load_recipe(name_or_path).override([f"{name}={value}" for name, value in settings.items()]).script
-        results: list[dict[str, Any]] = []
-        with meshes.deferred():
-            ScriptLog(script).apply(lambda step: results.append(meshes.apply_step(step)))
+        found = load_recipe(name_or_path).override([f"{name}={value}" for name, value in settings.items()])
+        results: list[dict[str, Any]] = meshes.apply_script(found.script)
         return results
 
     def to_trimesh(self) -> Any:

@@ -50,10 +50,12 @@ class FilterRunner:
         result, values = self._of_kind(known, dict(given) if known.is_builtin else self.plugins.check(known, given))
         return result, Step(known, _with_ids(known, values, self._layers.bench.without_helpers))
 
-    def apply_step(self, step: Step) -> dict[str, Any]:
-        """Apply a step of a script, whose values are checked; what the filter reports."""
-        self._check_mesh(step.filter)
-        return self._of_kind(step.filter, self._values_here(step))[0]
+    def apply_step(self, step: Step) -> tuple[dict[str, Any], Step]:
+        """Apply a step of a script, whose values are checked; what the filter reports, and the step as it was applied."""
+        known = step.filter
+        self._check_mesh(known)
+        result, values = self._of_kind(known, self._values_here(step))
+        return result, Step(known, _with_ids(known, values, self._layers.bench.without_helpers))
 
     def effective(self, step: Step) -> dict[str, Any]:
         """All values that a step would run with, as a script says them: relative lengths stay relative."""
