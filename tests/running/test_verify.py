@@ -7,11 +7,14 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+import pymeshlab
 import pytest
 
+from pymeshfair import MeshSet
 from pymeshfair.commands.verify import EXIT_CODES
 from pymeshfair.files.errors import OutputError
-from pymeshfair.files.provenance import provenance_path
+from pymeshfair.files.provenance import described_file, provenance_path
 from pymeshfair.recipe import load_recipe
 from pymeshfair.running.job import Job
 from pymeshfair.running.supervise import run_job
@@ -127,12 +130,83 @@ RANDOM: Given = ("apply_coord_random_displacement", {"displacement": "0.1%"})
 
 
 def test_what_no_seed_repeats_is_compared_by_tolerance(tmp_path: Path) -> None:
-    """Another random displacement of a thousandth is within a hundredth of the diagonal, and the filter is named."""
+    """Another random displacement of a thousandth is within a two-hundredth of the diagonal, and the filter is named."""
     output = run_job(Job(recipe_of(RANDOM), BONE, tmp_path / "out.ply")).output
     found = verify_output(output, recorded=True)
     assert found.holds
     if found.verdict == "within tolerance":  # which it nearly always is
         assert "apply_coord_random_displacement gives another result each time" in found.notes[-1]
+
+
+def _moved(output: Path, by: float) -> None:
+    """Move one vertex of an output by so many diagonals, and let its provenance agree."""
+    meshes = MeshSet()
+    meshes.load_new_mesh(str(output))
+    points = meshes.current_mesh().vertex_matrix()
+    points[0] += by * np.linalg.norm(np.ptp(points, axis=0)) * np.array([1.0, 0.0, 0.0])
+    changed = MeshSet()
+    changed.add_mesh(pymeshlab.Mesh(points, meshes.current_mesh().face_matrix()))
+    changed.save_current_mesh(str(output))
+    record = json.loads(provenance_path(output).read_text())
+    record["output"] |= described_file(output)
+    _rewritten(record, output)
+
+
+def test_one_moved_vertex_is_more_than_chance(tmp_path: Path) -> None:
+    """Of a filter that repeats but for the order of its elements, an output with a vertex elsewhere is none."""
+    folder = tmp_path / "clustering.mlx"
+    folder.write_text(_SCRIPT.format("Simplification: Clustering Decimation"))
+    output = run_job(Job(load_recipe(folder), BONE, tmp_path / "out.ply")).output
+    assert verify_output(output).holds
+    for by in (1.0, 1e-4):
+        _moved(output, by)
+        found = verify_output(output)
+        assert found.verdict == "not repeated"
+        assert any("a vertex is" in text and "from the nearest one" in text for text in found.findings)
+
+
+def test_the_steps_of_a_provenance_are_not_believed(made: Path) -> None:
+    """A record that names a filter without a seed among its steps makes a changed output no less changed."""
+    _moved(made, 1.0)
+    record = json.loads(provenance_path(made).read_text())
+    record["steps"][0]["python_name"] = "apply_coord_random_displacement"
+    _rewritten(record, made)
+    assert verify_output(made).verdict == "not repeated"
+
+
+@pytest.mark.parametrize("file", [None, "mlx_scripts/smooth_taubin.mlx"])
+def test_a_recipe_is_not_the_shipped_one_because_it_says_so(file: str | None, tmp_path: Path) -> None:
+    """Another script under the name of a shipped recipe is no such recipe, with its digest right, without a file or with one."""
+    folder = tmp_path / "mlx_scripts"
+    folder.mkdir()
+    (folder / "smooth_taubin.mlx").write_text(_SCRIPT.format("Laplacian Smooth"))
+    output = run_job(Job(load_recipe(folder / "smooth_taubin.mlx"), BONE, tmp_path / "out.ply")).output
+    record = json.loads(provenance_path(output).read_text())
+    record["recipe"]["file"] = None if file is None else str(tmp_path / file)
+    _rewritten(record, output)
+    assert verify_output(output).verdict == "recipe changed"
+    assert verify_output(output, recorded=True).verdict == "identical"
+
+
+def test_a_shipped_recipe_needs_no_file(tmp_path: Path) -> None:
+    """It is the one of this installation, wherever that of the run was."""
+    output = run_job(Job(load_recipe("smooth_taubin"), BONE, tmp_path / "out.ply")).output
+    record = json.loads(provenance_path(output).read_text())
+    record["recipe"]["file"] = "/elsewhere/site-packages/pymeshfair/mlx_scripts/smooth_taubin.mlx"
+    _rewritten(record, output)
+    assert verify_output(output).verdict == "identical"
+
+
+@pytest.mark.parametrize("option", ["--allow-outside", "--unchecked"])
+def test_what_weakens_a_run_is_given_again(option: str, made: Path) -> None:
+    """A provenance cannot let a mesh file name files anywhere, or MeshLab read what is not checked."""
+    record = json.loads(provenance_path(made).read_text())
+    record["options"] = {option.removeprefix("--").replace("-", "_"): True}
+    _rewritten(record, made)
+    refused = invoke("verify", made)
+    assert refused.exit_code == 2
+    assert f"the run was given {option}, which a provenance cannot allow" in refused.stderr
+    assert invoke("verify", made, option).exit_code == 0
 
 
 def test_textures_get_the_names_that_they_had(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from .json_document import print_document
-from .options import Debug, Json
+from .options import AllowOutside, Debug, Json, Unchecked
 from .streams import printable
 
 if TYPE_CHECKING:
@@ -31,17 +31,26 @@ EXIT_CODES = {
 def verify(
     output: Annotated[Path, typer.Argument(metavar="OUTPUT", help="A mesh file that a run wrote, its provenance beside it.")],
     recorded: Annotated[
-        bool, typer.Option("--recorded", help="Use the recipe in the provenance, even if the recipe's file has changed since.")
+        bool,
+        typer.Option(
+            "--recorded", help="Use the recipe in the provenance, even if the recipe's file has changed since, or there was none."
+        ),
     ] = False,
     timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop the run after that time.", min=0.001)] = None,
+    allow_outside: AllowOutside = False,
+    unchecked: Unchecked = False,
     memory: Annotated[str | None, typer.Option(metavar="SIZE", help="Memory that the run may take, such as 4GB.")] = None,
     json: Json = False,
     debug: Debug = False,
 ) -> None:
     """Make a file again from its provenance, and compare.
 
-    Exit codes: 0 the same bytes (or, of filters that no seed repeats, within 1 % of the diagonal), 1 other bytes, or the run
-    failed, 3 the output has changed since, 4 the input has, 5 the recipe has, 6 other bytes with other versions.
+    The recipe in the provenance is compared with the one that pymeshfair ships, or with its file. --allow-outside and --unchecked
+    must be given as they were to the run.
+
+    Exit codes: 0 the same bytes (or, of filters that no seed repeats, as many elements, as near as chance leaves them), 1 other
+    bytes, or the run failed, 3 the output has changed since, 4 the input has, 5 the recipe has, 6 other bytes with other
+    versions.
     """
     from ..running.memory import parse_memory
     from ..running.verify import verify_output
@@ -49,7 +58,16 @@ def verify(
 
     limit = None if memory is None else parse_memory(memory)
     with progress() as show:
-        found = verify_output(output, recorded=recorded, timeout=timeout, memory_limit=limit, on_event=show, by_tiles=_by_tiles)
+        found = verify_output(
+            output,
+            recorded=recorded,
+            allow_outside=allow_outside,
+            unchecked=unchecked,
+            timeout=timeout,
+            memory_limit=limit,
+            on_event=show,
+            by_tiles=_by_tiles,
+        )
     if json:
         print_document({"output": output, "verdict": found.verdict, "findings": found.findings, "notes": found.notes})
     else:

@@ -12,16 +12,16 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from ..errors import PymeshfairError
+from ..declaration import Floats
+from ..errors import ParameterError, PymeshfairError
 from ..files.errors import OutputError
 from ..files.formats import extension
 from ..files.provenance import provenance_path, read_provenance, recorded_digest, sha256_of
 from ..filters.inspection import displacement
 from ..meshlab.unrepeatable import UNREPEATABLE
-from ..recipe import Recipe, load_recipe
+from ..recipe import Recipe, load_recipe, shipped_recipes, superseded_recipes
 from ..scripts.guards import Guards
 from ..scripts.read import parse_script
-from ..scripts.write import format_script
 from .job import Event, Job
 from .read import ReadMesh, read_mesh
 from .supervise import run_job
@@ -30,8 +30,10 @@ from .versions import versions
 Verdict: TypeAlias = Literal[
     "identical", "within tolerance", "output changed", "input changed", "recipe changed", "other versions", "not repeated"
 ]
-#: of the diagonal, which the mean distance between two results may be that no seed repeats; and of the numbers of elements
-TOLERANCE, COUNT_TOLERANCE = 0.01, 0.1
+#: of the diagonal, how far the numbers of a .3mf file may be apart, which has a random number and so other bytes each time
+_ROUNDING = 1e-6
+#: what weakens a run, so that a provenance alone does not decide it
+_WEAKENING = ("allow_outside", "unchecked")
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,8 @@ def verify_output(
     output: Path,
     *,
     recorded: bool = False,
+    allow_outside: bool = False,
+    unchecked: bool = False,
     timeout: float | None = None,
     memory_limit: int | None = None,
     on_event: Callable[[Event], None] = lambda event: None,
@@ -65,9 +69,14 @@ def verify_output(
 ) -> Verification:
     """Check an output against its provenance, and make it again from what that says.
 
+    The provenance may be anybody's. So its recipe is compared with the one that is shipped, or with the recipe's file; and what
+    weakens a run must be allowed again.
+
     Args:
         output: the mesh file, with its provenance beside it.
-        recorded: go on with the recipe that the provenance holds, even if the recipe's file has changed since.
+        recorded: go on with the recipe that the provenance holds, even if the recipe's file has changed since, or there is none.
+        allow_outside: let the input name files outside its own folder, as the run was allowed to.
+        unchecked: let MeshLab read formats that are not checked before, as the run was allowed to.
         timeout: seconds for the run, or None.
         memory_limit: bytes that the run may take, or None for a share of the machine's.
         on_event: called with each event of the run.
@@ -75,6 +84,7 @@ def verify_output(
 
     Raises:
         OutputError: it has no provenance, or one that cannot be understood.
+        ParameterError: the run was allowed what is not allowed now.
         RunError: the run failed.
     """
     output = Path(output).absolute()
@@ -89,11 +99,12 @@ def verify_output(
             raise OutputError(provenance_path(output), f"it cannot be understood ({type(error).__name__}: {error})") from error
         if isinstance(planned, Verification):
             return planned
-        if "tiles" in record:
-            run, memory_limit = by_tiles, memory_limit or record["tiles"].get("memory_limit")
-        else:
-            run = run_job
-        run(replace(planned.job, timeout=timeout, memory_limit=memory_limit), on_event)
+        given = {"allow_outside": allow_outside, "unchecked": unchecked}
+        if missing := [f"--{name.replace('_', '-')}" for name in _WEAKENING if name in planned.options and not given[name]]:
+            raise ParameterError(f"the run was given {' and '.join(missing)}, which a provenance cannot allow: give it here, too")
+        run = by_tiles if "tiles" in record else run_job
+        allowed = replace(planned.job, allow_outside=allow_outside, unchecked=unchecked)
+        run(replace(allowed, timeout=timeout, memory_limit=memory_limit), on_event)
         return _compared(output, again, planned)
 
 
@@ -102,8 +113,9 @@ class _Plan(NamedTuple):
 
     job: Job
     record: Mapping[str, Any]
+    options: frozenset[str]
     files: tuple[str, ...]
-    unrepeatable: tuple[str, ...]
+    unrepeatable: Mapping[str, float]
     versions: tuple[str, ...]
     notes: tuple[str, ...]
 
@@ -116,30 +128,29 @@ def _planned(output: Path, record: Mapping[str, Any], again: Path, recorded: boo
     source = record["input"]
     if changed := tuple(_changed([source, *source.get("side_files", ()), *source.get("others", ())], None)):
         return Verification("input changed", changed)
-    recipe, differs = _recipe(record["recipe"])
+    recipe, differs, source_of_recipe = _recipe(record["recipe"])
     if differs and not recorded:
         return Verification("recipe changed", (differs,))
     now = versions()
     was = record["versions"].items()
     others = tuple(f"{name} was {version}, and is {now.get(name)}" for name, version in was if version != now.get(name))
-    options = record.get("options", {})
+    options = frozenset(name for name, value in record.get("options", {}).items() if value)
     job = Job(
         recipe,
         Path(source["path"]),
         again,
         others=tuple(Path(other["path"]) for other in source.get("others", ())),
-        allow_outside=bool(options.get("allow_outside")),
-        unchecked=bool(options.get("unchecked")),
-        own_texture_names=bool(options.get("own_texture_names")),
+        own_texture_names="own_texture_names" in options,
         guards=Guards.parse(record.get("guards", {}).get("limits", {})),
         keep_broken=True,
     )
     job = replace(job, measures=bool(job.all_guards) or "tiles" in record)  # of which no byte depends
     files = tuple(Path(str(entry["path"])).name for entry in entries)
     _occupy(files[1:], again)
-    unrepeatable = [step["python_name"] for step in record["steps"] if step["python_name"] in UNREPEATABLE]
-    unrepeatable += ["writing .3mf files"] if extension(output) == "3mf" else []  # which have a random number
-    return _Plan(job, record, files, tuple(unrepeatable), others, (differs,) if differs else ())
+    names = [step.filter.python_name for step in recipe.script.steps]
+    unrepeatable = {name: UNREPEATABLE[name] for name in names if name in UNREPEATABLE}
+    unrepeatable |= {"writing .3mf files": _ROUNDING} if extension(output) == "3mf" else {}
+    return _Plan(job, record, options, files, unrepeatable, others, tuple(filter(None, (differs, source_of_recipe))))
 
 
 def _compared(output: Path, again: Path, plan: _Plan) -> Verification:
@@ -149,7 +160,7 @@ def _compared(output: Path, again: Path, plan: _Plan) -> Verification:
     said = [f"{name} has other bytes" for name in different]
     if plan.unrepeatable:
         said.append(f"{', '.join(plan.unrepeatable)} gives another result each time")
-        apart = tuple(_differences(read_mesh(output), read_mesh(again)))
+        apart = tuple(_differences(read_mesh(output), read_mesh(again), max(plan.unrepeatable.values())))
         if not apart:
             return Verification("within tolerance", notes=(*plan.notes, *plan.versions, *said))
         said += apart
@@ -166,22 +177,26 @@ def _changed(entries: list[Mapping[str, Any]], folder: Path | None) -> Iterator[
             yield f"{path} is not what it was (its SHA-256 is another one)"
 
 
-def _recipe(entry: Mapping[str, Any]) -> tuple[Recipe, str]:
-    """The recipe that a record holds, and what is different about it now, or nothing."""
-    text = str(entry["text"])
-    recipe = Recipe(str(entry["name"]), parse_script(text.encode("utf-8"), str(entry["name"])))
+def _recipe(entry: Mapping[str, Any]) -> tuple[Recipe, str, str]:
+    """The recipe that a record holds; what is different about it now, or nothing; where it is from, if it is none of ours."""
+    text, name = str(entry["text"]), str(entry["name"])
+    recipe = Recipe(name, parse_script(text.encode("utf-8"), name))
     if hashlib.sha256(text.encode("utf-8")).hexdigest() != entry["sha256"]:
-        return recipe, "the recipe in the provenance is not the one that was run: its SHA-256 is another one"
+        return recipe, "the recipe in the provenance is not the one that was run: its SHA-256 is another one", ""
     if entry["file"] is None:
-        return recipe, ""
+        return recipe, "the recipe was no file, so that there is nothing to compare the one in the provenance with", ""
     file = Path(entry["file"])
-    if not file.is_file():
-        return recipe, f"the recipe's file {file} is not there any more"
+    shipped = load_recipe(name) if name in (*shipped_recipes(), *superseded_recipes()) else None
+    is_ours = shipped is not None and (file == shipped.script.path or file.parent.name in ("mlx_scripts", "superseded"))
+    if not is_ours and not file.is_file():
+        return recipe, f"the recipe's file {file} is not there any more", ""
     try:
-        now = format_script(load_recipe(file, upgrade=True).override(tuple(entry["overrides"])).script)
+        source = shipped if is_ours and shipped is not None else load_recipe(file, upgrade=True)
+        now = source.override(tuple(entry["overrides"])).text
     except PymeshfairError as error:
-        return recipe, f"the recipe's file {file} cannot be read any more: {error}"
-    return recipe, "" if now == text else f"the recipe's file {file} says something else than when it was run"
+        return recipe, f"the recipe's file {file} cannot be read any more: {error}", ""
+    differs = "" if now == text else f"the recipe's file {file} says something else than when it was run"
+    return recipe, differs, "" if is_ours else f"the recipe is that of {file}"
 
 
 def _occupy(names: tuple[str, ...], again: Path) -> None:
@@ -199,14 +214,21 @@ def _same(path: Path, record: Mapping[str, Any]) -> bool:
     return path.is_file() and sha256_of(path) == recorded_digest(record, path)
 
 
-def _differences(one: ReadMesh, other: ReadMesh) -> Iterator[str]:
+def _differences(one: ReadMesh, other: ReadMesh, tolerance: float) -> Iterator[str]:
     """Why two results of a filter that no seed repeats are more different than chance makes them."""
     for what, had, has in (("vertices", len(one.vertices), len(other.vertices)), ("faces", len(one.faces), len(other.faces))):
-        if abs(had - has) > COUNT_TOLERANCE * max(had, has):
+        if had != has:
             yield f"it had {had:,} {what}, and has {has:,} now"
-    diagonal = float(np.linalg.norm(np.ptp(one.vertices, axis=0)))
-    for a, b in ((one, other), (other, one)):
-        found = displacement(a.vertices, a.faces, b.vertices, b.faces, correspondence="surface").distances
-        if found.mean() > TOLERANCE * diagonal:
-            yield f"the mean distance between both is {found.mean() / diagonal:.2%} of the diagonal"
             return
+    diagonal = float(np.linalg.norm(np.ptp(one.vertices, axis=0)))
+    middles = [mesh.vertices[mesh.faces].mean(axis=1) for mesh in (one, other)]
+    for what, a, b in (("vertex", one.vertices, other.vertices), ("face", *middles)):
+        far = max(_farthest(a, b), _farthest(b, a)) if len(a) else 0.0
+        if far > tolerance * diagonal:
+            yield f"a {what} is {far / diagonal:.2g} diagonals from the nearest one, and chance makes {tolerance:g} at most"
+
+
+def _farthest(points: Floats, others: Floats) -> float:
+    """The largest distance from a point to the nearest one of the others."""
+    none = np.empty((0, 3), dtype=np.int32)
+    return float(displacement(points, none, others, none, correspondence="surface").distances.max())
