@@ -151,6 +151,17 @@ def test_host_never_names_a_plugin(module: str) -> None:
     assert not re.search(rf"\bplugins[./]({names})\b", MODULES[module].read_text("utf-8"))
 
 
+#: the parts of the host that leave files for users, and none for themselves
+WRITING = {"authoring", "commands", "looking", "meshset", "recipe", "report", "scripts"}
+
+
+@pytest.mark.parametrize("module", [m for m in HOST if part(m) in WRITING and not m.endswith(".streams")])
+def test_files_are_written_by_one_module(module: str) -> None:
+    """What a command leaves is written by `files.writing`, which says what may be replaced; no command opens a file to write."""
+    text = MODULES[module].read_text("utf-8")
+    assert not re.search(r"""write_text\(|write_bytes\(|open\([^)]*["'][wxa]|shutil\.copy|NamedTemporaryFile|mkstemp""", text)
+
+
 def test_contributing_lists_the_floors() -> None:
     """CONTRIBUTING.md tells the order of imports in the host as it is held here, from the top down."""
     text = (ROOT / "CONTRIBUTING.md").read_text("utf-8")

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import signal
+import subprocess
+import sys
+import time
 import zlib
 from html.parser import HTMLParser
 from pathlib import Path
@@ -15,8 +19,9 @@ from pymeshfair.filters.inspection import Limits
 from pymeshfair.report.charts import histogram, round_numbers, spectrum_chart
 from pymeshfair.report.display import shown_mesh
 from pymeshfair.report.scene import Marker, Scene, pack_scene
-from tests.commands.command_line import invoke
+from tests.commands.command_line import COMMAND, invoke
 from tests.meshes import icosphere, torus
+from tests.running.runs import RANGE_MAP
 
 NO_EDGES = np.empty((0, 2), dtype=np.int32)
 
@@ -146,6 +151,23 @@ def test_the_report_of_a_run_shows_what_broke(tmp_path: Path) -> None:
     assert "<FilterScript" in page.text
     sources = [given.get("src") or given.get("href") or "" for _, given in page.elements]
     assert all(source == "" or source.startswith(("data:", "#")) for source in sources)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there is no such signal")
+@pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])
+def test_a_run_that_is_ended_at_its_report_leaves_nothing(number: str, tmp_path: Path, terminal_signals: None) -> None:
+    """The output appears with its report, so neither is there, and nothing of the work."""
+    command = [*COMMAND, "run", "smooth_taubin", str(RANGE_MAP), "-o", "out.ply", "--report", "report.html"]
+    with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.DEVNULL) as process:
+        while not list(tmp_path.glob(".pymeshfair-run-*/provenance.json")):
+            assert process.poll() is None
+            time.sleep(0.01)
+        process.send_signal(getattr(signal, number))
+        assert process.wait(60) == (130 if number == "SIGINT" else -signal.SIGTERM)
+    deadline = time.monotonic() + 20
+    while any(tmp_path.iterdir()):
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
 
 
 def test_clouds_have_a_report(tmp_path: Path) -> None:

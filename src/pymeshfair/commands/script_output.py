@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import sys
 from pathlib import Path
 
@@ -23,6 +24,8 @@ def check_script(output: Path, *, overwrite: bool, json: bool) -> None:
 def save_script(text: str, output: Path, *, overwrite: bool) -> None:
     """Write the script."""
     if output == STDOUT:
+        if isinstance(sys.stdout, io.TextIOWrapper):
+            sys.stdout.reconfigure(encoding="utf-8")  # as the file would be
         sys.stdout.write(text)
     else:
         write_file(output, text.encode("utf-8"), overwrite=overwrite)

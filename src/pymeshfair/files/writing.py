@@ -74,6 +74,10 @@ def check_target(path: Path, kinds: Collection[str], *, overwrite: bool) -> None
         OutputError: another extension, a place where no file can be put, or a file that must not be replaced.
     """
     check_kind(path, kinds)
+    _check_free(path, overwrite=overwrite)
+
+
+def _check_free(path: Path, *, overwrite: bool) -> None:
     if check_place(path) and not overwrite:
         raise OutputError(path, f"it exists; {OVERWRITE}")
 
@@ -99,7 +103,7 @@ def write_file(path: Path, data: bytes, *, overwrite: bool) -> None:
     Raises:
         OutputError: it cannot or must not be written; what was there before is there still.
     """
-    check_target(path, (extension(path),), overwrite=overwrite)
+    _check_free(path, overwrite=overwrite)
     made = path.with_name(f".pymeshfair-{secrets.token_hex(8)}")
     try:
         try:

@@ -6,7 +6,9 @@ import os
 from typing import Any
 
 from ..recipe import load_recipe
+from ..scripts import Script, Step
 from .exchange import to_meshio, to_open3d, to_trimesh
+from .script_log import ScriptLog
 from .showing import layers_table, layers_text
 
 
@@ -27,9 +29,25 @@ class Conveniences:
             ScriptError: something in the script is wrong; lists every problem.
             ScriptStepFailedError: a step failed; the mesh is as the last complete step left it.
         """
-        meshes: Any = self
         found = load_recipe(name_or_path).override([f"{name}={value}" for name, value in settings.items()])
-        results: list[dict[str, Any]] = meshes.apply_script(found.script)
+        return self.apply_script(found.script)
+
+    def apply_script(self, script: Script) -> list[dict[str, Any]]:
+        """Apply all steps of a script to the current mesh, and add them to the filter script; what each of them reports.
+
+        Raises:
+            ScriptStepFailedError: a step failed; the mesh and the filter script are as the last complete step left them.
+        """
+        meshes: Any = self
+        results: list[dict[str, Any]] = []
+
+        def apply(step: Step) -> None:
+            result, done = meshes._filters.apply_step(step)
+            results.append(result)
+            meshes._script.steps.append(done)
+
+        with meshes.deferred():
+            ScriptLog(script).apply(apply)
         return results
 
     def to_trimesh(self) -> Any:

@@ -9,7 +9,7 @@ from typing import Any
 
 import pymeshlab
 
-from ..scripts.script import Script, Step
+from ..scripts.script import Step
 from ..write_back import after_failure
 from .conveniences import Conveniences
 from .exchange import as_meshlab
@@ -75,23 +75,6 @@ class MeshSet(Conveniences, FilterMethods, pymeshlab.MeshSet):  # type: ignore[m
             pymeshlab.PyMeshLabException: as `apply_filter`.
         """
         return self._filters.apply_step(step)[0]
-
-    def apply_script(self, script: Script) -> list[dict[str, Any]]:
-        """Apply all steps of a script to the current mesh and add them to the filter script; what each of them reports.
-
-        Raises:
-            ScriptStepFailedError: a step failed; the mesh and the filter script are as the last complete step left them.
-        """
-        results: list[dict[str, Any]] = []
-
-        def apply(step: Step) -> None:
-            result, done = self._filters.apply_step(step)
-            results.append(result)
-            self._script.steps.append(done)
-
-        with self.deferred():
-            ScriptLog(script).apply(apply)
-        return results
 
     def effective_parameters(self, step: Step, *, mesh_units: bool = False) -> dict[str, Any]:
         """All values that the step would run with on the current mesh, by name, as a script says them.

@@ -38,10 +38,15 @@ class Interrupts:
 
     @contextlib.contextmanager
     def lifted(self) -> Iterator[None]:
-        """Give signals their usual effect for a while, in which other work takes them itself."""
+        """Give signals their usual effect for a while, in which other work takes them itself.
+
+        Raises:
+            Interrupted: a signal has come before.
+        """
         for number, handler in self._previous.items():
             signal.signal(number, handler)
         try:
+            self.check()
             yield
         finally:
             for number in self._previous:

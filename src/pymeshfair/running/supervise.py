@@ -92,6 +92,7 @@ def run_job(
             staged = result_of(job, record, [file.staged for file in side_files], [file.staged for file in maps])
             with interrupts.lifted():
                 more = also(replace(staged, output=output.staged, provenance=provenance.staged))
+        interrupts.check()
         _check_outputs(job)
         place([*side_files, *maps, *more, output, provenance], stage, outdated=provenance.target)
         remove_folder(stage)  # while the worker lives, which removes it if this process is killed meanwhile
