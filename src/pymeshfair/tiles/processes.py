@@ -126,7 +126,7 @@ class _Process:
 
 
 def _send(stream: Any, value: Any) -> None:
-    pickle.dump(value, stream)
+    stream.write(pickle.dumps(value))  # whole: what cannot be pickled leaves no half of itself in the pipe
     stream.flush()
 
 
