@@ -50,22 +50,31 @@ class LasCloud:
         for chunk in self._chunks(size):
             yield np.stack([np.asarray(chunk[axis], dtype=np.float64) for axis in "xyz"], axis=1)
 
-    def write(self, target: Path, count: int, marks: Iterable[tuple[NDArray[np.bool_], NDArray[np.float64]]], size: int) -> None:
+    def write(
+        self,
+        target: Path,
+        count: int,
+        marks: Iterable[tuple[NDArray[np.bool_], NDArray[np.float64] | None]],
+        size: int,
+        *,
+        scalars: bool,
+    ) -> None:
         """See `Source`; the probability becomes a dimension of its own."""
         import laspy
 
         with _opened(self.path) as reader:
             header = copy.deepcopy(reader.header)
-            if _SCALAR not in header.point_format.dimension_names:
+            if scalars and _SCALAR not in header.point_format.dimension_names:
                 header.add_extra_dim(laspy.ExtraBytesParams(_SCALAR, "float64"))
             evlrs = reader.evlrs
         with target.open("xb") as file:
             with laspy.open(file, "w", header=header, closefd=False, do_compress=target.suffix.lower() == ".laz") as writer:
-                for chunk, (left, scalars) in zip(self._chunks(size), marks, strict=True):
+                for chunk, (left, values) in zip(self._chunks(size), marks, strict=True):
                     made = laspy.ScaleAwarePointRecord.zeros(int(left.sum()), header=header)
                     for name in chunk.array.dtype.names:
                         made.array[name] = chunk.array[name][left]
-                    made.array[_SCALAR] = scalars[left]
+                    if values is not None:
+                        made.array[_SCALAR] = values[left]
                     writer.write_points(made)
                 if evlrs:
                     writer.write_evlrs(evlrs)
