@@ -10,6 +10,7 @@ import contextlib
 import os
 import signal
 import subprocess
+import sys
 from pathlib import Path
 from typing import IO, Any
 
@@ -26,6 +27,9 @@ class Portable:
 
     #: the signals by which a user or the system asks a process to end, as far as there are any
     stop_signals: tuple[str, ...] = ("SIGINT", "SIGTERM")
+
+    #: whether a process may be forked that has loaded libraries and started no threads
+    can_fork = False
 
     def own_session(self) -> dict[str, Any]:
         """Arguments of `subprocess.Popen` that keep Ctrl-C of the terminal from the child."""
@@ -76,6 +80,7 @@ class Posix(Portable):
     """What Linux and macOS can do besides."""
 
     stop_signals = ("SIGINT", "SIGTERM", "SIGHUP")
+    can_fork = sys.platform == "linux"  # the frameworks of macOS do not survive it
 
     def own_session(self) -> dict[str, Any]:
         """As there; one signal ends the child with all that it started."""

@@ -18,7 +18,7 @@ from ..processes.cluster import ClusterError, Conditions, LostSchedulerError, ch
 from ..processes.process import Items
 from ..running.job import Job
 from .plan import Scan
-from .station import Station
+from .station import Station, pool_of
 from .workers import Kind, do_task
 
 #: seconds without work after which a worker ends its processes
@@ -130,7 +130,8 @@ class _Plugin(WorkerPlugin):
             worker.loop.add_callback(worker.close, reason="pymeshfair-batch-unfit")
             return
         template: Job = pickle.loads(self._template)
-        self.station = Station(template, worker.state.nthreads, rest_after=_IDLE)
+        slots = worker.state.nthreads
+        self.station = Station(template, slots, pool_of(slots, rest_after=_IDLE))
 
     def teardown(self, worker: Worker) -> None:
         """Called by dask when the batch or the worker ends."""

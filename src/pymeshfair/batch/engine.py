@@ -13,12 +13,14 @@ from queue import Empty, SimpleQueue
 from typing import Any, Protocol
 
 from ..processes.cluster import LostSchedulerError
+from ..processes.pool import Pool
 from ..processes.process import Items
 from ..running.interrupts import Interrupted, Interrupts
 from ..running.job import Job
 from .journal import Journal
 from .outcome import Outcome
 from .plan import Scan
+from .station import pool_of
 from .workers import ThisMachine, Workers
 
 #: seconds between two looks at the workers
@@ -46,6 +48,7 @@ def carry_out(
     *,
     address: str | None,
     jobs: int,
+    pool: Pool | None = None,
     stop: bool,
     pages: bool,
     listener: Listener,
@@ -60,6 +63,7 @@ def carry_out(
         folder: where outputs go; it exists.
         address: of a scheduler, or None for this machine.
         jobs: scans at a time on this machine.
+        pool: processes for them; None starts some.
         stop: give up after the first scan that fails.
         pages: make a page of each scan that is done.
         listener: who is told.
@@ -73,7 +77,7 @@ def carry_out(
     items: Items = SimpleQueue()
     with ExitStack() as opened:
         if address is None:
-            workers: Workers = opened.enter_context(ThisMachine(template, folder, jobs, items))
+            workers: Workers = opened.enter_context(ThisMachine(template, folder, jobs, items, pool or pool_of(jobs)))
         else:
             from .cluster import workers_of_scheduler
 

@@ -25,23 +25,33 @@ from .plan import Scan, job_of
 _PATIENCE = 20.0
 
 
+def share_of_threads(slots: int) -> int:
+    """The threads of each of so many tasks at a time."""
+    return max(1, this_system().processors() // slots)
+
+
+def pool_of(slots: int, *, rest_after: float | None = None) -> Pool:
+    """Processes for so many tasks at a time, see `pymeshfair.processes.pool.Pool`."""
+    return workers_of_runs(slots, share_of_threads(slots), rest_after=rest_after)
+
+
 class Station:
     """Does the tasks of a batch in this process and those that it starts. May be used from several threads."""
 
-    def __init__(self, template: Job, slots: int, *, rest_after: float | None = None) -> None:
+    def __init__(self, template: Job, slots: int, pool: Pool) -> None:
         """See the class.
 
         Args:
             template: what all runs share.
             slots: tasks at a time; each takes its share of processors and memory.
-            rest_after: seconds without work after which processes are ended; None keeps them.
+            pool: lends the processes, see `pool_of`; it is closed with the station.
         """
         self._template = template
         self._host = socket.gethostname()
-        self._threads = max(1, this_system().processors() // slots)
+        self._threads = share_of_threads(slots)
         memory = default_memory()
         self._memory = None if memory is None else memory // slots
-        self._pool = workers_of_runs(slots, self._threads, rest_after=rest_after)
+        self._pool = pool
         self._lent: dict[str, Process] = {}
         self._cancelled: set[str] = set()
 

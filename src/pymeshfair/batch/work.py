@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Protocol
 
+from ..processes.pool import Pool
 from ..running.job import Job
 from .checks import Prospect, check_own_files, look_ahead
 from .engine import Listener, carry_out
@@ -17,6 +19,7 @@ from .page import write_page
 from .plan import Scan
 from .resume import done_before
 from .sample import sample
+from .station import pool_of
 from .summary import Summary
 
 
@@ -106,8 +109,22 @@ class Task:
         done = done_before(self.scans, self.template, read_journal(self.folder / NAME)) if self._resume else {}
         return look_ahead(self.scans, self.template, self.folder, done)
 
-    def carry_out(self, audience: Audience) -> Summary:
+    @contextmanager
+    def processes(self) -> Iterator[Pool | None]:
+        """Processes of this machine for `carry_out`, which are started as soon as the context is entered."""
+        if self._address is not None:
+            yield None
+            return
+        with pool_of(min(self._jobs, len(self.scans))) as pool:
+            pool.prepare()
+            yield pool
+
+    def carry_out(self, audience: Audience, pool: Pool | None = None) -> Summary:
         """Do it, and write ``batch.json`` and ``batch.csv``, also if it is interrupted, and ``batch.html`` if a report is wanted.
+
+        Args:
+            audience: who is told.
+            pool: see `processes`.
 
         Raises:
             ScriptError, InputError: see `pymeshfair.batch.checks.look_ahead`.
@@ -143,6 +160,7 @@ class Task:
                         self.folder,
                         address=self._address,
                         jobs=min(self._jobs, len(todo) or len(drawn)),
+                        pool=pool,
                         stop=self._stop,
                         pages=self._report,
                         listener=record,

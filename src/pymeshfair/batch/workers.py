@@ -8,6 +8,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal, Protocol, TypeAlias
 
+from ..processes.pool import Pool
 from ..processes.process import Items
 from ..running.job import Job
 from .drawing import page_path
@@ -41,9 +42,9 @@ class Workers(Protocol):
 class ThisMachine:
     """Threads of this process with a station; see `Workers`. A context manager that ends them."""
 
-    def __init__(self, template: Job, folder: Path, slots: int, items: Items) -> None:
-        """See the class; `slots` tasks are done at a time."""
-        self._station = Station(template, slots)
+    def __init__(self, template: Job, folder: Path, slots: int, items: Items, pool: Pool) -> None:
+        """See the class; `slots` tasks are done at a time, in processes that `pool` lends."""
+        self._station = Station(template, slots, pool)
         self._folder = folder
         self._items = items
         self._threads = ThreadPoolExecutor(slots)

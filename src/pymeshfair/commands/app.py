@@ -5,10 +5,12 @@ Exit codes: 0 done, 1 the run failed, 2 wrong usage or an invalid recipe, 130 in
 
 from __future__ import annotations
 
+import os
 from typing import Annotated
 
 import typer
 
+from ..processes.environment import ONE_BLAS_THREAD
 from . import batch, check, compare, demo, doctor, export, info, list, picture, run, spectrum, suggest, tune, upgrade, verify
 from .failure import check_working_folder
 from .group import CommandGroup
@@ -61,4 +63,5 @@ def pymeshfair(
 
 def main() -> None:
     """The entry point of the console script."""
+    os.environ.update(ONE_BLAS_THREAD)  # more threads would keep workers from being copies of this process
     app()

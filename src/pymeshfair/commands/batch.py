@@ -134,8 +134,8 @@ def _carry_out(task: Task, *, json: bool) -> None:
     from .batch_progress import batch_progress
     from .batch_tables import show_summary
 
-    with batch_progress() as show:
-        summary = task.carry_out(show)
+    with task.processes() as pool, batch_progress() as show:
+        summary = task.carry_out(show, pool)
     if json:
         print_document(summary.document())
     else:

@@ -23,9 +23,11 @@ from ..files.errors import ContentsError
 from ..files.reading import Reading
 from ..mesh_data import MeshData, Source, Texture
 from ..mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES, diagonal_of, mean_edge_of
+from ..processes.worker import use_up
 from ..scripts.script import Step
 from .aftermath import BASE
 from .builtin_filters import BuiltinFilters, constant_defaults
+from .unrepeatable import LEAVES_STATE
 
 #: the custom attribute by which elements are known again, from 1; 0 is a new one
 _ID = "pymeshfair_id"
@@ -104,6 +106,8 @@ class Door:
             self._bring_custom(name)
         self._painted |= FilterClass.TEXTURE in step.filter.classes
         self._with_normals |= FilterClass.NORMAL in step.filter.classes
+        if step.filter.python_name in LEAVES_STATE:
+            use_up()
         return self._filters.apply(step.filter, self._values(step))[0]
 
     def layers(self, next_id: int) -> tuple[list[int], int | None, dict[int, bool]]:

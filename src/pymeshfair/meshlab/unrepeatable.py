@@ -9,6 +9,22 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
+#: filters that leave something in the process, such as the state of a generator of random numbers, by which the next run of the
+#: same filter gives another result than in a fresh process; found as above
+LEAVES_STATE = frozenset(
+    {
+        "apply_coord_cubic_stylization",
+        "apply_coord_random_displacement",
+        "compute_iso_parametrization",
+        "generate_dust_accumulation_point_cloud",
+        "generate_sampling_montecarlo",
+        "generate_sampling_poisson_disk",
+        "generate_sampling_voronoi",
+        "generate_simplified_point_cloud",
+        "generate_voronoi_atlas_parametrization",
+        "meshing_decimation_clustering",
+    }
+)
 #: the same elements in another order: of the diagonal, what rounding leaves
 _REORDERED = 1e-6
 

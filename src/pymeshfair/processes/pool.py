@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -10,6 +11,7 @@ from types import TracebackType
 from typing import Any, Protocol
 
 from ..errors import RunError
+from .forked import can_fork
 from .order import Answer, Order
 from .process import LostProcessError, Process
 
@@ -43,6 +45,7 @@ class Pool:
         """
         self._rest_after = rest_after
         self._clock: threading.Timer | None = None
+        self._most = most
         self._threads = threads
         self._modules = modules
         self._free = threading.Semaphore(most)
@@ -70,10 +73,13 @@ class Pool:
         self.rest()
 
     def prepare(self) -> None:
-        """Start a process ahead, if none is idle."""
-        with self._lock:
-            if not self._idle:
-                self._idle.append(Process(self._threads, self._modules))
+        """Start all processes ahead: as copies of this one, which loads the modules for that, where that is sound."""
+        if not can_fork():
+            self._idle += [Process(self._threads, self._modules) for _ in range(self._most)]
+            return
+        for name in self._modules:
+            importlib.import_module(name)
+        self._idle += [Process(self._threads, forked=can_fork()) for _ in range(self._most)]
 
     def rest(self) -> None:
         """End the processes that have nothing to do."""

@@ -13,6 +13,7 @@ from typing import IO, Any, TypeAlias
 from ..errors import RunError
 from ..operating_system import this_system
 from .environment import program_of, worker_environment
+from .forked import ForkedProcess
 from .order import Answer, Order
 from .worker import END_OF_TALK
 
@@ -44,37 +45,40 @@ class LostProcessError(RunError):
 class Process:
     """A process that waits for orders, and does one at a time."""
 
-    def __init__(self, threads: int | None = None, modules: Sequence[str] = ()) -> None:
+    def __init__(self, threads: int | None = None, modules: Sequence[str] = (), *, forked: bool = False) -> None:
         """Start it.
 
         Args:
             threads: that a filter may use, see `worker_environment`.
             modules: what it imports until the first order comes.
+            forked: make it a copy of this process, see `pymeshfair.processes.forked`, in place of a new interpreter.
         """
         self._system = this_system()
         # In a session of its own Ctrl-C on the terminal does not reach it, and one signal ends it with all its children.
-        self._process = subprocess.Popen(
-            [*program_of("pymeshfair.processes.worker"), *modules],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            env=worker_environment(threads),
-            **self._system.own_session(),
+        self._process: Any = (
+            ForkedProcess(threads)
+            if forked
+            else subprocess.Popen(
+                [*program_of("pymeshfair.processes.worker"), *modules],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                env=worker_environment(threads),
+                **self._system.own_session(),
+            )
         )
         self.pid = self._process.pid
         self.is_idle = True
         self._items: Items = SimpleQueue()
-        self._readers = [
-            threading.Thread(target=read, args=(stream,), daemon=True)
-            for read, stream in ((self._read_reports, self._process.stdout), (self._read_talk, self._process.stderr))
-        ]
-        for reader in self._readers:
-            reader.start()
+        self._readers: list[threading.Thread] = []  # from the first order on, so that this process may be forked until then
 
     def give(self, order: Order, items: Items) -> None:
         """Give it an order; what comes of it is put into `items`. `is_idle` must be set again when all of that was taken."""
-        assert self._process.stdin is not None
         self.is_idle, self._items = False, items
+        if not self._readers:
+            for read, stream in ((self._read_reports, self._process.stdout), (self._read_talk, self._process.stderr)):
+                self._readers.append(threading.Thread(target=read, args=(stream,), daemon=True))
+                self._readers[-1].start()
         with suppress(OSError):  # it has died already, which the end of its streams tells
             pickle.dump(order, self._process.stdin)
             self._process.stdin.flush()
@@ -110,7 +114,8 @@ class Process:
 
     def wait(self) -> int:
         """Its exit status, once it has ended; minus a signal's number if that was the end."""
-        return self._process.wait()
+        status: int = self._process.wait()
+        return status
 
     def kill(self) -> None:
         """End it and whatever it has started; may be called from any thread."""
@@ -126,7 +131,7 @@ class Process:
             reader.join(1.0)
         for stream in (self._process.stdin, self._process.stdout, self._process.stderr):
             with suppress(OSError):  # what it was told last has not arrived
-                stream.close()  # type: ignore[union-attr]
+                stream.close()
 
     def _read_reports(self, stream: IO[bytes]) -> None:
         with suppress(EOFError, pickle.UnpicklingError, ValueError, OSError):  # killed, perhaps in the middle of its answer

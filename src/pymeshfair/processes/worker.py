@@ -51,13 +51,18 @@ def use_up() -> None:
 
 def main() -> None:
     """Carry out orders until there are no more."""
+    serve(sys.argv[1:])
+
+
+def serve(modules: Sequence[str]) -> None:
+    """Carry out the orders on stdin; `modules` are imported until the first one comes."""
     collect_seldom()
     orders, reports = _take_over_streams()
     faulthandler.enable()
     _Channel.reports = reports
     inbox: SimpleQueue[Order] = SimpleQueue()
     threading.Thread(target=_receive, args=(orders, inbox), daemon=True).start()
-    _prepare(sys.argv[1:], inbox)
+    _prepare(modules, inbox)
     process = str(os.getpid())
     while True:
         order = inbox.get()
