@@ -43,7 +43,7 @@ class Compiler:
             stdout=subprocess.PIPE,
             env={**_SETTINGS, "NUMBA_CPU_NAME": processor(), **os.environ},
         )
-        atexit.register(process.kill)
+        atexit.register(self.close)
         self._send(process, sys.path)
         return process
 
@@ -69,9 +69,9 @@ class Compiler:
         """End the process."""
         process = self.__dict__.pop("_process", None)
         if process is not None:
-            atexit.unregister(process.kill)
-            process.kill()
-            process.wait()
+            atexit.unregister(self.close)
+            with process:  # closes the pipes
+                process.kill()
 
     @staticmethod
     def _send(process: subprocess.Popen[bytes], what: Any) -> None:
