@@ -100,8 +100,6 @@ def picture(
         typer.echo(f"Written: {output} ({drawn.width} x {drawn.height} pixels)")
 
 
-
-
 def _pixels(text: str) -> tuple[int, int]:
     from ..errors import ParameterError
 

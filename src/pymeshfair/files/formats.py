@@ -40,6 +40,17 @@ class Format:
     rounding: tuple[float, float]
     holds: frozenset[str]
 
+    def lost(self, present: set[str]) -> list[str]:
+        """What of `ATTRIBUTES` such a file does not keep of a mesh that has `present`."""
+        lost = present - self.holds
+        if self.extension in _ONE_PLACE and "wedge texture coordinates" in present:
+            lost |= present & {"vertex texture coordinates"}
+        return [a for a in ATTRIBUTES if a in lost]
+
+
+#: formats whose vertices have texture coordinates only if the corners of faces have none
+_ONE_PLACE = ("obj", "glb")
+
 
 def _format(extension: str, rounding: tuple[float, float], *holds: str) -> Format:
     assert set(holds) <= set(ATTRIBUTES)

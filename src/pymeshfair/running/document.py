@@ -29,6 +29,7 @@ class Document:
 
     Attributes:
         current_id: of the current layer; None if there is none.
+        losses: what MeshLab did not take of the meshes that were handed over to it, in words.
     """
 
     def __init__(
@@ -53,6 +54,7 @@ class Document:
         self._next_id = 0
         self._is_inside = False
         self.current_id: int | None = None
+        self.losses: list[str] = []
 
     def add(self, mesh: MeshData) -> int:
         """Add a layer, which becomes the current one; its id."""
@@ -148,7 +150,7 @@ class Document:
         from ..meshlab.door import Layer
 
         layers = {number: Layer(self.mesh(number), self._visible[number]) for number in self._meshes}
-        self._door.enter(layers, self.current_id)
+        self.losses += self._door.enter(layers, self.current_id)
         self._is_inside = True
 
     def _apply_builtin(self, step: Step) -> dict[str, Any]:

@@ -106,6 +106,7 @@ class Session:
             self._warn(unsuited)
         steps = [self._step(number) for number in range(1, len(self._assignment.steps) + 1)]
         document = self._document
+        self._lose(document.losses)
         result = document.current
         # The layer of which a step made another one is in its file.
         kept = document.current_id != given and given in document.ids
