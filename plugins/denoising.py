@@ -29,10 +29,10 @@ from pymeshfair.filters.denoising import (
     denoise_automatically,
     denoised,
     filter_face_normals,
-    folded_faces,
     normal_filtering,
 )
 from pymeshfair.filters.execution import Progress, ignore_progress, part_of
+from pymeshfair.filters.inspection import folded_faces
 from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy, referenced_vertices
 
 from .moving_vertices import MOVES_VERTICES, Selected, movable_vertices
@@ -202,8 +202,8 @@ def apply_coord_normal_filtering(
             **effective,
             **found,
             "drift": _mean_displacement(layer, vertices),
-            "folded_before": folded_faces(layer.vertices, layer.faces),
-            "folded_after": folded_faces(vertices, layer.faces),
+            "folded_before": int(folded_faces(layer.vertices, layer.faces).sum()),
+            "folded_after": int(folded_faces(vertices, layer.faces).sum()),
         },
         notes=notes,
     )

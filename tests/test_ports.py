@@ -48,9 +48,14 @@ def test_a_run_by_tiles_opens_no_port(tmp_path: Path) -> None:
         found = listening(run.pid)
         assert not [address for address in found if lets_in(address)]
         assert not found
+        workers = children_of(run.pid)
     finally:
         run.kill()
         run.communicate()
+    deadline = time.monotonic() + 10
+    while any(Path(f"/proc/{pid}/exe").exists() for pid in workers):
+        assert time.monotonic() < deadline, "workers outlive a run that was killed"
+        time.sleep(0.05)
 
 
 def test_an_open_port_is_seen() -> None:

@@ -1,8 +1,21 @@
 """What a filter raises when it cannot do what was asked."""
 
+from __future__ import annotations
+
+from typing import Any
+
 
 class PymeshfairError(Exception):
     """Base of all errors of pymeshfair that a caller may want to catch; `pymeshfair.errors` has it, too."""
+
+    def __reduce__(self) -> tuple[Any, ...]:  # unpickling would otherwise call the class with the message alone
+        return _restored, (type(self), self.args, self.__dict__)
+
+
+def _restored(kind: type[PymeshfairError], arguments: tuple[Any, ...], attributes: dict[str, Any]) -> PymeshfairError:
+    error = kind.__new__(kind, *arguments)
+    error.__dict__.update(attributes)
+    return error
 
 
 class FilterInputError(PymeshfairError, ValueError):

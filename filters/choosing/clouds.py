@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from ..denoising import CloudKernels, estimated_range_sigma, normals_of, projections, unit_normals
 from ..evidence import Choice, CloudSample, cloud_patches, hear, held_out_vertices, spacing_and_numbers, starts_of, trials_of
 from ..execution import Progress, ignore_progress
-from ..mesh import Floats, Ints, check_points, normalised_mesh
+from ..mesh import Bools, Floats, Ints, check_points, normalised_mesh
 from ..neighbours import nearest_neighbours
 from ..robust import KernelName
 
@@ -24,9 +24,12 @@ _EQUAL = 1.0
 _SMOOTHED_BY, _SMOOTHED = 18, 2
 # Clouds have so much noise at least, in spacings, by `CloudSample.calm`; exact surfaces and smoothed scans less than half of it.
 _CLEAN = 0.03
-# Neighbours agree by -0.2 to -0.1 where noise is independent, by -0.05 to 0.01 where it is as strong as 0.6 spacings; by -0.08
-# to 0.07 on decimated figures, and by 0.6 on clouds too coarse for their details.
-_INDEPENDENT, _SURFACE = -0.085, 0.2
+# Neighbours agree by -0.2 to -0.1 where noise is independent, by -0.05 to 0.01 where it is as strong as 0.6 spacings, and by up
+# to 0.28 where it is stronger; by -0.08 to 0.07 on decimated figures, and by 0.6 on clouds too coarse for their details.
+_INDEPENDENT, _SURFACE = -0.085, 0.4
+# Noise of more than half a spacing has at least so much by `CloudSample.calm`. Points nearer to each other than the noise say
+# nothing of the surface; a quarter of them has half of the noise in spacings.
+_THICK, _QUARTER = 0.33, 4
 # Even noise is so many times what `calm` says of it.
 _EVEN = 1.4
 
@@ -54,6 +57,7 @@ def chosen_projection(
     """The setting of `bilateral_projection` that best predicts points which it has not seen.
 
     1. A cloud is clean, and left alone, if hardly any noise is left where it is calmest, or if neighbours agree in what is left.
+       Where the noise is above half a spacing a quarter of the points decides, with a quarter of the neighbours.
     2. Some points, no two of them near neighbours, are held out, see `CloudSample.without`, four times. Settings that fall behind
        are dropped, see `hear`; what counts is how far along the normal the results are from the points as they were measured.
     3. Of the settings within one standard error of the best the one with the fewest iterations times neighbours is taken.
@@ -83,18 +87,43 @@ def chosen_projection(
     given = check_points(points)
     directions = None if normals is None else unit_normals(normals, len(given))
     cloud = normalised_mesh(given, np.empty((0, 3), dtype=np.int32), movable)
-    spacing, numbers = spacing_and_numbers(cloud.points)
+    kernels = CloudKernels(range_kernel, space_kernel, *(s and s * cloud.scale for s in (range_sigma, space_sigma)))
+    part = _Part(cloud.points, directions, cloud.movable)
+    return _choice(part, kernels, unit=1.0 / cloud.scale, most=len(given) - 1, seed=seed, progress=progress)
+
+
+class _Part(NamedTuple):
+    """(n, 3) points of a cloud, the (n, 3) normals that are given and (n,) which of them may move."""
+
+    points: Floats
+    normals: Floats | None
+    movable: Bools | None
+
+    def of(self, some: Ints) -> "_Part":
+        return _Part(*(None if values is None else values[some] for values in self))  # type: ignore[arg-type]
+
+
+def _choice(
+    part: _Part, kernels: CloudKernels, *, unit: float, most: int, seed: int, progress: Progress, share: int = 1
+) -> Choice[Projection] | None:
+    """The choice on a part that has one point of `share`; range sigmas are then in the unit, neighbours at most so many."""
+    spacing, numbers = spacing_and_numbers(part.points)
     if spacing == 0.0:
         return None
-    unit = spacing / cloud.scale
-    local, origin, inner = cloud_patches(cloud.points / spacing, numbers)
-    directions = None if directions is None else directions[origin]
-    moves = None if cloud.movable is None else cloud.movable[origin]
+    local, origin, inner = cloud_patches(part.points / spacing, numbers)
+    _, directions, moves = part.of(origin)
     sample = CloudSample(local, inner if moves is None else inner & moves, _smooth_normals(local))
-    held = [mask for mask in held_out_vertices(local, sample.pairs, scored=sample.inner, masks=_MASKS, seed=seed) if len(mask)]
-    if sum(map(len, held)) < _ENOUGH or sample.calm < _CLEAN or sample.agreement > _SURFACE:
+    if sample.calm < _CLEAN or sample.agreement > _SURFACE:
         return None
-    kernels = CloudKernels(range_kernel, space_kernel, *(s and s / unit for s in (range_sigma, space_sigma)))
+    if sample.calm > _THICK and sample.agreement > _INDEPENDENT:
+        quarter = np.flatnonzero(numbers < 1.0 / _QUARTER).astype(np.int32)
+        if len(quarter) < _ENOUGH:
+            return None
+        return _choice(part.of(quarter), kernels, unit=unit, most=most, seed=seed, progress=progress, share=share * _QUARTER)
+    held = [mask for mask in held_out_vertices(local, sample.pairs, scored=sample.inner, masks=_MASKS, seed=seed) if len(mask)]
+    if sum(map(len, held)) < _ENOUGH:
+        return None
+    kernels = kernels._replace(**{name: s and s / spacing for name, s in kernels._asdict().items() if name.endswith("sigma")})
     families = [[Projection()], *_families(local, directions, kernels)]
     costs = np.zeros(len(local))
 
@@ -110,7 +139,11 @@ def chosen_projection(
         return costs[mask] if at == 0 else np.einsum("ij,ij->i", local[mask] - result[mask], sample.normals[mask])
 
     tried, verdict = hear(held, run, deviations, starts_of(families), progress=progress)
-    every = [setting._replace(range_sigma=setting.range_sigma * unit) for family in families for setting in family]
+    every = [
+        Projection(min(share * neighbors, most), sigma * spacing * unit, iterations)
+        for family in families
+        for neighbors, sigma, iterations in family
+    ]
     trials = trials_of(every, tried, verdict)
     equal = [trial for trial, near in zip(trials, verdict.within(_EQUAL), strict=True) if near]
     chosen = min(equal, key=lambda trial: trial.label.neighbors * trial.label.iterations)

@@ -5,7 +5,6 @@ from .bilateral import JONES_BORDERS, JonesBorder, bilateral_fleishman, bilatera
 from .candidates import SettingsTried
 from .clouds import CloudKernels, bilateral_projection, estimated_range_sigma, normals_of, projections, unit_normals
 from .face_neighbourhoods import NEIGHBORHOODS, Neighborhood
-from .folded_faces import folded_faces
 from .impulses import OUTLIERS, Outliers, replace_outlying
 from .noise_level import NoiseEstimate, estimate_noise
 from .normal_filter import NORMAL_FILTER_METHODS, NormalFilter, NormalFilterMethod
@@ -57,7 +56,6 @@ __all__ = [
     "estimate_noise",
     "estimated_range_sigma",
     "filter_face_normals",
-    "folded_faces",
     "needs_distance",
     "normal_filtering",
     "normals_of",

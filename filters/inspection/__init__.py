@@ -12,6 +12,7 @@ from .curvature import (
     mean_curvature,
 )
 from .displacement import CORRESPONDENCES, Correspondence, Displacement, displacement
+from .folded_faces import folded_faces
 from .reflection_lines import reflection_stripes
 from .sharp_edges import SHARP, SharpEdges, share_kept, sharp_edges
 from .side_changes import side_changes
@@ -35,6 +36,7 @@ __all__ = [
     "closest_points",
     "displacement",
     "diverging_colors",
+    "folded_faces",
     "gaussian_curvature",
     "mean_curvature",
     "mesh_normals",

@@ -17,6 +17,7 @@ from ..mesh import Floats, Ints, bounding_box, check_edges, check_mesh, normalis
 from ..neighbours import nearest_neighbours
 from .connectivity import Connectivity, connectivity
 from .face_measures import dihedral_angles, face_measures
+from .folded_faces import looking_away
 
 #: Products are taken of so many faces at a time, so that what they are taken of stays in the cache.
 _BLOCK = 1 << 16
@@ -37,6 +38,7 @@ class SurfaceMeasures:
         unreferenced_vertices: vertices that no face and no edge uses.
         degenerate_faces: faces of no area: a vertex named twice, coincident vertices, three vertices on a line. They are left
             out of `roughness` and count as 0 in `triangle_quality`.
+        folded_faces: faces that look away from those at their vertices, see `pymeshfair.filters.inspection.folded_faces`.
         border_edges: edges with exactly one face.
         non_manifold_edges: edges with more than two faces.
         non_manifold_vertices: vertices of a non-manifold edge, and those whose faces form more than one fan, such as the tip
@@ -65,6 +67,7 @@ class SurfaceMeasures:
     edges: int
     unreferenced_vertices: int
     degenerate_faces: int
+    folded_faces: int
     border_edges: int
     non_manifold_edges: int
     non_manifold_vertices: int
@@ -135,6 +138,7 @@ def measures_and_connectivity(
         edges=len(known.pairs),
         unreferenced_vertices=known.unreferenced,
         degenerate_faces=degenerate,
+        folded_faces=int(looking_away(normals, known.proper, n_vertices).sum()),
         border_edges=known.border,
         non_manifold_edges=known.crowded,
         non_manifold_vertices=known.pinched,

@@ -3,17 +3,26 @@
 from .factors import SPREAD_BLOCK, compare, compare_rows, probabilities_of, spread_of, standard_distances
 from .far_from_points import far_from_points
 from .local_outlier_probability import local_outlier_probability, outlier_factors
-from .stray_points import stray_points
+from .stray_points import JOINED, StrayRule, stray_points
+from .surface_links import NO_LINK, cut_links, linked_parts, linked_to, part_sums, thicknesses
 
 __all__ = [
+    "JOINED",
+    "NO_LINK",
     "SPREAD_BLOCK",
+    "StrayRule",
     "compare",
     "compare_rows",
+    "cut_links",
     "far_from_points",
+    "linked_parts",
+    "linked_to",
     "local_outlier_probability",
     "outlier_factors",
+    "part_sums",
     "probabilities_of",
     "spread_of",
     "standard_distances",
     "stray_points",
+    "thicknesses",
 ]

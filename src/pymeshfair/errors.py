@@ -97,6 +97,3 @@ class StepFailedError(RunError):
         super().__init__(f"{place}: {reason}")
         self.place = place
         self.reason = reason
-
-    def __reduce__(self) -> tuple[object, ...]:
-        return type(self), (self.place, self.reason)  # unpickling would otherwise call the class with the message alone

@@ -26,8 +26,6 @@ class Portable:
 
     #: the signals by which a user or the system asks a process to end, as far as there are any
     stop_signals: tuple[str, ...] = ("SIGINT", "SIGTERM")
-    #: whether a process may be forked that has loaded libraries and started no threads
-    can_fork = False
 
     def own_session(self) -> dict[str, Any]:
         """Arguments of `subprocess.Popen` that keep Ctrl-C of the terminal from the child."""
@@ -42,11 +40,14 @@ class Portable:
         return process.poll() is not None
 
     def limit_memory(self, most: int | None) -> None:
-        """Hold this process to so many bytes of memory, and keep it from dumping core. Does neither."""
+        """Hold this process to so many bytes of memory from now on, and keep it from dumping core. Does neither."""
 
     def peak_memory(self) -> int | None:
-        """The most memory that this process has held so far in bytes. Not known."""
+        """The most bytes of memory that this process has held since it last forgot. Not known."""
         return None
+
+    def forget_peak_memory(self) -> None:
+        """Begin anew to note the most memory that this process holds. Does nothing."""
 
     def try_lock(self, file: IO[bytes], *, alone: bool) -> bool:
         """Take the lock of a file without waiting, alone or with others; whether it was taken. It never is."""
@@ -75,7 +76,6 @@ class Posix(Portable):
     """What Linux and macOS can do besides."""
 
     stop_signals = ("SIGINT", "SIGTERM", "SIGHUP")
-    can_fork = hasattr(os, "pidfd_open")  # Linux; the frameworks of macOS do not survive it
 
     def own_session(self) -> dict[str, Any]:
         """As there; one signal ends the child with all that it started."""
@@ -98,11 +98,12 @@ class Posix(Portable):
 
         with contextlib.suppress(OSError, ValueError):
             resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        if most is not None:
-            # On Linux RLIMIT_DATA counts what is really the process's own; RLIMIT_AS also counts what is only reserved.
-            kind = resource.RLIMIT_DATA if Path("/proc/self/status").exists() else resource.RLIMIT_AS
-            with contextlib.suppress(OSError, ValueError):
-                resource.setrlimit(kind, (min(most, _ALL), min(most, _ALL)))
+        # On Linux RLIMIT_DATA counts what is really the process's own; RLIMIT_AS also counts what is only reserved.
+        kind = resource.RLIMIT_DATA if Path("/proc/self/status").exists() else resource.RLIMIT_AS
+        with contextlib.suppress(OSError, ValueError):
+            hard = resource.getrlimit(kind)[1]
+            most = hard if most is None else min(most, _ALL)
+            resource.setrlimit(kind, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
 
     def peak_memory(self) -> int | None:
         """As there; known on Linux."""
@@ -112,6 +113,11 @@ class Posix(Portable):
                 if line.startswith("VmHWM:"):
                     return int(line.split()[1]) * 1024
         return None
+
+    def forget_peak_memory(self) -> None:
+        """As there; on Linux."""
+        with contextlib.suppress(OSError):
+            Path("/proc/self/clear_refs").write_text("5", "ascii")
 
     def try_lock(self, file: IO[bytes], *, alone: bool) -> bool:
         """As there; it is not taken while others hold it, or on a file system without locks."""

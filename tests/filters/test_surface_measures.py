@@ -44,6 +44,7 @@ def test_cube() -> None:
         "edges": 18,
         "unreferenced_vertices": 0,
         "degenerate_faces": 0,
+        "folded_faces": 0,
         "border_edges": 0,
         "non_manifold_edges": 0,
         "non_manifold_vertices": 0,

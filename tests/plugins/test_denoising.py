@@ -13,7 +13,6 @@ from pymeshfair.filters.denoising import (
     FIXED,
     denoise_automatically,
     filter_face_normals,
-    folded_faces,
     normal_filtering,
     replace_outlying,
 )
@@ -21,6 +20,7 @@ from pymeshfair.filters.denoising.noise_level import smooth_normals
 from pymeshfair.filters.denoising.relaxation import along_normals
 from pymeshfair.filters.diffusion import taubin_fairing
 from pymeshfair.filters.geometry import face_normals, mean_edge_length
+from pymeshfair.filters.inspection import folded_faces
 from pymeshfair.plugins.denoising import DEFAULTS, STEP_ONE, apply_coord_normal_filtering, apply_normal_robust_filtering_per_face
 from tests.angles import mean_angle
 from tests.meshes import Floats, Ints, Mesh, cube, irregular_grid, subdivided
@@ -107,8 +107,8 @@ def test_the_values_measure_what_was_done(rough: Mesh) -> None:
     assert edit.vertices is not None
     moved = np.linalg.norm(edit.vertices - rough[0], axis=1).mean() / mean_edge_length(*rough)
     assert edit.values["drift"] == pytest.approx(moved, rel=1e-12)
-    assert edit.values["folded_after"] == folded_faces(edit.vertices, rough[1])
-    assert edit.values["folded_before"] == folded_faces(*rough)
+    assert edit.values["folded_after"] == folded_faces(edit.vertices, rough[1]).sum()
+    assert edit.values["folded_before"] == folded_faces(*rough).sum()
 
 
 def test_by_default_everything_is_automatic(rough: Mesh, true: Mesh) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -47,6 +48,26 @@ def test_faces_that_turned_over_are_counted() -> None:
     assert change_of((flat, triangles), (folded, triangles)).turned == 1
 
 
+#: a chevron whose corner in the middle sees all of its border, which the mean of the others does not, and a frame around it
+CHEVRON = np.array([[0.0, 0, 0], [0, -0.5, 0], [4, 4, 0], [0, 0.5, 0], [-4, 4, 0], [0, -6, 0], [9, 9, 0], [0, 12, 0], [-9, 9, 0]])
+AROUND = np.array([[0, i, j] for i, j in ((1, 2), (2, 3), (3, 4), (4, 1))], dtype=np.int32)
+FRAME = np.array([[[i, i + 4, j + 4], [i, j + 4, j]] for _, i, j in AROUND], dtype=np.int32).reshape(-1, 3)
+FRAMED = np.concatenate([AROUND, FRAME])
+
+
+def test_faces_that_were_folded_over_are_a_warning_with_a_place() -> None:
+    """The mean of the neighbours lies outside of the chevron: two faces fold over, and one of them is named with its centre."""
+    moved = CHEVRON.copy()
+    moved[0, 1] = 2.0
+    found = change_of((CHEVRON, FRAMED), (moved, FRAMED))
+    assert found.folded is not None
+    assert (found.folded.count, found.folded.face) == (2, 1)
+    assert found.folded.place == pytest.approx((4 / 3, 6.5 / 3, 0.0))
+    (text,) = warnings_of(found, str)
+    assert text.startswith("2 faces were folded over, the largest is face 1 at 1.33333, 2.16667, 0: look at the place")
+    assert change_of((moved, FRAMED), (CHEVRON, FRAMED)).folded is None
+
+
 def test_other_elements_have_no_displacement_and_no_warning() -> None:
     """Where faces were removed vertices may still correspond, but the shape was changed on purpose."""
     vertices, faces = icosphere(2)
@@ -88,6 +109,30 @@ SHRINK = """<!DOCTYPE FilterScript>
   </filter>
 </FilterScript>
 """
+
+
+EVEN = """<!DOCTYPE FilterScript>
+<FilterScript>
+  <filter name="Conditional Vertex Selection">
+    <Param type="RichString" name="condSelect" value="(x == 0) &amp;&amp; (y == 0)"/>
+  </filter>
+  <filter name="Explicit Smoothing">
+    <Param type="RichFloat" name="step" value="1"/>
+    <Param type="RichInt" name="iterations" value="1"/>
+    <Param type="RichBool" name="selected" value="true"/>
+  </filter>
+</FilterScript>
+"""
+
+
+def test_a_run_warns_of_folded_faces_and_shows_them(tmp_path: Path) -> None:
+    """The table has the folded faces before and after, the terminal the warning."""
+    lines = ["OFF", f"{len(CHEVRON)} {len(FRAMED)} 0", *(f"{x} {y} {z}" for x, y, z in CHEVRON)]
+    (tmp_path / "chevron.off").write_text("\n".join([*lines, *(f"3 {a} {b} {c}" for a, b, c in FRAMED)]) + "\n")
+    (tmp_path / "even.mlx").write_text(EVEN)
+    ran = run_process("run", tmp_path / "even.mlx", tmp_path / "chevron.off", "-o", tmp_path / "even.off")
+    assert "2 faces were folded over" in ran.stderr
+    assert re.search(r"folded faces +0 +2 *\n", ran.stdout)
 
 
 def test_a_run_says_it(tmp_path: Path) -> None:

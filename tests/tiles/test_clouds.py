@@ -1,4 +1,4 @@
-"""LoOP by tiles is LoOP in one piece, to the bit, however the cloud is cut."""
+"""LoOP and stray points by tiles are those in one piece, to the bit, however the cloud is cut."""
 
 from __future__ import annotations
 
@@ -14,15 +14,16 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from pymeshfair.errors import FilterInputError
-from pymeshfair.filters.outliers import local_outlier_probability
+from pymeshfair.filters.outliers import local_outlier_probability, stray_points
 from pymeshfair.tiles import cells as cells_module
 from pymeshfair.tiles.cloud import Cloud, do_selection, write_cloud
 from pymeshfair.tiles.division import Shape, divide
 from pymeshfair.tiles.plan import Selection
 from pymeshfair.tiles.ply_slices import PlySlices
 from pymeshfair.tiles.sources import PlyCloud
-from pymeshfair.tiles.workers import Pool
+from pymeshfair.tiles.workers import Tasks
 from tests.tiles import tiling
+from tests.tiles.tiling import loop, strays
 
 Floats = NDArray[np.float64]
 
@@ -55,21 +56,33 @@ def one_place(seed: int) -> Floats:
     return points
 
 
+def islands(seed: int) -> Floats:
+    """Sheets of 10 to 300 points side by side, a winding line, a clump and a haze; parts reach through several tiles."""
+    random = np.random.default_rng(seed)
+    sheets = [
+        [20 * i, 0, 0] + random.uniform(0, 1, (size, 3)) * [size**0.5, size**0.5, 0.02] for i, size in enumerate((10, 60, 300))
+    ]
+    along = np.linspace(0, 40, 200)
+    line = np.stack([along, 25 + np.sin(along), 0 * along], axis=1)
+    clump = [30, -10, 5] + 2 * random.normal(size=(150, 3))
+    return cast("Floats", random.permutation(np.concatenate([*sheets, line, clump, random.uniform(-20, 60, (100, 3))])))
+
+
 def by_tiles(
-    points: Floats, k: int, *, most: int, cell: int = 16, shape: Shape = "boxes", order: int = 0, threshold: float = 0.5
+    points: Floats, selection: Selection, *, most: int, cell: int = 16, shape: Shape = "boxes", order: int = 0
 ) -> tuple[Floats, Floats, dict[str, Any]]:
-    """The probabilities of all points, the points that are kept, and what the filter reports."""
+    """The probabilities of all points if there are any, the points that are kept, and what the filter reports."""
     with tempfile.TemporaryDirectory() as name, mock.patch.object(cells_module, "CELL", cell):
         folder = Path(name)
         cloud = Cloud(PlyCloud(tiling.write_cloud(folder / "in.ply", points)), folder)
-        selection = Selection(1, k, 3.0, threshold, deletes=True)
-        pool = cast("Pool", tiling.Here(order))
+        pool = cast("Tasks", tiling.Here(order))
         after, values, known = do_selection(cloud, selection, pool, 10**6, shape=shape, progress=lambda share: None, most=most)
         assert known["tiles"] > 1 or most >= len(points)
         write_cloud(after, folder / "out.ply", 100)
         rows = PlySlices(folder / "out.ply").vertices.read(0, len(PlySlices(folder / "out.ply")))
         np.testing.assert_array_equal(points[rows["number"]], np.stack([rows[axis] for axis in "xyz"], axis=1))
-        return cloud.scalars.read(0, len(points)), rows["number"], values
+        assert ("quality" in (rows.dtype.names or ())) == cloud.scalars.path.exists()
+        return cloud.scalars.read(0, len(points)) if cloud.scalars.path.exists() else np.empty(0), rows["number"], values
 
 
 @pytest.mark.parametrize("make", [uneven, lattice, one_place])
@@ -85,7 +98,7 @@ def test_tiles_change_no_bit(make: Any, k: int, most: int, cell: int, shape: Sha
     """Tiles of any size and shape, in any order, give the bits of the whole: uneven density, ties and coincident points."""
     points = make(seed)
     whole = local_outlier_probability(points, neighbors=k, extent=3.0)
-    found, kept, values = by_tiles(points, k, most=most, cell=cell, shape=shape, order=seed)
+    found, kept, values = by_tiles(points, loop(1, k, 3.0, 0.5), most=most, cell=cell, shape=shape, order=seed)
     np.testing.assert_array_equal(found, whole)
     np.testing.assert_array_equal(kept, np.flatnonzero(whole <= 0.5))
     assert values["selected_vertices"] == np.count_nonzero(whole > 0.5)
@@ -93,11 +106,36 @@ def test_tiles_change_no_bit(make: Any, k: int, most: int, cell: int, shape: Sha
     assert values["mean_probability"] == pytest.approx(whole.mean(), rel=1e-14)
 
 
+@pytest.mark.parametrize("make", [uneven, lattice, one_place, islands])
+@settings(max_examples=8, deadline=None)
+@given(
+    k=st.integers(1, 30),
+    most=st.integers(20, 1200),
+    cell=st.integers(2, 100),
+    shape=st.sampled_from(["boxes", "x", "y", "z"]),
+    smallest=st.sampled_from([1, 5, 30, 100, 400]),
+    seed=st.integers(0, 1000),
+)
+def test_tiles_find_the_same_stray_points(
+    make: Any, k: int, most: int, cell: int, shape: Shape, smallest: int, seed: int
+) -> None:
+    """The same points are stray in tiles of any size and shape, in any order, though parts reach through several of them."""
+    points = make(seed)
+    stray = stray_points(points, neighbors=k, sparseness=1.5, smallest_part=smallest)
+    if stray.all():
+        with pytest.raises(FilterInputError, match="nothing is left of the cloud"):
+            by_tiles(points, strays(1, k, 1.5, smallest), most=most, cell=cell, shape=shape, order=seed)
+        return
+    _, kept, values = by_tiles(points, strays(1, k, 1.5, smallest), most=most, cell=cell, shape=shape, order=seed)
+    np.testing.assert_array_equal(kept, np.flatnonzero(~stray))
+    assert values == {"selected_vertices": np.count_nonzero(stray)}
+
+
 def test_fewer_points_in_a_tile_than_neighbours() -> None:
     """Where a tile has no k points besides each, all neighbours come from the cells around it."""
     points = uneven(3, 200)
     whole = local_outlier_probability(points, neighbors=50, extent=3.0)
-    np.testing.assert_array_equal(by_tiles(points, 50, most=25, cell=5)[0], whole)
+    np.testing.assert_array_equal(by_tiles(points, loop(1, 50, 3.0, 0.5), most=25, cell=5)[0], whole)
 
 
 def test_a_second_selection_sees_what_the_first_has_left(tmp_path: Path) -> None:
@@ -107,8 +145,8 @@ def test_a_second_selection_sees_what_the_first_has_left(tmp_path: Path) -> None
     left = np.flatnonzero(first <= 0.4)
     second = local_outlier_probability(points[left], neighbors=5, extent=2.0)
     cloud = Cloud(PlyCloud(tiling.write_cloud(tmp_path / "in.ply", points)), tmp_path)
-    pool = cast("Pool", tiling.Here())
-    for selection in (Selection(1, 10, 2.0, 0.4, deletes=True), Selection(3, 5, 2.0, 0.6, deletes=True)):
+    pool = cast("Tasks", tiling.Here())
+    for selection in (loop(1, 10, 2.0, 0.4), loop(3, 5, 2.0, 0.6)):
         cloud = do_selection(cloud, selection, pool, 10**6, shape="boxes", progress=lambda share: None, most=150)[0]
     expected = first.copy()
     expected[left] = second

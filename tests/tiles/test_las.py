@@ -14,12 +14,11 @@ from pymeshfair.files.errors import ContentsError
 from pymeshfair.filters.outliers import local_outlier_probability
 from pymeshfair.tiles.cloud import Cloud, do_selection, write_cloud
 from pymeshfair.tiles.las import LasCloud
-from pymeshfair.tiles.plan import Selection
 from pymeshfair.tiles.sources import open_cloud
-from pymeshfair.tiles.workers import Pool
+from pymeshfair.tiles.workers import Tasks
 from tests.commands.command_line import invoke
 from tests.running.runs import BONE
-from tests.tiles.tiling import Here
+from tests.tiles.tiling import Here, loop
 
 
 def scan(path: Path, *, form: int, count: int = 700) -> Any:
@@ -54,8 +53,8 @@ def test_every_dimension_is_kept(form: int, extension: str, tmp_path: Path) -> N
     cloud = Cloud(open_cloud(tmp_path / f"in.{extension}"), tmp_path)
     cloud, values, _ = do_selection(
         cloud,
-        Selection(1, 9, 2.0, 0.7, deletes=True),
-        cast("Pool", Here()),
+        loop(1, 9, 2.0, 0.7),
+        cast("Tasks", Here()),
         10**6,
         shape="boxes",
         progress=lambda _: None,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pymeshfair.errors import ParameterError
-from pymeshfair.tiles.memory import COMMAND, WORKER, budget, outlier_points, slice_rows, surface_vertices
+from pymeshfair.tiles.memory import COMMAND, WORKER, budget, cloud_points, slice_rows, surface_vertices
 
 
 @pytest.mark.parametrize("processors", [1, 2, 16])
@@ -36,6 +36,6 @@ def test_a_tile_of_a_mesh_leaves_room_for_its_rings(rings: int) -> None:
 
 def test_more_neighbours_and_longer_rows_leave_room_for_fewer_points() -> None:
     """Points of a tile fall with the neighbours, rows of a slice with their size; a tile has more points than neighbours."""
-    assert outlier_points(10**8, 10) > outlier_points(10**8, 100)
-    assert outlier_points(10**4, 500) > 500
+    assert cloud_points(10**8, 10) > cloud_points(10**8, 100)
+    assert cloud_points(10**4, 500) > 500
     assert slice_rows(10**8, 12) > slice_rows(10**8, 120)

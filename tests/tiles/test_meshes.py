@@ -24,7 +24,7 @@ from pymeshfair.tiles.mesh import MeshFile, MeshTiles, cut, do_move
 from pymeshfair.tiles.moves import why_not
 from pymeshfair.tiles.plan import Move
 from pymeshfair.tiles.ply_slices import PlySlices
-from pymeshfair.tiles.workers import Pool
+from pymeshfair.tiles.workers import Tasks
 from tests.meshes import icosphere
 from tests.tiles.tiling import Here, write_mesh
 
@@ -54,7 +54,7 @@ def by_tiles(vertices: Floats, faces: Ints, *moves: Move, most: int, cell: int, 
         folder = Path(name)
         mesh = MeshFile(PlySlices(write_mesh(folder / "in.ply", vertices, faces)))
         mesh.check()
-        pool = cast("Pool", Here(seed))
+        pool = cast("Tasks", Here(seed))
         surface, known = cut(mesh, folder, pool, 10**6, costs=[(400, 5)], shape=shape, most=most, progress=lambda share: None)
         assert known["faces"] == len(faces)
         tiles = surface.cells.tiles(most)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pymeshfair.tiles.plan import LOOP, STRAYS, Selection
 from tests.running.runs import ply_bytes, xyz
 
 
@@ -27,10 +28,21 @@ class Here:
         results: dict[int, Any] = {}
         for number in self._random.permutation(len(tasks)).tolist():
             results[number] = task(*tasks[number])
-            if task.__name__ in ("find", "finish") and number % 3 == 0:
+            if task.__name__ in ("find", "link", "join", "connect", "finish") and number % 3 == 0:
                 task(*tasks[number])  # as after the loss of a worker
         progress(1.0)
         return [results[number] for number in range(len(tasks))]
+
+
+def loop(step: int, neighbors: int, extent: float, threshold: float) -> Selection:
+    """Delete the outliers of LoOP."""
+    return Selection(step, LOOP, {"neighbors": neighbors, "extent": extent, "threshold": threshold}, deletes=True)
+
+
+def strays(step: int, neighbors: int, sparseness: float, smallest_part: int) -> Selection:
+    """Delete stray points."""
+    values = {"neighbors": neighbors, "sparseness": sparseness, "smallest_part": smallest_part}
+    return Selection(step, STRAYS, values, deletes=True)
 
 
 def write_cloud(path: Path, points: NDArray[np.float64]) -> Path:

@@ -12,6 +12,7 @@ from ..files.formats import extension
 from ..files.inputs import check_input
 from ..files.outputs import MadeFrom, check_output
 from ..files.writing import check_place, check_target
+from ..running.job import Job
 from ..scripts.guards import refuse_unmeasured
 from ..scripts.needs import check_needs
 from .journal import NAME as JOURNAL
@@ -19,7 +20,6 @@ from .journal import read_journal
 from .outcome import Outcome
 from .page import NAME as PAGE
 from .plan import Scan
-from .settings import Settings
 from .summary import DOCUMENT, TABLE
 
 #: an output in doubles over its input in single precision, at most
@@ -48,12 +48,12 @@ class Prospect:
         return self.bytes_free is not None and self.bytes_free < _GROWTH * self.bytes_in
 
 
-def look_ahead(scans: Sequence[Scan], settings: Settings, folder: Path, done: Mapping[int, Outcome]) -> Prospect:
+def look_ahead(scans: Sequence[Scan], template: Job, folder: Path, done: Mapping[int, Outcome]) -> Prospect:
     """Look at everything that can be seen without opening a mesh, and change nothing.
 
     Args:
         scans: of the batch.
-        settings: of the batch.
+        template: of the runs of the batch.
         folder: of outputs, which need not exist.
         done: the scans that are done already, by their numbers.
 
@@ -62,11 +62,11 @@ def look_ahead(scans: Sequence[Scan], settings: Settings, folder: Path, done: Ma
         ParameterError: there are limits, but no measures are to be taken; or one has a unit, and that of the scans is not known.
         InputError: a file of a further layer cannot be read.
     """
-    check_needs(settings.recipe.script, layers=1 + len(settings.others))
-    limits = settings.limits(settings.recipe)
-    if not settings.measures:
+    check_needs(template.recipe.script, layers=1 + len(template.others))
+    limits = template.all_guards
+    if not template.measures:
         refuse_unmeasured(limits)
-    for path in settings.others:
+    for path in template.others:
         check_input(path)
     states, problems, size = {}, {}, 0
     for scan in scans:
@@ -77,14 +77,14 @@ def look_ahead(scans: Sequence[Scan], settings: Settings, folder: Path, done: Ma
             check_input(scan.input)
             size += scan.input.stat().st_size
             if scan.output.parent.is_dir():
-                made_from = MadeFrom(scan.input, scan.recipe.digest, settings.others)
-                check_output(scan.output, made_from, overwrite=settings.overwrite)
+                made_from = MadeFrom(scan.input, scan.recipe.digest, template.others)
+                check_output(scan.output, made_from, overwrite=template.overwrite)
         except (RunError, OSError) as error:
             states[scan.number], problems[scan.number] = "cannot be done", str(error)
     return Prospect(states, problems, size, _free(folder))
 
 
-def check_own_files(folder: Path, settings: Settings, *, report: bool) -> None:
+def check_own_files(folder: Path, template: Job, *, report: bool) -> None:
     """Refuse a folder with files that have the names of those about the batch as a whole, and are not of a former batch.
 
     Of a former batch they are if the journal is one, see `pymeshfair.batch.journal.read_journal`.
@@ -95,7 +95,7 @@ def check_own_files(folder: Path, settings: Settings, *, report: bool) -> None:
     journal = folder / JOURNAL
     is_ours = check_place(journal) and bool(read_journal(journal) or not journal.stat().st_size)
     for name in (JOURNAL, TABLE, DOCUMENT, *([PAGE] if report else [])):
-        check_target(folder / name, (extension(Path(name)),), overwrite=settings.overwrite or is_ours)
+        check_target(folder / name, (extension(Path(name)),), overwrite=template.overwrite or is_ours)
 
 
 def _free(folder: Path) -> int | None:

@@ -1,78 +1,152 @@
-"""The workers of a batch: threads of this process, which start those that do the work, or those of a scheduler."""
+"""A batch on the workers of a scheduler of dask: each keeps a station while the batch lasts."""
 
 from __future__ import annotations
 
-import contextlib
 import logging
-import warnings
-from collections.abc import Iterator
-from typing import Any
+import pickle
+from collections.abc import Iterator, Sequence
+from concurrent.futures import CancelledError
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import Any, cast
 
-import dask
-from distributed import Client, Scheduler, SpecCluster, Worker
+from distributed import Client, Future, KilledWorker, Reschedule, Worker, WorkerPlugin, get_worker
 
-from .errors import BatchError
+from ..errors import PymeshfairError
+from ..processes.cluster import ClusterError, Conditions, LostSchedulerError, check_workers, conditions, open_client
+from ..processes.process import Items
+from ..running.job import Job
+from .plan import Scan
+from .station import Station
+from .workers import Kind, do_task
 
-#: what dask would record about thousands of tasks, and measure of a process whose threads only wait
-_QUIET = {
-    "distributed.worker.profile.enabled": False,
-    "distributed.scheduler.dashboard.status.task-stream-length": 100,
-    "distributed.admin.low-level-log-length": 100,
-    "distributed.admin.log-length": 100,
-    "distributed.worker.memory.terminate": 1.0,
-    "distributed.worker.memory.pause": False,
-    "distributed.worker.memory.spill": False,
-    "distributed.worker.memory.target": False,
-}
-#: seconds in which a scheduler must answer
-_ANSWER = "10s"
+#: seconds without work after which a worker ends its processes
+_IDLE = 120.0
 
 
-class _WithoutPages:
-    """A server of dask's that opens no port: its pages, which it would show to every machine, have no switch."""
-
-    def start_http_server(self, *arguments: Any, **options: Any) -> None:
-        """Called by dask; does nothing."""
-
-
-class _Scheduler(_WithoutPages, Scheduler):
-    pass
-
-
-class _Worker(_WithoutPages, Worker):
-    pass
-
-
-@contextlib.contextmanager
-def open_client(address: str | None, jobs: int) -> Iterator[Client]:
-    """A client of the scheduler at `address`, or if that is None of one in this process with so many tasks at a time.
+@contextmanager
+def workers_of_scheduler(
+    address: str, template: Job, scans: Sequence[Scan], folder: Path, items: Items, name: str
+) -> Iterator[OfScheduler]:
+    """The workers of a scheduler, see `pymeshfair.batch.workers.Workers`.
 
     Args:
-        address: of a scheduler, or None.
-        jobs: tasks at a time on this machine, threads of this process.
+        address: of the scheduler.
+        template: what all runs share.
+        scans: of the batch.
+        folder: of outputs.
+        items: takes what has ended.
+        name: of the batch.
 
     Raises:
-        BatchError: no scheduler answers there.
+        ClusterError: no scheduler, no worker, or one that has other versions or does not see the files.
     """
-    for name in ("distributed", "tornado"):
-        logging.getLogger(name).setLevel(logging.CRITICAL)  # what matters is told in the batch's own words
-    with contextlib.ExitStack() as stack:
-        stack.enter_context(dask.config.set(_QUIET))
-        stack.enter_context(warnings.catch_warnings())
-        warnings.simplefilter("ignore")  # other versions of dask's own packages
-        if address is None:
-            client = Client(stack.enter_context(_in_this_process(jobs)), set_as_default=False)
-        else:
-            try:
-                client = Client(address, timeout=_ANSWER, set_as_default=False)
-            except (OSError, ValueError, TimeoutError) as error:
-                raise BatchError(f"no scheduler answers at {address}: {error}") from error
-        stack.enter_context(client)
-        yield client
+    firsts = {scan.input.parent: scan.input for scan in reversed(scans)}
+    recipe = partial(recipe_problems, pickle.dumps(template.recipe), template.recipe.digest)
+    with open_client(address) as client, conditions(folder, [*firsts.values(), *template.others], recipe) as wanted:
+        check_workers(client, wanted)
+        client.register_plugin(_Plugin(name, pickle.dumps(template), folder, wanted), name=name)
+        try:
+            yield OfScheduler(client, name, items)
+        finally:
+            if client.status == "running":
+                client.unregister_worker_plugin(name)
 
 
-def _in_this_process(jobs: int) -> SpecCluster:
-    """A scheduler and a worker that talk within this process, so that nobody else can."""
-    options = {"protocol": "inproc://", "dashboard": False}
-    worker = {"cls": _Worker, "options": options | {"nthreads": jobs, "memory_limit": 0}}
-    return SpecCluster(workers={0: worker}, scheduler={"cls": _Scheduler, "options": options}, silence_logs=False)
+def recipe_problems(recipe: bytes, digest: str) -> list[str]:
+    """Why this process cannot run a pickled recipe of that digest."""
+    try:
+        here: str = pickle.loads(recipe).digest
+    except PymeshfairError as error:
+        return [f"it cannot read the recipe: {error}"]
+    if here != digest:
+        return [f"the recipe means something else there (checksum {here[:12]} in place of {digest[:12]})"]
+    return []
+
+
+class OfScheduler:
+    """The workers of a scheduler; see `pymeshfair.batch.workers.Workers`."""
+
+    def __init__(self, client: Client, name: str, items: Items) -> None:
+        """See `workers_of_scheduler`."""
+        self._client = client
+        self._name = name
+        self._items = items
+        self._futures: dict[str, Future[Any]] = {}
+        self._were_missed = False
+
+    def submit(self, kind: Kind, scan: Scan) -> None:
+        """See `Workers`."""
+        key = f"{self._name}-{kind}-{scan.number}"
+        self._futures[key] = future = self._client.submit(_do, self._name, kind, scan, key=key, pure=False)
+        future.add_done_callback(lambda done: self._items.put((kind, (scan, partial(self._result, key)))))
+
+    def _result(self, key: str) -> Any:
+        future = self._futures.pop(key)
+        try:
+            return future.result()
+        except CancelledError:
+            raise LostSchedulerError from None
+        except KilledWorker as error:
+            raise ClusterError(f"every worker that began it was lost, {error.allowed_failures + 1} in all") from error
+        except Exception as error:
+            if self._client.status != "running":
+                raise LostSchedulerError from error
+            raise
+        finally:
+            future.release()
+
+    def give_up(self) -> None:
+        """See `Workers`."""
+        if self._client.status == "running":
+            self._client.cancel(list(self._futures.values()), force=True)
+
+    def look(self) -> str | None:
+        """See `Workers`."""
+        if self._client.status != "running":
+            raise LostSchedulerError
+        were_missed, self._were_missed = self._were_missed, not self._client.scheduler_info(n_workers=-1)["workers"]
+        if self._were_missed and not were_missed:
+            return "no worker is left; the batch goes on when one comes, and Ctrl-C ends it"
+        return None
+
+
+class _Plugin(WorkerPlugin):
+    """What every worker keeps while a batch lasts; dask sends it to workers that come later, too."""
+
+    def __init__(self, batch: str, template: bytes, folder: Path, wanted: Conditions) -> None:
+        """See the class; `batch` is what the names of its tasks begin with, and `template` a pickled `Job`."""
+        self.name = batch
+        self.folder = folder
+        self.station: Station | None = None
+        self._template = template
+        self._wanted = wanted
+
+    def setup(self, worker: Worker) -> None:
+        """Called by dask on every worker. One that came late and is not fit leaves again."""
+        if unfit := self._wanted.unfit():
+            logging.getLogger(__name__).error("this worker cannot take part in the batch: %s", "; ".join(unfit))
+            worker.loop.add_callback(worker.close, reason="pymeshfair-batch-unfit")
+            return
+        template: Job = pickle.loads(self._template)
+        self.station = Station(template, worker.state.nthreads, rest_after=_IDLE)
+
+    def teardown(self, worker: Worker) -> None:
+        """Called by dask when the batch or the worker ends."""
+        if self.station is not None:
+            self.station.close()
+
+    def transition(self, key: Any, start: str, finish: str, **more: Any) -> None:
+        """Called by dask for every task: one that is not wanted any more is ended, also when the batch itself was killed."""
+        if (start, finish) == ("executing", "released") and self.station is not None and str(key).startswith(self.name):
+            self.station.cancel(str(key))
+
+
+def _do(batch: str, kind: Kind, scan: Scan) -> Any:
+    """A task, on whichever worker dask gives it to."""
+    worker = get_worker()
+    plugin = cast("_Plugin", worker.plugins[batch])
+    if plugin.station is None:
+        raise Reschedule
+    return do_task(plugin.station, kind, scan, plugin.folder, str(worker.get_current_task()))

@@ -1,39 +1,24 @@
-"""The page of one scan, and the small picture of it on the page of the batch: made in a process of its own, as a run is.
-
-``python -m pymeshfair.batch.drawing`` is that process; nothing but `draw` starts it.
-"""
+"""The page of one scan, and the small picture of it on the page of the batch: made in a process of its own, as a run is."""
 
 from __future__ import annotations
 
 import json
-import time
-from collections.abc import Callable, Mapping
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
-from queue import SimpleQueue
 from typing import Any
 
 from ..files.errors import InputError
 from ..files.provenance import read_provenance
-from ..files.staging import staging_folder
+from ..files.staging import clear_up, staging_folder
 from ..files.writing import StagedFile, check_target, place, stage_file
-from ..recipe import Recipe
-from ..running.child import WorkerProcess
-from ..running.job import Job
-from ..running.messages import Assignment
+from ..processes.order import Order
+from ..processes.pool import Lender
 from ..running.plain_values import plain
-from ..running.started import Start
-from ..running.watch import Watch
-from ..running.worker import Tell, serve
-from ..scripts.script import Script
 from .outcome import digests_of
 
-#: the module whose ``main`` is the process
-MODULE = "pymeshfair.batch.drawing"
 #: the folder of pages, in that of the batch
 PAGES = "reports"
-#: seconds that a page may take
-_LONGEST = 600.0
 #: pixels of a small picture
 _SMALL = 128
 
@@ -44,7 +29,7 @@ def page_path(folder: Path, output: Path) -> Path:
     return folder / PAGES / place.with_name(f"{place.name}.html")
 
 
-def draw(input: Path, output: Path, page: Path, *, memory: int | None, overwrite: bool, start: Start) -> dict[str, Any]:
+def draw(input: Path, output: Path, page: Path, *, memory: int | None, overwrite: bool, workers: Lender) -> dict[str, Any]:
     """Write the page of a scan that was done; its small picture. Both are taken from what was written before if nothing changed.
 
     Args:
@@ -53,7 +38,7 @@ def draw(input: Path, output: Path, page: Path, *, memory: int | None, overwrite
         page: the .html file to write; what is needed to take it again goes beside it.
         memory: bytes that the process may take.
         overwrite: whether to replace files there that are no page of ours.
-        start: what starts it, with `MODULE`.
+        workers: lends it.
 
     Returns:
         ``"source"``, the picture as a ``data:`` address, ``"width"`` and ``"height"`` in pixels.
@@ -71,13 +56,13 @@ def draw(input: Path, output: Path, page: Path, *, memory: int | None, overwrite
         return former
     check_target(kept, ("json",), overwrite=overwrite or bool(former))
     check_target(page, ("html",), overwrite=overwrite or bool(former))
-    queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
-    job = Job(Recipe("drawing", Script(())), input, output, timeout=_LONGEST)
     with staging_folder(page) as stage:
-        order = Assignment((), input, stage, memory_limit=memory).to_document() | {"drawn": str(output)}
-        with WorkerProcess(order, queue, start=start) as worker:
-            report = Watch(job, worker, queue, lambda event: None).until_done(time.monotonic())
-        small: dict[str, Any] = report["small"]
+        order = Order.of(_drawn, input, output, stage, memory_limit=memory, if_lost=partial(clear_up, stage, page))
+        with workers.lend() as worker:
+            answer = worker.do(order)
+        if answer.error is not None:
+            raise answer.error
+        small: dict[str, Any] = answer.result
         known = stage_file(stage / "new" / "small.json", kept, json.dumps({"digests": digests, **small}).encode())
         place([known, StagedFile(stage / "new" / "page.html", page)], stage)
     return small
@@ -92,12 +77,8 @@ def _former(kept: Path) -> dict[str, Any]:
     return found if isinstance(found, dict) and {"digests", "source", "width", "height"} <= found.keys() else {}
 
 
-def main(before_end: Callable[[], None] = lambda: None) -> None:
-    """The process."""
-    serve(_drawn, before_end)
-
-
-def _drawn(document: Mapping[str, Any], tell: Tell) -> dict[str, Any]:
+def _drawn(input: Path, output: Path, stage: Path) -> dict[str, Any]:
+    """Write the page into the staging folder; the small picture."""
     from ..looking.comparison import compare
     from ..looking.mesh_state import state_of
     from ..looking.picture import Appearance, draw_meshes
@@ -106,8 +87,7 @@ def _drawn(document: Mapping[str, Any], tell: Tell) -> dict[str, Any]:
     from ..running.read import read_mesh
     from ..running.record import steps_of
 
-    stage, output = Path(document["stage"]), Path(document["drawn"])
-    meshes = [read_mesh(path, allow_outside=True, unchecked=True) for path in (Path(document["input"]), output)]
+    meshes = [read_mesh(path, allow_outside=True, unchecked=True) for path in (input, output)]
     before, after = map(state_of, meshes)
     found, moved = compare(before, after)
     record = read_provenance(output)
@@ -125,8 +105,4 @@ def _drawn(document: Mapping[str, Any], tell: Tell) -> dict[str, Any]:
     (stage / "new" / "page.html").write_bytes(page.encode("utf-8", "replace"))
     picture = draw_meshes([read.mesh for read in meshes], ["", ""], Appearance(width=_SMALL, height=_SMALL, titles=False))
     small = figure_of(picture, "", "")
-    return {"small": {"source": small.source, "width": small.width, "height": small.height}}
-
-
-if __name__ == "__main__":
-    main()
+    return {"source": small.source, "width": small.width, "height": small.height}

@@ -1,4 +1,4 @@
-"""Carries a batch out: dask schedules, the journal remembers, and nothing is begun on a worker that is not fit."""
+"""Carries a batch out: workers do its tasks, the journal remembers, and listeners are told."""
 
 from __future__ import annotations
 
@@ -6,30 +6,23 @@ import os
 import secrets
 import signal
 import threading
-import time
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import CancelledError
+from contextlib import ExitStack
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any, Protocol
 
-from distributed import Client, Future, KilledWorker
-
+from ..processes.cluster import LostSchedulerError
+from ..processes.process import Items
 from ..running.interrupts import Interrupted, Interrupts
-from .cluster import open_client
-from .drawing import page_path
-from .errors import BatchError, LostSchedulerError, UnfitWorkersError
-from .fitness import probe, unfit_for
+from ..running.job import Job
 from .journal import Journal
 from .outcome import Outcome
 from .plan import Scan
-from .settings import Settings
-from .station import Station, clean, draw_page
+from .workers import ThisMachine, Workers
 
 #: seconds between two looks at the workers
 _PULSE = 1.0
-#: seconds that cancelled scans have to clear up
-_CLEARING = 0.6
 
 
 class Listener(Protocol):
@@ -47,7 +40,7 @@ class Listener(Protocol):
 
 def carry_out(
     scans: Sequence[Scan],
-    settings: Settings,
+    template: Job,
     journal: Journal,
     folder: Path,
     *,
@@ -62,7 +55,7 @@ def carry_out(
 
     Args:
         scans: what to do.
-        settings: how.
+        template: what all runs share.
         journal: of the folder.
         folder: where outputs go; it exists.
         address: of a scheduler, or None for this machine.
@@ -73,154 +66,89 @@ def carry_out(
         done: scans that were done before and get pages, too.
 
     Raises:
-        UnfitWorkersError: a worker has other versions or does not see the files; nothing was begun.
-        LostSchedulerError: the scheduler is gone.
-        BatchError: no scheduler, no worker, or no room for the journal.
+        ClusterError: no scheduler, no worker, one that has other versions or does not see the files; or the scheduler is gone.
+        BatchError: no room for the journal.
         KeyboardInterrupt: Ctrl-C, within a second; a second one ends the process at once.
     """
-    name = f"pymeshfair-batch-{secrets.token_hex(8)}"
-    with open_client(address, jobs) as client, probe(folder, scans, settings) as asked:
-        _check_workers(client, asked)
-        client.register_plugin(Station(name, asked), name=name)
-        queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
-        try:
-            with Interrupts(queue):
-                _Course(client, name, journal, queue, folder, listener, stop=stop, pages=pages).run(scans, done)
-        finally:
-            if client.status == "running" and address is not None:
-                client.unregister_worker_plugin(name)
+    items: Items = SimpleQueue()
+    with ExitStack() as opened:
+        if address is None:
+            workers: Workers = opened.enter_context(ThisMachine(template, folder, jobs, items))
+        else:
+            from .cluster import workers_of_scheduler
 
-
-def _check_workers(client: Client, asked: Mapping[str, Any]) -> None:
-    answers = client.run(unfit_for, asked, on_error="return")
-    if not answers:
-        raise BatchError("the scheduler has no workers; start some, and start the batch again")
-    unfit = {
-        address: [f"it cannot even be asked: {type(answer).__name__}: {answer}"] if isinstance(answer, BaseException) else answer
-        for address, answer in answers.items()
-    }
-    unfit = {address: reasons for address, reasons in unfit.items() if reasons}
-    if unfit:
-        raise UnfitWorkersError(unfit, len(answers) - len(unfit))
+            name = f"pymeshfair-batch-{secrets.token_hex(8)}"
+            workers = opened.enter_context(workers_of_scheduler(address, template, scans or done, folder, items, name))
+        opened.enter_context(Interrupts(items))
+        _Course(workers, journal, items, listener, stop=stop, pages=pages).run(scans, done)
 
 
 class _Course:
     """The way of one batch from the first scan to the last."""
 
-    def __init__(
-        self,
-        client: Client,
-        name: str,
-        journal: Journal,
-        queue: SimpleQueue[tuple[str, Any]],
-        folder: Path,
-        listener: Listener,
-        *,
-        stop: bool,
-        pages: bool,
-    ) -> None:
-        self._client = client
-        self._name = name
+    def __init__(self, workers: Workers, journal: Journal, items: Items, listener: Listener, *, stop: bool, pages: bool) -> None:
+        self._workers = workers
         self._journal = journal
-        self._queue = queue
-        self._folder = folder
+        self._items = items
         self._listener = listener
         self._stop = stop
         self._pages = pages
-        self._running: dict[str, tuple[Scan, Future[Any]]] = {}
-        self._workers_missed = False
+        self._left = 0
 
     def run(self, scans: Sequence[Scan], done: Sequence[Scan]) -> None:
+        self._left = len(scans) + (len(done) if self._pages else 0)
         for scan in scans:
-            self._submit(clean, scan)
+            self._workers.submit("clean", scan)
         for scan in done if self._pages else ():
-            self._submit(draw_page, scan)
+            self._workers.submit("draw", scan)
         try:
-            while self._running:
+            while self._left:
                 self._next()
         except BaseException:
-            self._give_up()
+            self._workers.give_up()
             raise
-
-    def _submit(self, task: Callable[[str, Mapping[str, Any]], Any], scan: Scan) -> None:
-        """Hand a scan or its page to dask, which takes first what it was given first."""
-        key = f"{self._name}-{task.__name__}-{scan.number}"
-        order = {
-            "input": str(scan.input),
-            "output": str(scan.output),
-            "overrides": scan.overrides,
-            "page": str(page_path(self._folder, scan.output)),
-        }
-        future = self._client.submit(task, self._name, order, key=key, pure=False)
-        self._running[key] = scan, future
-        future.add_done_callback(lambda done: self._queue.put((task.__name__, done.key)))
 
     def _next(self) -> None:
         try:
-            kind, item = self._queue.get(timeout=_PULSE)
+            kind, item = self._items.get(timeout=_PULSE)
         except Empty:
-            self._look_at_workers()
+            if note := self._workers.look():
+                self._listener.note(note)
             return
         if kind == "signal":
             if threading.current_thread() is threading.main_thread():
                 signal.signal(signal.SIGINT, lambda number, frame: os._exit(130))
             raise Interrupted
-        if item not in self._running:
-            return
-        scan, future = self._running.pop(item)
-        if kind == draw_page.__name__:
-            self._take_page(scan, future)
+        self._left -= 1
+        scan, result = item
+        if kind == "draw":
+            self._listener.page(scan, _page(result))
         else:
-            self._take(scan, future)
+            self._take(scan, result)
 
-    def _take_page(self, scan: Scan, future: Future[Any]) -> None:
-        """Tell of a page that has been made, or could not be."""
-        try:
-            made = future.result()
-        except (CancelledError, KilledWorker) as error:
-            made = {"problem": f"its worker was lost: {error}"}
-        self._listener.page(scan, made)
-
-    def _take(self, scan: Scan, future: Future[Any]) -> None:
+    def _take(self, scan: Scan, result: Callable[[], Outcome]) -> None:
         """Note what came of a scan that has ended."""
         try:
-            outcome: Outcome = future.result()
-        except CancelledError:
-            raise LostSchedulerError from None
-        except KilledWorker as error:
-            lost = BatchError(f"every worker that began it was lost, {error.allowed_failures + 1} in all")
-            outcome = Outcome.of_error(scan.input, scan.output, lost, 0.0, "")
+            outcome = result()
+        except LostSchedulerError:
+            raise
         except Exception as error:
-            if self._client.status != "running":
-                raise LostSchedulerError from error
             outcome = Outcome.of_error(scan.input, scan.output, error, 0.0, "")
-        future.release()
         self._journal.append(outcome)
         self._listener.outcome(scan, outcome)
         if outcome.status != "done" and self._stop:
-            self._give_up()
+            self._workers.give_up()
+            self._left = 0
         elif outcome.status != "failed" and self._pages:
-            self._submit(draw_page, scan)
+            self._workers.submit("draw", scan)
+            self._left += 1
 
-    def _give_up(self) -> None:
-        """End the scans that are under way, and note those that come to their end all the same."""
-        if not self._running:
-            return
-        self._client.cancel([future for _, future in self._running.values()], force=True)
-        self._running.clear()
-        deadline = time.monotonic() + _CLEARING
-        while time.monotonic() < deadline and any(station.is_at_work for station in self._stations_here()):
-            time.sleep(0.01)
 
-    def _stations_here(self) -> list[Station]:
-        """The stations in this process; those of other machines clear up by themselves."""
-        workers = getattr(self._client.cluster, "workers", {})
-        return [worker.plugins[self._name] for worker in workers.values()]
-
-    def _look_at_workers(self) -> None:
-        if self._client.status != "running":
-            raise LostSchedulerError
-        missed = not self._client.scheduler_info(n_workers=-1)["workers"]
-        if missed and not self._workers_missed:
-            self._listener.note("no worker is left; the batch goes on when one comes, and Ctrl-C ends it")
-        self._workers_missed = missed
+def _page(result: Callable[[], Mapping[str, Any]]) -> Mapping[str, Any]:
+    """What came of drawing a page."""
+    try:
+        return result()
+    except LostSchedulerError:
+        raise
+    except Exception as error:
+        return {"problem": f"its worker was lost: {error}"}

@@ -40,7 +40,7 @@ def write_page(folder: Path, summary: Summary, made: Mapping[str, Mapping[str, A
         OutputError: it cannot be written.
     """
     far = {outcome.output: words for outcome, words in zip(summary.outcomes, summary.far, strict=True)}
-    recipe = summary.settings.recipe
+    recipe = summary.template.recipe
     text = render(
         "batch.html",
         scripts=("table.js",),

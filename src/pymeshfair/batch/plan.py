@@ -5,13 +5,15 @@ from __future__ import annotations
 import os
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..errors import ParameterError
 from ..files.formats import WRITABLE, extension
 from ..files.provenance import provenance_path
 from ..recipe import Recipe
+from ..running.job import Job
+from ..scripts.traps import traps
 from .inputs import Asked
 
 #: what a name of outputs may say of an input
@@ -37,6 +39,29 @@ class Scan:
     output: Path
     overrides: tuple[str, ...]
     recipe: Recipe
+
+
+def job_of(template: Job, scan: Scan, *, threads: int, memory: int | None) -> Job:
+    """The run of one scan.
+
+    Args:
+        template: what all runs of the batch share.
+        scan: the scan.
+        threads: that filters may use.
+        memory: bytes, where the template gives none.
+    """
+    return replace(
+        template,
+        recipe=scan.recipe,
+        input=scan.input,
+        output=scan.output,
+        overrides=(*template.overrides, *scan.overrides),
+        threads=threads,
+        memory_limit=template.memory_limit or memory,
+        displacement=template.measures,
+        own_texture_names=True,
+        warnings=(*(str(change) for change in scan.recipe.changes if not change.same_meaning), *traps(scan.recipe.script)),
+    )
 
 
 def plan_scans(asked: Sequence[Asked], recipe: Recipe, folder: Path, name: str = "") -> list[Scan]:

@@ -9,27 +9,27 @@ from pathlib import Path
 from typing import Any
 
 from ..files.provenance import read_provenance, sha256_of
-from ..running.versions import PACKAGES, versions
+from ..processes.versions import PACKAGES, packages_here
+from ..running.job import Job
 from .outcome import Outcome, digests_of
 from .plan import Scan
-from .settings import Settings
 
 #: files are read and digested by so many threads
 _READERS = 4
 
 
-def done_before(scans: Sequence[Scan], settings: Settings, journal: Mapping[str, Outcome]) -> dict[int, Outcome]:
+def done_before(scans: Sequence[Scan], template: Job, journal: Mapping[str, Outcome]) -> dict[int, Outcome]:
     """By their numbers the scans whose output is there, made of the same input by the same recipe, limits and versions.
 
     Args:
         scans: all of a batch.
-        settings: of the batch.
+        template: of the runs of the batch.
         journal: the last line about each output; what it tells beyond the provenance is kept.
     """
     variants = {id(scan.recipe): scan.recipe for scan in scans}
     recipes = {key: recipe.digest for key, recipe in variants.items()}
-    guards = {key: settings.limits(recipe).texts() for key, recipe in variants.items()}
-    others = [sha256_of(path) for path in settings.others if path.is_file()]
+    guards = {key: replace(template, recipe=recipe).all_guards.texts() for key, recipe in variants.items()}
+    others = [sha256_of(path) for path in template.others if path.is_file()]
     packages = packages_here()
 
     def found(scan: Scan) -> Outcome | None:
@@ -43,7 +43,7 @@ def done_before(scans: Sequence[Scan], settings: Settings, journal: Mapping[str,
             outcome = Outcome.of_record(record, scan.input, scan.output)
         except (KeyError, TypeError, ValueError, OSError):  # another's document, or a file that is gone
             return None
-        if outcome.status == "broken" and not settings.keep_broken:
+        if outcome.status == "broken" and not template.keep_broken:
             return None
         told = journal.get(str(scan.output))
         if told is not None and told.digests == digests_of(record):
@@ -53,12 +53,6 @@ def done_before(scans: Sequence[Scan], settings: Settings, journal: Mapping[str,
     with ThreadPoolExecutor(_READERS) as pool:
         outcomes = pool.map(found, scans)
         return {scan.number: outcome for scan, outcome in zip(scans, outcomes, strict=True) if outcome is not None}
-
-
-def packages_here() -> dict[str, Any]:
-    """The versions of the packages that a result depends on."""
-    here = versions()
-    return {name: here[name] for name in PACKAGES}
 
 
 def _made_by(record: Mapping[str, Any]) -> tuple[Any, ...]:

@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from ..files.writing import write_file
+from ..processes.versions import versions
+from ..running.job import Job
 from ..running.plain_values import plain
-from ..running.versions import versions
 from .numbers import as_row, outliers
 from .outcome import Outcome
-from .settings import Settings
 
 SCHEMA = "pymeshfair-batch-1"
 TABLE, DOCUMENT = "batch.csv", "batch.json"
@@ -30,7 +30,7 @@ class Summary:
         outcomes: of the scans that have one, in the order of the batch.
         far: of each, in what it lies far from the others.
         planned: how many scans the batch has.
-        settings: of the batch.
+        template: of the runs of the batch.
         started: when, in UTC.
         finished: when, in UTC.
         seconds: from start to end.
@@ -39,17 +39,17 @@ class Summary:
     outcomes: Sequence[Outcome]
     far: Sequence[tuple[str, ...]]
     planned: int
-    settings: Settings
+    template: Job
     started: str
     finished: str
     seconds: float
 
     @classmethod
     def of(
-        cls, outcomes: Sequence[Outcome], planned: int, settings: Settings, *, started: str, finished: str, seconds: float
+        cls, outcomes: Sequence[Outcome], planned: int, template: Job, *, started: str, finished: str, seconds: float
     ) -> Summary:
         """The summary of these outcomes."""
-        return cls(outcomes, outliers(outcomes), planned, settings, started, finished, seconds)
+        return cls(outcomes, outliers(outcomes), planned, template, started, finished, seconds)
 
     @property
     def counts(self) -> dict[str, int]:
@@ -69,12 +69,12 @@ class Summary:
 
     def document(self) -> dict[str, Any]:
         """The summary in the types of JSON."""
-        recipe = self.settings.recipe
+        recipe = self.template.recipe
         described: dict[str, Any] = plain(
             {
                 "schema": SCHEMA,
-                "recipe": {"name": recipe.name, "sha256": recipe.digest, "overrides": self.settings.overrides},
-                "limits": self.settings.limits(recipe).texts(),
+                "recipe": {"name": recipe.name, "sha256": recipe.digest, "overrides": self.template.overrides},
+                "limits": self.template.all_guards.texts(),
                 "versions": versions(),
                 "started": self.started,
                 "finished": self.finished,

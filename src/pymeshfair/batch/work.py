@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
+from ..running.job import Job
 from .checks import Prospect, check_own_files, look_ahead
 from .engine import Listener, carry_out
 from .errors import BatchError
@@ -16,7 +17,6 @@ from .page import write_page
 from .plan import Scan
 from .resume import done_before
 from .sample import sample
-from .settings import Settings
 from .summary import Summary
 
 
@@ -52,7 +52,7 @@ class Task:
 
     Attributes:
         scans: all of them.
-        settings: what they share.
+        template: of their runs: what all scans share.
         folder: where outputs go.
         written: the files about the batch as a whole, once they are there.
     """
@@ -60,7 +60,7 @@ class Task:
     def __init__(
         self,
         scans: Sequence[Scan],
-        settings: Settings,
+        template: Job,
         folder: Path,
         address: str | None,
         jobs: int,
@@ -74,7 +74,7 @@ class Task:
 
         Args:
             scans: all of them.
-            settings: what they share.
+            template: of their runs: what all scans share.
             folder: where outputs go, an absolute path; made if need be.
             address: of a scheduler of dask; None for this machine.
             jobs: scans at a time on this machine.
@@ -84,7 +84,7 @@ class Task:
             report: make a page of every scan that is done, and one of the batch.
         """
         self.scans = scans
-        self.settings = settings
+        self.template = template
         self.folder = folder
         self.written: tuple[Path, ...] = ()
         self._address = address
@@ -102,9 +102,9 @@ class Task:
             OutputError: see `pymeshfair.batch.checks.check_own_files`.
         """
         if self.folder.is_dir():
-            check_own_files(self.folder, self.settings, report=self._report)
-        done = done_before(self.scans, self.settings, read_journal(self.folder / NAME)) if self._resume else {}
-        return look_ahead(self.scans, self.settings, self.folder, done)
+            check_own_files(self.folder, self.template, report=self._report)
+        done = done_before(self.scans, self.template, read_journal(self.folder / NAME)) if self._resume else {}
+        return look_ahead(self.scans, self.template, self.folder, done)
 
     def carry_out(self, audience: Audience) -> Summary:
         """Do it, and write ``batch.json`` and ``batch.csv``, also if it is interrupted, and ``batch.html`` if a report is wanted.
@@ -119,14 +119,14 @@ class Task:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise BatchError(f"cannot make the folder {self.folder}: {error.strerror or error}") from error
-        check_own_files(self.folder, self.settings, report=self._report)
+        check_own_files(self.folder, self.template, report=self._report)
         with Journal(self.folder, resume=self._resume) as journal:
-            done = done_before(self.scans, self.settings, journal.before) if self._resume else {}
+            done = done_before(self.scans, self.template, journal.before) if self._resume else {}
             if journal.before and not self._resume:
                 audience.note(
                     f"the journal of {len(journal.before):,} scans in {self.folder} begins anew; --resume would go on with it"
                 )
-            if look_ahead(self.scans, self.settings, self.folder, done).lacks_room:
+            if look_ahead(self.scans, self.template, self.folder, done).lacks_room:
                 audience.note(f"the disk of {self.folder} may be too small: outputs may need twice the size of the inputs")
             todo = [scan for scan in self.scans if scan.number not in done]
             if self._sample is not None:
@@ -138,7 +138,7 @@ class Task:
                 if todo or drawn:
                     carry_out(
                         todo,
-                        self.settings,
+                        self.template,
                         journal,
                         self.folder,
                         address=self._address,
@@ -153,7 +153,7 @@ class Task:
                     outcomes = [record.outcomes[scan.number] for scan in self.scans if scan.number in record.outcomes]
                     finished, seconds = now(), time.monotonic() - clock
                     summary = Summary.of(
-                        outcomes, len(self.scans), self.settings, started=started, finished=finished, seconds=seconds
+                        outcomes, len(self.scans), self.template, started=started, finished=finished, seconds=seconds
                     )
                     self.written = (*summary.write(self.folder), journal.path)
             if self._report:

@@ -77,10 +77,10 @@ def batch(
     """
     from ..batch.inputs import expand
     from ..batch.plan import plan_scans
-    from ..batch.settings import Settings
     from ..batch.work import Task
     from ..operating_system import this_system
     from ..recipe import load_recipe
+    from ..running.job import Job
 
     if scheduler is not None and jobs is not None:
         raise typer.BadParameter("the workers of a scheduler say themselves how many scans they take", param_hint="--jobs")
@@ -88,13 +88,15 @@ def batch(
         options.check_measured(no_measures=no_measures)
     overrides = tuple(set or ())
     found = load_recipe(recipe, upgrade=upgrade).override(overrides)
-    settings = Settings(
+    template = Job(
         found,
-        overrides,
+        Path(),  # a scan's
+        Path(),
         tuple(path.absolute() for path in others or ()),
         overwrite=overwrite,
         timeout=timeout,
-        memory=memory_limit(memory),
+        memory_limit=memory_limit(memory),
+        overrides=overrides,
         allow_outside=allow_outside,
         unchecked=unchecked,
         keep_all=keep_all,
@@ -109,7 +111,7 @@ def batch(
     folder = output.absolute()
     scans = plan_scans(expand(inputs, [s.name for s in found.script.settings]), found, folder, name)
     slots = jobs or this_system().processors()
-    task = Task(scans, settings, folder, scheduler, slots, resume=resume, stop=stop, sample=sample, report=report)
+    task = Task(scans, template, folder, scheduler, slots, resume=resume, stop=stop, sample=sample, report=report)
     if dry_run:
         _look_ahead(task, json=json)
     else:

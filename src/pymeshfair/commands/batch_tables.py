@@ -70,7 +70,7 @@ def _row(outcome: Outcome, far: Sequence[str]) -> list[str]:
 
 def show_prospect(task: Task, prospect: Prospect) -> None:
     """Print what would be done, and every problem."""
-    recipe = task.settings.recipe
+    recipe = task.template.recipe
     typer.echo(f"{recipe.title} ({recipe.name}):")
     for number, step in enumerate(recipe.script.steps, 1):
         typer.echo(f"  {number}  {step.filter.name}")
@@ -91,8 +91,8 @@ def show_prospect(task: Task, prospect: Prospect) -> None:
 def prospect_document(task: Task, prospect: Prospect) -> dict[str, Any]:
     """The same as a document."""
     return {
-        "recipe": task.settings.recipe.name,
-        "steps": [step.filter.name for step in task.settings.recipe.script.steps],
+        "recipe": task.template.recipe.name,
+        "steps": [step.filter.name for step in task.template.recipe.script.steps],
         "scans": [
             {
                 "input": scan.input,

@@ -26,9 +26,10 @@ def demo(
     It is the face of 85,849 vertices from a laser scanner that the pymeshlab wheel carries. FOLDER gets a copy of it, face.ply,
     and the result, face_clean.ply, in place of that of an earlier demo.
     """
-    from ..running.started import EarlyProcess
+    from ..running.supervise import workers_of_runs
 
-    with EarlyProcess() as worker:
+    with workers_of_runs() as workers:
+        workers.prepare()
         from ..files.errors import OutputError
         from ..files.writing import write_file
         from ..recipe import load_recipe
@@ -43,7 +44,7 @@ def demo(
             write_file(folder / "face.ply", scan.read_bytes(), overwrite=False)
         typer.echo(f"cleaning {scan} with the recipe {_RECIPE}", err=True)
         job = Job(load_recipe(_RECIPE), scan, folder / "face_clean.ply", command=tuple(sys.argv))
-        carry_out(job, json=json, start=worker.start)
+        carry_out(job, json=json, workers=workers)
     typer.echo(
         f"\nTry next:\n  pymeshfair info {_RECIPE}\n"
         f"  pymeshfair run {_RECIPE} {_quoted(scan)} -o {_quoted(folder / 'smoother.ply')} --set detail_size=10edge\n"

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from ..running.environment import program_of, worker_environment
+from ..processes.environment import program_of, worker_environment
 
 #: below this a temporary folder cannot hold the two copies of a large scan that a run needs
 _ENOUGH_DISK = 1 << 30

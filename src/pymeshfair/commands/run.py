@@ -37,8 +37,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from ..files.writing import StagedFile
+    from ..processes.pool import Lender
     from ..running.job import Event, Job, RunResult
-    from ..running.started import Start
 
 
 def run(
@@ -87,12 +87,14 @@ def run(
     them. If OUTPUT exists, it is replaced only if it is, to the byte, what this very run wrote there before: from the same INPUT,
     with the same recipe and settings. Anything else is kept, and the run refused, unless --overwrite is given.
     """
-    from ..running.started import EarlyProcess
+    from ..running.supervise import workers_of_runs
 
     if report is not None:
         check_report(report, up, overwrite=overwrite)
         check_measured(no_measures=no_measures)
-    with EarlyProcess(is_wanted=not tiles) as worker:
+    with workers_of_runs() as workers:
+        if not tiles:
+            workers.prepare()
         from ..recipe import load_recipe
         from ..running.job import Job
         from ..scripts.traps import traps
@@ -132,12 +134,12 @@ def run(
             carry_out(job, json=json, carry=lambda job, show: run_by_tiles(job, Tiling(scheduler), show))
             return
         if report is None:
-            carry_out(job, json=json, start=worker.start)
+            carry_out(job, json=json, workers=workers)
             return
         from .run_report import reporting
 
         with reporting(job, report, up) as page:
-            carry_out(job, json=json, start=worker.start, also=page, report=report)
+            carry_out(job, json=json, workers=workers, also=page, report=report)
 
 
 def carry_out(
@@ -147,11 +149,11 @@ def carry_out(
     also: Callable[[RunResult], Sequence[StagedFile]] | None = None,
     report: Path | None = None,
     carry: Callable[[Job, Callable[[Event], None]], RunResult] | None = None,
-    start: Start | None = None,
+    workers: Lender | None = None,
 ) -> None:
     """Run the job with its progress on stderr, then print what came of it on stdout.
 
-    `carry` runs it, or if that is None `run_job` in a process that `start` gives; `also` makes the page `report`.
+    `carry` runs it, or if that is None `run_job` in a process that `workers` lend; `also` makes the page `report`.
     """
     from ..looking import words  # noqa: F401  # for `_show`, while the worker still loads MeshLab
     from ..running.supervise import run_job
@@ -159,7 +161,7 @@ def carry_out(
     from .progress import progress
 
     with progress() as show:
-        result = carry(job, show) if carry else run_job(job, show, start=start, also=also)
+        result = carry(job, show) if carry else run_job(job, show, workers=workers, also=also)
     for warning in result.warnings:
         warn(warning)
     if report is not None:

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import typer
 
-from ..files.writing import check_target, write_file
-
 STDOUT = Path("-")
 
 
 def check_script(output: Path, *, overwrite: bool, json: bool) -> None:
     """Refuse a script that could not be written, before anything is done."""
+    from ..files.writing import check_target
+
     if output != STDOUT:
         check_target(output, ("mlx",), overwrite=overwrite)
     elif json:
@@ -23,6 +23,8 @@ def check_script(output: Path, *, overwrite: bool, json: bool) -> None:
 
 def save_script(text: str, output: Path, *, overwrite: bool) -> None:
     """Write the script."""
+    from ..files.writing import write_file
+
     if output == STDOUT:
         if isinstance(sys.stdout, io.TextIOWrapper):
             sys.stdout.reconfigure(encoding="utf-8")  # as the file would be

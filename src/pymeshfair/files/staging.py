@@ -13,10 +13,10 @@ import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import BinaryIO
 
 from ..operating_system import this_system
-from .errors import OutputError
+from .errors import OutputBusyError, OutputError
+from .output_lock import output_lock
 
 #: what the name of the folder begins with
 STAGE_PREFIX = ".pymeshfair-run-"
@@ -55,13 +55,6 @@ def staging_folder(output: Path) -> Iterator[Path]:
             remove_folder(stage)
 
 
-def hold(stage: Path) -> BinaryIO:
-    """Hold the lock of a staging folder for as long as the file that is given back is open."""
-    lock = (stage / _LOCK).open("rb")
-    this_system().try_lock(lock, alone=False)
-    return lock
-
-
 def remove_folder(folder: Path) -> None:
     """Remove a staging folder, even while something still wants to put files into it."""
     gone = folder if folder.name.endswith(_GONE) else folder.with_name(f"{folder.name}{_GONE}")
@@ -69,6 +62,19 @@ def remove_folder(folder: Path) -> None:
         folder.replace(gone)
     for path in dict.fromkeys((folder, gone)):  # whoever began may have died in between
         shutil.rmtree(path, ignore_errors=True)
+
+
+def clear_up(stage: Path, output: Path) -> None:
+    """Remove the staging folder, and the file that was locked, of a process that ended before it could."""
+    remove_folder(stage)
+    for _ in range(20):  # it may lose its pipes a moment before its locks
+        try:
+            with output_lock(output):
+                return
+        except OutputBusyError:  # noqa: PERF203
+            time.sleep(0.05)
+        except OutputError:
+            return
 
 
 def _remove_abandoned(parent: Path) -> None:

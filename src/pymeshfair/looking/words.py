@@ -20,6 +20,7 @@ _MEASURES = (
     ("mean_spacing", "mean spacing", False),
     ("roughness", "roughness (degrees between neighbouring faces)", True),
     ("degenerate_faces", "degenerate faces", False),
+    ("folded_faces", "folded faces", False),
     ("unreferenced_vertices", "unreferenced vertices", False),
     ("non_manifold_edges", "non-manifold edges", False),
     ("non_manifold_vertices", "non-manifold vertices", False),

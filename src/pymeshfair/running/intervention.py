@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..declaration import Ints
 from ..files.ply_write import write_ply
+from ..files.writing import StagedFile
 from ..mesh_data import MeshData
 from .origins import Origins
 
@@ -35,8 +36,8 @@ def states_of(origins: Origins, faces: Ints) -> tuple[NDArray[np.uint8], NDArray
     return vertices, np.where(origins.faces < 0, ADDED, np.where(touched, MOVED, KEPT)).astype(np.uint8)
 
 
-def stage_map(folder: Path, target: Path, result: MeshData, before: MeshData, origins: Origins) -> list[dict[str, str]]:
-    """Write both files into a staging folder; where each is and where it belongs, the second only if something was removed."""
+def stage_map(folder: Path, target: Path, result: MeshData, before: MeshData, origins: Origins) -> tuple[StagedFile, ...]:
+    """Write both files into a staging folder, the second only if something was removed."""
     staged, gone = folder / "map.ply", folder / "map.removed.ply"
     files = [(staged, target, map_of(result, origins))]
     if (removed := removed_of(before, origins)) is not None:
@@ -44,7 +45,7 @@ def stage_map(folder: Path, target: Path, result: MeshData, before: MeshData, or
     for path, _, mesh in files:
         with path.open("xb") as file:
             write_ply(mesh, file)
-    return [{"staged": str(path), "target": str(place)} for path, place, _ in files]
+    return tuple(StagedFile(path, place) for path, place, _ in files)
 
 
 def map_of(result: MeshData, origins: Origins) -> MeshData:

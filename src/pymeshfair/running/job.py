@@ -74,6 +74,11 @@ class Job:
         return MadeFrom(self.input, self.recipe.digest, self.others)
 
     @property
+    def is_watched(self) -> bool:
+        """Whether there are limits, or an intervention map is wanted."""
+        return bool(self.all_guards) or self.map is not None
+
+    @property
     def all_guards(self) -> Guards:
         """The limits of the recipe and of the job, on the scan.
 
@@ -88,9 +93,9 @@ class Job:
 
 @dataclass(frozen=True)
 class PhaseStarted:
-    """The run begins to read the input or to write the output."""
+    """The run begins to read the input, to write the output, or to compare them."""
 
-    phase: Literal["reading", "writing"]
+    phase: Literal["reading", "writing", "comparing"]
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The provenance document and the result of a run, from what supervisor and worker know."""
+"""The provenance document and the result of a run."""
 
 from __future__ import annotations
 
@@ -8,34 +8,23 @@ from pathlib import Path
 from typing import Any
 
 from ..files.provenance import SCHEMA, described_file, provenance_path
-from .environment import worker_environment
+from ..processes.environment import worker_environment
+from ..processes.versions import thread_settings, versions
 from .job import Job, RunResult, StepReport
-from .versions import thread_settings, versions
+from .report import Report
 
 
-def record_of(
-    job: Job,
-    report: Mapping[str, Any],
-    said: Mapping[int, Sequence[str]],
-    warned: Mapping[int, Sequence[str]],
-    *,
-    started: datetime,
-    seconds: float,
-) -> dict[str, Any]:
+def record_of(job: Job, report: Report, *, started: datetime, seconds: float) -> dict[str, Any]:
     """The provenance document of a finished run.
 
     Args:
         job: what was asked for.
-        report: what the worker reported.
-        said: what filters said, by the number of the step.
-        warned: what MeshLab called warnings, by the number of the step, 0 for reading and writing.
+        report: what the work came to.
         started: when.
         seconds: how long it took.
     """
     script = job.recipe.script
-    warnings = [*job.warnings, *report["warnings"]]
-    warnings += [f"MeshLab says: {text}" for text in warned.get(0, ())]
-    warnings += [f"step {n}: {text}" for n in sorted(warned) if n for text in warned[n]]
+    assert report.output is not None
     return {
         "schema": SCHEMA,
         "recipe": {
@@ -45,31 +34,32 @@ def record_of(
             "sha256": job.recipe.digest,
             "text": job.recipe.text,
         },
-        **_options(job, report["output"]["side_files"]),
-        "input": report["input"],
-        "output": report["output"],
+        **_options(job, report.output["side_files"]),
+        "input": report.input,
+        "output": report.output,
         "steps": [
             {
                 "number": number,
                 "filter": step.filter.name,
                 "python_name": step.filter.python_name,
                 "origin": step.filter.origin,
-                "parameters": done["parameters"],
-                "values": done["values"],
-                "messages": [*said.get(number, ()), *done["notes"]],
+                "parameters": done.parameters,
+                "values": done.values,
+                "messages": list(done.messages),
             }
-            for number, (step, done) in enumerate(zip(script.steps, report["steps"], strict=True), 1)
+            for number, (step, done) in enumerate(zip(script.steps, report.steps, strict=True), 1)
         ],
-        "measures": {name: report[name] for name in ("before", "after", "change", "traits")},
-        "warnings": warnings,
+        "measures": {"before": report.before, "after": report.after, "change": report.change, "traits": report.traits},
+        "warnings": [*job.warnings, *report.warnings],
         **_guarded(job, report),
+        **({} if report.tiles is None else {"tiles": report.tiles}),
         "versions": versions(),
         "threads": thread_settings(worker_environment(job.threads)),
         "run": {
             "started": started.isoformat(timespec="seconds").replace("+00:00", "Z"),
             "seconds": round(seconds, 3),
-            "step_seconds": [round(done["seconds"], 3) for done in report["steps"]],
-            "peak_memory_bytes": report["peak_memory"],
+            "step_seconds": [round(done.seconds, 3) for done in report.steps],
+            "peak_memory_bytes": report.peak_memory,
             "command": list(job.command),
         },
     }
@@ -84,12 +74,12 @@ def _options(job: Job, side_files: Sequence[Any]) -> dict[str, Any]:
     return {"options": given} if given else {}
 
 
-def _guarded(job: Job, report: Mapping[str, Any]) -> dict[str, Any]:
+def _guarded(job: Job, report: Report) -> dict[str, Any]:
     """The entry about guards and the intervention map, of a run that had any."""
-    if "breaches" not in report:
+    if not job.is_watched:
         return {}
-    maps = [described_file(Path(f["staged"]), named=Path(f["target"])) for f in report["maps"]]
-    return {"guards": {"limits": job.all_guards.texts(), "breaches": report["breaches"], "maps": maps}}
+    maps = [described_file(file.staged, named=file.target) for file in report.maps]
+    return {"guards": {"limits": job.all_guards.texts(), "breaches": list(report.breaches), "maps": maps}}
 
 
 def result_of(job: Job, record: Mapping[str, Any], side_files: Sequence[Path], maps: Sequence[Path] = ()) -> RunResult:

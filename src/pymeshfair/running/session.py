@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,22 +17,23 @@ from ..files.inputs import read_file
 from ..files.provenance import described_file, read_provenance
 from ..files.reading import Reading
 from ..files.saving import save_mesh
+from ..files.writing import StagedFile
 from ..filters.compilation import on_compilation
 from ..mesh_data import MeshData
-from ..recipe import head_info
 from ..scripts.script import Script
 from ..scripts.traps import lengths_out_of_proportion
 from .document import Document
 from .guarding import breaches
 from .intervention import stage_map
-from .job import Compiling, Event, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
+from .job import Compiling, Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
 from .measuring import Found, Measuring, change_of
-from .messages import Assignment, encode_event, mark
 from .origins import displacement_of, find_origins
 from .plain_values import plain
 from .reasons import caused_by_memory, reason_of
+from .report import Report, StepDone
 from .shape_change import warnings_of
 from .suitability import instead, traits_asked_for
+from .talk import mark
 
 #: the least change of progress that is reported
 _SMALLEST_PROGRESS = 0.005
@@ -51,7 +52,7 @@ class Outcome:
 
     before: Found
     result: MeshData
-    steps: list[dict[str, Any]]
+    steps: list[StepDone]
     traits: Mapping[str, Any]
 
 
@@ -62,29 +63,37 @@ class Session:
         warnings: what the user should know so far.
     """
 
-    def __init__(self, assignment: Assignment, tell: Callable[[Mapping[str, Any]], None]) -> None:
-        """See the class; `tell` sends a document to the supervisor."""
+    def __init__(self, job: Job, stage: Path, on_event: Callable[[Event], None]) -> None:
+        """See the class.
+
+        Args:
+            job: what to do; its paths are absolute.
+            stage: the staging folder, whose subfolder ``new`` takes what is written.
+            on_event: called with each event.
+        """
         self.warnings: list[str] = []
-        self._assignment = assignment
-        self._tell = tell
-        self._document = Document(assignment.stage / "meshlab", on_progress=self._progress, on_note=self._note)
+        self._job = job
+        self._stage = stage
+        self._steps = job.recipe.script.steps
+        self._event = on_event
+        self._document = Document(stage / "meshlab", on_progress=self._progress, on_note=self._note)
         self._number, self._told = 0, 0.0
         self._notes: list[str] = []
-        self._measuring = Measuring(wanted=assignment.measures)
+        self._measuring = Measuring(wanted=job.measures)
 
-    def run(self) -> dict[str, Any]:
-        """Carry the assignment out; the report for the supervisor.
+    def run(self) -> Report:
+        """Carry the job out; the report for the supervisor.
 
         Raises:
             InputError, OutputError, StepFailedError, MemoryError: each as the class says.
         """
         on_compilation(lambda so_far: self._event(Compiling(**vars(so_far))))
         self._event(PhaseStarted("reading"))
-        read, source = self._load(self._assignment.input)
-        others = [self._load(path) for path in self._assignment.others]
-        source["others"] = [described for _, described in others]
+        read, source = self._load(self._job.input)
+        others = [self._load(path) for path in self._job.others]
         outcome = self.carry_out(read, [mesh for mesh, _ in others])
-        return {"input": source, "steps": outcome.steps, "traits": plain(outcome.traits), **self._write(outcome)}
+        source["others"] = [described for _, described in others]
+        return self._write(outcome, source)
 
     def carry_out(self, read: MeshData, others: Sequence[MeshData] = ()) -> Outcome:
         """Apply the steps to a mesh; nothing is read or written.
@@ -96,15 +105,15 @@ class Session:
         for mesh in others:
             self._document.add(mesh)
         self._document.current_id = given
-        before = self._looked(read, InputError(self._assignment.input, "it has coordinates that are not finite"))
-        for text in lengths_out_of_proportion(Script(self._assignment.steps), diagonal=before.diagonal):
+        before = self._looked(read, InputError(self._job.input, "it has coordinates that are not finite"))
+        for text in lengths_out_of_proportion(Script(self._steps), diagonal=before.diagonal):
             self._warn(text)
-        if taken := head_info(self._assignment.head).superseded:
-            self._warn(f"{self._assignment.recipe} is superseded: {taken}")
-        traits, unsuited = traits_asked_for(self._assignment, before, attributes_of(read))
+        if taken := self._job.recipe.info.superseded:
+            self._warn(f"{self._job.recipe.name} is superseded: {taken}")
+        traits, unsuited = traits_asked_for(self._job.recipe, before, attributes_of(read))
         if unsuited:
             self._warn(unsuited)
-        steps = [self._step(number) for number in range(1, len(self._assignment.steps) + 1)]
+        steps = [self._step(number) for number in range(1, len(self._steps) + 1)]
         document = self._document
         self._lose(document.losses)
         result = document.current
@@ -123,7 +132,7 @@ class Session:
     def _load(self, path: Path) -> tuple[MeshData, dict[str, Any]]:
         """Read a file; its mesh, and which file it was."""
         reading = read_file(
-            path, allow_outside=self._assignment.allow_outside, unchecked=self._unchecked if self._assignment.unchecked else None
+            path, allow_outside=self._job.allow_outside, unchecked=self._unchecked if self._job.unchecked else None
         )
         for doubt in reading.doubts:
             self._warn(f"{path.name}: {doubt}")
@@ -133,14 +142,14 @@ class Session:
     def _unchecked(self, path: Path) -> Reading:
         from ..meshlab.door import load_unchecked
 
-        return load_unchecked(path, self._assignment.stage / "meshlab")
+        return load_unchecked(path, self._stage / "meshlab")
 
     # --------------------------------------------------------------------------------------------------------------- steps
 
-    def _step(self, number: int) -> dict[str, Any]:
-        step = self._assignment.steps[number - 1]
+    def _step(self, number: int) -> StepDone:
+        step = self._steps[number - 1]
         self._number, self._told, self._notes = number, 0.0, []
-        self._event(StepStarted(number, len(self._assignment.steps), step.filter.name))
+        self._event(StepStarted(number, len(self._steps), step.filter.name))
         os.write(2, mark(number))
         started = time.perf_counter()
         try:
@@ -160,11 +169,11 @@ class Session:
         os.write(2, mark(0))
         self._event(StepFinished(number, seconds))
         self._number = 0
-        return {"parameters": plain(parameters), "values": plain(values), "seconds": seconds, "notes": self._notes}
+        return StepDone(plain(parameters), plain(values), seconds, tuple(self._notes))
 
     def _failed(self, reason: str) -> StepFailedError:
         """The failure of the current step, or of the last one when all are done."""
-        steps = self._assignment.steps
+        steps = self._steps
         number = self._number or len(steps)
         filter = steps[number - 1].filter.name if steps else ""
         return StepFailedError(Place.of_step(number, len(steps), filter), reason)
@@ -180,26 +189,31 @@ class Session:
 
     # ------------------------------------------------------------------------------------------------------------- writing
 
-    def _write(self, outcome: Outcome) -> dict[str, Any]:
-        output, stage, before = self._assignment.output, self._assignment.stage, outcome.before
-        assert output is not None
+    def _write(self, outcome: Outcome, source: Mapping[str, Any]) -> Report:
+        before = outcome.before
         self._event(PhaseStarted("writing"))
         present = attributes_of(before.mesh)
         self._lose(self._gone(before.mesh, outcome.result, present))
         after = self._looked(outcome.result, self._failed("the result has coordinates that are not finite"))
-        said: dict[str, Any] = {"before": before.described, "after": after.described, "change": None, "warnings": self.warnings}
         if change := change_of(before, after):
-            said["change"] = plain(asdict(change))
-            for text in warnings_of(change, lambda: instead(self._assignment, before, present)):
+            for text in warnings_of(change, lambda: instead(self._job.recipe, before, present)):
                 self._warn(text)
-        if self._assignment.is_followed:
-            said |= self._watched(before, after)
-            if said.get("breaches") and not self._assignment.keep_broken:
-                return said
-        try:
-            return {**said, **self._saved(after, output, stage)}
-        except OSError as error:
-            raise OutputError(output, (error.strerror or str(error)).lower()) from error
+        report = Report(
+            input=source,
+            steps=tuple(outcome.steps),
+            traits=plain(outcome.traits),
+            before=before.described,
+            after=after.described,
+            change=None if change is None else plain(asdict(change)),
+        )
+        if self._job.is_watched or self._job.displacement:
+            report = self._watched(report, before, after)
+        if not report.breaches or self._job.keep_broken:
+            try:
+                report = self._saved(report, after)
+            except OSError as error:
+                raise OutputError(self._job.output, (error.strerror or str(error)).lower()) from error
+        return replace(report, warnings=tuple(self.warnings))
 
     def _gone(self, read: MeshData, result: MeshData, present: set[str]) -> list[str]:
         """What the steps have taken away, in words."""
@@ -210,37 +224,36 @@ class Session:
             texts.append(f"a step made a new mesh, without what {read.label} has besides: {'; '.join(read.source.extras)}")
         return texts
 
-    def _saved(self, after: Found, output: Path, stage: Path) -> dict[str, Any]:
-        """Write the files to the staging folder; what they are."""
+    def _saved(self, report: Report, after: Found) -> Report:
+        """Write the files to the staging folder."""
+        output = self._job.output
         saved = save_mesh(
             after.mesh,
             output,
-            stage / "new",
+            self._stage / "new",
             resolution=after.resolution,
             record=read_provenance(output),
-            own_texture_names=self._assignment.own_texture_names,
+            own_texture_names=self._job.own_texture_names,
         )
         self._lose(saved.warnings)
-        files = [(f, described_file(f.staged, named=f.target)) for f in (saved.output, *saved.side_files)]
-        described = [entry for _, entry in files] + [described_file(path) for path in saved.reused]
-        return {
-            "output": described[0] | {"side_files": described[1:]},
-            "staged": [{"staged": str(f.staged), "target": str(f.target)} for f, _ in files],
-        }
+        staged = (saved.output, *saved.side_files)
+        described = [described_file(f.staged, named=f.target) for f in staged] + [described_file(path) for path in saved.reused]
+        return replace(report, output=described[0] | {"side_files": described[1:]}, staged=staged)
 
-    def _watched(self, before: Found, after: Found) -> dict[str, Any]:
-        """How far vertices have moved, the guards that were broken, and the staged files of the intervention map."""
-        guards, target = self._assignment.guards, self._assignment.map
+    def _watched(self, report: Report, before: Found, after: Found) -> Report:
+        """Find how far vertices have moved, the limits that were broken, and write the intervention map."""
         origins = find_origins(after.mesh, before.mesh)
-        said: dict[str, Any] = {"displacement": asdict(displacement_of(origins))} if self._assignment.displacement else {}
-        if not self._assignment.is_watched:
-            return said
+        if self._job.displacement:
+            report = replace(report, displacement=asdict(displacement_of(origins)))
+        if not self._job.is_watched:
+            return report
         if not origins.known:
             self._warn("a step made a new mesh, so that its elements cannot be followed: distances are those from the input")
-        found = breaches(guards, origins, before.mesh, after.mesh, before.described, after.described)
-        folder = self._assignment.stage / "new"
-        maps = [] if target is None else stage_map(folder, target, after.mesh, before.mesh, origins)
-        return said | {"breaches": [plain(asdict(breach)) for breach in found], "maps": maps}
+        found = breaches(self._job.all_guards, origins, before.mesh, after.mesh, before.described, after.described)
+        maps: tuple[StagedFile, ...] = ()
+        if self._job.map is not None:
+            maps = stage_map(self._stage / "new", self._job.map, after.mesh, before.mesh, origins)
+        return replace(report, breaches=tuple(plain(asdict(breach)) for breach in found), maps=maps)
 
     def _looked(self, mesh: MeshData, refusal: Exception) -> Found:
         """What is known of a mesh."""
@@ -249,14 +262,10 @@ class Session:
         except FilterInputError as error:
             raise refusal from error
 
-    def _event(self, event: Event) -> None:
-        self._tell(encode_event(event))
-
     def _lose(self, texts: Sequence[str]) -> None:
         """Warn of what is not kept, or refuse that."""
-        if texts and self._assignment.keep_all:
-            output = self._assignment.output or self._assignment.input
-            raise OutputError(output, f"{'; '.join(texts)}. With --keep-all that is an error")
+        if texts and self._job.keep_all:
+            raise OutputError(self._job.output, f"{'; '.join(texts)}. With --keep-all that is an error")
         for text in texts:
             self._warn(text)
 

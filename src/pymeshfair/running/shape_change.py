@@ -9,7 +9,8 @@ from typing import TypeAlias
 import numpy as np
 
 from ..declaration import Floats, Ints
-from ..filters.geometry import turned_faces, vector_lengths
+from ..filters.geometry import cross_products, turned_faces, vector_lengths
+from ..filters.inspection.folded_faces import folded_faces
 from ..filters.inspection.side_changes import side_changes
 from ..filters.inspection.surface_measures import SurfaceMeasures
 from ..filters.mesh import bounding_box, scaled_to_unit
@@ -44,6 +45,21 @@ class Moved:
 
 
 @dataclass(frozen=True)
+class Folded:
+    """Faces that are folded over in the result and were not before.
+
+    Attributes:
+        count: of them.
+        face: the number of the largest.
+        place: its centre in the result, (x, y, z).
+    """
+
+    count: int
+    face: int
+    place: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
 class ShapeChange:
     """What a run did to the shape.
 
@@ -56,6 +72,8 @@ class ShapeChange:
         volume: the same, of closed meshes.
         moved: how far vertices moved; None if the result has other vertices or faces, so that they do not correspond.
         turned: how many faces look more than a right angle away from where they did; None with `moved`.
+        folded: which faces were folded over, `pymeshfair.filters.inspection.folded_faces`, if there are more of them than before;
+            else None.
     """
 
     sides: Sides
@@ -64,6 +82,7 @@ class ShapeChange:
     volume: float | None
     moved: Moved | None
     turned: int | None
+    folded: Folded | None
 
 
 def shape_change(
@@ -79,15 +98,17 @@ def shape_change(
     first, second = measured
     old, new = (_sides(*mesh, m) for mesh, m in zip((before, after), measured, strict=True))
     x, y, z = (_share(float(a), float(b)) for a, b in zip(old, new, strict=True))
-    moved, turned, without_noise = None, None, None
+    moved, turned, without_noise, folded = None, None, None, None
     if len(before[0]) == len(after[0]) and len(before[0]) and np.array_equal(before[1], after[1]):
         moved = _moved(before[0], after[0], first.mean_edge)
         turned = turned_faces(scaled_to_unit(before[0])[0], scaled_to_unit(after[0])[0], before[1])
+        if second.folded_faces > first.folded_faces:
+            folded = _folded(before[0], after[0], before[1])
         if _is_large((x, y, z)) and len(before[1]):
             u, v, w = (None if np.isnan(s) else float(s) for s in side_changes(before[0], after[0], before[1]))
             without_noise = (u, v, w)
     volumes = (first.volume, second.volume) if first.closed and second.closed else (None, None)
-    return ShapeChange((x, y, z), without_noise, _share(first.area, second.area), _share(*volumes), moved, turned)
+    return ShapeChange((x, y, z), without_noise, _share(first.area, second.area), _share(*volumes), moved, turned, folded)
 
 
 def warnings_of(change: ShapeChange, other_recipe: Callable[[], str]) -> Iterator[str]:
@@ -103,7 +124,7 @@ def warnings_of(change: ShapeChange, other_recipe: Callable[[], str]) -> Iterato
         return
     dimensions = change.sides_without_noise is not None and _is_large(change.sides_without_noise)
     far = change.moved.edges is not None and change.moved.edges > LARGEST_MOVE
-    name = other_recipe() if dimensions or far else ""
+    name = other_recipe() if dimensions or far or change.folded else ""
     other = f", or take {name}" if name else ""
     if dimensions:
         shown = ", ".join(f"{a} {s:+.1%}" for a, s in zip("xyz", change.sides_without_noise or (), strict=True) if s is not None)
@@ -118,6 +139,13 @@ def warnings_of(change: ShapeChange, other_recipe: Callable[[], str]) -> Iterato
             f"look at the place; if it should have stayed, hold borders (border fixed), smooth less{other}; --max-displacement "
             "makes that an error"
         )
+    if change.folded:
+        where = ", ".join(f"{c:.6g}" for c in change.folded.place)
+        faces = "1 face was" if change.folded.count == 1 else f"{change.folded.count:,} faces were"
+        yield (
+            f"{faces} folded over, the largest is face {change.folded.face} at {where}: look at the place; long thin triangles "
+            f"fold first, improve_triangles before this recipe makes them regular; or smooth less{other}"
+        )
 
 
 def _sides(vertices: Floats, faces: Ints, measures: SurfaceMeasures) -> Floats:
@@ -129,6 +157,14 @@ def _sides(vertices: Floats, faces: Ints, measures: SurfaceMeasures) -> Floats:
         return np.zeros(3)
     low, high = bounding_box(vertices)
     return np.asarray(high - low)
+
+
+def _folded(before: Floats, after: Floats, faces: Ints) -> Folded:
+    new = np.flatnonzero(folded_faces(after, faces) & ~folded_faces(before, faces))
+    sizes = vector_lengths(cross_products(scaled_to_unit(after)[0], faces[new]))
+    face = int(new[sizes.argmax()])
+    x, y, z = after[faces[face]].mean(axis=0).tolist()
+    return Folded(len(new), face, (x, y, z))
 
 
 def _is_large(sides: Sides) -> bool:

@@ -9,10 +9,9 @@ from typing import Any
 
 from ..declaration import Floats, Ints
 from ..filters.inspection.surface_measures import SurfaceMeasures
-from ..recipe import TASKS, RecipeHead, RecipeInfo, head_info, shipped_heads
+from ..recipe import TASKS, Recipe, RecipeHead, RecipeInfo, shipped_heads
 from ..scripts.fits import ARTICLE, UNKNOWN, Condition
 from .measuring import Found
-from .messages import Assignment
 
 #: the traits that are measured on the surface, each in some tenths of a second at most; the others are known anyway
 MEASURED = ("noise", "sharpness", "facing", "camera noise", "longest edge")
@@ -147,36 +146,36 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
     return f"{wrong}: no other recipe of its kind fits; `pymeshfair suggest` names those that do{named}"
 
 
-def traits_asked_for(assignment: Assignment, found: Found, attributes: AbstractSet[str]) -> tuple[dict[str, float], str | None]:
-    """The traits of a mesh that the recipe of an assignment asks for, and a warning if its recipe is not for such scans.
+def traits_asked_for(recipe: Recipe, found: Found, attributes: AbstractSet[str]) -> tuple[dict[str, float], str | None]:
+    """The traits of a mesh that a recipe asks for, and a warning if it is not for such scans.
 
     Args:
-        assignment: with its recipe.
+        recipe: the recipe.
         found: what is known of the mesh; if that was not measured, there are none.
         attributes: what it has.
     """
-    info = head_info(assignment.head)
+    info = recipe.info
     arrays, measures = (found.mesh.vertices, found.mesh.faces), found.measures
     if measures is None or not info.conditions:
         return {}, None
     traits = traits_of(*arrays, measures, attributes, needed(info.conditions))
-    if not judged(assignment.recipe, info, traits).unmet:
+    if not judged(recipe.name, info, traits).unmet:
         return traits, None
     traits = traits_of(*arrays, measures, attributes)
-    return traits, unsuitable(assignment.recipe, info, traits, ranked(traits))
+    return traits, unsuitable(recipe.name, info, traits, ranked(traits))
 
 
-def instead(assignment: Assignment, found: Found, attributes: AbstractSet[str]) -> str:
+def instead(recipe: Recipe, found: Found, attributes: AbstractSet[str]) -> str:
     """The recipe to take where another one, which takes away noise, has changed the shape too much; empty if there is none.
 
     Args:
-        assignment: with the recipe that was run.
+        recipe: that was run.
         found: what is known of the mesh that it was run on.
         attributes: what that has.
     """
-    if found.measures is None or head_info(assignment.head).task not in _ALIKE:
+    if found.measures is None or recipe.info.task not in _ALIKE:
         return ""
-    worse = {head.name for head in shipped_heads() if head.info.behind == assignment.recipe} | {assignment.recipe}
+    worse = {head.name for head in shipped_heads() if head.info.behind == recipe.name} | {recipe.name}
     suited = ranked(traits_of(found.mesh.vertices, found.mesh.faces, found.measures, attributes))
     return next((s.recipe for s in suited if s.fits and s.task in _ALIKE and s.recipe not in worse), "")
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..declaration import Filter, Length
+from ..registry import find_filter
 from .guards import NO_GUARDS, Guards
 from .settings import Setting
 
@@ -33,6 +34,9 @@ class Step:
     tag: str = ""
     settings: Mapping[str, str] = field(default_factory=dict)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restored, (self.filter.python_name, self.values, self.line, self.tag, self.settings)
+
     def with_values(self, values: Mapping[str, Any]) -> Step:
         """The step with these values checked and put over its own."""
         return self.with_checked(self.filter.check(values))
@@ -51,6 +55,11 @@ class Step:
         said = {name: default for name, default in self.filter.defaults.items() if default is not None}
         known = {name: default for name, default in said.items() if lengths or not _is_relative(default)}
         return replace(self, values=self.filter.in_order({**known, **self.values}))
+
+
+def _restored(filter: str, *rest: Any) -> Step:
+    """A step in another process, where its filter is that of the same name."""
+    return Step(find_filter(filter), *rest)
 
 
 @dataclass(frozen=True)

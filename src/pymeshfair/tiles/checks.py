@@ -37,13 +37,6 @@ def check(job: Job, plan: list[Selection] | list[Move]) -> None:
         raise ParameterError(
             "limits of the result, an intervention map and further layers need the whole mesh at once; leave them out, or --tiles"
         )
-    if not job.measures:
-        raise ParameterError("a run by tiles counts and takes no measures besides: leave out --no-measures")
-    if job.timeout is not None or job.keep_all:
-        raise ParameterError(
-            "--timeout and --keep-all are not known to a run by tiles: leave them out. "
-            "It writes all that the input has, and Ctrl-C stops it"
-        )
     check_input(job.input, formats)
     try:
         check_magic(job.input)
@@ -53,8 +46,6 @@ def check(job: Job, plan: list[Selection] | list[Move]) -> None:
             MeshFile(PlySlices(job.input)).check()
     except ContentsError as error:
         raise InputError(job.input, str(error)) from error
-    if job.output.name.lower().endswith(".copc.laz"):
-        raise OutputError(job.output, "a COPC file cannot be written; end its name with .laz alone")
     check_output(job.output, job.made_from, overwrite=job.overwrite, formats=formats)
     kinds = [extension(path).replace("laz", "las") for path in (job.input, job.output)]
     if kinds[0] != kinds[1]:

@@ -1,4 +1,4 @@
-"""A cloud by tiles: stages of selecting outliers, each of which may delete them, and the result written by slices."""
+"""A cloud by tiles: stages of selecting points, each of which may delete them, and the result written by slices."""
 
 from __future__ import annotations
 
@@ -10,20 +10,21 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import FilterInputError
+from ..filters.execution import ignore_progress, part_of
 from ..filters.neighbours import tree_scale
-from ..filters.outliers import SPREAD_BLOCK, probabilities_of, spread_of
+from ..filters.outliers import JOINED, SPREAD_BLOCK, StrayRule, probabilities_of, spread_of
 from .by_number import Part, in_order
 from .cells import Cells
 from .columns import Column
 from .division import Bucket, Floats, Longs, Shape, divide
-from .memory import outlier_points, slice_rows
+from .memory import cloud_points, slice_rows
 from .outliers import OutlierTiles
-from .plan import Selection
+from .plan import LOOP, Selection
 from .sources import Source
-from .workers import Pool
+from .strays import StrayTiles
+from .workers import Tasks
 
 
 @dataclass(frozen=True)
@@ -76,11 +77,11 @@ class Cloud:
 
 @dataclass(frozen=True)
 class Judgement:
-    """The end of a stage, as tasks: factors in the order of the points, their spread, and who is selected.
+    """The end of a stage, as tasks: what was found in the order of the points, and who is selected.
 
     Attributes:
         cloud: the points that are left.
-        parts: of each tile, its factors.
+        parts: of each tile, the factors of LoOP, or which points are stray.
         count: the points.
         selection: what was asked for.
         target: where what is left now is written down.
@@ -93,25 +94,25 @@ class Judgement:
     target: Column
 
     @property
-    def factors(self) -> Column:
-        """PLOF of each point that is left, in their order."""
-        return Column(self.cloud.folder / "factors", "<f8")
+    def found(self) -> Column:
+        """What was found of each point that is left, in their order."""
+        return Column(self.cloud.folder / "found", self.parts[0].dtype)
 
     def gather(self, size: int) -> float:
-        """Put the factors in order; their spread."""
-        self.factors.path.unlink(missing_ok=True)
+        """Put it in order; the spread of factors, 0 of stray points."""
+        self.found.path.unlink(missing_ok=True)
         for block in in_order(self.parts, self.count, size):
-            self.factors.append(block)
-        return spread_of(self._blocks, self.selection.extent)
+            self.found.append(block)
+        return spread_of(self._blocks, self.selection.values["extent"]) if self.selection.filter == LOOP else 0.0
 
     def _blocks(self) -> Iterable[Floats]:
-        return (self.factors.read(at, min(at + SPREAD_BLOCK, self.count)) for at in range(0, self.count, SPREAD_BLOCK))
+        return (self.found.read(at, min(at + SPREAD_BLOCK, self.count)) for at in range(0, self.count, SPREAD_BLOCK))
 
     def select(self, spread: float, size: int) -> dict[str, Any]:
-        """Write down probabilities, and what is left; what the filter reports."""
+        """Write down what is left, and probabilities if there are any; what the filter reports."""
         cloud, total, done = self.cloud, len(self.cloud.source), 0
-        cloud.scalars.path.touch()
-        if not len(cloud.scalars):
+        probable = self.selection.filter == LOOP
+        if probable and not cloud.scalars.path.exists():
             cloud.scalars.create(total)
         self.target.create(total)
         selected, largest, sums = 0, 0.0, []
@@ -119,25 +120,28 @@ class Judgement:
             last = min(first + size, total)
             left = np.ones(last - first, np.bool_) if cloud.kept is None else cloud.kept.read(first, last) > 0
             count = int(left.sum())
-            probabilities = probabilities_of(self.factors.read(done, done + count), spread)
+            goes = found = self.found.read(done, done + count)
             done += count
-            scalars = cloud.scalars.read(first, last)
-            scalars[left] = probabilities
-            cloud.scalars.write(first, scalars)
-            goes = probabilities > self.selection.threshold
+            if probable:
+                probabilities = probabilities_of(found, spread)
+                scalars = cloud.scalars.read(first, last)
+                scalars[left] = probabilities
+                cloud.scalars.write(first, scalars)
+                goes = probabilities > self.selection.values["threshold"]
+                largest = max(largest, float(probabilities.max(initial=0.0)))
+                sums.append(float(probabilities.sum()))
             if self.selection.deletes:
-                left[left] = ~goes
+                left[left] = goes == 0
             self.target.write(first, left.astype(np.uint8))
-            selected += int(goes.sum())
-            largest = max(largest, float(probabilities.max(initial=0.0)))
-            sums.append(float(probabilities.sum()))
-        return {"selected_vertices": selected, "largest_probability": largest, "mean_probability": math.fsum(sums) / self.count}
+            selected += int(np.count_nonzero(goes))
+        told = {"largest_probability": largest, "mean_probability": math.fsum(sums) / self.count} if probable else {}
+        return {"selected_vertices": selected} | told
 
 
 def do_selection(
     cloud: Cloud,
     selection: Selection,
-    pool: Pool,
+    tasks: Tasks,
     tile: int,
     *,
     shape: Shape,
@@ -149,7 +153,7 @@ def do_selection(
     Args:
         cloud: what is left before.
         selection: what to do.
-        pool: of workers.
+        tasks: does them.
         tile: bytes that a tile may take.
         shape: of tiles.
         progress: called with the share that is done.
@@ -157,9 +161,12 @@ def do_selection(
 
     Returns:
         What is left; what the filter reports; what is known of the cloud and the tiles.
+
+    Raises:
+        FilterInputError: there are too few points, or nothing is left.
     """
     size = slice_rows(tile, cloud.source.row)
-    count, low, high = pool.run(cloud.survey, size)
+    count, low, high = tasks.run(cloud.survey, size)
     if selection.neighbors >= count:
         raise FilterInputError(
             f"{selection.neighbors} neighbours need a cloud of at least {selection.neighbors + 1} points, got {count}"
@@ -167,45 +174,82 @@ def do_selection(
     progress(0.02)
     folder = cloud.folder / f"step-{selection.step}"
     folder.mkdir()
-    points = outlier_points(tile, selection.neighbors) if most is None else most
-    buckets = pool.run(cloud.divide, count, folder, points, shape, size)
+    points = cloud_points(tile, selection.neighbors) if most is None else most
+    buckets = tasks.run(cloud.divide, count, folder, points, shape, size)
     progress(0.1)
     cells = Cells.make(folder, count, tree_scale(float(max(high.max(), -low.min()))))
     starts = np.cumsum([0, *(bucket.count for bucket in buckets)]).tolist()
-    filled = pool.map(cells.fill, list(zip(buckets, starts, strict=False)), lambda share: progress(0.1 + 0.1 * share))
+    filled = tasks.map(cells.fill, list(zip(buckets, starts, strict=False)), lambda share: progress(0.1 + 0.1 * share))
     cells.index(filled)
     tiles = cells.tiles(points)
-    work = OutlierTiles(cells, selection.neighbors, points)
-    work.distances.create(count)
-    pool.map(work.find, tiles, lambda share: progress(0.2 + 0.6 * share))
-    pool.map(work.finish, [(first,) for first, _ in tiles], lambda share: progress(0.8 + 0.1 * share))
+    find = _factors if selection.filter == LOOP else _strays
+    parts = find(cells, selection, tasks, tiles, points, size, part_of(progress, 0.2, 0.9))
     judgement = Judgement(
         cloud,
-        tuple(work.part(first) for first, _ in tiles),
+        parts,
         count,
         selection,
         Column(cloud.folder / f"kept-{selection.step}", "u1"),
     )
-    spread = pool.run(judgement.gather, size)
+    spread = tasks.run(judgement.gather, size)
     shutil.rmtree(folder)
-    values = pool.run(judgement.select, spread, size)
-    judgement.factors.path.unlink()
+    values = tasks.run(judgement.select, spread, size)
+    judgement.found.path.unlink()
+    if selection.deletes and values["selected_vertices"] == count:
+        raise FilterInputError(f"all {count} points were selected, so that nothing is left of the cloud")
     progress(1.0)
     known = {"points": count, "low": low.tolist(), "high": high.tolist(), "tiles": len(tiles), "points_per_tile": points}
     return replace(cloud, kept=judgement.target), values, known
 
 
+def _factors(
+    cells: Cells,
+    selection: Selection,
+    tasks: Tasks,
+    tiles: list[tuple[int, int]],
+    most: int,
+    size: int,
+    progress: Callable[[float], None],
+) -> tuple[Part, ...]:
+    """Of each tile the factors of LoOP."""
+    work = OutlierTiles(cells, selection.neighbors, most)
+    work.distances.create(cells.count)
+    tasks.map(work.find, tiles, part_of(progress, 0.0, 0.85))
+    tasks.map(work.finish, [(first,) for first, _ in tiles], part_of(progress, 0.85, 1.0))
+    return tuple(work.part(first) for first, _ in tiles)
+
+
+def _strays(
+    cells: Cells,
+    selection: Selection,
+    tasks: Tasks,
+    tiles: list[tuple[int, int]],
+    most: int,
+    size: int,
+    progress: Callable[[float], None],
+) -> tuple[Part, ...]:
+    """Of each tile which points are stray."""
+    values = selection.values
+    work = StrayTiles(cells, StrayRule(selection.neighbors, values["sparseness"], values["smallest_part"]), most)
+    work.create()
+    tasks.map(work.find, tiles, part_of(progress, 0.0, 0.7))
+    median = tasks.run(work.median, size)
+    tasks.map(work.link, [(median, *tile) for tile in tiles], part_of(progress, 0.7, 0.8))
+    for number in range(1, JOINED + 1):
+        tasks.map(work.join, [(number, *tile) for tile in tiles], ignore_progress)
+    tasks.map(work.connect, tiles, part_of(progress, 0.85, 0.95))
+    stray = tasks.run(work.across, tiles)
+    tasks.map(work.finish, [(stray, *tile) for tile in tiles], part_of(progress, 0.95, 1.0))
+    return tuple(work.part(first) for first, _ in tiles)
+
+
 def write_cloud(cloud: Cloud, target: Path, size: int) -> int:
-    """Write what is left, as it was read, with the probabilities; how many points that are."""
-    assert cloud.kept is not None
-    count = 0
-    for first in range(0, len(cloud.source), size):
-        count += int((cloud.kept.read(first, min(first + size, len(cloud.source))) > 0).sum())
-
-    def marks() -> Iterator[tuple[NDArray[np.bool_], Floats]]:
-        for first in range(0, len(cloud.source), size):
-            last = min(first + size, len(cloud.source))
-            yield cloud.kept.read(first, last) > 0, cloud.scalars.read(first, last)  # type: ignore[union-attr]
-
-    cloud.source.write(target, count, marks(), size)
+    """Write what is left, as it was read, with the probabilities if there are any; how many points that are."""
+    kept = cloud.kept
+    assert kept is not None
+    probable, total = cloud.scalars.path.exists(), len(cloud.source)
+    slices = [(first, min(first + size, total)) for first in range(0, total, size)]
+    count = sum(int(np.count_nonzero(kept.read(*rows))) for rows in slices)
+    marks = ((kept.read(*rows) > 0, cloud.scalars.read(*rows) if probable else None) for rows in slices)
+    cloud.source.write(target, count, marks, size, scalars=probable)
     return count

@@ -1,4 +1,4 @@
-"""A run by tiles, from the checks to the files in their places, as `pymeshfair.running.supervise` does one in one piece."""
+"""The work of a run by tiles, in place of that in one piece: reads, does the steps and writes by parts of the mesh."""
 
 from __future__ import annotations
 
@@ -6,26 +6,23 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
-from datetime import datetime, timezone
+from functools import partial
 from pathlib import Path
-from queue import SimpleQueue
 from typing import Any
 
 from ..errors import FilterInputError, Place, StepFailedError
-from ..files.output_lock import output_lock
-from ..files.outputs import check_output
-from ..files.provenance import described_file, formatted, provenance_path
+from ..files.provenance import described_file
 from ..files.reading import unchanged
-from ..files.staging import staging_folder
-from ..files.writing import StagedFile, place, stage_file
+from ..files.writing import StagedFile
 from ..filters.execution import part_of
 from ..operating_system import this_system
-from ..running.interrupts import Interrupts
+from ..processes.process import Items
 from ..running.job import Event, Job, PhaseStarted, RunResult, StepFinished, StepProgress, StepStarted
 from ..running.memory import default_memory
 from ..running.plain_values import plain
-from ..running.record import record_of, result_of
-from .checks import check, formats_of, told_as_run
+from ..running.report import Report, StepDone
+from ..running.supervise import run_job
+from .checks import check, told_as_run
 from .cloud import Cloud, do_selection, write_cloud
 from .division import Shape
 from .memory import Budget, budget, slice_rows
@@ -35,7 +32,10 @@ from .plan import Move, Selection, plan_of
 from .ply_slices import PlySlices
 from .sources import open_cloud
 from .surface import Surface
-from .workers import Pool, open_pool
+from .workers import Tasks, open_tasks
+
+#: bytes of memory where the system does not say how many there are
+_USUAL_MEMORY = 4_000_000_000
 
 
 @dataclass(frozen=True)
@@ -74,144 +74,147 @@ def run_by_tiles(
         ParameterError: too little memory, or something asked for that needs the whole mesh.
         InputError, OutputError, StepFailedError, TileError, KeyboardInterrupt: as `run_job` says.
     """
-    started, clock = datetime.now(timezone.utc), time.monotonic()
-    job = replace(job, input=Path(job.input).absolute(), output=Path(job.output).absolute())
     plan = plan_of(job.recipe.script)
     check(job, plan)
-    memory = job.memory_limit or default_memory() or 4_000_000_000
+    memory = job.memory_limit or default_memory() or _USUAL_MEMORY
     share = budget(memory, this_system().processors())
-    queue: SimpleQueue[tuple[str, Any]] = SimpleQueue()
-    with Interrupts(queue) as interrupts, output_lock(job.output), staging_folder(job.output) as stage:
-        with ExitStack() as opened:
-            opened.enter_context(unchanged(job.input))
-            pool = opened.enter_context(open_pool(tiling.scheduler, share.workers, share.threads, queue, memory=memory))
-            opened.enter_context(told_as_run(job))
-            on_event(PhaseStarted("reading"))
-            described = described_file(job.input) | {"side_files": [], "others": []}
-            course = _Course(job, tiling, share, pool, stage, on_event)
-            report = course.run(plan)
-            peaks = sorted(pool.peaks.values())[-share.workers :]
-        interrupts.check()
-        report["peak_memory"] = (this_system().peak_memory() or 0) + sum(peaks) if peaks else None
-        report |= {"input": described, "warnings": list(report["warnings"]), "traits": {}}
-        seconds = time.monotonic() - clock
-        record = record_of(job, report, {}, {}, started=started, seconds=seconds)
-        record["tiles"] = report["tiles"] | {"workers": share.workers, "memory_limit": memory}
-        record["run"]["processor_seconds_of_tiles"] = round(pool.seconds, 3)
-        provenance = stage_file(stage / "provenance.json", provenance_path(job.output), formatted(record))
-        check_output(job.output, job.made_from, overwrite=job.overwrite, formats=formats_of(plan))  # again
-        place([StagedFile(course.made, job.output), provenance], stage, outdated=provenance.target)
-    return result_of(job, record, [])
+    return run_job(job, on_event, work=partial(_by_tiles, tiling, plan, share, memory))
+
+
+def _by_tiles(
+    tiling: Tiling,
+    plan: list[Selection] | list[Move],
+    share: Budget,
+    memory: int,
+    job: Job,
+    stage: Path,
+    items: Items,
+    on_event: Callable[[Event], None],
+) -> Report:
+    with ExitStack() as opened:
+        opened.enter_context(unchanged(job.input))
+        tasks = opened.enter_context(open_tasks(tiling.scheduler, share, job, items, memory=memory))
+        opened.enter_context(told_as_run(job))
+        on_event(PhaseStarted("reading"))
+        described = described_file(job.input) | {"side_files": [], "others": []}
+        report = _Course(job, tiling, share, tasks, stage, on_event).run(plan)
+    peaks = sorted(tasks.peaks.values())[-share.workers :]
+    workers = {"workers": share.workers, "memory_limit": memory, "processor_seconds": round(tasks.seconds, 3)}
+    return replace(
+        report,
+        input=described,
+        tiles={**(report.tiles or {}), **workers},
+        peak_memory=(this_system().peak_memory() or 0) + sum(peaks) if peaks else None,
+    )
 
 
 class _Course:
     """The steps of one run."""
 
     def __init__(
-        self, job: Job, tiling: Tiling, share: Budget, pool: Pool, stage: Path, on_event: Callable[[Event], None]
+        self, job: Job, tiling: Tiling, share: Budget, tasks: Tasks, stage: Path, on_event: Callable[[Event], None]
     ) -> None:
         self._job = job
         self._tiling = tiling
         self._share = share
-        self._pool = pool
+        self._tasks = tasks
         self._stage = stage
         self._on_event = on_event
-        self.made = stage / "new" / job.output.name
+        self._steps: list[StepDone] = []
+        self._made = stage / "new" / job.output.name
 
-    def run(self, plan: list[Selection] | list[Move]) -> dict[str, Any]:
+    def run(self, plan: list[Selection] | list[Move]) -> Report:
         """Do the steps and write the result; the report."""
         selections = [step for step in plan if isinstance(step, Selection)]
         return self._select(selections) if selections else self._move([step for step in plan if isinstance(step, Move)])
 
-    def _select(self, plan: list[Selection]) -> dict[str, Any]:
+    def _select(self, plan: list[Selection]) -> Report:
         cloud = Cloud(open_cloud(self._job.input), self._stage / "new")
-        steps: list[dict[str, Any]] = []
         tilings = []
         for selection in plan:
-            with self._step(selection.step, steps) as told:
-                cloud, values, known = do_selection(
+            values: dict[str, Any] = {}
+            with self._step(selection.step, values):
+                cloud, told, known = do_selection(
                     cloud,
                     selection,
-                    self._pool,
+                    self._tasks,
                     self._share.tile,
                     shape=self._tiling.shape,
                     progress=self._progress(selection.step),
                     most=self._tiling.most,
                 )
-                told["values"] = values
+                values |= told
             tilings.append({name: known[name] for name in ("tiles", "points_per_tile")})
             if selection is plan[0]:
                 before = _measures(known["points"], 0, known["low"], known["high"])
             if selection.deletes:
-                with self._step(selection.step + 1, steps):
+                with self._step(selection.step + 1, {}):
                     pass
         self._on_event(PhaseStarted("writing"))
         size = slice_rows(self._share.tile, cloud.source.row)
-        written = self._pool.run(write_cloud, cloud, self.made, size)
-        count, low, high = self._pool.run(cloud.survey, size)
+        written = self._tasks.run(write_cloud, cloud, self._made, size)
+        count, low, high = self._tasks.run(cloud.survey, size)
         assert written == count
-        return self._report(steps, before, _measures(count, 0, low.tolist(), high.tolist()), {"stages": tilings})
+        return self._report(before, _measures(count, 0, low.tolist(), high.tolist()), {"stages": tilings})
 
-    def _move(self, plan: list[Move]) -> dict[str, Any]:
+    def _move(self, plan: list[Move]) -> Report:
         mesh, folder = MeshFile(PlySlices(self._job.input)), self._stage / "new"
-        steps: list[dict[str, Any]] = []
         for move in plan:
-            with self._step(move.step, steps):
+            with self._step(move.step, {}):
                 progress, start = self._progress(move.step), 0.0
                 if move is plan[0]:
                     start, cutting = 0.4, part_of(progress, 0.0, 0.4)
                     surface, known = self._cut(mesh, folder, plan, cutting)
                     tiles = surface.cells.tiles(known["points_per_tile"])
-                box = do_move(surface, move, tiles, self._pool, part_of(progress, start, 1.0))
+                box = do_move(surface, move, tiles, self._tasks, part_of(progress, start, 1.0))
         self._on_event(PhaseStarted("writing"))
         work = MeshTiles(surface)
-        self._pool.map(work.finish, tiles, lambda share: None)
+        self._tasks.map(work.finish, tiles, lambda share: None)
         size = slice_rows(self._share.tile, mesh.file.vertices.dtype.itemsize)
-        self._pool.run(mesh.write, self.made, tuple(work.part(first) for first, _ in tiles), size)
+        self._tasks.run(mesh.write, self._made, tuple(work.part(first) for first, _ in tiles), size)
         counts = known["points"], known["faces"]
         told = {"tiles": len(tiles), "points_per_tile": known["points_per_tile"]}
-        return self._report(
-            steps, _measures(*counts, known["low"], known["high"]), _measures(*counts, *box), {"stages": [told] * len(plan)}
-        )
+        before, after = _measures(*counts, known["low"], known["high"]), _measures(*counts, *box)
+        return self._report(before, after, {"stages": [told] * len(plan)})
 
     def _cut(
         self, mesh: MeshFile, folder: Path, plan: list[Move], progress: Callable[[float], None]
     ) -> tuple[Surface, dict[str, Any]]:
         shape, most = self._tiling.shape, self._tiling.most
         costs = [cost_of(move.filter, move.values) for move in plan]
-        return cut(mesh, folder, self._pool, self._share.tile, costs=costs, shape=shape, most=most, progress=progress)
+        return cut(mesh, folder, self._tasks, self._share.tile, costs=costs, shape=shape, most=most, progress=progress)
 
-    def _report(
-        self, steps: list[dict[str, Any]], before: dict[str, Any], after: dict[str, Any], tiles: dict[str, Any]
-    ) -> dict[str, Any]:
+    def _report(self, before: dict[str, Any], after: dict[str, Any], tiles: dict[str, Any]) -> Report:
         sides = [b and a / b - 1.0 for b, a in zip(before["sides"], after["sides"], strict=True)]
-        return {
-            "steps": steps,
-            "before": before,
-            "after": after,
-            "change": {"sides": [None if s == 0 and not b else s for s, b in zip(sides, before["sides"], strict=True)]}
-            | dict.fromkeys(("area", "volume", "moved", "turned")),
-            "warnings": ["done by tiles, so that only the numbers of elements and the box were measured"],
-            "output": described_file(self.made, named=self._job.output) | {"side_files": []},
-            "tiles": tiles,
-        }
+        change = {"sides": [None if s == 0 and not b else s for s, b in zip(sides, before["sides"], strict=True)]}
+        report = Report(
+            input={},
+            output=described_file(self._made, named=self._job.output) | {"side_files": []},
+            steps=tuple(self._steps),
+            staged=(StagedFile(self._made, self._job.output),),
+            warnings=("done by tiles, so that only the numbers of elements and the box were measured",),
+            tiles=tiles,
+        )
+        if not self._job.measures:
+            return report
+        unknown = dict.fromkeys(("area", "volume", "moved", "turned"))
+        return replace(report, before=before, after=after, change=change | unknown)
 
     @contextmanager
-    def _step(self, number: int, steps: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
-        """One step of the recipe, told as it begins and ends; the report of it, to be filled in."""
+    def _step(self, number: int, values: dict[str, Any]) -> Iterator[None]:
+        """One step of the recipe, told as it begins and ends; `values` takes what the filter reports."""
         script = self._job.recipe.script
         step = script.steps[number - 1]
-        told: dict[str, Any] = {"parameters": plain(step.with_defaults().values), "values": {}, "notes": []}
         self._on_event(StepStarted(number, len(script.steps), step.filter.name))
         started = time.perf_counter()
         try:
-            yield told
+            yield
         except FilterInputError as error:
             place = Place.of_step(number, len(script.steps), step.filter.name, file=script.path, line=step.line)
             raise StepFailedError(place, str(error)) from error
-        told["seconds"] = time.perf_counter() - started
-        steps.append(told)
-        self._on_event(StepFinished(number, told["seconds"]))
+        seconds = time.perf_counter() - started
+        self._steps.append(StepDone(plain(step.with_defaults().values), plain(values), seconds))
+        self._on_event(StepFinished(number, seconds))
 
     def _progress(self, number: int) -> Callable[[float], None]:
         return lambda share: self._on_event(StepProgress(number, share))

@@ -46,7 +46,7 @@ def budget(memory: int, processors: int) -> Budget:
     )
 
 
-def outlier_points(tile: int, neighbors: int) -> int:
+def cloud_points(tile: int, neighbors: int) -> int:
     """Points of a tile in which LoOP searches for so many neighbours.
 
     Measured were 209 bytes each for 20 of them; the rest is for those that ask around, which are up to a tenth.

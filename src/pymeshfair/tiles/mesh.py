@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from ..errors import FilterInputError
 from ..files.errors import ContentsError
-from ..files.ply import PlyElement, PlyProperty
+from ..files.ply import CORNERS
+from ..files.ply_header import PlyProperty, header_bytes
 from ..filters.execution import part_of
 from ..filters.mesh import Whole, check_healthy
 from .by_number import Part, in_order
@@ -24,11 +25,11 @@ from .halo import tile_with_rings
 from .memory import slice_rows, surface_vertices
 from .moves import NORMALS, TAUBIN, apply, filtering_of, rings_of
 from .plan import Move
-from .ply_slices import CORNERS, PlySlices, header_text
+from .ply_slices import PlySlices
 from .rounds import Rounds
 from .sources import PlyCloud
 from .surface import Surface
-from .workers import Pool
+from .workers import Tasks
 
 #: bytes that are copied at a time
 _COPIED = 1 << 24
@@ -68,12 +69,12 @@ class MeshFile:
     def write(self, target: Path, parts: tuple[Part, ...], size: int) -> None:
         """Write the mesh with other coordinates, which are then numbers of double precision; all else as it was."""
         header, table = self.file.header, self.file.vertices
-        order = ">" if header.format == "binary_big_endian" else "<"
+        order = header.byte_order
         properties = tuple(PlyProperty(p.name, "double") if p.name in "xyz" else p for p in table.element.properties)
         made = np.dtype([(p.name, f"{order}f8" if p.name in "xyz" else table.dtype[p.name]) for p in properties])
-        elements = tuple(PlyElement(e.name, e.count, properties) if e.name == "vertex" else e for e in header.elements)
+        elements = [replace(e, properties=properties) if e.name == "vertex" else e for e in header.elements]
         with target.open("xb") as file:
-            file.write(header_text(header, elements))
+            file.write(header_bytes(header, elements))
             for element in header.elements:
                 if element.name != "vertex":
                     self._copy(element.name, file)
@@ -141,7 +142,7 @@ class MeshTiles:
 def cut(
     mesh: MeshFile,
     folder: Path,
-    pool: Pool,
+    tasks: Tasks,
     tile: int,
     *,
     costs: list[tuple[int, int]],
@@ -154,7 +155,7 @@ def cut(
     Args:
         mesh: the file.
         folder: for the files.
-        pool: of workers.
+        tasks: does them.
         tile: bytes that a tile may take.
         costs: of the steps, see `pymeshfair.tiles.moves.cost_of`.
         shape: of tiles.
@@ -166,21 +167,21 @@ def cut(
     """
     cloud = Cloud(PlyCloud(mesh.file.path), folder)
     size = slice_rows(tile, mesh.file.vertices.dtype.itemsize)
-    count, low, high = pool.run(cloud.survey, size)
+    count, low, high = tasks.run(cloud.survey, size)
     if count > np.iinfo(np.int32).max:
         raise FilterInputError(f"{count} vertices are more than the 2,147,483,647 that an index of 32 bits reaches")
     each, rings = max(cost[0] for cost in costs), max(cost[1] for cost in costs)
     vertices = surface_vertices(tile, each, rings) if most is None else most
-    buckets = pool.run(cloud.divide, count, folder, vertices, shape, size)
+    buckets = tasks.run(cloud.divide, count, folder, vertices, shape, size)
     progress(0.2)
     cells = Cells.make(folder, count, 1.0)
     starts = np.cumsum([0, *(bucket.count for bucket in buckets)]).tolist()
     surface = Surface(cells, tuple(starts))
     surface.slots.create(count)
-    cells.index(pool.map(surface.fill, list(zip(buckets, starts, strict=False)), lambda share: progress(0.2 + 0.2 * share)))
-    faces = pool.run(_sort_faces, surface, mesh, size)
+    cells.index(tasks.map(surface.fill, list(zip(buckets, starts, strict=False)), lambda share: progress(0.2 + 0.2 * share)))
+    faces = tasks.run(_sort_faces, surface, mesh, size)
     progress(0.7)
-    pool.map(surface.order_faces, [(bucket,) for bucket in range(len(buckets))], lambda share: progress(0.7 + 0.3 * share))
+    tasks.map(surface.order_faces, [(bucket,) for bucket in range(len(buckets))], lambda share: progress(0.7 + 0.3 * share))
     known = {"points": count, "faces": faces, "low": low.tolist(), "high": high.tolist(), "points_per_tile": vertices}
     return surface, known
 
@@ -190,25 +191,25 @@ def _sort_faces(surface: Surface, mesh: MeshFile, size: int) -> int:
 
 
 def do_move(
-    surface: Surface, move: Move, tiles: list[tuple[int, int]], pool: Pool, progress: Callable[[float], None]
+    surface: Surface, move: Move, tiles: list[tuple[int, int]], tasks: Tasks, progress: Callable[[float], None]
 ) -> tuple[list[float], list[float]]:
     """One step; the box of all vertices after it."""
     filtering = filtering_of(move.values) if move.filter == NORMALS else None
     if filtering is not None and filtering.relaxation:
         steps = {"operator": "uniform", "step": 0.5, "mu": -0.53, "pass_band": 0.0, "border": filtering.border}
         before = Move(move.step, TAUBIN, steps | {"iterations": filtering.relaxation, "selected": False})
-        do_move(surface, before, tiles, pool, part_of(progress, 0.0, 0.2))
+        do_move(surface, before, tiles, tasks, part_of(progress, 0.0, 0.2))
         progress = part_of(progress, 0.2, 1.0)
     work = MeshTiles(surface)
-    boxes = pool.map(work.box, tiles, lambda share: progress(0.1 * share))
+    boxes = tasks.map(work.box, tiles, lambda share: progress(0.1 * share))
     low, high = np.min([b[0] for b in boxes], axis=0), np.max([b[1] for b in boxes], axis=0)
     if not np.isfinite(low).all():
         low = high = np.zeros(3)  # no face has an area: nothing moves
     whole, rest = Whole(low, high), part_of(progress, 0.1, 1.0)
     if filtering is not None:
-        boxes = Rounds(surface, filtering, whole).do(tiles, pool, rest)
+        boxes = Rounds(surface, filtering, whole).do(tiles, tasks, rest)
     else:
         surface.moved.create(surface.cells.count)
-        boxes = pool.map(work.move, [(move, whole, *tile) for tile in tiles], rest)
+        boxes = tasks.map(work.move, [(move, whole, *tile) for tile in tiles], rest)
     surface.turn()
     return np.min([b[0] for b in boxes], axis=0).tolist(), np.max([b[1] for b in boxes], axis=0).tolist()

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from ..scripts.problems import Problem, ScriptError
 from ..scripts.script import Script, Step
 
-_LOOP = "compute_selection_by_outlier_probability_per_vertex"
+#: steps that select points of a cloud
+LOOP, STRAYS = "compute_selection_by_outlier_probability_per_vertex", "compute_selection_by_stray_points_per_vertex"
 _DELETE = "meshing_remove_selected_vertices"
 _CAN = (
-    "by tiles a recipe may select outliers of a cloud by probability (LoOP) and delete the selected vertices, or move the "
-    "vertices of a mesh by Explicit Smoothing, Taubin Fairing and Normal Filtering with fixed parameters; 'remove_outliers' is "
-    "such a recipe"
+    "by tiles a recipe may select stray points or outliers of a cloud (Select Stray Points, LoOP) and delete the selected "
+    "vertices, or move the vertices of a mesh by Explicit Smoothing, Taubin Fairing and Normal Filtering with fixed parameters; "
+    "'remove_outliers' is such a recipe"
 )
 #: steps that need all of a cloud or a mesh, and why
 _WHY = {
-    "compute_selection_by_stray_points_per_vertex": "follows connected parts through the whole cloud",
     "compute_normal_for_point_clouds": "turns normals alike from point to point, through the whole cloud",
     "meshing_remove_duplicate_vertices": "compares all vertices with each other",
     "apply_coord_implicit_fairing": "solves one system of equations for all vertices",
@@ -30,21 +30,24 @@ _WHY = {
 
 @dataclass(frozen=True)
 class Selection:
-    """Outliers of a cloud are selected, and deleted if the next step says so.
+    """Points of a cloud are selected, and deleted if the next step says so.
 
     Attributes:
         step: its number, from 1.
-        neighbors: k.
-        extent: lambda.
-        threshold: probabilities above it are selected.
+        filter: the Python name, `LOOP` or `STRAYS`.
+        values: of its parameters.
         deletes: whether the selected ones are deleted.
     """
 
     step: int
-    neighbors: int
-    extent: float
-    threshold: float
+    filter: str
+    values: Mapping[str, Any]
     deletes: bool
+
+    @property
+    def neighbors(self) -> int:
+        """How many nearest points a point is compared with."""
+        return int(self.values["neighbors"])
 
 
 @dataclass(frozen=True)
@@ -74,15 +77,16 @@ def plan_of(script: Script) -> list[Selection] | list[Move]:
     moves: list[Move] = []
     for number, step in enumerate(script.steps, 1):
         name, values = step.filter.python_name, step.with_defaults().values
-        if name == _LOOP and not moves:
-            selections.append(Selection(number, values["neighbors"], values["extent"], values["threshold"], deletes=False))
+        selects = name in (LOOP, STRAYS)
+        if selects and not moves:
+            selections.append(Selection(number, name, values, deletes=False))
         elif name == _DELETE and selections and selections[-1].step == number - 1:
-            selections[-1] = _deleting(selections[-1])
+            selections[-1] = replace(selections[-1], deletes=True)
         elif name == _DELETE and not moves:
             raise _refusal(script, step, "deletes what a step before has selected, which must be the one right before it")
         elif (why := why_not(name, values)) is None and not selections:
             moves.append(Move(number, name, values))
-        elif name == _LOOP or why is None or (name == _DELETE and moves):
+        elif selects or why is None or (name == _DELETE and moves):
             raise _refusal(script, step, "is of the other kind than the steps before it: a recipe selects, or it moves vertices")
         else:
             raise _refusal(script, step, _WHY.get(name, why))
@@ -91,10 +95,6 @@ def plan_of(script: Script) -> list[Selection] | list[Move]:
             script, script.steps[selections[0].step - 1], "selects what no step deletes, and another selection follows"
         )
     return selections or moves
-
-
-def _deleting(selection: Selection) -> Selection:
-    return Selection(selection.step, selection.neighbors, selection.extent, selection.threshold, deletes=True)
 
 
 def _refusal(script: Script, step: Step, why: str) -> ScriptError:

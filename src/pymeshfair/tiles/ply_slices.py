@@ -12,23 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..files.errors import ContentsError
-from ..files.ply import PlyElement, PlyHeader, read_header
-from ..files.ply_rows import KINDS
-
-#: the numbers of a corner list
-CORNERS = ("vertex_indices", "vertex_index")
-#: what stands before the name of a list for its length
-COUNT = "count of "
+from ..files.ply import CORNERS, PLACE
+from ..files.ply_header import KINDS, PlyElement, PlyHeader, read_header
+from ..files.ply_tables import row_type
 
 
 @dataclass(frozen=True)
-class Table:
+class SlicedTable:
     """The rows of one element, all of the same size.
 
     Attributes:
         path: the file.
         element: what the header says of it.
-        dtype: of a row; a list is an array with its length before it.
+        dtype: of a row, see `pymeshfair.files.ply_tables.row_type`.
         offset: the byte of its first row.
     """
 
@@ -49,7 +45,7 @@ class Table:
         for p in self.element.properties:
             if p.count_type is not None:
                 length = self.dtype[p.name].shape[0]
-                wrong = rows[COUNT + p.name] != length
+                wrong = rows[f"{p.name} count"] != length
                 if wrong.any():
                     raise ContentsError(
                         f"the list {p.name!r} of its {self.element.name} {first + int(wrong.argmax()) + 1:,} has another length "
@@ -61,10 +57,6 @@ class Table:
     def end(self) -> int:
         """The byte after its last row."""
         return self.offset + self.element.count * self.dtype.itemsize
-
-    def has(self, *names: str) -> bool:
-        """Whether each row has properties of these names."""
-        return set(names) <= {p.name for p in self.element.properties}
 
 
 @dataclass(frozen=True)
@@ -89,35 +81,34 @@ class PlySlices:
         return header
 
     @cached_property
-    def tables(self) -> dict[str, Table]:
+    def tables(self) -> dict[str, SlicedTable]:
         """Its elements by name, in the order of the file."""
-        order = "<" if self.header.format == "binary_little_endian" else ">"
         found, offset = {}, self.header.size
         for element in self.header.elements:
-            kinds: list[Any] = []
-            place = offset
-            for p in element.properties:
-                number = np.dtype(f"{order}{KINDS[p.type]}")
-                if p.count_type is None:
-                    kinds.append((p.name, number))
-                else:
-                    count = np.dtype(f"{order}{KINDS[p.count_type]}")
-                    length = int(np.fromfile(self.path, count, 1, offset=place)[0]) if element.count else 3
-                    if element.name == "face" and p.name in CORNERS and length != 3:
-                        raise ContentsError(f"its first face has {length} corners; by tiles, all faces must be triangles")
-                    kinds += [(COUNT + p.name, count), (p.name, number, (length,))]
-                place = offset + np.dtype(kinds).itemsize
-            table = Table(self.path, element, np.dtype(kinds), offset)
+            table = SlicedTable(self.path, element, self._row_type(element, offset), offset)
             found[element.name], offset = table, table.end
         if self.path.stat().st_size < offset:
             raise ContentsError(f"it has {self.path.stat().st_size:,} bytes, of the {offset:,} that its header declares")
         return found
 
+    def _row_type(self, element: PlyElement, offset: int) -> np.dtype[Any]:
+        """The type of the row that begins at a byte: its lists are as long as they say there."""
+        order, widths = self.header.byte_order, dict[str, int]()
+        for k, p in enumerate(element.properties):
+            if p.count_type is not None:
+                before = row_type(PlyElement(element.name, 1, element.properties[:k]), order, widths)
+                place = offset + before.itemsize
+                length = int(np.fromfile(self.path, order + KINDS[p.count_type], 1, offset=place)[0]) if element.count else 3
+                if element.name == "face" and p.name in CORNERS and length != 3:
+                    raise ContentsError(f"its first face has {length} corners; by tiles, all faces must be triangles")
+                widths[p.name] = length
+        return row_type(element, order, widths)
+
     @cached_property
-    def vertices(self) -> Table:
+    def vertices(self) -> SlicedTable:
         """The element of its vertices, which have places."""
         table = self.tables.get("vertex")
-        if table is None or not table.has("x", "y", "z") or not table.element.count:
+        if table is None or not set(PLACE) <= {p.name for p in table.element.properties} or not table.element.count:
             raise ContentsError("it has no vertices with x, y and z")
         if any(p.count_type is not None for p in table.element.properties):
             raise ContentsError("its vertices have lists; by tiles they must have numbers alone")
@@ -130,21 +121,9 @@ class PlySlices:
     def points(self, size: int) -> Iterator[NDArray[np.float64]]:
         """(m, 3) coordinates of the vertices, so many at a time."""
         for rows in self.rows(size):
-            yield np.stack([rows[axis].astype(np.float64) for axis in "xyz"], axis=1)
+            yield np.stack([rows[axis].astype(np.float64) for axis in PLACE], axis=1)
 
     def rows(self, size: int) -> Iterator[NDArray[Any]]:
         """The vertices as they are, so many at a time."""
         for first in range(0, len(self), size):
             yield self.vertices.read(first, min(first + size, len(self)))
-
-
-def header_text(header: PlyHeader, elements: tuple[PlyElement, ...]) -> bytes:
-    """A header of the same format and comments with these elements."""
-    lines = ["ply", f"format {header.format} 1.0", *(f"comment {c}" for c in header.comments)]
-    for element in elements:
-        lines.append(f"element {element.name} {element.count}")
-        lines += [
-            f"property {p.type} {p.name}" if p.count_type is None else f"property list {p.count_type} {p.type} {p.name}"
-            for p in element.properties
-        ]
-    return "\n".join([*lines, "end_header", ""]).encode("utf-8", "surrogateescape")

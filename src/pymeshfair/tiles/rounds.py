@@ -14,7 +14,7 @@ from .division import Floats
 from .halo import tile_with_rings
 from .moves import Filtering
 from .surface import Surface
-from .workers import Pool
+from .workers import Tasks
 
 _NO_FACES = np.empty((0, 3), np.int32)
 
@@ -75,21 +75,21 @@ class Rounds:
         start, end = (int(self.surface.cells.starts[cell]) for cell in (first, last))
         return start, normalised_mesh(self.surface.cells.points.read(start, end), _NO_FACES, whole=self.whole)
 
-    def do(self, tiles: list[tuple[int, int]], pool: Pool, progress: Callable[[float], None]) -> list[tuple[Floats, Floats]]:
+    def do(self, tiles: list[tuple[int, int]], tasks: Tasks, progress: Callable[[float], None]) -> list[tuple[Floats, Floats]]:
         """All rounds; the box of each tile after them."""
         surface, count = self.surface, self.filtering.outer_iterations
         surface.state.create(surface.cells.count)
         surface.moved.create(surface.cells.count)
-        pool.map(self.begin, tiles, lambda share: None)
+        tasks.map(self.begin, tiles, lambda share: None)
         for done in range(count):
             distance = 0.0
             if needs_distance(self.filtering.settings):
-                sums = pool.map(self.measure, tiles, lambda share: None)
+                sums = tasks.map(self.measure, tiles, lambda share: None)
                 number = sum(n for _, n in sums)
                 distance = math.fsum(part for parts, _ in sums for part in parts) / number if number else 0.0
             surface.next_state.create(surface.cells.count)
             part = lambda share, done=done: progress((done + share) / count)  # noqa: E731
-            pool.map(self.round, [(distance, *tile) for tile in tiles], part)
+            tasks.map(self.round, [(distance, *tile) for tile in tiles], part)
             surface.next_state.path.replace(surface.state.path)
-        found: list[tuple[Floats, Floats]] = pool.map(self.end, tiles, lambda share: None)
+        found: list[tuple[Floats, Floats]] = tasks.map(self.end, tiles, lambda share: None)
         return found

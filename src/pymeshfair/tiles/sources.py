@@ -5,20 +5,21 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..files.errors import ContentsError
 from ..files.formats import extension
-from ..files.ply import PlyElement, PlyProperty
-from .ply_slices import PlySlices, header_text
+from ..files.ply import SCALAR
+from ..files.ply_header import PlyElement, PlyProperty, header_bytes
+from .ply_slices import PlySlices
 
 #: what can be read and written as a cloud by tiles
 CLOUD_FORMATS = ("ply", "las", "laz")
-#: the scalar of a vertex
-SCALAR = "quality"
+#: for every slice of a cloud which points are kept, and their scalars if there are any
+Marks: TypeAlias = Iterable[tuple[NDArray[np.bool_], "NDArray[np.float64] | None"]]
 
 
 class Source(Protocol):
@@ -37,14 +38,15 @@ class Source(Protocol):
     def points(self, size: int) -> Iterator[NDArray[np.float64]]:
         """(m, 3) coordinates, so many at a time."""
 
-    def write(self, target: Path, count: int, marks: Iterable[tuple[NDArray[np.bool_], NDArray[np.float64]]], size: int) -> None:
-        """Write some of the points to another file, as they are, and a scalar of each as far as the format has one.
+    def write(self, target: Path, count: int, marks: Marks, size: int, *, scalars: bool) -> None:
+        """Write some of the points to another file, as they are, and a scalar of each if there are any.
 
         Args:
             target: the file.
             count: how many points are to be written.
             marks: for every slice of `size` points which of them, and their scalars.
             size: of the slices.
+            scalars: whether there are any.
         """
 
 
@@ -67,20 +69,23 @@ class PlyCloud(PlySlices):
         if others:
             raise ContentsError(f"it has {others[0].count:,} of {others[0].name!r}; by tiles outliers are found in clouds alone")
 
-    def write(self, target: Path, count: int, marks: Iterable[tuple[NDArray[np.bool_], NDArray[np.float64]]], size: int) -> None:
+    def write(self, target: Path, count: int, marks: Marks, size: int, *, scalars: bool) -> None:
         """See `Source`."""
-        kept = tuple(p for p in self.vertices.element.properties if p.name != SCALAR)
-        element = PlyElement("vertex", count, (*kept, PlyProperty(SCALAR, "double")))
+        kept = tuple(p for p in self.vertices.element.properties if p.name != SCALAR or not scalars)
+        more = (PlyProperty(SCALAR, "double"),) if scalars else ()
+        element = PlyElement("vertex", count, (*kept, *more))
         with target.open("xb") as file:
-            file.write(header_text(self.header, (element,)))
+            file.write(header_bytes(self.header, (element,)))
             names = [p.name for p in kept]
             order = self.vertices.dtype["x"].byteorder
-            made = np.dtype([*((n, self.vertices.dtype[n]) for n in names), (SCALAR, ">f8" if order == ">" else "<f8")])
-            for rows, (left, scalars) in zip(self.rows(size), marks, strict=True):
+            added = [(p.name, ">f8" if order == ">" else "<f8") for p in more]
+            made = np.dtype([*((n, self.vertices.dtype[n]) for n in names), *added])
+            for rows, (left, values) in zip(self.rows(size), marks, strict=True):
                 new = np.empty(int(left.sum()), made)
                 for name in names:
                     new[name] = rows[name][left]
-                new[SCALAR] = scalars[left]
+                if values is not None:
+                    new[SCALAR] = values[left]
                 file.write(new.tobytes())
             file.flush()
             os.fsync(file.fileno())
@@ -99,5 +104,5 @@ def open_cloud(path: Path) -> Source:
     from .las import LasCloud
 
     las = LasCloud(path)
-    las.check()
+    len(las)  # it can be opened
     return las

@@ -1,22 +1,28 @@
-"""The workers that do tiles: processes of this machine, or those of a dask scheduler; the same tasks on both."""
+"""Does the tasks of a run by tiles, on processes of this machine or on the workers of a dask scheduler."""
 
 from __future__ import annotations
 
 import contextlib
+import math
+import os
+import socket
+import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future
-from queue import Empty, SimpleQueue
-from typing import TYPE_CHECKING, Any, Protocol
+from functools import partial
+from queue import Empty
+from typing import Any
 
-from ..errors import FilterInputError, RunError
+from ..errors import FilterInputError, Place, RunError
 from ..files.errors import ContentsError
+from ..processes.cluster import LostSchedulerError, check_workers, conditions, open_client
+from ..processes.order import Answer, DefectError, answer
+from ..processes.pool import Pool
+from ..processes.process import Items, LostProcessError
+from ..running.errors import RunTimeout
 from ..running.interrupts import Interrupted
-from ..running.versions import versions
-from .answers import Answer, LostWorkerError, answer
-from .processes import Processes
-
-if TYPE_CHECKING:
-    from distributed import Client
+from ..running.job import Job
+from .memory import Budget
 
 #: seconds between two looks at silent workers
 _PULSE = 0.5
@@ -30,17 +36,7 @@ class FullDiskError(RunError):
     """There is no room for what a task has to write."""
 
 
-class Workers(Protocol):
-    """What does tasks, in whatever order."""
-
-    def submit(self, task: Callable[..., Any], *arguments: Any) -> Future[Answer]:
-        """Do a task."""
-
-    def is_there(self) -> bool:
-        """Whether answers are still to be expected."""
-
-
-class Pool:
+class Tasks:
     """Does tasks on workers, and gives their results in the order of the tasks.
 
     Attributes:
@@ -48,10 +44,27 @@ class Pool:
         seconds: processor time of all tasks.
     """
 
-    def __init__(self, workers: Workers, queue: SimpleQueue[tuple[str, Any]]) -> None:
-        """See the class; the queue is that of `Interrupts`."""
-        self._workers = workers
-        self._queue = queue
+    def __init__(
+        self,
+        submit: Callable[..., Future[Answer]],
+        items: Items,
+        *,
+        timeout: float | None = None,
+        is_there: Callable[[], bool] = lambda: True,
+    ) -> None:
+        """See the class.
+
+        Args:
+            submit: does a task with its arguments on some worker.
+            items: of `pymeshfair.running.interrupts.Interrupts`.
+            timeout: seconds from now in which all must be done.
+            is_there: whether answers are still to be expected.
+        """
+        self._submit = submit
+        self._items = items
+        self._timeout = math.inf if timeout is None else timeout
+        self._deadline = time.monotonic() + self._timeout
+        self._is_there = is_there
         self.peaks: dict[str, int] = {}
         self.seconds = 0.0
 
@@ -68,20 +81,23 @@ class Pool:
             progress: called with the share that is done.
 
         Raises:
-            ContentsError, FilterInputError, MemoryError, FullDiskError, TileError: a task failed.
+            ContentsError, FilterInputError, FullDiskError, TileError: a task failed.
+            LostSchedulerError, RunTimeout: as they say.
             Interrupted: a signal came.
         """
-        futures = [self._workers.submit(task, *arguments) for arguments in tasks]
+        futures = [self._submit(task, *arguments) for arguments in tasks]
         for future in futures:
-            future.add_done_callback(lambda done: self._queue.put(("done", done)))
+            future.add_done_callback(lambda done: self._items.put(("done", done)))
         results: dict[Future[Answer], Any] = {}
         try:
             while len(results) < len(futures):
+                if time.monotonic() >= self._deadline:
+                    raise RunTimeout(Place("working by tiles"), self._timeout)
                 try:
-                    kind, item = self._queue.get(timeout=_PULSE)
+                    kind, item = self._items.get(timeout=_PULSE)
                 except Empty:
-                    if not self._workers.is_there():
-                        raise TileError("the scheduler does not answer any more") from None
+                    if not self._is_there():
+                        raise LostSchedulerError from None
                     continue
                 if kind == "signal":
                     raise Interrupted
@@ -95,73 +111,56 @@ class Pool:
 
     def _result(self, future: Future[Answer]) -> Any:
         try:
-            answer = future.result()
+            done = future.result()
         except CancelledError as error:
-            raise TileError("the scheduler does not answer any more") from error
-        except LostWorkerError as error:
-            raise TileError(f"{error}, perhaps for want of memory") from error
+            raise LostSchedulerError from error
+        except LostProcessError as error:
+            raise TileError(f"every worker that began a tile was lost ({error}), perhaps for want of memory") from error
         except Exception as error:  # dask's, such as KilledWorker
             raise TileError(f"a tile was lost with its workers: {error}") from error
-        self.seconds += answer.seconds
-        if answer.peak is not None:
-            self.peaks[answer.process] = answer.peak
-        if answer.failure is not None:
-            _raise(*answer.failure)
-        return answer.result
-
-
-def _raise(kind: str, words: str) -> None:
-    if kind == "contents":
-        raise ContentsError(words)
-    if kind == "filter":
-        raise FilterInputError(words)
-    if kind == "memory":
-        raise TileError("a tile needs more memory than there is; give it more")
-    if kind == "disk":
-        raise FullDiskError(words)
-    raise TileError(f"a worker failed, which is a defect of pymeshfair; please report it:\n{words}")
+        self.seconds += done.seconds
+        if done.peak_memory is not None:
+            self.peaks[done.process] = max(done.peak_memory, self.peaks.get(done.process, 0))
+        match done.error:
+            case None:
+                return done.result
+            case ContentsError() | FilterInputError():
+                raise done.error
+            case MemoryError():
+                raise TileError("a tile needs more memory than there is; give it more")
+            case OSError():
+                raise FullDiskError((done.error.strerror or str(done.error)).lower())
+            case DefectError():
+                raise TileError(f"a worker failed, which is a defect of pymeshfair; please report it:\n{done.details}")
+        raise done.error
 
 
 @contextlib.contextmanager
-def open_pool(
-    address: str | None, workers: int, threads: int, queue: SimpleQueue[tuple[str, Any]], *, memory: int
-) -> Iterator[Pool]:
+def open_tasks(address: str | None, share: Budget, job: Job, items: Items, *, memory: int) -> Iterator[Tasks]:
     """Workers for as long as the context lasts.
 
     Args:
         address: of a scheduler, whose workers must have the same versions and see the same disk; None for this machine.
-        workers: how many of these.
-        threads: that a filter may use in each of these.
-        queue: of `Interrupts`.
-        memory: bytes that each of these may take.
+        share: how many workers of this machine, and their threads.
+        job: the run.
+        items: of `Interrupts`.
+        memory: bytes that each worker of this machine may take.
 
     Raises:
-        TileError: a worker of the scheduler has other versions.
+        ClusterError: there is no scheduler, or a worker of it does not fit.
     """
     if address is None:
-        with Processes(workers, threads, memory) as processes:
-            yield Pool(processes, queue)
+        with Pool(share.workers, share.threads) as pool:
+            yield Tasks(partial(pool.submit, memory_limit=memory), items, timeout=job.timeout)
         return
-    from ..batch.cluster import open_client
-
-    with open_client(address, workers) as client:
-        here, there = versions(), client.run(versions)
-        wrong = {name for found in there.values() for name in here if name != "system" and found.get(name) != here[name]}
-        if wrong or not there:
-            raise TileError(f"workers have other versions of {', '.join(sorted(wrong))}" if wrong else "there are no workers")
-        yield Pool(_OfScheduler(client), queue)
+    with open_client(address) as client:
+        with conditions(job.output.parent, [job.input]) as wanted:
+            check_workers(client, wanted)
+        executor = client.get_executor(pure=False, retries=0)
+        submit = partial(executor.submit, _do)
+        yield Tasks(submit, items, timeout=job.timeout, is_there=lambda: client.status == "running")
 
 
-class _OfScheduler:
-    """The workers of a dask scheduler, see `Workers`."""
-
-    def __init__(self, client: Client) -> None:
-        self._client = client
-        self._executor = client.get_executor(pure=False, retries=0)
-
-    def submit(self, task: Callable[..., Any], *arguments: Any) -> Future[Answer]:
-        future: Future[Answer] = self._executor.submit(answer, task, *arguments)
-        return future
-
-    def is_there(self) -> bool:
-        return bool(self._client.status == "running")
+def _do(task: Callable[..., Any], *arguments: Any) -> Answer:
+    """A task on a worker of a scheduler."""
+    return answer(partial(task, *arguments), f"{socket.gethostname()} {os.getpid()}")

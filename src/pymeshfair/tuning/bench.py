@@ -1,11 +1,13 @@
-"""The work of the worker: the scan, measured once, and each result compared with it and packed for the browser."""
+"""The work for the page: the scan, read and measured once, and each result compared with it and packed for the browser.
+
+It is done in a process that stays, so that libraries and the scan are there when a parameter changes.
+"""
 
 from __future__ import annotations
 
-import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -14,10 +16,11 @@ from ..filters.inspection import mean_curvature, symmetric_limits
 from ..looking.comparison import compare
 from ..looking.mesh_state import MeshState, state_of
 from ..looking.words import DISPLACEMENT_HEADERS, comparison_lines, displacement_rows, measure_rows
+from ..processes.worker import report
 from ..report.display import shown_mesh
 from ..report.scene import Scene, pack_scene
+from ..running.job import Job, PhaseStarted
 from ..running.measuring import Measuring
-from ..running.messages import Assignment
 from ..running.read import ReadMesh, read_mesh
 from ..running.session import Session
 
@@ -25,49 +28,44 @@ from ..running.session import Session
 _ROOM = 1.5
 
 
+#: the numbers of a result, and its mesh for the browser
+Result: TypeAlias = tuple[dict[str, Any], bytes]
+
+
 class Bench:
     """One scan, and what recipes make of it.
 
     Args:
         scan: the file to run recipes on.
-        stage: a folder for what is made.
-        tell: sends a document to the server.
     """
 
-    def __init__(self, scan: Path, stage: Path, tell: Callable[[Mapping[str, Any]], None]) -> None:
+    def __init__(self, scan: Path) -> None:
         """Read and measure the scan."""
-        self._stage = stage
-        self._tell = tell
         self._before = state_of(read_mesh(scan))
         vertices = self._before.mesh.vertices
         low, high = vertices.min(axis=0), vertices.max(axis=0)
         self._box = 0.5 * (low + high), 0.5 * _ROOM * float((high - low).max()) or 1.0
 
-    def opening(self, scene: Path) -> dict[str, Any]:
-        """What the page shows before anything ran; the scan is written to `scene` for the browser."""
-        scene.write_bytes(self._packed("scan", self._before, {}).message)
-        return {"measures": measure_rows({"scan": self._before.measures})}
+    def opening(self) -> Result:
+        """What the page shows before anything ran."""
+        return {"measures": measure_rows({"scan": self._before.measures})}, self._packed("scan", self._before, {}).message
 
-    def run(self, document: Mapping[str, Any]) -> dict[str, Any]:
-        """Carry out the assignment in a document, compare and pack; where the scene is, and the numbers."""
-        assignment = Assignment.from_document(document)
-        session = Session(assignment, self._tell)
+    def run(self, job: Job, stage: Path) -> Result:
+        """Carry out the steps of a job, compare and pack."""
+        session = Session(job, stage, report)
         outcome = session.carry_out(self._before.mesh)
-        self._tell({"event": "PhaseStarted", "phase": "comparing"})
+        report(PhaseStarted("comparing"))
         result = Measuring(wanted=True).look(outcome.result)
-        after = state_of(ReadMesh(assignment.input, outcome.result, result, ()))
+        after = state_of(ReadMesh(job.input, outcome.result, result, ()))
         found, moved = compare(self._before, after)
-        scene = assignment.stage / "scene"
-        scene.write_bytes(self._packed("result", after, {"displacement": moved.signed}).message)
-        shutil.rmtree(assignment.stage / "meshlab", ignore_errors=True)
-        return {
-            "scene": str(scene),
+        numbers = {
             "measures": measure_rows({"scan": self._before.measures, "result": after.measures}),
             "displacement": [list(DISPLACEMENT_HEADERS), *displacement_rows(found)],
             "lines": comparison_lines(found),
             "warnings": session.warnings,
-            "step_seconds": [round(step["seconds"], 3) for step in outcome.steps],
+            "step_seconds": [round(step.seconds, 3) for step in outcome.steps],
         }
+        return numbers, self._packed("result", after, {"displacement": moved.signed}).message
 
     def _packed(self, name: str, state: MeshState, scalars: Mapping[str, Floats]) -> Scene:
         mesh = state.mesh
@@ -79,3 +77,21 @@ class Bench:
             name, mesh.vertices, mesh.faces, mesh.edges, normals=mesh.vertex_attributes.get("normals"), scalars=numbers
         )
         return pack_scene([shown], limits, box=self._box)
+
+
+# ------------------------------------------------------------------------------------------------ tasks of a process that stays
+
+_BENCHES: dict[Path, Bench] = {}
+
+
+def open_scan(scan: Path) -> Result:
+    """Read the scan of this process; what the page shows of it."""
+    _BENCHES[scan] = Bench(scan)
+    return _BENCHES[scan].opening()
+
+
+def run_recipe(job: Job, stage: Path) -> Result:
+    """Run a recipe on the scan of this process, which is read if need be."""
+    if job.input not in _BENCHES:
+        open_scan(job.input)
+    return _BENCHES[job.input].run(job, stage)

@@ -6,7 +6,7 @@ import asyncio
 import contextlib
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +14,13 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from ..errors import ParameterError, PymeshfairError
 from ..recipe import Recipe, load_recipe, shipped_heads
-from ..running.messages import encode_event
 from ..scripts.script import Script
 from ..scripts.write import write_script
+from .bench import Result
 from .controls import ChoiceError, choices_of, controls, in_mesh_units, saved_comment, script_with
 from .scan import Scan
 from .whole import Finisher
-from .workshop import Result, Workshop
+from .workshop import Workshop
 
 
 @dataclass(frozen=True)
@@ -227,7 +227,7 @@ class Conversation:
         loop = asyncio.get_running_loop()
 
         def tell(event: Any) -> None:
-            document = event if isinstance(event, dict) else encode_event(event)
+            document = {"event": type(event).__name__, **asdict(event)}
             loop.call_soon_threadsafe(lambda: self._keep(self._tell("event", run=number, **document)))
 
         return tell

@@ -5,101 +5,96 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import itertools
-import json
 import shutil
-import subprocess
-from collections.abc import Callable, Mapping
+import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeAlias, cast
+from queue import SimpleQueue
+from typing import Any, cast
 
-from ..errors import RunError
-from ..operating_system import this_system
-from ..running.environment import program_of, worker_environment
+from ..errors import PymeshfairError, RunError
+from ..processes.order import Answer, Order
+from ..processes.process import Items, LostProcessError, Process
+from ..recipe import Recipe
+from ..running.job import Event, Job, StepProgress, StepStarted
 from ..running.memory import default_memory
-from ..running.messages import Assignment, parse_talk, to_line
+from ..running.supervise import MODULES
+from ..running.talk import parse_talk
 from ..scripts.script import Script
-
-#: the numbers of a result, and its mesh for the browser
-Result: TypeAlias = tuple[dict[str, Any], bytes]
-#: bytes of the longest report of a worker
-_LONGEST = 1 << 26
+from .bench import Result, open_scan, run_recipe
 
 
 class Worker:
-    """One worker process."""
+    """One process with a scan."""
 
-    def __init__(self, process: asyncio.subprocess.Process, stage: Path) -> None:
-        """See `started`."""
-        self._process = process
-        self._talk = asyncio.create_task(self._listen())
+    def __init__(self, scan: Path, stage: Path) -> None:
+        """Start it, and let it read the scan."""
+        self._process = Process(None, MODULES)
+        self._scan = scan
         self.stage = stage
-        self.step = 0
-        self.on_event: Callable[[dict[str, Any]], None] = lambda event: None
-
-    @classmethod
-    async def started(cls, scan: Path, stage: Path, scene: Path | None) -> Worker:
-        """A new process that begins to read the scan, and writes it to `scene` for the browser if that is given."""
         stage.mkdir(parents=True)
-        process = await asyncio.create_subprocess_exec(
-            *program_of("pymeshfair.tuning.worker"),
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            env=worker_environment(None),
-            limit=_LONGEST,
-            **this_system().own_session(),
-        )
-        worker = cls(process, stage)
-        worker.send(
-            {
-                "scan": str(scan),
-                "stage": str(stage),
-                "scene": None if scene is None else str(scene),
-                "memory_limit": default_memory(),
-            }
-        )
-        return worker
+        self._opening = asyncio.create_task(self._result(Order.of(open_scan, scan, memory_limit=default_memory())))
 
-    def send(self, order: Mapping[str, Any]) -> None:
-        """Give an order."""
-        assert self._process.stdin is not None
-        self._process.stdin.write(to_line(order))
-
-    async def until(self, wanted: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
-        """The first report that is wanted; events on the way are passed on.
+    async def opened(self) -> Result:
+        """What the page shows of the scan.
 
         Raises:
-            RunError: the process has ended, or could not read the scan.
+            RunError: it cannot be read.
         """
-        assert self._process.stdout is not None
-        while line := await self._process.stdout.readline():
-            report: dict[str, Any] = json.loads(line)
-            if wanted(report):
-                return report
-            if "failed" in report:
-                raise RunError(report["failed"])
-            if "event" in report:
-                self.step = report["index"] if report["event"] == "StepStarted" else self.step
-                self.on_event(report)
-        status = await self._process.wait()
-        raise RunError(f"the worker process ended with status {status}; the filter probably crashed on this mesh")
+        return await asyncio.shield(self._opening)
+
+    async def run(self, number: int, script: Script, on_event: Callable[[Event], None]) -> Result:
+        """Run a script on the scan.
+
+        Raises:
+            RunError: it failed; LostProcessError if the process died.
+        """
+        await self.opened()
+        stage = self.stage / str(number)
+        (stage / "new").mkdir(parents=True)
+        job = Job(Recipe("tuned", script), self._scan, stage / "result.ply")
+        numbers, scene = await self._result(Order.of(run_recipe, job, stage, memory_limit=default_memory()), on_event)
+        shutil.rmtree(stage, ignore_errors=True)
+        return numbers, scene
 
     async def end(self) -> None:
         """Kill it, with whatever it has started."""
-        with contextlib.suppress(ProcessLookupError):
-            this_system().kill(cast("Any", self._process))
-        self._talk.cancel()
-        await self._process.wait()
+        self._process.kill()
+        with contextlib.suppress(PymeshfairError):
+            await self._opening
+        await asyncio.to_thread(self._process.close)
         shutil.rmtree(self.stage, ignore_errors=True)
 
-    async def _listen(self) -> None:
-        """MeshLab tells its progress on stderr."""
-        assert self._process.stderr is not None
-        with contextlib.suppress(ValueError):  # a line without end
-            async for line in self._process.stderr:
-                talk = parse_talk(line.decode("utf-8", "replace").rstrip())
-                if talk.fraction is not None and self.step:
-                    self.on_event({"event": "StepProgress", "index": self.step, "fraction": talk.fraction})
+    async def _result(self, order: Order, on_event: Callable[[Event], None] = lambda event: None) -> Result:
+        loop, started = asyncio.get_running_loop(), time.perf_counter()
+
+        def tell(event: Event) -> None:
+            loop.call_soon_threadsafe(on_event, event)
+
+        answer = await asyncio.to_thread(self._follow, order, tell)
+        if answer.error is None:
+            numbers, scene = answer.result
+            return {**numbers, "seconds": round(time.perf_counter() - started, 2)}, scene
+        if isinstance(answer.error, MemoryError | PymeshfairError | OSError):
+            raise RunError(str(answer.error)) from answer.error
+        raise answer.error
+
+    def _follow(self, order: Order, on_event: Callable[[Any], None]) -> Answer:
+        """Give an order and wait for the answer, in a thread."""
+        items: Items = SimpleQueue()
+        self._process.give(order, items)
+        step = 0
+        while True:
+            kind, item = items.get()
+            if kind == "answer":
+                return cast("Answer", item)
+            if kind == "end":
+                raise LostProcessError(self._process.wait())
+            if kind == "event":
+                step = item.index if isinstance(item, StepStarted) else step
+                on_event(item)
+            elif kind == "talk" and step and (fraction := parse_talk(item).fraction) is not None:
+                on_event(StepProgress(step, fraction))
 
 
 class Workshop:
@@ -129,13 +124,11 @@ class Workshop:
         """
         async with self._lock:
             if self._opening is None:
-                scene = self._folder / "scan.scene"
-                self._worker = await self._started(scene)
-                report = await self._worker.until(lambda report: "ready" in report)
-                self._opening = report["ready"], scene.read_bytes()
+                self._worker = self._started()
+                self._opening = await self._worker.opened()
         return self._opening
 
-    async def begin(self, number: int, script: Script, on_event: Callable[[dict[str, Any]], None]) -> asyncio.Task[Result]:
+    async def begin(self, number: int, script: Script, on_event: Callable[[Event], None]) -> asyncio.Task[Result]:
         """Run a script; a run that is still going on is killed, and its task cancelled.
 
         Args:
@@ -148,8 +141,8 @@ class Workshop:
         """
         async with self._lock:
             await self._stop()
-            self._worker = self._worker or await self._started(None)
-            self._spare = self._spare or await self._started(None)
+            self._worker = self._worker or self._started()
+            self._spare = self._spare or self._started()
             self._busy = asyncio.create_task(self._run(self._worker, number, script, on_event))
             return self._busy
 
@@ -180,25 +173,13 @@ class Workshop:
             await killed.end()
         return True
 
-    async def _run(self, worker: Worker, number: int, script: Script, on_event: Callable[[dict[str, Any]], None]) -> Result:
-        stage = worker.stage / str(number)
-        (stage / "new").mkdir(parents=True)
-        (stage / "old").mkdir()
-        assignment = Assignment(script.steps, self._scan, stage, output=stage / "result.ply")
-        worker.step, worker.on_event = 0, on_event
-        worker.send({"run": number, "assignment": assignment.to_document()})
+    async def _run(self, worker: Worker, number: int, script: Script, on_event: Callable[[Event], None]) -> Result:
         try:
-            report = await worker.until(lambda report: report.get("run") == number)
-        except RunError:  # it died; the spare one takes its place
+            return await worker.run(number, script, on_event)
+        except LostProcessError as error:  # the spare one takes its place
             self._worker, self._spare = self._spare, None
             await worker.end()
-            raise
-        if "failed" in report:
-            raise RunError(report["failed"])
-        done = report["done"]
-        scene = Path(done.pop("scene")).read_bytes()
-        shutil.rmtree(stage, ignore_errors=True)
-        return {**done, "seconds": report["seconds"]}, scene
+            raise RunError(f"{error}; the filter probably crashed on this mesh") from error
 
-    async def _started(self, scene: Path | None) -> Worker:
-        return await Worker.started(self._scan, self._folder / f"worker-{next(self._numbers)}", scene)
+    def _started(self) -> Worker:
+        return Worker(self._scan, self._folder / f"worker-{next(self._numbers)}")

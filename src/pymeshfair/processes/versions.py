@@ -7,6 +7,7 @@ import os
 import platform
 import sys
 from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 #: the packages whose version may change a result
@@ -16,10 +17,15 @@ PACKAGES = ("pymeshfair", "pymeshlab", "numpy", "scipy", "numba", "llvmlite", "r
 def versions() -> dict[str, Any]:
     """What a result depends on besides the input and the recipe."""
     found: dict[str, Any] = {"python": platform.python_version(), "implementation": platform.python_implementation()}
-    found |= {name: _version(name) for name in PACKAGES}
-    return found | {"system": platform.platform(), "machine": platform.machine(), "byte_order": sys.byteorder}
+    return found | packages_here() | {"system": platform.platform(), "machine": platform.machine(), "byte_order": sys.byteorder}
 
 
+def packages_here() -> dict[str, Any]:
+    """The versions of the packages that a result depends on."""
+    return {name: _version(name) for name in PACKAGES}
+
+
+@cache
 def _version(package: str) -> str | None:
     try:
         return importlib.metadata.version(package)

@@ -1,0 +1,172 @@
+"""The workers of a scheduler of dask: the way to them, and whether they give the results that this machine gives."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import os
+import secrets
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..errors import RunError
+from .versions import packages_here
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+#: what dask would record about thousands of tasks
+_QUIET = {
+    "distributed.scheduler.dashboard.status.task-stream-length": 100,
+    "distributed.admin.low-level-log-length": 100,
+    "distributed.admin.log-length": 100,
+}
+#: seconds in which a scheduler must answer
+_ANSWER = "10s"
+#: what the name of the file begins with by which workers show that they see the folder of outputs
+PROBE_PREFIX = ".pymeshfair-batch-"
+
+
+class ClusterError(RunError):
+    """The workers of a scheduler cannot do the work, or not go on with it."""
+
+
+class UnfitWorkersError(ClusterError):
+    """Some workers would not give the results that this machine gives, or do not see its files; nothing was begun.
+
+    Attributes:
+        reasons: by the address of a worker, what is wrong with it.
+    """
+
+    def __init__(self, reasons: Mapping[str, Sequence[str]], fit: int) -> None:
+        told = "\n".join(f"  {address}: {'; '.join(found)}" for address, found in reasons.items())
+        super().__init__(
+            f"{len(reasons)} of {len(reasons) + fit} workers cannot take part, and nothing was begun:\n{told}\n"
+            "mend or stop them, and start again"
+        )
+        self.reasons = dict(reasons)
+
+
+class LostSchedulerError(ClusterError):
+    """The scheduler does not answer any more."""
+
+    def __init__(self) -> None:
+        super().__init__("the scheduler does not answer any more; --resume goes on with what is not done, when it runs again")
+
+
+@contextlib.contextmanager
+def open_client(address: str) -> Iterator[Client]:
+    """A client of the scheduler at `address`.
+
+    Raises:
+        ClusterError: dask is not installed, or no scheduler answers there.
+    """
+    try:
+        import dask
+        from distributed import Client
+    except ImportError as error:
+        raise ClusterError(f"dask is not installed ({error}); `python -m pip install 'pymeshfair[cluster]'` does it") from error
+    for name in ("distributed", "tornado"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # what matters is told in our own words
+    with dask.config.set(_QUIET), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # other versions of dask's own packages
+        try:
+            client = Client(address, timeout=_ANSWER, set_as_default=False)  # type: ignore[no-untyped-call]
+        except (OSError, ValueError, TimeoutError) as error:
+            raise ClusterError(f"no scheduler answers at {address}: {error}") from error
+        with client:
+            yield client
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What a worker must fulfil.
+
+    Attributes:
+        packages: the versions of packages.
+        probe: a file in the folder of outputs.
+        token: what is in it.
+        inputs: the sizes of some inputs.
+        more: finds further reasons against a worker; it can be pickled.
+    """
+
+    packages: Mapping[str, str | None]
+    probe: Path
+    token: str
+    inputs: Mapping[Path, int | None]
+    more: Callable[[], list[str]] = list
+
+    def unfit(self) -> list[str]:
+        """Why this process must not take part; empty if it may."""
+        here = packages_here()
+        reasons = [
+            f"it has {name} {here[name] or 'not at all'} in place of {version}"
+            for name, version in self.packages.items()
+            if here[name] != version
+        ]
+        return reasons + self.more() + self._unseen()
+
+    def _unseen(self) -> list[str]:
+        reasons = []
+        try:
+            seen = self.probe.read_text("ascii") == self.token
+        except OSError:
+            seen = False
+        if not seen:
+            reasons.append(f"it does not see the folder of outputs {self.probe.parent}")
+        elif not os.access(self.probe.parent, os.W_OK | os.X_OK):
+            reasons.append(f"it cannot write to the folder of outputs {self.probe.parent}")
+        unseen = [path for path, size in self.inputs.items() if size is not None and _size(path) != size]
+        if unseen:
+            more = f" and {len(unseen) - 1} others" if len(unseen) > 1 else ""
+            reasons.append(f"it does not see the input {unseen[0]}{more}, or sees another file there")
+        return reasons
+
+
+@contextlib.contextmanager
+def conditions(folder: Path, inputs: Sequence[Path], more: Callable[[], list[str]] = list) -> Iterator[Conditions]:
+    """What workers must fulfil, while a file lies in the folder of outputs that they must see.
+
+    Raises:
+        ClusterError: nothing can be written to the folder.
+    """
+    for left in folder.glob(f"{PROBE_PREFIX}*"):  # by a run that was killed
+        left.unlink(missing_ok=True)
+    path, token = folder / f"{PROBE_PREFIX}{secrets.token_hex(8)}", secrets.token_hex(16)
+    try:
+        path.write_text(token, "ascii")
+    except OSError as error:
+        raise ClusterError(f"cannot write to the folder {folder}: {error.strerror or error}") from error
+    try:
+        yield Conditions(packages_here(), path, token, {input: _size(input) for input in inputs}, more)
+    finally:
+        path.unlink(missing_ok=True)
+
+
+def check_workers(client: Client, wanted: Conditions) -> None:
+    """Refuse workers that do not fulfil the conditions.
+
+    Raises:
+        UnfitWorkersError: some do not.
+        ClusterError: there are none.
+    """
+    answers = client.run(wanted.unfit, on_error="return")
+    if not answers:
+        raise ClusterError("the scheduler has no workers; start some, and start again")
+    unfit = {
+        address: [f"it cannot even be asked: {type(answer).__name__}: {answer}"] if isinstance(answer, BaseException) else answer
+        for address, answer in answers.items()
+    }
+    unfit = {address: reasons for address, reasons in unfit.items() if reasons}
+    if unfit:
+        raise UnfitWorkersError(unfit, len(answers) - len(unfit))
+
+
+def _size(path: Path) -> int | None:
+    try:
+        return path.stat().st_size
+    except OSError:
+        return None

@@ -1,0 +1,144 @@
+"""One process that does work, seen from the one that gives it orders."""
+
+from __future__ import annotations
+
+import pickle
+import subprocess
+import threading
+from collections.abc import Sequence
+from contextlib import suppress
+from queue import Empty, SimpleQueue
+from typing import IO, Any, TypeAlias
+
+from ..errors import RunError
+from ..operating_system import this_system
+from .environment import program_of, worker_environment
+from .order import Answer, Order
+from .worker import END_OF_TALK
+
+#: what comes from a process: ``("event", value)`` that a task reports, ``("talk", line)`` for a line on its stderr,
+#: ``("answer", Answer)`` and ``("silent", None)`` when a task has ended and all its talk was read, and ``("end", None)`` twice,
+#: when the two streams are closed
+Items: TypeAlias = SimpleQueue[tuple[str, Any]]
+
+#: the most bytes of one line of talk
+_LINE_LIMIT = 4096
+#: seconds to wait for a killed process; it takes longer only if a disk does not answer
+_PATIENCE = 5.0
+#: seconds between two looks at a silent process, and for the rest of its talk once the answer is there
+_PULSE = 0.5
+
+
+class LostProcessError(RunError):
+    """A process ended in the middle of a task.
+
+    Attributes:
+        status: its exit status; minus the signal's number if a signal ended it.
+    """
+
+    def __init__(self, status: int) -> None:
+        super().__init__(f"the worker process ended with status {status}")
+        self.status = status
+
+
+class Process:
+    """A process that waits for orders, and does one at a time."""
+
+    def __init__(self, threads: int | None = None, modules: Sequence[str] = ()) -> None:
+        """Start it.
+
+        Args:
+            threads: that a filter may use, see `worker_environment`.
+            modules: what it imports until the first order comes.
+        """
+        self._system = this_system()
+        # In a session of its own Ctrl-C on the terminal does not reach it, and one signal ends it with all its children.
+        self._process = subprocess.Popen(
+            [*program_of("pymeshfair.processes.worker"), *modules],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            env=worker_environment(threads),
+            **self._system.own_session(),
+        )
+        self.pid = self._process.pid
+        self.is_idle = True
+        self._items: Items = SimpleQueue()
+        self._readers = [
+            threading.Thread(target=read, args=(stream,), daemon=True)
+            for read, stream in ((self._read_reports, self._process.stdout), (self._read_talk, self._process.stderr))
+        ]
+        for reader in self._readers:
+            reader.start()
+
+    def give(self, order: Order, items: Items) -> None:
+        """Give it an order; what comes of it is put into `items`. `is_idle` must be set again when all of that was taken."""
+        assert self._process.stdin is not None
+        self.is_idle, self._items = False, items
+        with suppress(OSError):  # it has died already, which the end of its streams tells
+            pickle.dump(order, self._process.stdin)
+            self._process.stdin.flush()
+
+    def do(self, order: Order) -> Answer:
+        """Give it an order and wait for the answer.
+
+        Raises:
+            LostProcessError: it ended before.
+        """
+        items: Items = SimpleQueue()
+        self.give(order, items)
+        done: Answer | None = None
+        missing = {"answer", "silent"}
+        while missing:
+            try:
+                kind, item = items.get(timeout=_PULSE)
+            except Empty:
+                if done is not None:
+                    return done  # something that it started holds its stderr
+                kind = "end" if self.has_ended() else ""
+            if kind == "end":
+                raise LostProcessError(self.wait())
+            missing.discard(kind)
+            done = item if kind == "answer" else done
+        assert done is not None
+        self.is_idle = not done.is_used_up
+        return done
+
+    def has_ended(self) -> bool:
+        """Whether it is gone; processes that it started may still hold its pipes open."""
+        return self._system.has_ended(self._process)
+
+    def wait(self) -> int:
+        """Its exit status, once it has ended; minus a signal's number if that was the end."""
+        return self._process.wait()
+
+    def kill(self) -> None:
+        """End it and whatever it has started; may be called from any thread."""
+        if self._process.returncode is None:  # else it has been waited for, and another process may have its number by now
+            self._system.kill(self._process)
+
+    def close(self) -> None:
+        """End it, and leave nothing of it."""
+        self.kill()
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(_PATIENCE)
+        for reader in self._readers:
+            reader.join(1.0)
+        for stream in (self._process.stdin, self._process.stdout, self._process.stderr):
+            with suppress(OSError):  # what it was told last has not arrived
+                stream.close()  # type: ignore[union-attr]
+
+    def _read_reports(self, stream: IO[bytes]) -> None:
+        with suppress(EOFError, pickle.UnpicklingError, ValueError, OSError):  # killed, perhaps in the middle of its answer
+            while True:
+                self._items.put(pickle.load(stream))
+        self._items.put(("end", None))
+
+    def _read_talk(self, stream: IO[bytes]) -> None:
+        with suppress(ValueError, OSError):
+            while line := stream.readline(_LINE_LIMIT):
+                if line.strip() == END_OF_TALK.strip():
+                    self._items.put(("silent", None))
+                elif text := line.decode("utf-8", "replace").rstrip():
+                    self._items.put(("talk", text))
+        self._items.put(("end", None))

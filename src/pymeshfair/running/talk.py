@@ -1,0 +1,43 @@
+"""What a worker writes to stderr: marks of ours between the lines of MeshLab's log."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+_MARK = "pymeshfair-step"
+_LOG = re.compile(r"LOG: (\d+) (.*?)\s*(?:\[ (\d{1,3})% \])?\s*")
+
+
+def mark(step: int) -> bytes:
+    """The line on stderr after which MeshLab's lines belong to that step; 0 for none."""
+    return f"\n{_MARK} {step}\n".encode("ascii")
+
+
+@dataclass(frozen=True)
+class Talk:
+    """One line that a worker wrote to stderr.
+
+    Attributes:
+        text: what it says, without MeshLab's prefix.
+        level: of MeshLab's log (0 system, 1 warning, 2 filter, 3 debug); None if the line is not MeshLab's.
+        fraction: how far a filter is, from 0 to 1, if the line tells that and nothing else.
+        step: the step that begins here, if the line is a mark.
+    """
+
+    text: str
+    level: int | None = None
+    fraction: float | None = None
+    step: int | None = None
+
+
+def parse_talk(line: str) -> Talk:
+    """Parse one line of stderr."""
+    words = line.split()
+    if len(words) == 2 and words[0] == _MARK and words[1].isdigit():
+        return Talk("", step=int(words[1]))
+    match = _LOG.fullmatch(line)
+    if match is None:
+        return Talk(line)
+    level, text, percent = match.groups()
+    return Talk(text.strip(), int(level), None if percent is None else min(int(percent), 100) / 100)

@@ -1,0 +1,184 @@
+"""The nearest neighbours of the points of a tile: in the tile, and in the cells around it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..filters.execution import ignore_progress, in_parallel
+from ..filters.neighbours import (
+    LEAF,
+    Nearest,
+    build_tree,
+    cells_within,
+    leaf_ranges,
+    offer_cells,
+    reaching_out,
+    search_leaves,
+)
+from .cells import Cells
+from .division import Floats, Longs
+
+#: points of the cells around a tile that are in memory at once, as a share of the points of a tile
+_AROUND = 0.125
+#: and at least
+_LEAST_AROUND = 1 << 15
+#: points that ask at once, and the cells that these may ask for in all, both as shares of the points of a tile
+_ASKING, _ASKED = 0.125, 8
+#: points whose neighbours in the tile are put into order at once
+_AT_ONCE = 4096
+
+#: takes rows of the tree, and the (m, k) squared distances of their nearest points in the tile
+Inside = Callable[[slice, Floats], None]
+#: takes the tile, rows of its tree that ask around, and their nearest points in the whole cloud
+Around = Callable[["TilePoints", NDArray[np.intp], Nearest], None]
+
+
+@dataclass(frozen=True, eq=False)
+class TilePoints:
+    """The points of a tile, in the order of its tree.
+
+    Attributes:
+        cells: the cloud.
+        first: the first cell of the tile.
+        last: the cell after its last.
+        places: (n, 3) coordinates in the unit of trees, by ascending number.
+        numbers: (n,) in the input, ascending.
+        slots: (n,) where they are stored, by ascending number.
+        index: (n,) for each row of the tree which of these it is.
+        nearest: (n, k) rows that are nearest to each row in the tile; 0 if it has too few points.
+    """
+
+    cells: Cells
+    first: int
+    last: int
+    places: Floats
+    numbers: Longs
+    slots: Longs
+    index: NDArray[np.int32]
+    nearest: NDArray[np.int32]
+
+    def __len__(self) -> int:
+        return len(self.index)
+
+    @property
+    def begin(self) -> int:
+        """The first slot."""
+        return int(self.cells.starts[self.first])
+
+    def by_slot(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Values by row of the tree in the order of the slots."""
+        ordered = np.empty_like(values)
+        ordered[self.slots[self.index] - self.begin] = values
+        return ordered
+
+    def by_number(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Values by row of the tree in the order of the numbers."""
+        ordered = np.empty_like(values)
+        ordered[self.index] = values
+        return ordered
+
+
+def search_tile(cells: Cells, k: int, most: int, first: int, last: int, inside: Inside, around: Around) -> TilePoints:
+    """Find the k nearest points of every point in the cells from `first` to before `last`.
+
+    Args:
+        cells: the cloud.
+        k: neighbours.
+        most: points of a tile.
+        first: a cell.
+        last: another.
+        inside: called with what is found in the tile, in parallel for different rows; not if the tile has too few points.
+        around: called afterwards with the points that have, or may have, neighbours in other tiles, some at a time.
+    """
+    begin, end = int(cells.starts[first]), int(cells.starts[last])
+    numbers = cells.numbers.read(begin, end)
+    by_number = np.argsort(numbers)
+    places = cells.points.read(begin, end)[by_number]
+    count = len(numbers)
+    tree = build_tree(places, ignore_progress, scale=cells.scale)
+    places /= cells.scale
+    nearest = np.zeros((count, k), np.int32)
+    tile = TilePoints(cells, first, last, places, numbers[by_number], begin + by_number, tree.indices[:count], nearest)
+    bounds = np.full(count, np.inf)
+
+    def search(start: int, stop: int) -> None:
+        found, squared = search_leaves(tree, start, stop, k)
+        rows = slice(start * LEAF, start * LEAF + len(found))
+        nearest[rows], bounds[rows] = found, squared.max(axis=1)
+        inside(rows, squared)
+
+    if few := count <= k:  # then the points of the tile are looked at like all others
+        first = last = 0
+    else:
+        in_parallel(search, leaf_ranges(tree, k), ignore_progress)
+    asking = np.flatnonzero(reaching_out(places[tile.index], bounds, cells.tree, first, last))
+    at = 0
+    while at < len(asking):
+        rows = asking[at : at + max(int(_ASKING * most), _AT_ONCE)]
+        asked = cells_within(places[tile.index[rows]], bounds[rows], cells.tree, first, last, k, most=_ASKED * most)
+        rows = rows[: len(asked[0]) - 1]
+        theirs = _none(len(rows), k) if few else _own_nearest(tile, rows)
+        _ask_around(tile, rows, asked, theirs, most)
+        around(tile, rows, theirs)
+        at += len(rows)
+    return tile
+
+
+def _none(rows: int, k: int) -> Nearest:
+    return Nearest(np.full((rows, k), np.inf), np.full((rows, k), np.iinfo(np.int64).max), np.full((rows, k), -1))
+
+
+def _own_nearest(tile: TilePoints, asking: NDArray[np.intp]) -> Nearest:
+    """What those who ask have found in their tile, by squared distance, then by number."""
+    shape = len(asking), tile.nearest.shape[1]
+    nearest = Nearest(np.empty(shape), np.empty(shape, np.int64), np.empty(shape, np.int64))
+    for first in range(0, len(asking), _AT_ONCE):
+        rows = slice(first, first + _AT_ONCE)
+        theirs = tile.index[tile.nearest[asking[rows]]]
+        apart = tile.places[theirs] - tile.places[tile.index[asking[rows]]][:, None]
+        x, y, z = apart[..., 0], apart[..., 1], apart[..., 2]
+        squared = x * x + y * y + z * z
+        order = np.lexsort((theirs, squared), axis=1)
+        theirs = np.take_along_axis(theirs, order, axis=1)
+        nearest.squared[rows] = np.take_along_axis(squared, order, axis=1)
+        nearest.numbers[rows], nearest.slots[rows] = tile.numbers[theirs], tile.slots[theirs]
+    return nearest
+
+
+def _ask_around(
+    tile: TilePoints, asking: NDArray[np.intp], asked: tuple[Longs, NDArray[np.int32]], nearest: Nearest, most: int
+) -> None:
+    """Put the nearer points of the cells that were asked for among the nearest."""
+    cells = tile.cells
+    places, names = tile.places[tile.index[asking]], tile.numbers[tile.index[asking]]
+    largest = max(int(_AROUND * most), _LEAST_AROUND)
+    wanted = np.unique(asked[1]).astype(np.int64)
+    sizes = np.cumsum(cells.starts[wanted + 1] - cells.starts[wanted])
+    at = 0
+    while at < len(wanted):
+        stop = max(int(np.searchsorted(sizes, (sizes[at - 1] if at else 0) + largest, "right")), at + 1)
+        there, numbers, slots, rows = cells.read(wanted[at:stop])
+        _offer(cells, places, names, nearest, asked, rows, (there, numbers, slots))
+        at = stop
+
+
+def _offer(
+    cells: Cells,
+    places: Floats,
+    names: Longs,
+    nearest: Nearest,
+    asked: tuple[Longs, NDArray[np.int32]],
+    rows: Longs,
+    offered: tuple[Floats, Longs, Longs],
+) -> None:
+    def offer(start: int, stop: int) -> None:
+        part, lists = slice(start, stop), (asked[0][start : stop + 1], asked[1])
+        offer_cells(places[part], names[part], nearest.of(part), lists, cells.tree, rows, offered)
+
+    size = max(1, len(places) // 64)
+    in_parallel(offer, [(at, min(at + size, len(places))) for at in range(0, len(places), size)], ignore_progress)

@@ -1,0 +1,251 @@
+"""Stray points by tiles: neighbours, links, points that join the surface, and parts that reach through several tiles.
+
+Each pass reads what the one before has written of the points around a tile, so that every tile must have been through it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..filters.libraries import sparse
+from ..filters.neighbours import Nearest
+from ..filters.outliers import (
+    JOINED,
+    NO_LINK,
+    StrayRule,
+    cut_links,
+    linked_parts,
+    linked_to,
+    part_sums,
+    standard_distances,
+    thicknesses,
+)
+from .by_number import Part
+from .cells import Cells
+from .columns import Column
+from .division import Floats, Longs
+from .neighbours import TilePoints, search_tile
+
+
+@dataclass(frozen=True, eq=False)
+class _Links:
+    """The links of the points of a tile: to rows, of the points themselves and of those outside of the tile, or `NO_LINK`.
+
+    Attributes:
+        begin: the first slot.
+        end: the slot after the last.
+        outside: (o,) slots of the points outside.
+        rows: (n, k).
+    """
+
+    begin: int
+    end: int
+    outside: Longs
+    rows: NDArray[np.int32]
+
+    @classmethod
+    def of(cls, begin: int, slots: Longs) -> _Links:
+        end = begin + len(slots)
+        inside = (slots >= begin) & (slots < end)
+        outside = np.unique(slots[~inside & (slots != NO_LINK)])
+        rows = np.where(inside, slots - begin, len(slots) + np.searchsorted(outside, slots))
+        rows[slots == NO_LINK] = NO_LINK
+        return cls(begin, end, outside, rows.astype(np.int32))
+
+    def slots(self) -> Longs:
+        """(n, k) where the points are that links lead to, or `NO_LINK`."""
+        every = np.concatenate([np.arange(self.begin, self.end), self.outside, [NO_LINK]])
+        return np.asarray(every[self.rows])  # the last one is that of `NO_LINK`
+
+    def of_all(self, column: Column) -> NDArray[Any]:
+        """The values of the points, and of those outside."""
+        return np.concatenate([column.read(self.begin, self.end), column.gather(self.outside)])
+
+
+@dataclass(frozen=True)
+class StrayTiles:
+    """The tasks of stray points on a cloud in cells; each may be done twice.
+
+    Attributes:
+        cells: the cloud.
+        rule: what makes a point stray.
+        tile: points of a tile.
+    """
+
+    cells: Cells
+    rule: StrayRule
+    tile: int
+
+    def _column(self, name: str, dtype: str = "<f8", width: int = 1) -> Column:
+        return Column(self.cells.folder / name, dtype, width)
+
+    @property
+    def spacings(self) -> Column:
+        """By slot, in the unit of trees."""
+        return self._column("spacings")
+
+    @property
+    def _thicknesses(self) -> Column:
+        return self._column("thicknesses")
+
+    @property
+    def _reaches(self) -> Column:
+        return self._column("reaches")
+
+    @property
+    def _lasts(self) -> Column:
+        return self._column("lasts", "<i8")
+
+    @property
+    def _links(self) -> Column:
+        return self._column("links", "<i8", self.rule.neighbors)
+
+    @property
+    def _parts(self) -> Column:
+        """The lowest slot of the part of a point in its tile."""
+        return self._column("parts", "<i8")
+
+    def _chosen(self, joined: int) -> Column:
+        return self._column(f"chosen-{joined}", "u1")
+
+    def _across(self, first: int) -> Path:
+        return self.cells.folder / f"across-{first}.npz"
+
+    def part(self, first: int) -> Part:
+        """Which points are stray of the tile that begins with the cell `first`."""
+        return Part(self.cells.folder / f"stray-{first}", "u1")
+
+    def create(self) -> None:
+        """Make the files."""
+        for column in (self.spacings, self._thicknesses, self._reaches, self._lasts, self._links, self._parts):
+            column.create(self.cells.count)
+        for number in range(JOINED + 1):
+            self._chosen(number).create(self.cells.count)
+
+    def find(self, first: int, last: int) -> None:
+        """The neighbours of the points in the cells from `first` to before `last`, and what these say of a surface."""
+        count = int(self.cells.starts[last] - self.cells.starts[first])
+        spacing, reach = np.empty(count), np.empty(count)
+        asked: list[tuple[NDArray[np.intp], Nearest, Floats]] = []
+
+        def inside(rows: slice, squared: Floats) -> None:
+            spacing[rows], reach[rows] = standard_distances(squared), squared.max(axis=1)
+
+        def around(tile: TilePoints, rows: NDArray[np.intp], nearest: Nearest) -> None:
+            spacing[rows], reach[rows] = standard_distances(nearest.squared), nearest.squared[:, -1]
+            asked.append((rows, nearest, self._thicknesses_of(tile.places[tile.index[rows]], nearest)))
+
+        tile = search_tile(self.cells, self.rule.neighbors, self.tile, first, last, inside, around)
+        numbers = tile.numbers[tile.index]
+        thickness = thicknesses(tile.places[tile.index], numbers, tile.nearest)
+        slots, lasts = tile.slots[tile.index][tile.nearest], numbers[tile.nearest[:, -1]]
+        for rows, nearest, thick in asked:
+            slots[rows], lasts[rows], thickness[rows] = nearest.slots, nearest.numbers[:, -1], thick
+        self._links.write(tile.begin, tile.by_slot(slots))
+        self._lasts.write(tile.begin, tile.by_slot(lasts))
+        for column, values in ((self.spacings, spacing), (self._reaches, reach), (self._thicknesses, thickness)):
+            column.write(tile.begin, tile.by_slot(values))
+
+    def _thicknesses_of(self, places: Floats, nearest: Nearest) -> Floats:
+        """Those of points whose neighbours are in any tile."""
+        count, k = nearest.slots.shape
+        around = self.cells.points.gather(nearest.slots).reshape(-1, 3) / self.cells.scale
+        rows = np.arange(count * (k + 1), dtype=np.int32)  # they are in order
+        return thicknesses(np.concatenate([places, around]), rows.astype(np.int64), rows[count:].reshape(count, k))
+
+    def median(self, size: int) -> float:
+        """The lower median of the spacings, of which so many are in memory at a time: by 16 of the 64 bits in each pass."""
+        count = self.cells.count
+        rank, prefix = (count - 1) // 2, 0
+        for shift in (48, 32, 16, 0):
+            found = np.zeros(1 << 16, np.int64)
+            for first in range(0, count, size):
+                # numbers of at least 0 have the order of their bits
+                bits = self.spacings.read(first, min(first + size, count)).view(np.uint64)
+                here = (bits >> np.uint64(shift + 16) if shift < 48 else bits >> np.uint64(63)) == prefix
+                found += np.bincount(((bits[here] >> np.uint64(shift)) & np.uint64(0xFFFF)).astype(np.int64), minlength=1 << 16)
+            digit = int(np.searchsorted(np.cumsum(found), rank, "right"))
+            rank -= int(found[:digit].sum())
+            prefix = prefix << 16 | digit
+        return float(np.array([prefix], np.uint64).view(np.float64)[0])
+
+    def link(self, median: float, first: int, last: int) -> None:
+        """Which neighbours are linked, and which points are on a surface by themselves; `median` is that of the spacings."""
+        links = self._links_of(first, last)
+        places = links.of_all(self.cells.points) / self.cells.scale
+        numbers, reaches, lasts = (links.of_all(values) for values in (self.cells.numbers, self._reaches, self._lasts))
+        cut_links(places, numbers, links.rows, reaches, lasts)
+        self._links.write(links.begin, links.slots())
+        counts = linked_to(links.rows, np.ones(len(places), np.bool_))
+        chosen = self.rule.on_surface(self._own(self.spacings, links), median, self._own(self._thicknesses, links), counts)
+        self._chosen(0).write(links.begin, chosen)
+
+    def join(self, number: int, first: int, last: int) -> None:
+        """Which points have joined them, for the first time, the second, and so on."""
+        links = self._links_of(first, last)
+        chosen = links.of_all(self._chosen(number - 1)) > 0
+        joined = chosen[: len(links.rows)] | self.rule.is_joined(linked_to(links.rows, chosen))
+        self._chosen(number).write(links.begin, joined)
+
+    def connect(self, first: int, last: int) -> None:
+        """The parts of the points; those that are linked to points of other tiles are left to `across`."""
+        links = self._links_of(first, last)
+        chosen = links.of_all(self._chosen(JOINED)) > 0
+        count = len(links.rows)
+        parts = linked_parts(links.rows, chosen)
+        self._parts.write(links.begin, parts + links.begin)
+        sizes, sums = part_sums(parts, self._own(self._thicknesses, links), count)
+        stray = ~chosen[:count] | self.rule.too_small(sizes, sums)[parts]
+        rows, at = np.nonzero(links.rows >= count)
+        others = links.rows[rows, at].astype(np.int64)
+        both = chosen[rows] & chosen[others]
+        own, others = parts[rows[both]], links.outside[others[both] - count]
+        open_ = np.unique(own)
+        stray[np.isin(parts, open_) & chosen[:count]] = False
+        np.savez(
+            self._across(first),
+            parts=open_ + links.begin,
+            sizes=sizes[open_],
+            sums=sums[open_],
+            own=own + links.begin,
+            others=others,
+        )
+        numbers = self.cells.numbers.read(links.begin, links.end)
+        order = np.argsort(numbers)
+        self.part(first).write(numbers[order], stray[order])
+
+    def across(self, tiles: list[tuple[int, int]]) -> Longs:
+        """The parts that are stray though they reach through several tiles, ascending."""
+        found = []
+        for first, _ in tiles:
+            with np.load(self._across(first)) as one:
+                found.append([one[name] for name in ("parts", "sizes", "sums", "own", "others")])
+        parts, sizes, sums, own, others = (np.concatenate(values) for values in zip(*found, strict=True))
+        ends = np.searchsorted(parts, own), np.searchsorted(parts, self._parts.gather(others))
+        graph = sparse.coo_matrix((np.ones(len(own), np.int8), ends), shape=(len(parts), len(parts)))
+        count, whole = sparse.csgraph.connected_components(graph, directed=False)
+        # Sums of whole numbers below 2^53, which are exact.
+        totals = (np.bincount(whole, values, minlength=count).astype(np.int64) for values in (sizes, sums))
+        stray: Longs = parts[self.rule.too_small(*totals)[whole]]
+        return stray
+
+    def finish(self, stray: Longs, first: int, last: int) -> None:
+        """Mark the points of the parts that `across` has found to be stray."""
+        begin, end = (int(self.cells.starts[cell]) for cell in (first, last))
+        order = np.argsort(self.cells.numbers.read(begin, end))
+        rows = np.flatnonzero(np.isin(self._parts.read(begin, end)[order], stray))
+        self.part(first).replace(rows, np.ones(len(rows), np.uint8))
+
+    def _links_of(self, first: int, last: int) -> _Links:
+        begin, end = (int(self.cells.starts[cell]) for cell in (first, last))
+        return _Links.of(begin, self._links.read(begin, end).reshape(end - begin, -1))
+
+    @staticmethod
+    def _own(column: Column, links: _Links) -> Floats:
+        values: Floats = column.read(links.begin, links.end)
+        return values
