@@ -14,7 +14,7 @@ from pymeshfair.files.inputs import read_file
 from pymeshfair.files.ply_tables import Lists
 from pymeshfair.recipe import Recipe
 from pymeshfair.registry import find_filter
-from pymeshfair.running.messages import Assignment
+from pymeshfair.running.job import Job
 from pymeshfair.running.session import Session
 from pymeshfair.scripts.script import Script, Step
 
@@ -51,21 +51,14 @@ def session_report(
     """What a worker reports of a run, carried out in this process; the output is left in the staging folder."""
     stage = output.parent / f"stage-{output.name}"
     (stage / "new").mkdir(parents=True)
-    assignment = Assignment(
-        recipe_of(*steps).script.steps,
-        source.absolute(),
-        stage.absolute(),
-        output.absolute(),
-        None,
-        allow_outside,
-        keep_all=keep_all,
-    )
-    return Session(assignment, lambda document: None).run()
+    job = Job(recipe_of(*steps), source.absolute(), output.absolute(), allow_outside=allow_outside, keep_all=keep_all)
+    report = Session(job, stage.absolute(), lambda event: None).run()
+    return {**vars(report), "warnings": list(report.warnings), "steps": [vars(step) for step in report.steps]}
 
 
 def staged_files(report: Mapping[str, Any]) -> dict[str, Path]:
     """The files that a session staged, by the name that they are meant to get."""
-    return {Path(f["target"]).name: Path(f["staged"]) for f in report["staged"]}
+    return {file.target.name: file.staged for file in report["staged"]}
 
 
 def columns(path: Path) -> dict[tuple[str, str], np.ndarray[Any, Any]]:

@@ -13,11 +13,11 @@ import pytest
 from pymeshfair.declaration import Length
 from pymeshfair.files.provenance import formatted
 from pymeshfair.operating_system import this_system
-from pymeshfair.running.environment import worker_environment
+from pymeshfair.processes.environment import worker_environment
 from pymeshfair.running.job import Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
 from pymeshfair.running.messages import Assignment, Talk, decode_event, encode_event, mark, parse_talk, to_line
 from pymeshfair.running.plain_values import plain
-from pymeshfair.running.versions import thread_settings, versions
+from pymeshfair.processes.versions import thread_settings, versions
 
 from .runs import recipe_of
 

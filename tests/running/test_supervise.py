@@ -23,7 +23,7 @@ import pytest
 from pymeshfair.errors import RunError, StepFailedError
 from pymeshfair.files.errors import InputError, OutputError
 from pymeshfair.files.provenance import sha256_of
-from pymeshfair.running.child import WorkerProcess
+from pymeshfair.processes.process import Process
 from pymeshfair.running.errors import OutOfMemory, RunTimeout, WorkerDied, WorkerError
 from pymeshfair.running.job import Event, Job, Message, PhaseStarted, RunResult, StepFinished, StepProgress, StepStarted
 from pymeshfair.running.read import read_mesh
@@ -62,16 +62,16 @@ class Witness:
 
 
 @pytest.fixture
-def workers(monkeypatch: pytest.MonkeyPatch) -> list[WorkerProcess]:
+def workers(monkeypatch: pytest.MonkeyPatch) -> list[Process]:
     """The workers that the test has started, in order."""
-    started: list[WorkerProcess] = []
-    enter = WorkerProcess.__enter__
+    started: list[Process] = []
+    start = Process.__init__
 
-    def noted(self: WorkerProcess) -> WorkerProcess:
-        started.append(enter(self))
-        return self
+    def noted(self: Process, *arguments: Any, **more: Any) -> None:
+        start(self, *arguments, **more)
+        started.append(self)
 
-    monkeypatch.setattr(WorkerProcess, "__enter__", noted)
+    monkeypatch.setattr(Process, "__init__", noted)
     return started
 
 
@@ -219,7 +219,7 @@ def test_a_crash_is_an_error_that_names_the_step(tmp_path: Path) -> None:
 
 
 @posix
-def test_a_killed_worker_is_an_error_too(tmp_path: Path, workers: list[WorkerProcess]) -> None:
+def test_a_killed_worker_is_an_error_too(tmp_path: Path, workers: list[Process]) -> None:
     """Kill -9 in the middle of a filter ends the run at once with the step's name; nothing is left behind."""
     witness = Witness(lambda: os.kill(workers[0].pid, signal.SIGKILL))
     with pytest.raises(
@@ -243,7 +243,7 @@ def test_a_filter_that_refuses_is_an_error_that_names_the_step(tmp_path: Path) -
     assert names_in(tmp_path) == {"cloud.ply"}
 
 
-def test_a_run_ends_when_its_time_is_up(tmp_path: Path, workers: list[WorkerProcess]) -> None:
+def test_a_run_ends_when_its_time_is_up(tmp_path: Path, workers: list[Process]) -> None:
     """The timeout counts from the start, names the step, and ends the worker."""
     limit = 1.5 + 1.5 * slowness()
     started = time.monotonic()
@@ -265,7 +265,7 @@ def test_memory_is_held_to_its_limit(tmp_path: Path) -> None:
     assert names_in(tmp_path) == set()
 
 
-def test_an_exception_of_the_listener_stops_the_run(tmp_path: Path, workers: list[WorkerProcess]) -> None:
+def test_an_exception_of_the_listener_stops_the_run(tmp_path: Path, workers: list[Process]) -> None:
     """What `on_event` raises comes out of `run_job`, after the worker has been ended and its files removed."""
 
     def fail() -> None:
@@ -277,7 +277,7 @@ def test_an_exception_of_the_listener_stops_the_run(tmp_path: Path, workers: lis
     assert names_in(tmp_path) == set()
 
 
-def test_bad_inputs_and_outputs_start_nothing(tmp_path: Path, workers: list[WorkerProcess]) -> None:
+def test_bad_inputs_and_outputs_start_nothing(tmp_path: Path, workers: list[Process]) -> None:
     """A missing input and a missing folder are errors before any process is started."""
     with pytest.raises(InputError, match="there is no such file"):
         run_job(job_of(tmp_path / "out.ply", SMOOTH, source=tmp_path / "gone.ply"))
@@ -349,7 +349,7 @@ def test_a_full_disk_leaves_what_was_there(small_disk: Path, extension: str) -> 
     assert output.read_bytes() == b"former output"
 
 
-@pytest.mark.parametrize("extension", ["ply", "obj", "stl", "off", "xyz", "wrl", "3mf", "glb", "las", "laz"])
+@pytest.mark.parametrize("extension", ["ply", "obj", "stl", "off", "xyz", "wrl", "3mf", "glb", "las"])
 def test_no_format_takes_a_torn_file_for_a_whole_one(small_disk: Path, extension: str) -> None:
     """What a worker could not write whole is an error in every format."""
     with pytest.raises(OutputError, match="no space left on device"):

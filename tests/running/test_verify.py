@@ -19,7 +19,7 @@ from pymeshfair.recipe import load_recipe
 from pymeshfair.running.job import Job
 from pymeshfair.running.supervise import run_job
 from pymeshfair.running.verify import verify_output
-from pymeshfair.running.versions import versions
+from pymeshfair.processes.versions import versions
 
 from ..commands.command_line import document, invoke
 from .runs import BONE, SAMPLES, SMOOTH, Given, recipe_of

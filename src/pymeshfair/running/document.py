@@ -18,6 +18,7 @@ from ..declaration import Arity
 from ..declaration import Mesh as MeshParameter
 from ..errors import MeshError
 from ..mesh_data import MeshData, apply_edit, as_layer
+from ..meshlab.loading import load_pymeshlab
 from ..scripts.script import Step
 
 if TYPE_CHECKING:
@@ -139,6 +140,7 @@ class Document:
 
     @cached_property
     def _door(self) -> Door:
+        load_pymeshlab()
         from ..meshlab.door import Door
 
         return Door(self._folder)
