@@ -1,4 +1,4 @@
-"""The wheel and the source distribution hold what the tree holds, whatever pyproject.toml lists by hand."""
+"""The wheel and the source distribution hold what the tree holds."""
 
 from __future__ import annotations
 

@@ -15,7 +15,6 @@ from pymeshfair.meshset import MeshSet
 from pymeshfair.recipe import Recipe, load_recipe, shipped_recipes
 from pymeshfair.registry import custom_filters
 from pymeshfair.running.job import Job
-from pymeshfair.running.messages import Assignment
 from pymeshfair.running.session import Session
 from pymeshfair.scripts.guards import Guards
 
@@ -47,7 +46,7 @@ def _run(recipe: Recipe, scan: Path, folder: Path) -> None:
     job = Job(recipe, scan, folder / "out.ply", guards=guards, map=folder / "map.ply")
     print(recipe.name, scan.name, file=sys.stderr)
     try:
-        Session(Assignment.of(job, stage), lambda document: None).run()
+        Session(job, stage, lambda event: None).run()
     except PymeshfairError as error:  # what it used until then counts
         print(f"  {recipe.name} on {scan.name}: {error}", file=sys.stderr)
 

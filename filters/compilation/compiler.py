@@ -20,7 +20,7 @@ from typing import IO, Any
 from .argument_types import ArgumentType, Signature
 from .machine_code import MachineCode, processor
 
-#: what the process is told beside the environment that it inherits
+#: what the process is told in place of numba's variables in the environment, which must not change the code
 _SETTINGS = {"NUMBA_DISABLE_INTEL_SVML": "1", "NUMBA_CPU_FEATURES": "", "PYTHONDONTWRITEBYTECODE": "1"}
 
 
@@ -37,13 +37,14 @@ class Compiler:
 
     @cached_property
     def _process(self) -> subprocess.Popen[bytes]:
+        inherited = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
         process = subprocess.Popen(
             [sys.executable, "-c", f"from {__name__} import main; main()"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            env={**_SETTINGS, "NUMBA_CPU_NAME": processor(), **os.environ},
+            env={**inherited, **_SETTINGS, "NUMBA_CPU_NAME": processor()},
         )
-        atexit.register(process.kill)
+        atexit.register(self.close)
         self._send(process, sys.path)
         return process
 
@@ -69,9 +70,9 @@ class Compiler:
         """End the process."""
         process = self.__dict__.pop("_process", None)
         if process is not None:
-            atexit.unregister(process.kill)
-            process.kill()
-            process.wait()
+            atexit.unregister(self.close)
+            with process:  # closes the pipes
+                process.kill()
 
     @staticmethod
     def _send(process: subprocess.Popen[bytes], what: Any) -> None:

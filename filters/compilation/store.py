@@ -21,10 +21,12 @@ INSTALLED = Path(__file__).parent / "kernels"
 
 
 def lasts() -> bool:
-    """Whether later processes find there what this one compiles: not where the folder cannot be written."""
+    """Whether later processes find there what this one compiles: not where the folder cannot be made or written."""
     folder = users_folder()
-    there = next((place for place in (folder, *folder.parents) if place.exists()), folder)
-    return os.access(there, os.W_OK | os.X_OK)
+    with suppress(OSError):
+        folder.mkdir(parents=True, exist_ok=True)
+        return os.access(folder, os.W_OK | os.X_OK)
+    return False
 
 
 def users_folder() -> Path:

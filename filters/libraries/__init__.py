@@ -29,7 +29,6 @@ else:
     threadpoolctl = ImportedWhenUsed("threadpoolctl")
 
 
-
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
     """A context in which matrix products take one thread: with several their bits depend on how many there are."""

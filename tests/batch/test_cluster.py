@@ -14,8 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from pymeshfair.batch import cluster
-from pymeshfair.batch.errors import BatchError
+from pymeshfair.processes import cluster
 
 from .batches import contents, dask, journal_of, results_of_run, run_batch, start_batch, with_module, write_recipe, write_scans
 
@@ -143,7 +142,7 @@ def test_no_scheduler_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     """An address where none answers is named."""
     monkeypatch.setattr(cluster, "_ANSWER", "1s")
     with (
-        pytest.raises(BatchError, match=r"no scheduler answers at tcp://127\.0\.0\.1:1"),
-        cluster.open_client("tcp://127.0.0.1:1", 1),
+        pytest.raises(cluster.ClusterError, match=r"no scheduler answers at tcp://127\.0\.0\.1:1"),
+        cluster.open_client("tcp://127.0.0.1:1"),
     ):
         pass

@@ -13,12 +13,12 @@ from pymeshfair.batch.errors import BatchError
 from pymeshfair.batch.inputs import Asked
 from pymeshfair.batch.journal import Journal, read_journal
 from pymeshfair.batch.outcome import Outcome
-from pymeshfair.batch.plan import Scan, plan_scans
+from pymeshfair.batch.plan import Scan, job_of, plan_scans
 from pymeshfair.batch.resume import done_before
-from pymeshfair.batch.settings import Settings
 from pymeshfair.files.provenance import provenance_path
+from pymeshfair.processes import versions
 from pymeshfair.recipe import load_recipe
-from pymeshfair.running import versions
+from pymeshfair.running.job import Job
 from pymeshfair.running.supervise import run_job
 from pymeshfair.scripts.guards import Guards
 
@@ -53,38 +53,38 @@ def test_one_batch_at_a_time(tmp_path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Scan, Settings]:
+def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Scan, Job]:
     """A folder with one scan, and what a run made of it."""
     folder = tmp_path_factory.mktemp("made")
-    settings = Settings(load_recipe("smooth_taubin"))
-    (scan,) = plan_scans([Asked(write_scan(folder / "in.ply", 1))], settings.recipe, folder, "out.ply")
-    run_job(settings.job(scan.input, scan.output, (), threads=1, memory=None))
-    return folder, scan, settings
+    template = Job(load_recipe("smooth_taubin"), folder, folder)
+    (scan,) = plan_scans([Asked(write_scan(folder / "in.ply", 1))], template.recipe, folder, "out.ply")
+    run_job(job_of(template, scan, threads=1, memory=None))
+    return folder, scan, template
 
 
 @pytest.fixture
-def done(made: tuple[Path, Scan, Settings]) -> Iterator[tuple[Scan, Settings]]:
+def done(made: tuple[Path, Scan, Job]) -> Iterator[tuple[Scan, Job]]:
     """The same, to be spoilt."""
-    folder, scan, settings = made
+    folder, scan, template = made
     kept = {p: p.read_bytes() for p in folder.iterdir()}
-    yield scan, settings
+    yield scan, template
     for path in folder.iterdir():
         path.unlink()
     for path, data in kept.items():
         path.write_bytes(data)
 
 
-def test_what_is_there_whole_is_done(done: tuple[Scan, Settings]) -> None:
+def test_what_is_there_whole_is_done(done: tuple[Scan, Job]) -> None:
     """The provenance beside an output is enough, and a journal that fits it adds what it tells besides."""
-    scan, settings = done
-    found = done_before([scan], settings, {})
+    scan, template = done
+    found = done_before([scan], template, {})
     assert found[1].status == "done"
     assert found[1].resumed
     assert found[1].displacement is None
     told = replace(found[1], displacement={"rms": 0.5, "largest": 1.0}, resumed=False)
-    assert done_before([scan], settings, {told.output: told})[1].displacement == {"rms": 0.5, "largest": 1.0}
+    assert done_before([scan], template, {told.output: told})[1].displacement == {"rms": 0.5, "largest": 1.0}
     other = replace(told, digests={**told.digests, "output": "0" * 64})
-    assert done_before([scan], settings, {other.output: other})[1].displacement is None
+    assert done_before([scan], template, {other.output: other})[1].displacement is None
 
 
 def other_version(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -105,18 +105,18 @@ def other_version(monkeypatch: pytest.MonkeyPatch) -> None:
     ],
     ids=["another input", "a changed output", "no output", "no provenance", "another document", "no input"],
 )
-def test_what_has_changed_is_not_done(done: tuple[Scan, Settings], spoil: Callable[[Scan], object]) -> None:
+def test_what_has_changed_is_not_done(done: tuple[Scan, Job], spoil: Callable[[Scan], object]) -> None:
     """Whatever is not what the provenance says is done again."""
-    scan, settings = done
+    scan, template = done
     spoil(scan)
-    assert done_before([scan], settings, {}) == {}
+    assert done_before([scan], template, {}) == {}
 
 
-def test_another_recipe_limit_or_version_is_not_done(done: tuple[Scan, Settings], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_another_recipe_limit_or_version_is_not_done(done: tuple[Scan, Job], monkeypatch: pytest.MonkeyPatch) -> None:
     """What would be made otherwise now is done again."""
-    scan, settings = done
-    recipe = settings.recipe.override(["1.stepsmoothnum=3"])
-    assert done_before([replace(scan, recipe=recipe)], replace(settings, recipe=recipe), {}) == {}
-    assert done_before([scan], replace(settings, guards=Guards.parse({"keep_sharp": "1%"})), {}) == {}
+    scan, template = done
+    recipe = template.recipe.override(["1.stepsmoothnum=3"])
+    assert done_before([replace(scan, recipe=recipe)], replace(template, recipe=recipe), {}) == {}
+    assert done_before([scan], replace(template, guards=Guards.parse({"keep_sharp": "1%"})), {}) == {}
     other_version(monkeypatch)
-    assert done_before([scan], settings, {}) == {}
+    assert done_before([scan], template, {}) == {}

@@ -8,8 +8,7 @@ import pytest
 
 from pymeshfair.commands.progress import ProgressBar, ProgressLines
 from pymeshfair.running.job import Compiling, StepStarted
-from pymeshfair.running.messages import decode_event, encode_event
-from pymeshfair.running.started import EarlyProcess
+from pymeshfair.running.supervise import workers_of_runs
 from tests.running.runs import BONE
 
 from .command_line import run_process
@@ -37,34 +36,27 @@ def test_the_bar_says_that_filters_are_compiled_as_long_as_they_are() -> None:
         assert show._bar.tasks[0].description == "step 1 of 2: Implicit Fairing"
 
 
-def test_compiling_is_told_by_the_worker_as_it_is() -> None:
-    """The event comes out of its document as it went in."""
-    assert [decode_event(encode_event(event)) for event in EVENTS] == list(EVENTS)
-
-
 def test_a_worker_that_nobody_takes_is_ended() -> None:
-    """A recipe that turns out to be wrong leaves no process behind; one that is taken lives on."""
-    with EarlyProcess() as early:
-        waiting = early._waiting
-        assert waiting is not None
-    assert waiting.wait() is not None  # it was killed, and waited for
-    assert waiting.stdin.closed
-    with EarlyProcess() as early:
-        taken = early.start()
-    assert not taken.has_ended()
-    taken.kill()
-    taken.wait(10.0)
-    for stream in (taken.stdin, taken.stdout, taken.stderr):
-        stream.close()
-    with EarlyProcess(is_wanted=False) as none:
-        assert none._waiting is None
+    """A recipe that turns out to be wrong leaves no process behind; one that is taken is the one that was started ahead."""
+    with workers_of_runs() as pool:
+        pool.prepare()
+        (waiting,) = pool._idle
+        assert not waiting.has_ended()
+    assert waiting.has_ended()
+    with workers_of_runs() as pool:
+        pool.prepare()
+        (waiting,) = pool._idle
+        with pool.lend() as taken:
+            assert taken is waiting
+        assert not taken.has_ended()
+    assert taken.has_ended()
 
 
 def test_a_run_says_that_the_next_one_compiles_again(tmp_path: Path) -> None:
     """It does where no folder for it can be written, and then no file is left in the temporary folder, either."""
     (tmp_path / "temporary").mkdir()
-    # Code that is optimised less is not what an installation has compiled.
-    environment = {"NUMBA_CACHE_DIR": "/proc/nowhere", "NUMBA_OPT": "1", "TMPDIR": str(tmp_path / "temporary")}
+    # Code for another processor is not what an installation has compiled.
+    environment = {"NUMBA_CACHE_DIR": "/proc/nowhere", "NUMBA_CPU_NAME": "generic", "TMPDIR": str(tmp_path / "temporary")}
     done = run_process("run", "smooth_taubin", BONE, "-o", tmp_path / "out.ply", "--no-measures", environment=environment)
     assert done.returncode == 0, done.stderr
     assert "set NUMBA_CACHE_DIR to a folder where they can be" in done.stderr

@@ -184,7 +184,7 @@ def test_nothing_in_the_way_is_lost(name: str, kind: str, overwrite: bool, place
 @pytest.mark.parametrize("name", WRITERS)
 def test_no_file_of_another_kind_is_replaced(name: str, place: Path) -> None:
     """A file whose name has an extension that the command does not write stays, whatever was asked for."""
-    target = place / ("notes.txt" if WRITERS[name][0] in ("ply", "obj") else "precious.ply")
+    target = place / ("notes.md" if WRITERS[name][0] in ("ply", "obj") else "precious.ply")
     make_file(target)
     before = entries(place)
     assert not WRITERS[name][1](target, True)

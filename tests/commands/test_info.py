@@ -124,11 +124,14 @@ def test_mesh_is_told_with_its_measures_and_attributes() -> None:
     assert set(path.parent.iterdir()) == before
 
 
-def test_what_meshlab_loses_of_a_mesh_is_a_warning() -> None:
-    """A property of the file that MeshLab does not keep is named on stderr."""
-    done = invoke("info", SAMPLES / "bone.ply")
+def test_what_is_doubtful_of_a_mesh_is_a_warning(tmp_path: Path) -> None:
+    """What a run would warn of when it reads the file is told on stderr; of a file that is read whole nothing is."""
+    path = tmp_path / "cut.xyz"
+    path.write_text("0 0 0\n1 0 0\n0 1 0\n0 0 14", encoding="utf-8")
+    done = invoke("info", path)
     assert done.exit_code == 0
-    assert "flags" in done.stderr
+    assert "its last line has no end" in done.stderr
+    assert invoke("info", SAMPLES / "bone.ply").stderr == ""
 
 
 def test_a_file_that_is_no_mesh_is_a_failed_run(tmp_path: Path) -> None:

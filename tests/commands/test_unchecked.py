@@ -15,7 +15,7 @@ from .command_line import invoke
 @pytest.mark.parametrize(
     ("arguments", "reader"),
     [
-        (("info", "a.3ds"), "pymeshfair.running.inspect.inspect_mesh"),
+        (("info", "a.3ds"), "pymeshfair.running.read.inspect_mesh"),
         (("compare", "a.3ds", "b.ply"), "pymeshfair.running.read.read_mesh"),
         (("picture", "a.3ds", "-o", "a.png"), "pymeshfair.running.read.read_mesh"),
     ],

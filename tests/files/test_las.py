@@ -12,7 +12,7 @@ import pytest
 
 from pymeshfair.files.errors import InputError, OutputError
 from pymeshfair.files.inputs import read_file
-from pymeshfair.files.outputs import check_output
+from pymeshfair.files.outputs import MadeFrom, check_output
 from pymeshfair.mesh_data import MeshData, moved
 
 from .round_trips import assert_same, read, save
@@ -141,13 +141,13 @@ def test_without_the_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     """The command that installs it is named, before any work; COPC files are not written."""
     scan(tmp_path / "a.las", form=3)
     with pytest.raises(OutputError, match=r"COPC files are read and not written; name the output \.laz"):
-        check_output(tmp_path / "b.copc.laz", tmp_path / "a.las", overwrite=False)
+        check_output(tmp_path / "b.copc.laz", MadeFrom(tmp_path / "a.las", ""), overwrite=False)
     monkeypatch.setitem(sys.modules, "laspy", None)
     command = r"python -m pip install 'pymeshfair\[las\]'"
     with pytest.raises(InputError, match=command):
         read_file(tmp_path / "a.las")
     with pytest.raises(OutputError, match=command):
-        check_output(tmp_path / "b.laz", tmp_path / "a.las", overwrite=False)
+        check_output(tmp_path / "b.laz", MadeFrom(tmp_path / "a.las", ""), overwrite=False)
     with pytest.raises(OutputError, match=command):
         save(MeshData(vertices=np.eye(3)), tmp_path / "c.las")
 

@@ -69,12 +69,12 @@ def test_what_a_text_cannot_hold_is_named(tmp_path: Path) -> None:
     mesh = MeshData(vertices=rng.random((9, 3)), vertex_attributes=attributes)
     assert save(mesh, tmp_path / "a.xyz") == (
         "a.xyz does not hold the vertex scalars of the mesh; .ply keeps them",
-        "a.xyz: it does not hold colors, intensity of the mesh; .ply keeps them",
+        "a.xyz: it does not hold vertex colours, intensity of the mesh; .ply keeps them",
     )
     theirs, _meshes = meshlab(tmp_path / "a.xyz")
     np.testing.assert_array_equal(theirs.vertex_matrix(), mesh.vertices)
     np.testing.assert_array_equal(theirs.vertex_normal_matrix(), mesh.vertex_normals)
-    assert save(mesh, tmp_path / "a.pts")[1] == "a.pts: it does not hold normals of the mesh; .ply keeps them"
+    assert save(mesh, tmp_path / "a.pts")[1] == "a.pts: it does not hold vertex normals of the mesh; .ply keeps them"
     again = read_file(tmp_path / "a.pts").mesh
     np.testing.assert_array_equal(again.vertex_attributes["intensity"], attributes["intensity"])
     np.testing.assert_array_equal(again.vertex_attributes["colors"], levels)

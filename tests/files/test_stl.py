@@ -84,7 +84,7 @@ def test_other_bits_are_kept_and_named(tmp_path: Path) -> None:
     assert mesh.source is not None
     assert mesh.source.extras == ("its head 'made on Monday'", "what stands behind 79 of its facets and is no colour")
     part = mesh.part(np.ones(len(mesh.vertices), np.bool_), np.arange(80) % 2 == 1)
-    assert save(moved(part, part.vertices * 2), tmp_path / "b.stl") == ()
+    assert save(moved(part, part.vertices * 2), tmp_path / "b.stl") == ("b.stl: vertices that no face uses (4) are left out",)
     data = (tmp_path / "b.stl").read_bytes()
     assert data[:14] == b"made on Monday"
     bits = np.frombuffer(data, np.dtype([("facet", "V48"), ("bits", "<u2")]), offset=84)["bits"]

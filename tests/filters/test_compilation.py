@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import json
 import os
+import platform
 import shutil
 import subprocess
 import sys
@@ -15,8 +16,16 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from pymeshfair.filters.compilation import compiled, listed_signatures, loaded_kernels
-from pymeshfair.filters.compilation.argument_types import from_json, signature_of
+from pymeshfair.filters.compilation import (
+    compile_ahead,
+    compiled,
+    listed_signatures,
+    loaded_kernels,
+    machine_code,
+    processor,
+    store,
+)
+from pymeshfair.filters.compilation.argument_types import from_json
 from pymeshfair.filters.compilation.compiler import numba_type
 from pymeshfair.filters.compilation.fingerprint import fingerprint
 
@@ -100,22 +109,6 @@ def test_what_one_process_compiles_the_next_ones_load(tmp_path: Path) -> None:
     shutil.copytree(tmp_path / "store/pymeshfair", tmp_path / "copy/filters/compilation/kernels")
     installed = run({"PYTHONPATH": str(source), "NUMBA_CACHE_DIR": str(tmp_path / "empty")}, "-c", PROGRAM)
     assert installed.stdout.startswith(f"{EDGES} 0 "), installed.stderr
-
-
-def test_several_threads_call_parallel_kernels_where_openmp_is_missing() -> None:
-    """Numba's own threads, which it then takes, would end the process; the results are those of one thread."""
-    program = (
-        "import threading\n"
-        "from pymeshfair.filters.compilation import machine_code\n"
-        "from pymeshfair.filters.diffusion import explicit_smoothing; from tests.meshes import icosphere\n"
-        "v, f = icosphere(5); found = {}\n"
-        "def work(k): found[k] = explicit_smoothing(v, f, iterations=200)\n"
-        "work(0); threads = [threading.Thread(target=work, args=(k,)) for k in range(1, 5)]\n"
-        "[t.start() for t in threads]; [t.join() for t in threads]\n"
-        "print(load_numba().threading_layer(), all((found[k] == found[0]).all() for k in range(5)))\n"
-    )
-    done = run({"NUMBA_THREADING_LAYER": "workqueue", "PYTHONPATH": str(PROJECT)}, "-c", program)
-    assert done.stdout == "workqueue True\n", done.stderr
 
 
 def test_a_damaged_file_in_the_store_is_compiled_again(tmp_path: Path) -> None:
@@ -212,6 +205,75 @@ def test_code_is_loaded_without_numba_and_does_the_same() -> None:
     assert done.stdout.strip() == "False", done.stderr
 
 
+@compiled
+def refusing(values: Any, least: int) -> float:
+    """Raises errors with constant texts and with numbers."""
+    if len(values) < least:
+        raise ValueError("too few")
+    if values[0] < 0:
+        raise KeyError(least)
+    return 1.0 / float(values[0])
+
+
+@pytest.mark.parametrize(("first", "least"), [(1.0, 9), (-1.0, 2), (0.0, 2), (4.0, 2)])
+def test_errors_are_those_that_numba_raises(first: float, least: int) -> None:
+    """An exception of a kernel, and a division by 0, come out with the same type and text however the code was loaded."""
+
+    def outcome(function: Any) -> Any:
+        try:
+            return function(np.array([first, 2.0, 3.0]), least)
+        except Exception as error:
+            return type(error), str(error)
+
+    assert outcome(refusing) == outcome(refusing.dispatcher)  # type: ignore[attr-defined]
+
+
+def test_the_installation_goes_on_after_what_cannot_be_compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A list that is not current names kernels that are gone, or types that numba refuses: that is told, the rest is compiled."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    listed: Any = {
+        "pymeshfair.filters.topology": {"no_such_kernel": [("int64",)]},
+        __name__: {"inner": [("float64",), ("none",)]},
+    }
+    failures = compile_ahead(listed, processes=1)
+    assert sorted(text.split(":")[0] for text in failures) == ["pymeshfair.filters.topology.no_such_kernel", f"{__name__}.inner"]
+    kernel: Any = inner
+    assert store.read(kernel.stored_name(("float64",))) is not None
+    assert store.read(kernel.stored_name(("none",))) is None
+
+
+def test_each_level_of_processor_has_its_own_code_with_the_same_bits(tmp_path: Path) -> None:
+    """What was compiled for another level is not taken; smoothing gives the same coordinates with both."""
+    program = (
+        "import hashlib; from pymeshfair.filters.compilation import on_compilation, processor, stored\n"
+        "from pymeshfair.filters.diffusion import taubin_fairing; from tests.meshes import icosphere\n"
+        "compiled = []; on_compilation(compiled.append); result = taubin_fairing(*icosphere(3))\n"
+        "print(processor(), len(compiled) > 0, stored().kept > 0, hashlib.sha256(result.tobytes()).hexdigest())\n"
+    )
+    environment = {"NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": str(PROJECT)}
+    levels = [processor(), "x86-64" if platform.machine() in ("x86_64", "AMD64") else "generic"]
+    first, other = (run({**environment, "NUMBA_CPU_NAME": level}, "-c", program).stdout.split() for level in levels)
+    assert [first[0], other[0]] == levels
+    assert other[1:3] == ["True", "True"]
+    assert first[3] == other[3]
+
+
+@pytest.mark.parametrize(("lacking", "level"), [((), "x86-64-v3"), (("fma",), "x86-64-v2"), (("fma", "ssse3"), "x86-64")])
+def test_the_level_is_the_best_whose_features_the_processor_has(
+    lacking: tuple[str, ...], level: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A processor without one feature of a level takes the next lower one; other kinds of processor the code for all of them."""
+    import llvmlite.binding as llvm
+
+    features = dict.fromkeys((feature for _, needed in machine_code._X86_LEVELS for feature in needed), True)
+    monkeypatch.setattr(llvm, "get_host_cpu_features", lambda: features | dict.fromkeys(lacking, False))
+    monkeypatch.delenv("NUMBA_CPU_NAME", raising=False)
+    monkeypatch.setattr(platform, "machine", lambda: "x86_64")
+    assert processor.__wrapped__() == level
+    monkeypatch.setattr(platform, "machine", lambda: "arm64")
+    assert processor.__wrapped__() == "generic"
+
+
 def test_an_array_that_a_kernel_made_lives_as_long_as_it_is_used() -> None:
     """Its memory is numba's, and is given back with it: a thousand arrays of a megabyte do not add up."""
     import gc
@@ -224,18 +286,6 @@ def test_an_array_that_a_kernel_made_lives_as_long_as_it_is_used() -> None:
     gc.collect()
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 200_000
     np.testing.assert_array_equal(kept, np.ones(10))
-
-
-def test_types_are_those_that_numba_finds() -> None:
-    """The text of an argument's type stands for the type that numba itself gives it."""
-    from numba import typeof
-
-    square = np.zeros((3, 3))
-    arguments = (1, 2.5, True, None, np.int32(4), np.float32(1), square, square.T, square[::2, ::2], square.astype(np.int32))
-    arguments += ((1, 2), (1, 2.0), Pair(square, 1.0), np.zeros(3, np.bool_), np.zeros(2, np.uint8))
-    for argument, written in zip(arguments, signature_of(arguments), strict=True):
-        found = typeof(argument)
-        assert numba_type(written) == found, written
 
 
 def test_the_list_has_what_common_filters_use() -> None:

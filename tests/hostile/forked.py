@@ -1,4 +1,4 @@
-"""The command itself, and the worker of its run, as forks of a process that has loaded both: a tenth of a second a run.
+"""The command itself as a fork of a process that has loaded it, which forks its worker in turn: a tenth of a second a run.
 
 Everything else is as in a shell: processes of their own, limits of memory and time, signals, exit codes, what is printed.
 """
@@ -6,7 +6,6 @@ Everything else is as in a shell: processes of their own, limits of memory and t
 from __future__ import annotations
 
 import contextlib
-import importlib
 import json
 import os
 import signal
@@ -19,7 +18,6 @@ from pathlib import Path
 from typing import IO, Any, NoReturn
 
 from pymeshfair.commands.app import main
-from pymeshfair.running import child, started
 
 
 @dataclass(frozen=True)
@@ -96,7 +94,6 @@ def _become(folder: Path, arguments: Sequence[str]) -> NoReturn:
             os.dup2(os.open(name, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), target)
         sys.stdin, sys.stdout, sys.stderr = _standard_streams()
         sys.argv = ["pymeshfair", *arguments]
-        vars(child)["FreshProcess"] = ForkedWorker
         main()
     except SystemExit as end:
         code = end.code if isinstance(end.code, int) else 0 if end.code is None else 1
@@ -107,60 +104,3 @@ def _become(folder: Path, arguments: Sequence[str]) -> NoReturn:
             sys.stdout.flush()
             sys.stderr.flush()
         os._exit(code)
-
-
-class ForkedWorker:
-    """A worker as `pymeshfair.running.started.FreshProcess` starts it, but by a fork."""
-
-    def __init__(self, threads: int | None, module: str = started.RUN) -> None:
-        pipes = [os.pipe() for _ in range(3)]
-        theirs = [pipes[0][0], pipes[1][1], pipes[2][1]]
-        ours = [pipes[0][1], pipes[1][0], pipes[2][0]]
-        self.pid = os.fork()
-        if self.pid == 0:
-            self._work(theirs, ours, module)
-        for descriptor in theirs:
-            os.close(descriptor)
-        self.stdin: IO[bytes] = os.fdopen(ours[0], "wb")
-        self.stdout: IO[bytes] = os.fdopen(ours[1], "rb")
-        self.stderr: IO[bytes] = os.fdopen(ours[2], "rb")
-        self._status: int | None = None
-
-    def _work(self, theirs: list[int], ours: list[int], module: str) -> NoReturn:
-        try:
-            os.setsid()
-            for number in ("SIGINT", "SIGTERM", "SIGHUP"):
-                signal.signal(getattr(signal, number), signal.SIG_DFL)
-            for descriptor in ours:
-                os.close(descriptor)
-            for target, descriptor in enumerate(theirs):
-                os.dup2(descriptor, target)
-            sys.stdin, sys.stdout, sys.stderr = _standard_streams()
-            importlib.import_module(module).main()
-        except BaseException:
-            traceback.print_exc()
-        finally:
-            os._exit(1)
-
-    def has_ended(self) -> bool:
-        """See `Started`."""
-        return self._status is not None or os.waitid(os.P_PID, self.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
-
-    def wait(self, timeout: float | None = None) -> int | None:
-        """See `Started`."""
-        if self._status is None:
-            limit = float("inf") if timeout is None else time.monotonic() + timeout
-            while not self.has_ended():
-                if time.monotonic() > limit:
-                    return None
-                time.sleep(0.001)
-            self._status = os.waitstatus_to_exitcode(os.waitpid(self.pid, 0)[1])
-        return self._status
-
-    def kill(self) -> None:
-        """See `Started`."""
-        if self._status is None:
-            for send in (os.killpg, os.kill):
-                with contextlib.suppress(ProcessLookupError, PermissionError):
-                    send(self.pid, signal.SIGKILL)
-                    return

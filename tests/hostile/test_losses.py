@@ -13,12 +13,11 @@ from typing import Any
 import numpy as np
 import pymeshlab
 import pytest
-from pymeshfair.files.ply_body import read_body
 
 from pymeshfair.files.errors import InputError, OutputError
-from pymeshfair.files.ply import read_header
+from pymeshfair.files.ply_header import read_header
 
-from ..running.runs import SAMPLES, SMOOTH, TETRAHEDRON, ply_bytes, session_report, staged_files, xyz
+from ..running.runs import SAMPLES, SMOOTH, TETRAHEDRON, columns, ply_bytes, session_report, staged_files, xyz
 
 IMAGE = SAMPLES / "TextureDouble_A.png"
 _TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n"
@@ -61,17 +60,17 @@ NAMED: tuple[tuple[str, bytes, str, str], ...] = (
     ("radius.ply", _ply(("float", "radius", _FOUR)), "out.off", "vertex radii"),
     ("radius.ply", _ply(("float", "radius", _FOUR)), "out.stl", "vertex radii"),
     ("alpha.ply", _ply(*(("uchar", c, [1, 2, 3, 4]) for c in ("red", "green", "blue", "alpha"))), "out.obj", "vertex opacities"),
-    ("intensity.ply", _ply(("float", "intensity", _FOUR)), "out.ply", "it is kept as 'kept_intensity'"),
+    ("intensity.ply", _ply(("float", "intensity", _FOUR)), "out.obj", "vertex property 'float intensity'"),
     ("scalar.ply", _ply(("float", "quality", _FOUR)), "out.off", "vertex scalars"),
     (
         "face_normals.ply",
         _ply(faces=[("float", c, [1.0] * 4) for c in ("nx", "ny", "nz")]),
-        "out.ply",
+        "out.obj",
         "face property",
     ),
-    ("lists.ply", _ply(("list uchar int", "views", [[1, 2], [5], [3], [4]])), "out.ply", "'list int views'"),
-    ("comment.ply", _ply(head="comment scanned on Monday"), "out.ply", "comment 'scanned on Monday'"),
-    ("info.ply", _ply(head="obj_info range 3"), "out.ply", "range 3"),
+    ("lists.ply", _ply(("list uchar int", "views", [[1, 2], [5], [3], [4]])), "out.obj", "'list int views'"),
+    ("comment.ply", _ply(head="comment scanned on Monday"), "out.obj", "comment 'scanned on Monday'"),
+    ("info.ply", _ply(head="obj_info range 3"), "out.obj", "range 3"),
     ("third.obj", (_TRIANGLE.replace("vt 1 0", "vt 1 0 7") + _FACE).encode(), "out.ply", "third texture coordinates"),
     ("no_library.obj", (_TRIANGLE + "usemtl a\n" + _FACE).encode(), "out.ply", "uses of materials (1)"),
     ("groups.obj", (_TRIANGLE + "g a\no b\ns 1\n" + _FACE).encode(), "out.ply", "groups (1); objects (1); smoothing groups (1)"),
@@ -116,16 +115,20 @@ SCANNER: Mapping[str, tuple[str, list[float]]] = {
 
 @pytest.mark.parametrize("steps", [(), (SMOOTH,), (("apply_coord_taubin_fairing", {}),)], ids=["read", "built-in", "ours"])
 def test_scanner_properties_travel(tmp_path: Path, steps: Any) -> None:
-    """What MeshLab passes over or misreads, as a radius of double precision and flags, comes through filters with every bit."""
+    """What MeshLab does not know or misreads, as a radius of double precision and flags, comes through filters with every bit,
+    under its own name and in its own type.
+    """
     path = tmp_path / "scan.ply"
     path.write_bytes(_ply(*((kind, name, values) for name, (kind, values) in SCANNER.items())))
-    staged = staged_files(session_report(path, tmp_path / "out.ply", *steps))["out.ply"]
-    header = read_header(staged)
-    written = read_body(staged, header, frozenset(("vertex", p.name) for p in header.element("vertex").properties)).columns
+    report = session_report(path, tmp_path / "out.ply", *steps)
+    assert report["warnings"] == []
+    staged = staged_files(report)["out.ply"]
+    assert read_header(staged).elements == read_header(path).elements
+    written, before = columns(staged), columns(path)
     for name, (kind, values) in SCANNER.items():
-        kept = f"kept_{name}" if name in ("intensity", "confidence", "radius", "flags") else name
-        expected = np.array(values, {"float": "f4", "short": "i2", "uchar": "u1", "int": "i4"}.get(kind, "f8")).astype(float)
-        np.testing.assert_array_equal(written["vertex", kept], expected)
+        expected = np.array(values, {"float": "f4", "short": "i2", "uchar": "u1", "int": "i4"}.get(kind, "f8"))
+        np.testing.assert_array_equal(written["vertex", name], expected)
+        assert written["vertex", name].dtype == before["vertex", name].dtype
 
 
 @pytest.mark.parametrize("library", ["", "mtllib m.mtl\nusemtl a\n"], ids=["plain", "with materials"])

@@ -174,7 +174,7 @@ def test_outside_files_are_read_if_allowed(folder: Path) -> None:
     path = folder / "mesh.ply"
     path.write_bytes(ply_bytes(xyz(), head="comment TextureFile ../secret.png"))
     report = session_report(path, folder.parent / "out" / "out.ply", allow_outside=True)
-    assert [Path(f["target"]).name for f in report["staged"]] == ["out.ply", "secret.png"]
+    assert [file.target.name for file in report["staged"]] == ["out.ply", "secret.png"]
     path.write_bytes(ply_bytes(xyz(), head="comment TextureFile ../secret.txt"))
     with pytest.raises(InputError, match="is no image"):
         session_report(path, folder.parent / "out" / "other.ply", allow_outside=True)

@@ -20,23 +20,19 @@ from pymeshfair.looking.coloring_names import NUMBERS
 from pymeshfair.looking.picture import Appearance, draw_meshes
 from pymeshfair.looking.rasterizer import DepthBuffer, draw_triangles
 from pymeshfair.looking.shading import Scene, render
-from pymeshfair.running.read import ReadMesh
+from pymeshfair.mesh_data import MeshData
 from tests.commands.command_line import document, invoke, run_process
 from tests.meshes import cube, grid, icosphere, sample, sample_path
 
 NO_EDGES = np.empty((0, 2), dtype=np.int32)
 
 
-def mesh_of(vertices: Any, faces: Any, **more: Any) -> ReadMesh:
-    """Arrays as if they had been read from mesh.ply."""
-    optional = ("vertex_normals", "vertex_scalars", "vertex_colors", "face_scalars", "face_colors", "self_intersecting")
-    given = {name: more.get(name) for name in optional}
-    return ReadMesh(
-        Path("mesh.ply"), vertices, faces, more.get("edges", NO_EDGES), **given, attributes=(), measures={}, warnings=()
-    )
+def mesh_of(vertices: Any, faces: Any, **more: Any) -> MeshData:
+    """A mesh with this label."""
+    return MeshData(vertices=vertices, faces=faces, label="mesh.ply", **more)
 
 
-def pixels(mesh: ReadMesh, **appearance: Any) -> np.ndarray:
+def pixels(mesh: MeshData, **appearance: Any) -> np.ndarray:
     """The pixels of a picture of one mesh without a title."""
     return np.asarray(draw_meshes([mesh], ["x"], Appearance(titles=False, **{"width": 128, "height": 128, **appearance})))
 
@@ -121,7 +117,7 @@ def test_far_from_the_origin_the_picture_is_the_same() -> None:
 def test_colours_are_those_of_the_bar() -> None:
     """A plate seen from the front whose scalar grows to the right grows lighter to the right; both sides of the bar are told."""
     vertices, faces = grid(20, 20)
-    shown = pixels(mesh_of(vertices, faces, vertex_scalars=vertices[:, 0].copy()), color="scalar")
+    shown = pixels(mesh_of(vertices, faces, vertex_attributes={"scalars": vertices[:, 0]}), color="scalar")
     row = shown[64, 8:120].astype(float).sum(axis=1)
     assert (np.diff(row[::8]) > 0).all()
     assert shown.shape[0] > 128

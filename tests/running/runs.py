@@ -10,6 +10,8 @@ from typing import Any, TypeAlias
 import numpy as np
 import pymeshlab
 
+from pymeshfair.files.inputs import read_file
+from pymeshfair.files.ply_tables import Lists
 from pymeshfair.recipe import Recipe
 from pymeshfair.registry import find_filter
 from pymeshfair.running.job import Job
@@ -57,6 +59,18 @@ def session_report(
 def staged_files(report: Mapping[str, Any]) -> dict[str, Path]:
     """The files that a session staged, by the name that they are meant to get."""
     return {file.target.name: file.staged for file in report["staged"]}
+
+
+def columns(path: Path) -> dict[tuple[str, str], np.ndarray[Any, Any]]:
+    """Everything that a PLY file has, by element and property; lists of all rows are joined."""
+    mesh = read_file(path).mesh
+    assert mesh.source is not None
+    tables = mesh.source.document.tables.items()
+    return {
+        (element, name): column.values if isinstance(column, Lists) else column
+        for element, table in tables
+        for name, column in table.columns.items()
+    }
 
 
 def ply_bytes(

@@ -10,14 +10,14 @@ import numpy as np
 import pymeshlab
 import pytest
 from numpy.typing import NDArray
-from pymeshfair.files.ply_edges import append_edges
 
 from pymeshfair.files.errors import InputError, OutputError
 from pymeshfair.files.formats import WRITABLE
-from pymeshfair.files.inputs import inspect_input
-from pymeshfair.files.ply import read_header
+from pymeshfair.files.inputs import read_file
+from pymeshfair.files.ply_header import read_header
 
-from .runs import SAMPLES, session_report, staged_files
+from ..files.plys import Element, ply_file
+from .runs import SAMPLES, Given, session_report, staged_files
 
 #: a square, its diagonals' crossing, and a branch
 POINTS = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 0.25]]) + 1 / 3
@@ -46,17 +46,11 @@ def curves(tmp_path: Path) -> Path:
     return path
 
 
-def test_meshlab_itself_writes_no_edges_into_a_ply_file(tmp_path: Path) -> None:
-    """What `append_edges` is for; should MeshLab begin to write them, they would be there twice."""
-    meshes = pymeshlab.MeshSet()
-    meshes.add_mesh(pymeshlab.Mesh(POINTS, edge_matrix=EDGES))
-    meshes.save_current_mesh(str(tmp_path / "plain.ply"), binary=True)
-    assert "edge" not in {element.name for element in read_header(tmp_path / "plain.ply").elements}
-
-
 @pytest.mark.parametrize("extension", WRITABLE)
 def test_edges_are_kept_or_the_mesh_is_not_written(tmp_path: Path, curves: Path, extension: str) -> None:
-    """PLY and OBJ give back every edge in its order and direction; a format without edges is refused, not emptied."""
+    """PLY, OBJ, OFF and GLB give back every edge in its order and direction, PLY and OBJ to MeshLab, too; a format without edges
+    is refused, not emptied.
+    """
     output = tmp_path / f"copy.{extension}"
     if "edges" not in WRITABLE[extension].holds:
         with pytest.raises(OutputError, match=r"made of edges, of which the format holds none; \.ply and \.obj keep them"):
@@ -64,13 +58,18 @@ def test_edges_are_kept_or_the_mesh_is_not_written(tmp_path: Path, curves: Path,
         return
     report = session_report(curves, output)
     assert report["warnings"] == []
-    vertices, edges, _ = read_edges(staged_files(report)[output.name])
-    np.testing.assert_allclose(vertices, POINTS, rtol=0, atol=1e-15)
-    np.testing.assert_array_equal(edges, EDGES)
+    staged = staged_files(report)[output.name]
+    mesh = read_file(staged).mesh
+    np.testing.assert_allclose(mesh.vertices, POINTS, rtol=WRITABLE[extension].rounding[0], atol=1e-15)
+    np.testing.assert_array_equal(mesh.edges, EDGES)
+    if extension in ("ply", "obj"):
+        vertices, edges, _ = read_edges(staged)
+        np.testing.assert_allclose(vertices, POINTS, rtol=0, atol=1e-15)
+        np.testing.assert_array_equal(edges, EDGES)
 
 
 def test_edges_beside_faces_and_a_texture_are_kept(tmp_path: Path) -> None:
-    """A textured mesh with edges keeps faces, texture coordinates and edges in PLY; in OFF the edges are named as lost."""
+    """A textured mesh with edges keeps faces, texture coordinates and edges in PLY; in STL the edges are named as lost."""
     for name in ("bunny10k_textured.mtl", "TextureDouble_A.png"):
         shutil.copy(SAMPLES / name, tmp_path)
     source = tmp_path / "both.obj"
@@ -82,7 +81,7 @@ def test_edges_beside_faces_and_a_texture_are_kept(tmp_path: Path) -> None:
     mesh = meshes.current_mesh()
     assert mesh.face_number() == report["before"]["faces"] > 9_000
     assert mesh.has_wedge_tex_coord()
-    report = session_report(source, tmp_path / "out" / "out.off")
+    report = session_report(source, tmp_path / "out" / "out.stl")
     assert any("does not hold the edges" in warning for warning in report["warnings"])
 
 
@@ -111,18 +110,20 @@ def test_a_section_has_no_normals_though_its_mesh_had(tmp_path: Path) -> None:
 
 
 def test_normals_that_curves_came_with_are_kept(tmp_path: Path) -> None:
-    """A file of edges with normals gives them back, to the digit."""
+    """A file of edges with normals gives them back, to the digit, through filters of both kinds."""
     normals = np.tile([0.6, 0.0, 0.8], (len(POINTS), 1))
     source = tmp_path / "curves.ply"
-    meshes = pymeshlab.MeshSet()
-    meshes.add_mesh(pymeshlab.Mesh(POINTS, v_normals_matrix=normals))
-    meshes.save_current_mesh(str(source), binary=True, save_vertex_normal=True)
-    append_edges(source, EDGES, len(POINTS))
-    report = session_report(source, tmp_path / "out.ply", SMOOTH)
-    assert "vertex normals" not in " ".join(report["warnings"])
-    _, edges, meshes = read_edges(staged_files(report)["out.ply"])
-    np.testing.assert_array_equal(edges, EDGES)
-    np.testing.assert_array_equal(meshes.current_mesh().vertex_normal_matrix(), normals)
+    rows = np.concatenate([POINTS, normals], axis=1).tolist()
+    vertex = Element("vertex", [("double", name) for name in ("x", "y", "z", "nx", "ny", "nz")], rows)
+    edge = Element("edge", [("int", "vertex1"), ("int", "vertex2")], EDGES.tolist())
+    source.write_bytes(ply_file([vertex, edge]))
+    moved: Given = ("compute_coord_by_function", {"x": "x+1"})
+    for number, step in enumerate((SMOOTH, moved)):
+        report = session_report(source, tmp_path / f"out{number}.ply", step)
+        assert report["warnings"] == []
+        _, edges, meshes = read_edges(staged_files(report)[f"out{number}.ply"])
+        np.testing.assert_array_equal(edges, EDGES)
+        np.testing.assert_array_equal(meshes.current_mesh().vertex_normal_matrix(), normals)
 
 
 def test_a_report_measures_the_edges_of_curves(tmp_path: Path, curves: Path) -> None:
@@ -180,33 +181,4 @@ def test_relative_numbers_count_back_from_the_line(tmp_path: Path) -> None:
     """-1 is the last vertex before the line, not of the file; comments and texture coordinates are no vertices."""
     source = tmp_path / "in.obj"
     source.write_bytes(b"v 0 0 0\r\nvt 0 0\r\nv 1 0 0\r\nl -2/1 -1/1 # two\r\nv 2 0 0\r\nusemtl x\r\nl -1 -2 -3\r\n")
-    given = inspect_input(source, tmp_path / "given").reading
-    assert given is not None
-    written = [line.split() for line in given.read_text().splitlines() if line.startswith("l")]
-    assert written == [["l", "1", "2"], ["l", "3", "2"], ["l", "2", "1"]]
-    assert "mtl" not in given.read_text()
-
-
-def test_continued_lines_stay_whole_in_every_piece_of_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Wherever the pieces end in which a file is read, the polylines are the same."""
-    source = tmp_path / "in.obj"
-    source.write_bytes(b"v 0 0 0\nv 1 0 0\nv 2 0 0\nl 1 2 \\\r\n 3\nl \\\n3 \\\n1\nv 5 5 5\nl -1 \\\n1\n")
-    for size in range(1, 80):
-        monkeypatch.setattr("pymeshfair.files.tokens._CHUNK", size)
-        given = inspect_input(source, tmp_path / str(size)).reading
-        assert given is not None
-        written = [line.split()[1:] for line in given.read_text().splitlines() if line.startswith("l")]
-        assert written == [["1", "2"], ["2", "3"], ["3", "1"], ["4", "1"]]
-
-
-def test_edges_that_end_nowhere_are_not_written(tmp_path: Path) -> None:
-    """The file is left as it is."""
-    meshes = pymeshlab.MeshSet()
-    meshes.add_mesh(pymeshlab.Mesh(POINTS))
-    path = tmp_path / "points.ply"
-    meshes.save_current_mesh(str(path), binary=True)
-    before = path.read_bytes()
-    for edge in ([0, 5], [-1, 0]):
-        with pytest.raises(ValueError, match="not one of the 5"):
-            append_edges(path, np.array([edge], dtype=np.int32), 5)
-    assert path.read_bytes() == before
+    np.testing.assert_array_equal(read_file(source).mesh.edges, [[0, 1], [2, 1], [1, 0]])

@@ -41,7 +41,10 @@ def check(output: Path, source: Path, *, overwrite: bool = False) -> None:
     [
         ("gone/out.ply", "the folder .*gone does not exist; make it first"),
         ("scan.ply/out.ply", "the folder .*scan.ply is no folder"),
-        ("out.docx", r"'.docx' is no format for it; name a file that ends with .ply, .obj, .off, .stl, .3mf, .wrl, .xyz"),
+        (
+            "out.docx",
+            r"'.docx' is no format for it; name a file that ends with .ply, .obj, .off, .stl, .glb, .3mf, .wrl, .las, .xyz",
+        ),
         ("out", "it has no extension that says the format"),
         ("folder.ply", "there is a folder"),
         ("a" * 240 + ".ply", "its name has 260 bytes, and 255 are the most"),

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from pymeshfair.files.errors import OutputError
-from pymeshfair.files.staging import STAGE_PREFIX, hold, remove_folder, staging_folder
+from pymeshfair.files.staging import STAGE_PREFIX, remove_folder, staging_folder
 
 from .runs import names_in
 
@@ -39,7 +39,7 @@ def test_it_needs_a_folder(tmp_path: Path) -> None:
 ABANDON = """
 import os, sys
 from pathlib import Path
-from pymeshfair.files.staging import hold, staging_folder
+from pymeshfair.files.staging import staging_folder
 with staging_folder(Path(sys.argv[1])) as stage:
     (stage / "new" / "half").write_bytes(b"half")
     os._exit(1)
@@ -71,15 +71,11 @@ def test_one_without_a_lock_goes_after_an_hour(tmp_path: Path) -> None:
 
 @locks
 def test_one_that_is_in_use_stays(tmp_path: Path) -> None:
-    """Another run in the same folder does not touch it, as long as the supervisor or the worker is alive."""
-    with staging_folder(tmp_path / "a.ply") as one, staging_folder(tmp_path / "b.ply") as two:
+    """Another run in the same folder does not touch it, as long as the process lives that made it; then it does."""
+    with staging_folder(tmp_path / "a.ply") as one, staging_folder(tmp_path / "b.ply"):
         assert one.exists()
-        worker = hold(two)
     folder = tmp_path / f"{STAGE_PREFIX}orphan"
     folder.mkdir()
     (folder / "lock").touch()
-    worker.close()
-    with hold(folder), staging_folder(tmp_path / "c.ply"):
-        assert folder.exists()
     with staging_folder(tmp_path / "c.ply"):
         assert not folder.exists()

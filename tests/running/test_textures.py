@@ -63,7 +63,7 @@ def test_no_texture_leaves_the_folder(tmp_path: Path, make: Maker, extension: st
     before = {p: sha256_of(p) for p in tmp_path.rglob("*") if p.is_file()}
     report = session_report(source, output, allow_outside=True)
     files = staged_files(report)
-    assert {Path(f["target"]).parent for f in report["staged"]} == {output.parent}
+    assert {file.target.parent for file in report["staged"]} == {output.parent}
     assert files[image.name].read_bytes() == IMAGE.read_bytes()
     for path, digest in before.items():
         assert sha256_of(path) == digest

@@ -15,11 +15,11 @@ from pymeshfair import MeshSet
 from pymeshfair.commands.verify import EXIT_CODES
 from pymeshfair.files.errors import OutputError
 from pymeshfair.files.provenance import described_file, provenance_path
+from pymeshfair.processes.versions import versions
 from pymeshfair.recipe import load_recipe
 from pymeshfair.running.job import Job
 from pymeshfair.running.supervise import run_job
 from pymeshfair.running.verify import verify_output
-from pymeshfair.running.versions import versions
 
 from ..commands.command_line import document, invoke
 from .runs import BONE, SAMPLES, SMOOTH, Given, recipe_of

@@ -91,7 +91,7 @@ def started(recipe: Path, scan: Path, output: Path, *, slow: float) -> subproces
 
 def workers_of(process: subprocess.Popen[str]) -> list[int]:
     """The processes in which tiles are done."""
-    return [p for p in children_of(process.pid) if b"pymeshfair.tiles.processes" in Path(f"/proc/{p}/cmdline").read_bytes()]
+    return [p for p in children_of(process.pid) if b"pymeshfair.processes.worker" in Path(f"/proc/{p}/cmdline").read_bytes()]
 
 
 def test_a_run_by_tiles_survives_a_killed_worker(recipe: Path, tmp_path: Path) -> None:

@@ -129,7 +129,7 @@ def test_a_large_scan_is_tuned_on_a_part(tmp_path: Path) -> None:
     assert whole.part is None
     cut = prepared_scan(tmp_path / "scan.stl", tmp_path, most=1000, part=400)
     assert cut.part is not None
-    part = read_mesh(cut.part)
+    part = read_mesh(cut.part).mesh
     assert 380 <= len(part.vertices) <= 420
     assert part.vertices[:, 2].mean() > -1e5 + 0.7
     assert len(part.faces) > 600

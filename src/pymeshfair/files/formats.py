@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from ..mesh_data import MeshData
-from ..mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES
+if TYPE_CHECKING:
+    from ..mesh_data import MeshData
 
 #: everything that a mesh may have besides its vertices and that a file may keep or lose, in the words of messages
 ATTRIBUTES = (
@@ -40,6 +41,17 @@ class Format:
     rounding: tuple[float, float]
     holds: frozenset[str]
 
+    def lost(self, present: set[str]) -> list[str]:
+        """What of `ATTRIBUTES` such a file does not keep of a mesh that has `present`."""
+        lost = present - self.holds
+        if self.extension in _ONE_PLACE and "wedge texture coordinates" in present:
+            lost |= present & {"vertex texture coordinates"}
+        return [a for a in ATTRIBUTES if a in lost]
+
+
+#: formats whose vertices have texture coordinates only if the corners of faces have none
+_ONE_PLACE = ("obj", "glb")
+
 
 def _format(extension: str, rounding: tuple[float, float], *holds: str) -> Format:
     assert set(holds) <= set(ATTRIBUTES)
@@ -71,6 +83,8 @@ WRITABLE: Mapping[str, Format] = _FORMATS | {e: _FORMATS[f] for e, f in _ALIKE.i
 
 def attributes_of(mesh: MeshData) -> set[str]:
     """Which of `ATTRIBUTES` a mesh has."""
+    from ..mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES  # numpy, for which no help waits
+
     vertex, face, has_faces = mesh.vertex_attributes, mesh.face_attributes, len(mesh.faces) > 0
     present = {
         "faces": has_faces,

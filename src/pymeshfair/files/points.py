@@ -212,7 +212,7 @@ def _write(mesh: MeshData, target: BinaryIO, document: PointsDocument) -> tuple[
         if columns and set(columns) <= set(document.columns):
             values |= columns
         elif name not in VERTEX_ATTRIBUTES or name in ("colors", "normals"):
-            left.append(name)
+            left.append({"colors": "vertex colours", "normals": "vertex normals"}.get(name, name))
     written = [values[name] for name in document.columns if name in values]
     if document.titles and len(written) == len(document.columns):
         target.write(document.titles + b"\n")

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..mesh_data import MeshData
 from .errors import ContentsError, OutputError
-from .formats import ATTRIBUTES, WRITABLE, Format, attributes_of, extension
+from .formats import WRITABLE, Format, attributes_of, extension
 from .outputs import material_path
 from .textures import stage_textures
 from .writing import StagedFile
@@ -101,7 +101,7 @@ def save_mesh(
     present = attributes_of(mesh)
     if not len(mesh.faces) and "edges" in present - kind.holds:
         raise OutputError(output, "the mesh is made of edges, of which the format holds none; .ply and .obj keep them")
-    if lost := [a for a in ATTRIBUTES if a in present - kind.holds]:
+    if lost := kind.lost(present):
         warnings.append(f"{output.name} does not hold the {_joined(lost)} of the mesh; .ply keeps them")
     source = mesh.source
     if source is not None and source.extras and (source.format != kind.extension or source.document is None):

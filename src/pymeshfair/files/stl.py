@@ -135,25 +135,31 @@ def write_stl(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     """Write a mesh without a matrix as a binary file, with the head of the STL file that it comes from.
 
     Returns:
-        What its colours lose, in words.
+        What its colours lose, and how many vertices are left out, in words.
 
     Raises:
-        ContentsError: its coordinates are beyond all numbers of single precision.
+        ContentsError: it has no faces, or its coordinates are beyond all numbers of single precision.
     """
     document = mesh.source.document if mesh.source is not None else None
     if not isinstance(document, StlDocument):
         document = StlDocument(_HEAD)
     head = document.head[:80] if document.head[:5].lower() != b"solid" or document.bits is not None else _HEAD
     m = len(mesh.faces)
+    if not m:
+        raise ContentsError("the format holds triangles alone, and the mesh has none")
     rows = np.zeros(m, _ROW)
     rows["normal"] = mesh.face_normals
-    if m and np.abs(mesh.vertices[mesh.faces]).max() > np.finfo(np.float32).max:
+    if np.abs(mesh.vertices[mesh.faces]).max() > np.finfo(np.float32).max:
         raise ContentsError("coordinates beyond 3e38 are more than the format holds; .ply keeps them")
     rows["corners"] = mesh.vertices[mesh.faces]
     ids = np.arange(m) if mesh.face_ids is None else mesh.face_ids
     old = ids >= 0
     colors = mesh.face_attributes.get("colors")
-    notes: tuple[str, ...] = ()
+    notes: list[str] = []
+    used = np.zeros(len(mesh.vertices), np.bool_)
+    used[mesh.faces] = True
+    if alone := int((~used).sum()):
+        notes.append(f"vertices that no face uses ({alone:,}) are left out")
     if document.bits is not None and (colors is not None or document.colors is None):
         rows["bits"][old] = document.bits[ids[old]]
     if colors is not None:
@@ -167,7 +173,7 @@ def write_stl(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
         highest = 0 if magics and not head.startswith(_OF_MESHLAB) else _HIGHEST
         rows["bits"][~old] = (levels << shifts).sum(axis=1) | highest
         if (np.rint(levels * (255 / 31)) != colors[~old, :3]).any():
-            notes = ("colours of faces are rounded to 32 levels",)
+            notes.append("colours of faces are rounded to 32 levels")
     target.write(head.ljust(80) + struct.pack("<I", m))
     target.write(rows.tobytes())
-    return notes
+    return tuple(notes)

@@ -72,20 +72,24 @@ class Door:
         self._painted = False
         self._with_normals = False
 
-    def enter(self, layers: Mapping[int, Layer], current: int | None) -> None:
-        """Bring layers in, in place of all that were inside."""
+    def enter(self, layers: Mapping[int, Layer], current: int | None) -> list[str]:
+        """Bring layers in, in place of all that were inside; what MeshLab does not take of them, in words."""
         self._meshset = BASE(self._verbose)
         self._filters = BuiltinFilters(self._meshset, self._measured)
         self._filters.verbose = self._verbose
         self._ids, self._sent, self._painted, self._with_normals = {}, {}, False, False
+        lost = []
         for number, layer in layers.items():
             self._send(layer.mesh)
             self._ids[number] = BASE.current_mesh_id(self._meshset)
             self._sent[number] = layer.mesh
+            if count := int((~_keeps(layer.mesh.faces)).sum()) if len(layer.mesh.faces) else 0:
+                lost.append(f"MeshLab leaves out faces of {layer.mesh.label} with a vertex twice ({count:,})")
             if not layer.visible:
                 self._apply("set_mesh_visibility", isvisible=False)
         if current is not None:
             BASE.set_current_mesh(self._meshset, self._ids[current])
+        return lost
 
     def adopt(self, meshset: Any) -> None:
         """Take a mesh set whose current mesh MeshLab has read itself; it becomes layer 0."""
@@ -201,7 +205,9 @@ class Door:
         textures = () if sent is None else sent.textures
         keeps_normals = sent is not None and sent.keeps_normals and len(faces) > 0
         keeps_normals |= self._with_normals and len(faces) > 0
-        if keeps_normals or not len(faces):
+        # those of a new curve are sums over the faces that a section cuts
+        of_points = not len(faces) and (not len(edges) or (sent is not None and "normals" in sent.vertex_attributes))
+        if keeps_normals or of_points:
             normals = np.ascontiguousarray(mesh.vertex_normal_matrix())
             if keeps_normals or normals.any():
                 vertex["normals"] = _unit(normals)

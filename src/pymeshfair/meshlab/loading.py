@@ -8,6 +8,8 @@ import io
 import re
 from functools import cache
 
+from ..errors import PymeshfairError
+
 _MISSING = re.compile(r"([\w.+-]+\.so[\w.]*): cannot open shared object file")
 #: what installs the system libraries that pymeshlab's wheels need and do not carry
 ADVICE = (
@@ -16,14 +18,18 @@ ADVICE = (
 )
 
 
+class MeshLabLoadError(PymeshfairError, ImportError):
+    """Pymeshlab is not installed, or a system library that it needs is missing."""
+
+
 def load_pymeshlab() -> None:
     """Import pymeshlab, of which parts, such as that for PLY files, would otherwise be missing without an error.
 
     Raises:
-        ImportError: it is not installed, or a system library is missing; the message names that and what installs it.
+        MeshLabLoadError: it is not installed, or a system library is missing; the message names that and what installs it.
     """
     if missing := _missing_libraries():
-        raise ImportError(f"{', '.join(missing)}: cannot open shared object file; {ADVICE}")
+        raise MeshLabLoadError(f"{', '.join(missing)}: cannot open shared object file; {ADVICE}")
 
 
 @cache
@@ -35,7 +41,7 @@ def _missing_libraries() -> tuple[str, ...]:
             importlib.import_module("pymeshlab")
     except ImportError as error:
         if not _MISSING.search(str(error)):
-            raise
+            raise MeshLabLoadError(str(error)) from error
         said.write(str(error))
     found = sorted(set(_MISSING.findall(said.getvalue())))
     if not found and said.getvalue():

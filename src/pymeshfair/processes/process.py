@@ -136,7 +136,8 @@ class Process:
     def _read_reports(self, stream: IO[bytes]) -> None:
         with suppress(EOFError, pickle.UnpicklingError, ValueError, OSError):  # killed, perhaps in the middle of its answer
             while True:
-                self._items.put(pickle.load(stream))
+                item = pickle.load(stream)
+                self._items.put(item)  # those of the order that is being carried out by now
         self._items.put(("end", None))
 
     def _read_talk(self, stream: IO[bytes]) -> None:

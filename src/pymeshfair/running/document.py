@@ -18,6 +18,7 @@ from ..declaration import Arity
 from ..declaration import Mesh as MeshParameter
 from ..errors import MeshError
 from ..mesh_data import MeshData, apply_edit, as_layer
+from ..meshlab.loading import load_pymeshlab
 from ..scripts.script import Step
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ class Document:
 
     Attributes:
         current_id: of the current layer; None if there is none.
+        losses: what MeshLab did not take of the meshes that were handed over to it, in words.
     """
 
     def __init__(
@@ -53,6 +55,7 @@ class Document:
         self._next_id = 0
         self._is_inside = False
         self.current_id: int | None = None
+        self.losses: list[str] = []
 
     def add(self, mesh: MeshData) -> int:
         """Add a layer, which becomes the current one; its id."""
@@ -137,6 +140,7 @@ class Document:
 
     @cached_property
     def _door(self) -> Door:
+        load_pymeshlab()
         from ..meshlab.door import Door
 
         return Door(self._folder)
@@ -148,7 +152,7 @@ class Document:
         from ..meshlab.door import Layer
 
         layers = {number: Layer(self.mesh(number), self._visible[number]) for number in self._meshes}
-        self._door.enter(layers, self.current_id)
+        self.losses += self._door.enter(layers, self.current_id)
         self._is_inside = True
 
     def _apply_builtin(self, step: Step) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -20,6 +21,7 @@ from ..files.saving import save_mesh
 from ..files.writing import StagedFile
 from ..filters.compilation import on_compilation
 from ..mesh_data import MeshData
+from ..meshlab.loading import MeshLabLoadError, load_pymeshlab
 from ..scripts.script import Script
 from ..scripts.traps import lengths_out_of_proportion
 from .document import Document
@@ -115,6 +117,7 @@ class Session:
             self._warn(unsuited)
         steps = [self._step(number) for number in range(1, len(self._steps) + 1)]
         document = self._document
+        self._lose(document.losses)
         result = document.current
         # The layer of which a step made another one is in its file.
         kept = document.current_id != given and given in document.ids
@@ -139,6 +142,7 @@ class Session:
         return reading.mesh, described
 
     def _unchecked(self, path: Path) -> Reading:
+        load_pymeshlab()
         from ..meshlab.door import load_unchecked
 
         return load_unchecked(path, self._stage / "meshlab")
@@ -156,13 +160,15 @@ class Session:
             values = self._document.apply(step)
             if not self._document.ids:
                 raise self._failed("it left no mesh")
-        except (StepFailedError, MemoryError):
+        except (StepFailedError, MemoryError, MeshLabLoadError):
             raise
         except StoppedError as error:
             raise error.__cause__ or error from None
         except Exception as error:
             if caused_by_memory(error):
                 raise MemoryError from error
+            if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):  # in the files for MeshLab
+                raise OutputError(self._job.output, (error.strerror or str(error)).lower()) from error
             raise self._failed(reason_of(error, step)) from error
         seconds = time.perf_counter() - started
         os.write(2, mark(0))

@@ -1,9 +1,10 @@
-"""What supervisor and worker say to each other, and the small things that they share."""
+"""What a worker writes to stderr, and the values that it reports."""
 
 from __future__ import annotations
 
 import json
 import os
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -13,39 +14,18 @@ import pytest
 from pymeshfair.declaration import Length
 from pymeshfair.files.provenance import formatted
 from pymeshfair.operating_system import this_system
-from pymeshfair.running.environment import worker_environment
-from pymeshfair.running.job import Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
-from pymeshfair.running.messages import Assignment, Talk, decode_event, encode_event, mark, parse_talk, to_line
+from pymeshfair.processes.environment import worker_environment
+from pymeshfair.processes.versions import thread_settings, versions
+from pymeshfair.running.job import Job, Message, PhaseStarted, StepProgress
 from pymeshfair.running.plain_values import plain
-from pymeshfair.running.versions import thread_settings, versions
+from pymeshfair.running.talk import Talk, mark, parse_talk
+from pymeshfair.scripts.guards import Guards
 
 from .runs import recipe_of
 
 
-@pytest.mark.parametrize(
-    "event",
-    [
-        PhaseStarted("reading"),
-        StepStarted(1, 2, "Close Holes"),
-        StepProgress(1, 0.25),
-        StepFinished(1, 0.5),
-        Message("a b\nc", "warning"),
-    ],
-)
-def test_events_cross_the_pipe(event: Event) -> None:
-    """Every event is the same after it was one line of text, whatever its words hold."""
-    line = to_line(encode_event(event))
-    assert line.count(b"\n") == 1
-    assert decode_event(json.loads(line)) == event
-
-
-def test_what_is_no_event() -> None:
-    """A document without an event is none."""
-    assert decode_event({"done": {}}) is None
-
-
-def test_assignments_cross_the_pipe(tmp_path: Path) -> None:
-    """Steps keep their values exactly: lengths in their unit, colours, points, choices, numbers to the last digit."""
+def test_jobs_and_events_cross_the_pipe() -> None:
+    """Steps keep their values exactly: lengths in their unit, colours, choices, numbers to the last digit; events every word."""
     recipe = recipe_of(
         ("meshing_isotropic_explicit_remeshing", {"targetlen": Length(1 / 3, "percent"), "featuredeg": 0.1}),
         ("meshing_close_holes", {"maxholesize": 7, "refinehole": True, "refineholeedgelen": Length(0.1)}),
@@ -53,11 +33,9 @@ def test_assignments_cross_the_pipe(tmp_path: Path) -> None:
         ("compute_selection_by_color_per_face", {"color": (1, 2, 3, 4)}),
         ("apply_coord_explicit_smoothing", {"operator": "cotangent"}),
     )
-    job = Job(recipe, Path("in.ply"), Path("out.ply"), memory_limit=10**9)
-    sent = Assignment.of(job, tmp_path)
-    received = Assignment.from_document(json.loads(to_line(sent.to_document())))
-    assert received == sent
-    assert received.input.is_absolute()
+    job = Job(recipe, Path("in.ply"), Path("out.ply"), memory_limit=10**9, guards=Guards.parse({"require": "manifold"}))
+    said = [job, PhaseStarted("reading"), StepProgress(1, 0.25), Message("a b\nc", "warning")]
+    assert pickle.loads(pickle.dumps(said)) == said
 
 
 @pytest.mark.parametrize(

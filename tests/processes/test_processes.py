@@ -1,0 +1,188 @@
+"""Processes that do work: copies of this one do what new ones do, each dies alone, and none is left behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from pymeshfair.errors import ParameterError, RunError
+from pymeshfair.files.provenance import sha256_of
+from pymeshfair.processes.order import DefectError, Order
+from pymeshfair.processes.pool import Pool
+from pymeshfair.processes.process import LostProcessError, Process
+from pymeshfair.processes.worker import use_up
+from pymeshfair.running.errors import RunTimeout, WorkerDied
+from pymeshfair.running.job import Job
+from pymeshfair.running.supervise import run_job, workers_of_runs
+from tests.running.runs import BONE, CRASHES, SLOW, SMOOTH, Given, names_in, recipe_of
+
+IMPLICIT: Given = ("apply_coord_implicit_fairing", {})
+#: a program that forks its workers, as the command does, and runs a recipe given as text in each of two
+FORKS = """
+import sys
+from pathlib import Path
+from pymeshfair.processes.environment import ONE_BLAS_THREAD
+import os
+os.environ.update(ONE_BLAS_THREAD)
+from pymeshfair.running.job import Job
+from pymeshfair.running.supervise import run_job, workers_of_runs
+from pymeshfair.recipe import load_recipe
+
+with workers_of_runs(1, 2) as pool:
+    pool.prepare()
+    (process,) = pool._idle
+    print(type(process._process).__name__)
+    for name in sys.argv[3:]:
+        run_job(Job(load_recipe(sys.argv[1]), Path(sys.argv[2]), Path(name), threads=2), workers=pool)
+    print(pool._idle == [process])
+"""
+
+
+def number_of_this() -> int:
+    """The process that does the task."""
+    return os.getpid()
+
+
+def die() -> None:
+    """End the process that does the task."""
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def refuse(word: str) -> None:
+    """An error of ours."""
+    raise ParameterError(f"no {word}")
+
+
+def fail() -> None:
+    """A defect."""
+    raise ZeroDivisionError("by nothing")
+
+
+def test_answers_and_errors_come_back() -> None:
+    """A result, an error of ours with its words, and a defect with its traceback; the same process does the next order."""
+    with Pool() as pool:
+        first = pool.submit(number_of_this).result()
+        assert str(first.result) == first.process != str(os.getpid())
+        assert first.peak_memory is None or first.peak_memory > 10e6
+        refused = pool.submit(refuse, "thing").result()
+        assert isinstance(refused.error, ParameterError)
+        assert str(refused.error) == "no thing"
+        broken = pool.submit(fail).result()
+        assert isinstance(broken.error, DefectError)
+        assert "ZeroDivisionError" in str(broken.error)
+        assert "in fail" in broken.details
+        assert pool.submit(number_of_this).result().result == first.result
+
+
+def test_a_lost_process_costs_a_retry() -> None:
+    """One that was killed before its order is replaced; an order that kills each is given up."""
+    with Pool() as pool:
+        number = pool.submit(number_of_this).result().result
+        os.kill(number, signal.SIGKILL)
+        assert pool.submit(number_of_this).result().result != number
+        with pytest.raises(LostProcessError, match="ended with status -9"):
+            pool.submit(die).result()
+
+
+def test_a_process_that_is_used_up_is_not_lent_again() -> None:
+    """A task that leaves something behind is the last of its process."""
+    with Pool() as pool:
+        number = pool.submit(number_of_this).result().result
+        assert pool.submit(use_up).result().is_used_up
+        assert pool.submit(number_of_this).result().result != number
+
+
+def test_processes_rest() -> None:
+    """A pool that is not used ends its processes, and starts others when it is."""
+    with Pool(rest_after=0.2) as pool:
+        with pool.lend() as process:
+            assert process.do(Order.of(number_of_this)).result == process.pid
+        process._process.wait(30)
+        assert pool.submit(number_of_this).result().result != process.pid
+
+
+def test_a_closed_pool_lends_nothing() -> None:
+    """It has ended its processes, also those that were lent."""
+    with Pool() as pool, pool.lend() as process:
+        pool.close()
+        assert process.has_ended()
+    with pytest.raises(RunError, match="the workers are ended"), pool.lend():
+        pass
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="processes are forked on Linux alone")
+def test_a_forked_worker_writes_what_a_new_one_writes(tmp_path: Path) -> None:
+    """Byte for byte, in the first run of a copy of the command's process and in its second."""
+    recipe = "smooth_implicit"
+    from pymeshfair.recipe import load_recipe
+
+    names = [tmp_path / "first.ply", tmp_path / "second.ply"]
+    done = subprocess.run([sys.executable, "-c", FORKS, recipe, BONE, *names], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["ForkedProcess", "True"]
+    fresh = run_job(Job(load_recipe(recipe), BONE, tmp_path / "fresh.ply", threads=2))
+    assert {sha256_of(name) for name in names} == {sha256_of(fresh.output)}
+
+
+def test_a_crash_costs_its_worker_alone(tmp_path: Path) -> None:
+    """The step and the signal are named, nothing is left behind, and the next run gets another process."""
+    with workers_of_runs(1, 2) as pool:
+        pool.prepare()
+        with pytest.raises(WorkerDied, match=r"step 2 of 2, .* \(test.mlx:4\): the worker process crashed \(SIGSEGV\)") as caught:
+            run_job(Job(recipe_of(SMOOTH, CRASHES), BONE, tmp_path / "out.ply"), workers=pool)
+        assert "Segmentation fault" in caught.value.details
+        assert names_in(tmp_path) == set()
+        run_job(Job(recipe_of(SMOOTH), BONE, tmp_path / "out.ply"), workers=pool)
+
+
+class _Known:
+    """Lends the process of a pool, and remembers its number."""
+
+    def __init__(self, pool: Pool) -> None:
+        self.pool = pool
+        self.numbers: list[int] = []
+
+    @contextmanager
+    def lend(self) -> Iterator[Process]:
+        with self.pool.lend() as process:
+            self.numbers.append(process.pid)
+            yield process
+
+
+def test_a_worker_that_hangs_is_ended(tmp_path: Path) -> None:
+    """When its time is up a worker is killed and waited for."""
+    with workers_of_runs() as pool:
+        known = _Known(pool)
+        with pytest.raises(RunTimeout, match="step 1 of 1, 'Taubin Smooth'"):
+            run_job(Job(recipe_of(SLOW), BONE, tmp_path / "out.ply", timeout=3.0), workers=known)
+        with pytest.raises(ProcessLookupError):
+            os.kill(known.numbers[0], 0)
+    assert names_in(tmp_path) == set()
+
+
+def test_nothing_in_the_working_folder_is_imported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Files there with the names of libraries, as a folder of scans from elsewhere may have, are not run by any process."""
+    traps = {f"{name}.py" for name in ("json", "numpy", "pymeshlab", "runpy")}
+    for name in traps:
+        (tmp_path / name).write_text("raise SystemExit(3)")
+    monkeypatch.chdir(tmp_path)
+    run_job(Job(recipe_of(SMOOTH, IMPLICIT), BONE, tmp_path / "fresh.ply"))
+    assert names_in(tmp_path) == traps | {"fresh.ply", "fresh.ply.provenance.json"}
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="processes are forked on Linux alone")
+def test_a_process_with_threads_is_not_forked(tmp_path: Path) -> None:
+    """Where a library starts a thread as it is loaded every worker is a new interpreter, and the run is none the worse."""
+    (tmp_path / "lib").mkdir()
+    program = "import threading, time\nthreading.Thread(target=time.sleep, args=(1e6,), daemon=True).start()\n"
+    (tmp_path / "lib" / "sitecustomize.py").write_text(program)
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path / "lib")}
+    command = [sys.executable, "-c", FORKS, "smooth_taubin", str(BONE), str(tmp_path / "a.ply")]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["Popen", "True"]
