@@ -22,7 +22,7 @@ from ..meshlab.loading import load_pymeshlab
 from ..scripts.script import Step
 
 if TYPE_CHECKING:
-    from ..meshlab.door import Door
+    from ..door import Door
 
 
 class Document:
@@ -141,7 +141,7 @@ class Document:
     @cached_property
     def _door(self) -> Door:
         load_pymeshlab()
-        from ..meshlab.door import Door
+        from ..door import Door
 
         return Door(self._folder)
 
@@ -149,7 +149,7 @@ class Document:
         """Hand all layers over to MeshLab, unless it has them as they are."""
         if self._is_inside:
             return
-        from ..meshlab.door import Layer
+        from ..door import Layer
 
         layers = {number: Layer(self.mesh(number), self._visible[number]) for number in self._meshes}
         self.losses += self._door.enter(layers, self.current_id)

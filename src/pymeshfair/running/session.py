@@ -143,7 +143,7 @@ class Session:
 
     def _unchecked(self, path: Path) -> Reading:
         load_pymeshlab()
-        from ..meshlab.door import load_unchecked
+        from ..door import load_unchecked
 
         return load_unchecked(path, self._stage / "meshlab")
 

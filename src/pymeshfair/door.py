@@ -17,17 +17,17 @@ import numpy as np
 import pymeshlab
 from numpy.typing import NDArray
 
-from ..declaration import Filter, FilterClass
-from ..declaration import Mesh as MeshParameter
-from ..files.errors import ContentsError
-from ..files.reading import Reading
-from ..mesh_data import MeshData, Source, Texture
-from ..mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES, diagonal_of, mean_edge_of
-from ..processes.worker import use_up
-from ..scripts.script import Step
-from .aftermath import BASE
-from .builtin_filters import BuiltinFilters, constant_defaults
-from .unrepeatable import LEAVES_STATE
+from .declaration import Filter, FilterClass
+from .declaration import Mesh as MeshParameter
+from .files.errors import ContentsError
+from .files.reading import Reading
+from .mesh_data import MeshData, Source, Texture
+from .mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES, diagonal_of, mean_edge_of
+from .meshlab.aftermath import BASE
+from .meshlab.builtin_filters import BuiltinFilters, constant_defaults
+from .meshlab.unrepeatable import LEAVES_STATE
+from .processes.worker import use_up
+from .scripts.script import Step
 
 #: the custom attribute by which elements are known again, from 1; 0 is a new one
 _ID = "pymeshfair_id"
