@@ -6,6 +6,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from ..checks.errors import PymeshfairError
+
 #: the type of an argument: ``"float64"``, ``"int64"``, ``"bool"``, ``"none"``; of an array with its number of axes and its
 #: layout (C, F, or A for any) ``"float64 2 C"``, and ``"float64 2 C readonly"``; a tuple of types; and for a named tuple the
 #: module and the name of its class, then the tuple
@@ -23,7 +25,7 @@ _PLAIN |= {dtype.type: name for dtype, name in _DTYPES.items()}
 _ARRAYS: dict[tuple[Any, int, int], str] = {}
 
 
-class UnknownTypeError(TypeError):
+class UnknownTypeError(PymeshfairError, TypeError):
     """An argument is of a type that has no text here."""
 
 

@@ -17,6 +17,7 @@ import threading
 from functools import cached_property
 from typing import IO, Any
 
+from ..checks.errors import PymeshfairError
 from .argument_types import ArgumentType, Signature
 from .machine_code import MachineCode, processor
 
@@ -24,7 +25,7 @@ from .machine_code import MachineCode, processor
 _SETTINGS = {"NUMBA_DISABLE_INTEL_SVML": "1", "NUMBA_CPU_FEATURES": "", "PYTHONDONTWRITEBYTECODE": "1"}
 
 
-class CompilationError(ImportError):
+class CompilationError(PymeshfairError, ImportError):
     """A kernel could not be compiled; the message is numba's."""
 
 

@@ -24,7 +24,7 @@ _NEEDS: dict[MeshElement, tuple[str, Callable[[Layer], bool]]] = {
 }
 
 
-class StoppedError(Exception):
+class StoppedError(PymeshfairError):
     """The receiver of progress raised an exception, which is the cause of this one: the work is to stop."""
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,9 @@ from ..filters.execution import ignore_progress
 from ..filters.neighbours import CellTree, build_tree
 from .columns import Column
 from .division import Bucket, Floats, Longs
+
+#: the first cell of each tile, and the one behind its last
+Ranges: TypeAlias = list[tuple[int, int]]
 
 #: points in a cell, unless that would make too many cells for the memory of a worker
 CELL, MOST_CELLS = 512, 1 << 18
@@ -95,7 +99,7 @@ class Cells:
         """The boxes of the cells, in the unit of trees."""
         return _index(self._starts, self._boxes, self.scale)[1]
 
-    def tiles(self, most: int) -> list[tuple[int, int]]:
+    def tiles(self, most: int) -> Ranges:
         """Cells from one to before another for each tile, in which there are at most so many points, or one cell."""
         starts = self.starts
         found, first = [], 0

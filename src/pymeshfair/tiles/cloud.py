@@ -16,7 +16,7 @@ from ..filters.execution import ignore_progress, part_of
 from ..filters.neighbours import tree_scale
 from ..filters.outliers import JOINED, SPREAD_BLOCK, StrayRule, probabilities_of, spread_of
 from .by_number import Part, in_order
-from .cells import Cells
+from .cells import Cells, Ranges
 from .columns import Column
 from .division import Bucket, Floats, Longs, Shape, divide
 from .memory import cloud_points, slice_rows
@@ -203,13 +203,7 @@ def do_selection(
 
 
 def _factors(
-    cells: Cells,
-    selection: Selection,
-    tasks: Tasks,
-    tiles: list[tuple[int, int]],
-    most: int,
-    size: int,
-    progress: Callable[[float], None],
+    cells: Cells, selection: Selection, tasks: Tasks, tiles: Ranges, most: int, size: int, progress: Callable[[float], None]
 ) -> tuple[Part, ...]:
     """Of each tile the factors of LoOP."""
     work = OutlierTiles(cells, selection.neighbors, most)
@@ -220,13 +214,7 @@ def _factors(
 
 
 def _strays(
-    cells: Cells,
-    selection: Selection,
-    tasks: Tasks,
-    tiles: list[tuple[int, int]],
-    most: int,
-    size: int,
-    progress: Callable[[float], None],
+    cells: Cells, selection: Selection, tasks: Tasks, tiles: Ranges, most: int, size: int, progress: Callable[[float], None]
 ) -> tuple[Part, ...]:
     """Of each tile which points are stray."""
     values = selection.values
