@@ -283,7 +283,11 @@ def _face_rows(mesh: MeshData, document: PlyDocument, notes: list[str]) -> list[
     values, wedges = _values_of_faces(mesh)
     if table is None:
         corner_vertices = mesh.faces.reshape(-1)
-        shape = outlines(mesh.faces, mesh.face_attributes.get("polygon"))
+        polygon = mesh.face_attributes.get("polygon")
+        if polygon is not None and wedges is not None and (polygon >= 0).any():
+            notes.append("polygons are written as triangles: MeshLab opens none with texture coordinates at the corners of faces")
+            polygon = None
+        shape = outlines(mesh.faces, polygon)
         notes += shape.notes
         first = shape.triangles
         mesh = mesh.replaced(
