@@ -157,6 +157,9 @@ class Door:
         if len(mesh.faces):
             numbers = np.flatnonzero(_keeps(mesh.faces)) + 1.0
             inside.add_face_custom_scalar_attribute(numbers, _ID)
+        if mesh.vertex_selection.any() or mesh.face_selection.any():
+            for _ in range(2):  # filters ask for the number of selected elements, which reading a file does not set
+                self._apply("apply_selection_inverse", invfaces=True, invverts=True)
         if mesh.matrix is not None:
             self._apply("set_matrix", transformmatrix=mesh.matrix, compose=False, freeze=False)
 

@@ -24,7 +24,7 @@ KILLERS = """
 import os, signal, time
 import pymeshfair.files.inputs as inputs
 
-def inspect(path, *arguments, inspect=inputs.inspect_input, **options):
+def read(path, *arguments, read=inputs.read_file, **options):
     if path.name.startswith("segfault"):
         os.kill(os.getpid(), signal.SIGSEGV)
     if path.name.startswith("abort"):
@@ -33,9 +33,9 @@ def inspect(path, *arguments, inspect=inputs.inspect_input, **options):
         time.sleep(1e6)
     if path.name.startswith("memory"):
         taken = [bytearray(10**8) for _ in range(10**6)]
-    return inspect(path, *arguments, **options)
+    return read(path, *arguments, **options)
 
-inputs.inspect_input = inspect
+inputs.read_file = read
 """
 #: Laplacian smoothing by MeshLab, then a filter of ours
 RECIPE = """<!DOCTYPE FilterScript>

@@ -91,7 +91,7 @@ def planned(*arguments: str, name: str = "", out: str = "out") -> list[str]:
 def test_outputs_are_named_after_inputs(folder: Path) -> None:
     """By default with the same name, in a format that can be written; else as asked, with folders if need be."""
     (folder / "d.pts").write_text("x")
-    assert planned(".") == ["a.stl", "b.ply", "d.ply"]
+    assert planned(".") == ["a.stl", "b.ply", "d.pts"]
     assert planned("b.ply", "deep/c.ply", name="{parent}/{stem}_{number:02}.obj") == [f"{folder.name}/b_01.obj", "deep/c_02.obj"]
 
 

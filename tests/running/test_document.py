@@ -234,3 +234,17 @@ def test_selections_pass_the_door(tmp_path: Path) -> None:
             if key not in ("face_normals",):
                 np.testing.assert_array_equal(arrays(document.current)[key], array, err_msg=f"{name} {key}")
     assert (document.current.vertex_scalars < CHOSEN_BELOW).sum() < scene.chosen.sum()
+
+
+def test_what_a_filter_of_ours_selects_is_what_meshlab_deletes(tmp_path: Path) -> None:
+    """Vertices and faces that are selected when a mesh passes the door count as selected for MeshLab's filters."""
+    mesh = read_file(BONE).mesh
+    chosen = np.arange(len(mesh.vertices)) < 10
+    document = Document(tmp_path)
+    document.add(mesh.with_attributes({"selection": chosen}))
+    document.apply(step("meshing_remove_selected_vertices"))
+    assert len(document.current.vertices) == len(mesh.vertices) - 10
+    faces = np.arange(len(mesh.faces)) < 20
+    document.add(mesh.with_attributes(face={"selection": faces}))
+    document.apply(step("meshing_remove_selected_faces"))
+    assert len(document.current.faces) == len(mesh.faces) - 20

@@ -17,7 +17,6 @@ from pymeshfair.tiles.las import LasCloud
 from pymeshfair.tiles.sources import open_cloud
 from pymeshfair.tiles.workers import Tasks
 from tests.commands.command_line import invoke
-from tests.running.runs import BONE
 from tests.tiles.tiling import Here, loop
 
 
@@ -74,50 +73,22 @@ def test_every_dimension_is_kept(form: int, extension: str, tmp_path: Path) -> N
     np.testing.assert_array_equal(found.header.maxs, points[kept].max(axis=0))
 
 
-def test_a_copc_file_is_refused_before_the_work(tmp_path: Path) -> None:
-    """Its index cannot be written: that is said with what to do, and no step is begun; so is a name that promises such a file."""
+def test_a_copc_file_is_cleaned(tmp_path: Path) -> None:
+    """It becomes a LAZ file with the same points, without the octree that no longer fits; a name that promises one is refused."""
     scan(tmp_path / "plain.laz", form=7)
     cloud = laspy.read(tmp_path / "plain.laz")
     cloud.header.vlrs.insert(0, laspy.VLR("copc", 1, "copc info", struct.pack("<5d2Q2d11Q", *range(20))))
     cloud.header.evlrs = laspy.vlrs.vlrlist.VLRList([laspy.VLR("copc", 1000, "hierarchy", bytes(32))])
     cloud.write(tmp_path / "in.copc.laz")
-    for source, output, words in (
-        ("in.copc.laz", "out.laz", "it is a COPC file"),
-        ("plain.laz", "out.copc.laz", "end its name with .laz"),
-    ):
-        done = invoke("run", "remove_outliers", tmp_path / source, "-o", tmp_path / output, "--tiles")
-        assert done.exit_code == 1
-        assert words in done.stderr
-        assert "step 1" not in done.stderr
-        assert "defect" not in done.stderr
-    assert {path.name for path in tmp_path.iterdir()} == {"plain.laz", "in.copc.laz"}
-
-
-@pytest.mark.parametrize(
-    "command",
-    [
-        ("run", "remove_outliers", "in.laz", "-o", "out.laz"),
-        ("info", "in.laz"),
-        ("suggest", "in.laz"),
-        ("batch", "denoise", "in.laz", "-o", "out"),
-    ],
-    ids=lambda command: command[0],
-)
-def test_without_tiles_it_is_said_how(command: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A .laz file is refused with the command that takes it, and with what to install."""
-    monkeypatch.chdir(tmp_path)
-    scan(tmp_path / "in.laz", form=7)
-    done = invoke(*command)
+    for name in ("plain", "in.copc"):
+        done = invoke("run", "remove_outliers", tmp_path / f"{name}.laz", "-o", tmp_path / f"of {name.replace('.', ' ')}.laz", "--tiles")
+        assert done.exit_code == 0, done.stderr
+    cleaned = [laspy.read(tmp_path / f"of {name.replace('.', ' ')}.laz") for name in ("plain", "in.copc")]
+    np.testing.assert_array_equal(cleaned[0].points.array, cleaned[1].points.array)
+    assert not [record for record in cleaned[1].header.vlrs if record.user_id == "copc"]
+    done = invoke("run", "remove_outliers", tmp_path / "plain.laz", "-o", tmp_path / "out.copc.laz", "--tiles")
     assert done.exit_code == 1
-    assert "`pymeshfair run remove_outliers IN.laz -o OUT.laz --tiles`" in done.stderr
-    assert "'pymeshfair[las]'" in done.stderr
-
-
-def test_a_mesh_does_not_become_a_survey(tmp_path: Path) -> None:
-    """An output in .laz is refused in the same words."""
-    done = invoke("run", "smooth_taubin", BONE, "-o", tmp_path / "out.laz")
-    assert done.exit_code == 1
-    assert "read and written by tiles alone" in done.stderr
+    assert "name the output .laz" in done.stderr
 
 
 def test_a_torn_file_is_refused(tmp_path: Path) -> None:

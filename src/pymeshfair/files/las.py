@@ -198,10 +198,7 @@ def _header(mesh: MeshData, document: LasDocument | None, notes: list[str]) -> t
         header = laspy.LasHeader(point_format=7 if colored else 6, version="1.4")
         header.creation_date, header.generating_software = None, "pymeshfair"  # so that the same mesh gives the same bytes
         return header, None
-    header, records = copy.deepcopy(document.header), document.records
-    header.vlrs = [r for r in header.vlrs if r.user_id != "copc"]
-    if records is not None:
-        records = type(records)([r for r in records if r.user_id != "copc"])
+    header, records = header_of(document.header, document.records)
     before = header.point_format
     if colored and before.id in _COLOURED:
         after = laspy.PointFormat(_COLOURED[before.id])
@@ -209,6 +206,13 @@ def _header(mesh: MeshData, document: LasDocument | None, notes: list[str]) -> t
         header.set_version_and_point_format(header.version, after)
         notes.append(f"its points have the format {after.id}, as that of the input, {before.id}, has no colours")
     return header, records
+
+
+def header_of(header: Any, records: Any) -> tuple[Any, Any]:
+    """A copy of a file's header and its extended records for another file of points, without the octree of COPC."""
+    header = copy.deepcopy(header)
+    header.vlrs = [r for r in header.vlrs if r.user_id != "copc"]
+    return header, None if records is None else type(records)([r for r in records if r.user_id != "copc"])
 
 
 def _columns(mesh: MeshData, document: LasDocument | None) -> dict[str, NDArray[Any]]:

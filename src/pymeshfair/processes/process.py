@@ -110,7 +110,7 @@ class Process:
 
     def has_ended(self) -> bool:
         """Whether it is gone; processes that it started may still hold its pipes open."""
-        return self._system.has_ended(self._process)
+        return self._process.returncode is not None or self._system.has_ended(self._process)
 
     def wait(self) -> int:
         """Its exit status, once it has ended; minus a signal's number if that was the end."""

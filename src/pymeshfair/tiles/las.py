@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -12,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..files.las import chunks, opened
+from ..files.las import chunks, header_of, opened
 
 #: a dimension of its own for the probability
 _SCALAR = "outlier_probability"
@@ -56,7 +55,7 @@ class LasCloud:
         import laspy
 
         with opened(self.path) as reader:
-            header, records = copy.deepcopy(reader.header), reader.evlrs
+            header, records = header_of(reader.header, reader.evlrs)
         if scalars and _SCALAR not in header.point_format.dimension_names:
             header.add_extra_dim(laspy.ExtraBytesParams(_SCALAR, "float64"))
         with target.open("xb") as file:
