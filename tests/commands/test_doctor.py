@@ -49,7 +49,7 @@ def test_missing_libgl_is_found_with_its_cure(tmp_path: Path) -> None:
     words = "libGL.so.1: cannot open shared object file: No such file or directory"
     done = run_process("doctor", environment=fake_pymeshlab(tmp_path, f"raise ImportError({words!r})"))
     assert done.returncode == 1
-    assert f"WRONG  pymeshlab     ImportError: libGL.so.1: cannot open shared object file; {ADVICE}" in done.stdout
+    assert f"WRONG  pymeshlab     MeshLabLoadError: libGL.so.1: cannot open shared object file; {ADVICE}" in done.stdout
     assert "disk" in done.stdout
     assert "Traceback" not in done.stdout + done.stderr
 

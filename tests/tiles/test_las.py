@@ -81,7 +81,9 @@ def test_a_copc_file_is_cleaned(tmp_path: Path) -> None:
     cloud.header.evlrs = laspy.vlrs.vlrlist.VLRList([laspy.VLR("copc", 1000, "hierarchy", bytes(32))])
     cloud.write(tmp_path / "in.copc.laz")
     for name in ("plain", "in.copc"):
-        done = invoke("run", "remove_outliers", tmp_path / f"{name}.laz", "-o", tmp_path / f"of {name.replace('.', ' ')}.laz", "--tiles")
+        done = invoke(
+            "run", "remove_outliers", tmp_path / f"{name}.laz", "-o", tmp_path / f"of {name.replace('.', ' ')}.laz", "--tiles"
+        )
         assert done.exit_code == 0, done.stderr
     cleaned = [laspy.read(tmp_path / f"of {name.replace('.', ' ')}.laz") for name in ("plain", "in.copc")]
     np.testing.assert_array_equal(cleaned[0].points.array, cleaned[1].points.array)

@@ -94,6 +94,8 @@ def read_ply(path: Path, references: References) -> Reading:
         raise PlyError("its vertices have no numbers x, y and z")
     faces, rows, attributes = _faces(tables, header, vertices)
     others = len(faces) > 0 and not _has_face_rows(tables)
+    if "face" in tables and tables["face"].element.count and not _has_face_rows(tables):
+        doubts += (f"its {tables['face'].element.count:,} 'face' have no list 'vertex_indices', so that they are no faces",)
     document = PlyDocument(header, tables, data, tokens, rows, others, attributes.get("wedge_texture_coordinates"))
     textures = [Texture(name, references.find_image(name)) for name in header.textures]
     vertex_attributes = _attributes_of_vertices(vertex)

@@ -149,10 +149,11 @@ class Document:
         """Hand all layers over to MeshLab, unless it has them as they are."""
         if self._is_inside:
             return
+        door = self._door
         from ..door import Layer
 
         layers = {number: Layer(self.mesh(number), self._visible[number]) for number in self._meshes}
-        self.losses += self._door.enter(layers, self.current_id)
+        self.losses += door.enter(layers, self.current_id)
         self._is_inside = True
 
     def _apply_builtin(self, step: Step) -> dict[str, Any]:

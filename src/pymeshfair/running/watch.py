@@ -7,6 +7,7 @@ import shutil
 import time
 from collections import defaultdict, deque
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from queue import Empty
 
@@ -80,6 +81,7 @@ class Watch:
             if kind == "signal":
                 raise Interrupted
             if kind == "end" and self._answer is None:
+                self._hear_the_rest()
                 raise self._death()
             missing.discard(kind)
             if kind == "talk":
@@ -142,6 +144,13 @@ class Watch:
             for number, step in enumerate(report.steps, 1)
         )
         return replace(report, steps=tuple(steps), warnings=(*report.warnings, *warnings), peak_memory=peak_memory)
+
+    def _hear_the_rest(self) -> None:
+        """Read what a process that has ended said last."""
+        with suppress(Empty):
+            while (item := self._items.get(timeout=_PULSE))[0] != "end":
+                if item[0] == "talk":
+                    self._hear(item[1])
 
     def _death(self) -> RunError:
         status = self._worker.wait()

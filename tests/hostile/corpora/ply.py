@@ -21,17 +21,17 @@ ROWS = (
     (
         "empty_list.ply",
         ply_bytes([*xyz(), ("list uchar int", "views", [[1], [], [2], [3]])], TETRAHEDRON[1].tolist()),
-        "the list 'views' of number 2 of its 'vertex' is empty",
+        (4, 4),
     ),
     (
         "empty_list_in_text.ply",
         H + V + "property list uchar int views\n" + F + "0 0 0 0\n1 0 0 1 5\n0 1 0 0\n0 0 1 0\n" + FR,
-        (4, 4, "vertex property 'list int views'"),
+        (4, 4),
     ),
     (
         "empty_lists_in_text.ply",
         H + V + "property list uchar int views\n" + F + VR.replace("\n", " 0\n") + FR,
-        (4, 4, "vertex property 'list int views'"),
+        (4, 4),
     ),
     (
         "more_faces_than_declared.ply",
@@ -53,7 +53,7 @@ ROWS = (
         (H + V + F + VR + FR)[:-1],
         (4, 4, "{}: its last line has no end: if the file was cut short, so was perhaps its last number"),
     ),
-    ("float_idx.ply", H + V + F.replace("uchar int", "uchar float") + VR + FR, "MeshLab says: Bad vertex index in face"),
+    ("float_idx.ply", H + V + F.replace("uchar int", "uchar float") + VR + FR, (4, 4)),
     (
         "frac_idx.ply",
         H + V + F + VR + FR.replace("3 1 2 3", "3 1 2.5 3"),
@@ -87,11 +87,7 @@ ROWS = (
     (
         "facerep.ply",
         H + V + F + VR + FR.replace("3 1 2 3", "3 1 1 3"),
-        (
-            4,
-            3,
-            "1 face with such a vertex or with one twice",
-        ),
+        (4, 4),
     ),
     ("count_neg.ply", H + V.replace("4", "-4") + F + VR + FR, "line 3 of its header is 'element vertex -4'"),
     ("count_float.ply", H + V.replace("4", "4.0") + F + VR + FR, "line 3 of its header is 'element vertex 4.0'"),
@@ -133,14 +129,14 @@ ROWS = (
     (
         "no_z.ply",
         H + V.replace("property float z\n", "") + F + "0 0\n1 0\n0 1\n1 1\n" + FR,
-        "MeshLab says: No vertex field found",
+        "its vertices have no numbers x, y and z",
     ),
     (
         "x_list.ply",
         H + V.replace("float x", "list uchar float x") + F + VR + FR,
         "line 2 behind its header, '1 0 0', ends before its 'z'",
     ),
-    ("x_char.ply", H + V.replace("float", "char") + F + VR + FR, "MeshLab says: No vertex field found"),
+    ("x_char.ply", H + V.replace("float", "char") + F + VR + FR, (4, 4)),
     ("x_unknown.ply", H + V.replace("float x", "float128 x") + F + VR + FR, "line 4 of its header is 'property float128 x'"),
     ("x_int64.ply", H + V.replace("float x", "int64 x") + F + VR + FR, "line 4 of its header is 'property int64 x'"),
     ("x_float64.ply", H + V.replace("float x", "float64 x") + F + VR + FR, (4, 4)),
@@ -148,7 +144,7 @@ ROWS = (
     (
         "faces_first.ply",
         H + F.replace("end_header\n", "") + V + "end_header\n" + FR + VR,
-        "its element 'face' comes before the vertices",
+        (4, 4),
     ),
     ("no_vertex.ply", H + F + FR, "it has no element 'vertex'"),
     (
@@ -157,7 +153,7 @@ ROWS = (
         (
             3,
             1,
-            "1 vertex with a coordinate that is not finite, and 3 faces with such a vertex or with one twice",
+            "1 vertex with a coordinate that is not finite, and 3 faces with such a vertex",
         ),
     ),
     (
@@ -166,7 +162,7 @@ ROWS = (
         (
             3,
             1,
-            "1 vertex with a coordinate that is not finite, and 3 faces with such a vertex or with one twice",
+            "1 vertex with a coordinate that is not finite, and 3 faces with such a vertex",
         ),
     ),
     ("all_nan.ply", H + V + F + "nan nan nan\n" * 4 + FR, "no vertex could be read from it"),
@@ -181,7 +177,7 @@ ROWS = (
         (
             3,
             1,
-            "1 vertex with a coordinate that is not finite, and 3 faces with such a vertex or with one twice",
+            "1 vertex with a coordinate that is not finite, and 3 faces with such a vertex",
         ),
     ),
     ("tiny_x.ply", H + V + F + VR.replace("1 0 0", "1e-400 0 0") + FR, (4, 4)),
@@ -228,7 +224,7 @@ ROWS = (
     (
         "unknown_element.ply",
         H + V + "element material 2\nproperty int a\nproperty list uchar float b\n" + F + VR + "1 2 3 4\n5 0\n" + FR,
-        (4, 4, "element 'material' (2)"),
+        (4, 4),
     ),
     (
         "both_lists.ply",
@@ -248,7 +244,7 @@ ROWS = (
     (
         "strips_oor.ply",
         H + V + "element tristrips 1\nproperty list int int vertex_indices\nend_header\n" + VR + "4 0 1 2 99\n",
-        "a tristrips of it names a vertex that is none of its 4",
+        "a strip of it names a vertex that is none of its 4",
     ),
     (
         "range_grid.ply",
@@ -258,7 +254,7 @@ ROWS = (
         + "element range_grid 4\nproperty list uchar int vertex_indices\nend_header\n"
         + VR
         + "1 0\n1 1\n1 2\n1 3\n",
-        (4, 2, "comment 'num_cols 2' and 1 more"),
+        (4, 2),
     ),
     (
         "range_grid_bad.ply",
@@ -278,7 +274,7 @@ ROWS = (
         + "element range_grid 4\nproperty list uchar int vertex_indices\nend_header\n"
         + VR
         + "1 0\n1 1\n1 2\n1 99\n",
-        "a range_grid of it names a vertex that is none of its 4",
+        "a grid of it names a vertex that is none of its 4",
     ),
     (
         "texnumber_oor.ply",
@@ -325,7 +321,7 @@ ROWS = (
     (
         "color_one.ply",
         H + V.replace("z\n", "z\nproperty uchar red\n") + F + VR.replace("\n", " 3\n") + FR,
-        (4, 4, "vertex property 'uchar red'"),
+        (4, 4),
     ),
     (
         "color_float.ply",
@@ -334,6 +330,6 @@ ROWS = (
         + F
         + VR.replace("\n", " 0.5 0.25 1\n")
         + FR,
-        (4, 4, "vertex property 'float red'; vertex property 'float green'; vertex property 'float blue'"),
+        (4, 4),
     ),
 )
