@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import builtins
+import functools
 import importlib
 import os
 import re
@@ -12,9 +13,6 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-import pytest
-
-from pymeshfair.declaration import Filter
 from pymeshfair.errors import PymeshfairError
 from pymeshfair.registry import broken_plugins, custom_filters
 
@@ -64,6 +62,7 @@ def sources() -> Iterator[tuple[str, Path]]:
 MODULES = dict(sources())
 
 
+@functools.cache
 def imports(module: str) -> set[str]:
     """The absolute names of everything that a module imports, at its top or within a function."""
     path = MODULES[module]
@@ -100,28 +99,27 @@ def test_every_part_of_the_host_has_a_floor() -> None:
     assert {part(m) for m in HOST} == set().union(*FLOORS)
 
 
-@pytest.mark.parametrize("module", HOST)
-def test_host_imports_downwards(module: str) -> None:
+def test_host_imports_downwards() -> None:
     """A module of the host imports its own part, lower floors and the mathematics, and never a plugin."""
     floor = {name: level for level, names in enumerate(FLOORS) for name in names}
-    own = part(module)
-    for name in ours(module):
-        other = part(name)
-        allowed = other in {"", own, "filters", "mlx_scripts"} or floor.get(other, len(FLOORS)) < floor[own]
-        assert allowed, f"{module} imports {name}"
+    everywhere = {"", "filters", "mlx_scripts"}
+    assert not [
+        f"{module} imports {name}"
+        for module in HOST
+        for name in ours(module)
+        if part(name) not in {part(module), *everywhere} and floor.get(part(name), len(FLOORS)) >= floor[part(module)]
+    ]
 
 
-@pytest.mark.parametrize("module", FILTERS)
-def test_filters_know_nothing_of_ours_outside(module: str) -> None:
+def test_filters_know_nothing_of_ours_outside() -> None:
     """The mathematics imports neither the host, nor a plugin, nor pymeshlab."""
-    assert not [name for name in ours(module) if part(name) != "filters"]
-    assert "pymeshlab" not in {name.split(".")[0] for name in imports(module)}
+    assert not [(m, name) for m in FILTERS for name in ours(m) if part(name) != "filters"]
+    assert not [m for m in FILTERS if "pymeshlab" in {name.split(".")[0] for name in imports(m)}]
 
 
-@pytest.mark.parametrize("module", PLUGINS)
-def test_plugins_know_the_vocabulary_and_the_mathematics(module: str) -> None:
+def test_plugins_know_the_vocabulary_and_the_mathematics() -> None:
     """A plugin imports declarations, errors and filters, as a third party's would."""
-    assert {part(name) for name in ours(module)} <= PLUGINS_MAY_IMPORT
+    assert not [(m, name) for m in PLUGINS for name in ours(m) if part(name) not in PLUGINS_MAY_IMPORT]
 
 
 def test_only_the_parts_next_to_meshlab_import_pymeshlab() -> None:
@@ -141,22 +139,21 @@ def test_nothing_but_a_worker_loads_meshlab() -> None:
     assert subprocess.run([sys.executable, "-c", program], timeout=60).returncode == 0
 
 
-@pytest.mark.parametrize("module", HOST)
-def test_host_never_names_a_plugin(module: str) -> None:
+def test_host_never_names_a_plugin() -> None:
     """The host finds plugins through entry points: no text of its own holds the name of one, imports included."""
     names = "|".join(m.removeprefix("pymeshfair.plugins.") for m in PLUGINS if m != "pymeshfair.plugins")
-    assert not re.search(rf"\bplugins[./]({names})\b", MODULES[module].read_text("utf-8"))
+    assert not [m for m in HOST if re.search(rf"\bplugins[./]({names})\b", MODULES[m].read_text("utf-8"))]
 
 
 #: the parts of the host that leave files for users, and none for themselves
 WRITING = {"authoring", "commands", "looking", "meshset", "recipe", "report", "scripts"}
 
 
-@pytest.mark.parametrize("module", [m for m in HOST if part(m) in WRITING and not m.endswith(".streams")])
-def test_files_are_written_by_one_module(module: str) -> None:
+def test_files_are_written_by_one_module() -> None:
     """What a command leaves is written by `files.writing`, which says what may be replaced; no command opens a file to write."""
-    text = MODULES[module].read_text("utf-8")
-    assert not re.search(r"""write_text\(|write_bytes\(|open\([^)]*["'][wxa]|shutil\.copy|NamedTemporaryFile|mkstemp""", text)
+    writes = r"""write_text\(|write_bytes\(|open\([^)]*["'][wxa]|shutil\.copy|NamedTemporaryFile|mkstemp"""
+    modules = [m for m in HOST if part(m) in WRITING and not m.endswith(".streams")]
+    assert not [m for m in modules if re.search(writes, MODULES[m].read_text("utf-8"))]
 
 
 def test_contributing_lists_the_floors() -> None:
@@ -193,15 +190,15 @@ def test_every_error_of_ours_is_a_pymeshfair_error() -> None:
     assert not [kind for kind in kinds if not issubclass(kind, PymeshfairError)]
 
 
-@pytest.mark.parametrize("module", HOST)
-def test_the_host_raises_errors_of_its_own(module: str) -> None:
+def test_the_host_raises_errors_of_its_own() -> None:
     """No error leaves the host as a bare exception of Python's, but for the one that Python asks of attributes."""
     raised = {
-        node.exc.func.id
+        (module, node.exc.func.id)
+        for module in HOST
         for node in ast.walk(ast.parse(MODULES[module].read_text("utf-8")))
         if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call) and isinstance(node.exc.func, ast.Name)
     }
-    assert not (raised & set(dir(builtins))) - {"AttributeError"}
+    assert not [(m, name) for m, name in raised if name in set(dir(builtins)) - {"AttributeError"}]
 
 
 def test_no_module_is_a_drawer() -> None:
@@ -221,13 +218,11 @@ def test_every_plugin_loads() -> None:
     assert broken_plugins() == ()
 
 
-@pytest.mark.parametrize("declared", custom_filters(), ids=lambda f: f.python_name)
-def test_every_filter_explains_itself(declared: Filter) -> None:
+def test_every_filter_explains_itself() -> None:
     """A filter has a summary, and every parameter a label and a help text that is a sentence."""
-    assert declared.summary.endswith(".")
-    for parameter in declared.parameters:
-        assert parameter.label, parameter.name
-        assert parameter.help.endswith("."), parameter.name
+    assert not [declared.python_name for declared in custom_filters() if not declared.summary.endswith(".")]
+    parameters = [(declared.python_name, p) for declared in custom_filters() for p in declared.parameters]
+    assert not [(name, p.name) for name, p in parameters if not p.label or not p.help.endswith(".")]
 
 
 def test_every_reference_is_in_the_bibliography() -> None:

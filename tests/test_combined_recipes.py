@@ -110,6 +110,7 @@ def test_what_is_ready_to_be_registered_has_not_moved() -> None:
     assert str(limit) == "0.2edge"
 
 
+@pytest.mark.slow
 def test_a_textured_scan_is_cleaned_and_keeps_its_texture() -> None:
     """A ball with faults, noise and texture coordinates: the spike, the piece and the hole are gone, the coordinates are not."""
     vertices, faces = ball_with_faults(3)

@@ -76,6 +76,7 @@ def run(project: Path, *arguments: str) -> str:
     return done.stdout
 
 
+@pytest.mark.slow
 def test_the_proof_of_step_three_and_the_contracts_pass(project: Path) -> None:
     """The example's own test passes where step 3 puts it, and so do the contracts of all filters, which find it by themselves."""
     pytest_of = ("-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", "hc_smoothing or test_hc")

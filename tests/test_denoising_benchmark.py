@@ -94,6 +94,7 @@ def test_every_trial_is_one_that_the_filter_takes() -> None:
         assert shape.mad(normal_filtering(shape.noisy, shape.faces, **settings)) < before, settings
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", denoising_choice.steps())
 def test_every_step_of_the_choice_can_be_left_out(step: str) -> None:
     """The choice finds a setting on the chest without it, and afterwards the method is whole again."""

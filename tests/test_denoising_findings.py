@@ -33,12 +33,14 @@ def test_l1_beats_l2_at_features() -> None:
     assert at_features("l1") < at_features("l2") / 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kernel", ["truncated_l1", "truncated_l2", "tukey"])
 def test_kernels_that_are_cut_off_keep_edges(kernel: KernelName) -> None:
     """Their error at edges is less than half of that of Huber's kernel, which never is."""
     assert at_features(kernel) < at_features("huber") / 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kernel", ["huber", "lorentzian", "gaussian"])
 @pytest.mark.parametrize("sharp", ["truncated_l2", "tukey"])
 def test_soft_kernels_suit_smooth_shapes(kernel: KernelName, sharp: KernelName) -> None:

@@ -72,6 +72,7 @@ def test_every_parameter_is_written(name: str) -> None:
         assert set(step.values) == {p.name for p in step.filter.parameters}, step.filter.name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["denoise", "denoise_meshlab_only"])
 def test_sharp_shapes_keep_their_edges(name: str) -> None:
     """Of the noise a fifth stays at most, less than half at the edges, and less than half of what Taubin smoothing leaves."""

@@ -102,6 +102,7 @@ def test_two_tubes_in_two_layers_become_one() -> None:
     assert meshes.current_mesh().selected_vertex_number() == len(found) - len(parts[0]) - len(parts[1])
 
 
+@pytest.mark.slow
 def test_the_example_writes_what_it_says(tmp_path: Path) -> None:
     """Run as a program, it saves the joined tubes and tells that they are one part with two open rims."""
     done = subprocess.run(

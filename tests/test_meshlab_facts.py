@@ -33,6 +33,7 @@ def installed() -> Survey:
     return survey_installed()
 
 
+@pytest.mark.slow
 @same_version
 def test_the_table_is_that_of_the_installed_version(installed: Survey) -> None:
     """All 281 filters have the parameters, kinds, defaults, choices and bounds that the installed pymeshlab tells."""

@@ -18,6 +18,7 @@ subject_of = cache(make_subject)
 COMPARED = [(c, name) for c in CONTESTS.values() for name, peer in c.peers.items() if peer.agrees is not None]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("contest", "peer"), COMPARED, ids=[f"{c.name}, {name}" for c, name in COMPARED])
 def test_peers_that_solve_the_same_equations_agree(contest: Contest, peer: str) -> None:
     """On a small subject in random order the peer's result is ours, within the difference that its contest allows."""
@@ -59,6 +60,7 @@ def test_a_failing_peer_costs_nobody_else_their_time() -> None:
     assert timings[OURS].seconds > 0.0
 
 
+@pytest.mark.slow
 def test_a_subject_is_kept_as_it_was_made(tmp_path: Path) -> None:
     """The process that measures gets the same arrays."""
     made, kept = make_subject("mesh", 500, "random"), loaded_subject(kept_subject(tmp_path, "mesh", 500, "random"))

@@ -47,6 +47,7 @@ def assert_same_structure(drawn: Path, reference: Path) -> None:
     assert np.abs(found - expected).max() < 60
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", DRAWN)
 def test_pictures_of_the_pages(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Drawn again, each shows what it shows in docs/."""
@@ -55,6 +56,7 @@ def test_pictures_of_the_pages(name: str, tmp_path: Path, monkeypatch: pytest.Mo
     assert_same_structure(tmp_path / f"{name}.png", REFERENCES / f"{name}.png")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_pictures_of_the_examples(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The scripts are short, run as they are, and draw what docs/examples.md shows."""

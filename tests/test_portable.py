@@ -60,6 +60,7 @@ def test_a_cloud_by_tiles(portable: dict[str, str], tmp_path: Path) -> None:
     assert made[0] == made[1]
 
 
+@pytest.mark.slow
 def test_a_batch(portable: dict[str, str], tmp_path: Path) -> None:
     """Outputs are the same to the byte, and a batch that is resumed does nothing twice."""
     scans, recipe = write_scans(tmp_path / "scans", 2), write_recipe(tmp_path / "recipe.mlx")
@@ -71,6 +72,7 @@ def test_a_batch(portable: dict[str, str], tmp_path: Path) -> None:
     assert json.loads(again.stdout)["counts"]["resumed"] == 2
 
 
+@pytest.mark.slow
 def test_the_page_to_tune_on(portable: dict[str, str], tmp_path: Path) -> None:
     """It is served, shows a scan and the result of a recipe, and ends with Ctrl-C."""
     write_scans(tmp_path / "scans", 1)
@@ -89,6 +91,7 @@ def test_the_page_to_tune_on(portable: dict[str, str], tmp_path: Path) -> None:
         assert process.wait(20) == 0
 
 
+@pytest.mark.slow
 def test_compiling(portable: dict[str, str], tmp_path: Path) -> None:
     """What is listed is compiled in several processes, and found by the next one."""
     program = (

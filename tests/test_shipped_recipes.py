@@ -103,6 +103,7 @@ def test_remove_outliers_keeps_the_surface() -> None:
     assert mesh.vertex_scalar_array().max() <= 0.9
 
 
+@pytest.mark.slow
 def test_smooth_implicit_smooths_and_keeps_the_volume() -> None:
     """Noise of a fifth of an edge on the bunny is more than halved in roughness while the volume stays to 1e-9."""
     vertices, faces = bunny()

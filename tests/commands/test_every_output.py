@@ -272,6 +272,7 @@ BESIDE: dict[str, tuple[Sequence[str], str]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", IN_THE_WAY)
 @pytest.mark.parametrize("name", BESIDE)
 def test_nothing_beside_an_output_is_lost(name: str, kind: str, place: Path) -> None:

@@ -28,6 +28,7 @@ def test_a_map_and_a_report_go_to_another_disk(mounted: Callable[[str], Path], k
     assert names_in(disk) == {"map.ply", "report.html"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", ["--map", "--report"])
 def test_a_full_disk_for_a_map_or_a_report_leaves_no_output(mounted: Callable[[str], Path], what: str, tmp_path: Path) -> None:
     """The run fails in words, and the output is not written either; what was there is there still."""
@@ -44,6 +45,7 @@ def test_a_full_disk_for_a_map_or_a_report_leaves_no_output(mounted: Callable[[s
     assert target.read_bytes() == b"former"
 
 
+@pytest.mark.slow
 def test_a_full_disk_for_the_report_of_a_comparison(mounted: Callable[[str], Path]) -> None:
     """It fails in words."""
     disk = mounted("40k")

@@ -164,6 +164,7 @@ def test_vertices_with_weak_noise_beside_spikes_are_not_exact(level: float, expe
     assert Scan(calmed, scan.faces, replaced=outlying).exact is expected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("outliers", ["keep", "replace", "only"])
 def test_what_becomes_of_outliers_may_be_said(outliers: Outliers) -> None:
     """The choice is among settings that do this with them, on a ball with spikes and on one without."""
@@ -374,6 +375,7 @@ def test_noise_below_a_hundredth_of_an_edge_stays() -> None:
     assert np.array_equal(denoise_automatically(vertices, faces)[0], vertices)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "best"), [("fandisk_n3", 2.56), ("nicolo_n2", 6.15)])
 def test_pairs_of_the_literature(name: str, best: float) -> None:
     """On a machine part and on a figure the automatic result beats the best published or tuned one."""

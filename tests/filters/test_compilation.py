@@ -242,6 +242,7 @@ def test_the_installation_goes_on_after_what_cannot_be_compiled(tmp_path: Path, 
     assert store.read(kernel.stored_name(("none",))) is None
 
 
+@pytest.mark.slow
 def test_each_level_of_processor_has_its_own_code_with_the_same_bits(tmp_path: Path) -> None:
     """What was compiled for another level is not taken; smoothing gives the same coordinates with both."""
     program = (

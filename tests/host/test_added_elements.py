@@ -429,6 +429,7 @@ class Stopped(BaseException):
     """What an impatient user does."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("late", [False, True])
 @pytest.mark.parametrize("make", MESHES, ids=lambda f: f.__name__)
 def test_an_interrupted_addition_leaves_no_trace(make: Any, late: bool, monkeypatch: pytest.MonkeyPatch) -> None:

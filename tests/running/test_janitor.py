@@ -34,6 +34,7 @@ supervise.run_job(Job(recipe_of(SMOOTH), BONE, Path({output!r}), overwrite=True)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("where", "left"),
     [

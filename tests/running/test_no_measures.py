@@ -87,6 +87,7 @@ def test_the_command_shows_none(tmp_path: Path) -> None:
     assert "a report shows measures" in refused.output
 
 
+@pytest.mark.slow
 def test_a_batch_without_measures(tmp_path: Path) -> None:
     """Every scan is cleaned to the same bytes, its row has no numbers, and --resume knows it again; limits are refused."""
     scans = write_scans(tmp_path / "scans", 2)

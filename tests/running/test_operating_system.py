@@ -79,6 +79,7 @@ def test_a_run_needs_nothing_of_posix(portable: None, tmp_path: Path) -> None:
     assert target.read_bytes() == fallback
 
 
+@pytest.mark.slow
 def test_every_bad_end_is_told_without_posix(portable: None, tmp_path: Path) -> None:
     """With the fallback a filter that refuses, a worker that crashes and one that is too slow are errors of their kinds."""
     refused = ("apply_coord_taubin_fairing", {"selected": True})

@@ -152,6 +152,7 @@ def _moved(output: Path, by: float) -> None:
     _rewritten(record, output)
 
 
+@pytest.mark.slow
 def test_one_moved_vertex_is_more_than_chance(tmp_path: Path) -> None:
     """Of a filter that repeats but for the order of its elements, an output with a vertex elsewhere is none."""
     folder = tmp_path / "clustering.mlx"

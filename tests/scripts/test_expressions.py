@@ -69,6 +69,7 @@ def test_other_expressions_are_refused_at_their_place(text: str, reason: str) ->
     assert reason in str(expression_error(text))
 
 
+@pytest.mark.slow
 def test_the_programs_own_parser_agrees() -> None:
     """Of 20,000 random expressions of known names pymeshlab accepts exactly ours, several results (``x, y``) aside."""
     meshes = MeshSet()  # which lets MeshLab go of a mesh set in which a filter has failed; plain ones make later tests die

@@ -106,6 +106,7 @@ def test_tiles_change_no_bit(make: Any, k: int, most: int, cell: int, shape: Sha
     assert values["mean_probability"] == pytest.approx(whole.mean(), rel=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [uneven, lattice, one_place, islands])
 @settings(max_examples=8, deadline=None)
 @given(

@@ -69,6 +69,7 @@ def by_tiles(vertices: Floats, faces: Ints, *moves: Move, most: int, cell: int, 
         return np.concatenate(list(written.points(100)))
 
 
+@pytest.mark.slow
 @settings(max_examples=10, deadline=None)
 @given(
     operator=st.sampled_from(["uniform", "cotangent"]),
