@@ -17,7 +17,7 @@ import threading
 from functools import cached_property
 from typing import IO, Any
 
-from ..checks.errors import PymeshfairError
+from ..checks import PymeshfairError
 from .argument_types import ArgumentType, Signature
 from .machine_code import MachineCode, processor
 

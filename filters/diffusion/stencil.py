@@ -1,22 +1,32 @@
 """One explicit step of an operator on a mesh: which vertices move, by which kernel, and how long a step may be."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
 from ..checks import FilterInputError, check_choice
-from ..mesh import Floats, Ints, Longs, NormalisedMesh
+from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh
 from ..operators import CURVE_OPERATOR, OPERATOR_NAMES, SHORTEST_EDGE, Laplacian, OperatorName, build_laplacian, curve_laplacian
-from ..topology import BorderPolicy, Stars
-from .cotangent_steps import BY_AREA, MESHLAB, NORMALISED, element_bound, irregular_step, star_step
-from .moving_vertices import MovingVertices, moving_vertices
-from .ring_steps import length_step, sum_ring_lengths, uniform_step, weighted_step
+from ..topology import BORDER_POLICIES, CLOSED, IRREGULAR, OPEN, BorderPolicy, Stars, one_rings
+from .steps import (
+    BY_AREA,
+    MESHLAB,
+    NORMALISED,
+    element_bound,
+    irregular_step,
+    length_step,
+    star_step,
+    sum_ring_lengths,
+    uniform_step,
+    weighted_step,
+)
 
 #: "euler": p + step (L p). "meshlab": MeshLab's own rule, which averages the vertex in.
 UpdateRule: TypeAlias = Literal["euler", "meshlab"]
 UPDATE_RULES: tuple[UpdateRule, ...] = ("euler", "meshlab")
-
 #: Takes the points of one moment, an array that receives those of the next, and the step; vertices that do not move keep what the
 #: array holds. Returns an upper bound of the spectrum of -L: a step of at most 2 / bound amplifies no mode, and what a longer one
 #: has written is of no use.
@@ -182,3 +192,62 @@ def _curve_of_meshlab(moving: MovingVertices) -> Advance:
         return 2.0
 
     return advance
+
+
+class MovingVertices(NamedTuple):
+    """The vertices that move, ascending, by what they see; every vertex is in one list at most.
+
+    Attributes:
+        closed: int32 interior vertices, which see their whole star.
+        open: int32 border vertices that see their whole star, under the policy "free".
+        irregular: bool for each of `Stars.irregular`, whether it moves and sees its whole star.
+        surface: int32 all of these.
+        curve: int32 border vertices that see their neighbours on the border, under the policy "along".
+        curve_offsets, curve_neighbours: those neighbours, for all n vertices as in `OneRings`.
+    """
+
+    closed: Ints
+    open: Ints
+    irregular: Bools
+    surface: Ints
+    curve: Ints
+    curve_offsets: Longs
+    curve_neighbours: Ints
+
+
+def moving_vertices(stars: Stars, border: BorderPolicy, movable: Bools | None) -> MovingVertices:
+    """Sorts the vertices of a mesh by whether they move, and by which neighbours.
+
+    Args:
+        stars: the star of every vertex.
+        border: what vertices on an edge with exactly one face do.
+        movable: (n,) which vertices may move; None for all. The others are seen, and vertices that no face uses never move.
+
+    Raises:
+        FilterInputError: an unknown policy.
+    """
+    check_choice("border", border, BORDER_POLICIES)
+    n = len(stars.kinds)
+    edges = np.empty((0, 2), dtype=np.int32) if border == "free" else stars.border_edges()
+    kinds = stars.kinds if movable is None else np.where(movable, stars.kinds, np.uint8(0))
+    inside, curve = kinds, np.empty(0, dtype=np.int32)
+    if len(edges):
+        on_border = np.zeros(n, dtype=np.bool_)
+        on_border[edges] = True
+        inside = np.where(on_border, np.uint8(0), kinds)
+        if border == "along":
+            curve = _where(on_border & (kinds > 0))
+    curves = one_rings(edges, n) if len(curve) else None
+    return MovingVertices(
+        closed=_where(inside == CLOSED),
+        open=_where(inside == OPEN),
+        irregular=inside[stars.irregular] == IRREGULAR,
+        surface=_where(inside > 0),
+        curve=curve,
+        curve_offsets=np.zeros(n + 1, dtype=np.int64) if curves is None else curves.offsets,
+        curve_neighbours=np.empty(0, dtype=np.int32) if curves is None else curves.neighbours,
+    )
+
+
+def _where(mask: Bools) -> Ints:
+    return np.flatnonzero(mask).astype(np.int32)

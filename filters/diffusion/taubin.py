@@ -10,7 +10,7 @@ from ..checks import FilterInputError, UnstableStepError, check_choice
 from ..execution import Progress, ignore_progress
 from ..mesh import Floats, Whole, check_mesh
 from ..topology import BorderPolicy, edge_face_counts
-from .explicit_steps import explicit_surface
+from .explicit import explicit_surface
 
 #: the operators whose spectrum lies in [-2, 0], for which lambda, mu and the pass band have a meaning
 TaubinOperator: TypeAlias = Literal["uniform", "inverse_length", "cotangent"]

@@ -1,20 +1,21 @@
 """A triangulated hole made as dense as its rim, with edges flipped towards Delaunay."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
 
 from ..compilation import compiled
 from ..execution import Progress, ignore_progress
-from ..mesh import Bools, Floats, Ints
-from ..topology import faces_across, relink
-from .delaunay_flips import flip_towards_delaunay
-from .grading import Growth
-from .vertex_pairs import ForbiddenEdges, nothing_forbidden
+from ..geometry import angle_at, cross_product, cross_products, squared_length
+from ..libraries import spatial
+from ..mesh import Bools, Floats, Ints, Longs
+from ..topology import diamond, faces_across, fan_size, flip, relink
+from .vertex_pairs import ForbiddenEdges, is_pair, nothing_forbidden
 
 #: A triangle is split if its centroid, times this, is farther from each corner than the edges there are long [liepa2003].
 DENSITY = np.sqrt(2.0)
-
 # Edges between two vertices of the rim are not split at triangles whose height is below this share of the edge length there:
 # between the sides of a crack a new vertex has no room to move.
 _CRACK = 0.25
@@ -23,6 +24,18 @@ _MOST_ROUNDS = 60
 _MOST_POINTS = 300_000
 # After so many rounds half of the work counts as done: how many there will be is not known before.
 _HALF = 8
+# An edge is flipped if its opposite angles sum to pi and this, and the sum falls by at least this. Without, an edge between two
+# equal choices could flip back and forth for ever, and rounding would decide.
+_GAIN = 1e-7
+# No flip makes a triangle with a doubled area below this share of the sum of two squared sides.
+_THINNEST = 1e-7
+_MOST_SWEEPS = 200
+#: A hole gets triangles as small as those at its rim all over if these are about so many vertices at most.
+MOST_VERTICES = 60_000
+#: Otherwise edges are as short as there within some distance of the rim, and beyond it grow by this much of what is further away.
+SLOPE = 0.4
+#: That distance is at least so many edges.
+_LEAST_WIDTH = 1.0
 
 
 class Patch(NamedTuple):
@@ -165,3 +178,111 @@ def _write_split(triangles: Ints, across: Ints, chosen: Ints, new: Ints, second:
         across[s + 1, 0], across[s + 1, 1], across[s + 1, 2] = beyond_ca, t, s
         relink(triangles, across, beyond_bc, b, c, s)
         relink(triangles, across, beyond_ca, c, a, s + 1)
+
+
+@compiled
+def flip_towards_delaunay(points: Floats, triangles: Ints, across: Ints, keys: Longs, apart: Bools, alone: Bools) -> None:
+    """Flip edges of a patch, in place, until no flip lessens a sum of opposite angles that is above pi.
+
+    Args:
+        points: (n, 3) coordinates.
+        triangles: (b, 3) the patch.
+        across: (b, 3) as `faces_across` gives it, -1 at the rim.
+        keys: of the pairs of the first k points that must not be joined, as in `VertexPairs`.
+        apart: (k,) of which no two must be joined.
+        alone: (k,) which must not be joined to any other.
+    """
+    for _ in range(_MOST_SWEEPS):
+        flips = 0
+        for t in range(triangles.shape[0]):
+            for k in range(3):
+                if across[t, k] > t:
+                    a, b, c, d = diamond(triangles, across, t, k)
+                    if (
+                        _is_better(points, a, b, c, d)
+                        and not _is_forbidden(keys, apart, alone, c, d)
+                        and c != d
+                        and fan_size(triangles, across, t, (k + 2) % 3, d) > 0
+                    ):
+                        flip(triangles, across, t, k)
+                        flips += 1
+        if flips == 0:
+            break
+
+
+@compiled
+def _is_better(points: Floats, a: int, b: int, c: int, d: int) -> bool:
+    """Whether the triangles (a, d, c) and (d, b, c) are to replace (a, b, c) and (b, a, d)."""
+    now = angle_at(points, c, a, b) + angle_at(points, d, b, a)
+    if not now > np.pi + _GAIN:
+        return False
+    if not now > angle_at(points, a, d, c) + angle_at(points, b, c, d) + _GAIN:
+        return False
+    # The new triangles must not be folded over each other, unless the old ones are folded further.
+    after = _facing(points, a, d, c, d, b, c)
+    if after <= 0.0 and after < _facing(points, a, b, c, b, a, d):
+        return False
+    return not (_is_thin(points, a, d, c) or _is_thin(points, d, b, c))
+
+
+@compiled
+def _is_forbidden(keys: Longs, apart: Bools, alone: Bools, c: int, d: int) -> bool:
+    """Whether the points c and d must not be joined."""
+    n = apart.shape[0]
+    if (c < n and alone[c]) or (d < n and alone[d]):
+        return True
+    return bool(c < n and d < n and ((apart[c] and apart[d]) or is_pair(keys, n, c, d)))
+
+
+@compiled
+def _is_thin(points: Floats, a: int, b: int, c: int) -> bool:
+    """Whether a triangle is nearly degenerate."""
+    nx, ny, nz = cross_product(points, a, b, c)
+    squares = squared_length(points, a, b) + squared_length(points, a, c)
+    return not nx * nx + ny * ny + nz * nz > (_THINNEST * squares) ** 2
+
+
+@compiled
+def _facing(points: Floats, a: int, b: int, c: int, d: int, e: int, f: int) -> float:
+    """The cosine of the angle between the normals of the triangles (a, b, c) and (d, e, f), times their doubled areas."""
+    x, y, z = cross_product(points, a, b, c)
+    p, q, r = cross_product(points, d, e, f)
+    return float(x * p + y * q + z * r)
+
+
+def uniform_width(points: Floats, sizes: Floats, triangles: Ints, n_rim: int) -> float:
+    """How far from its rim a patch is to be as dense as there, in edges; infinite if it can be so all over.
+
+    A surface of equilateral triangles with sides h has one vertex for every h^2 sqrt(3) / 2. A band of k edges and the width of
+    u edges has k u 2 / sqrt(3) vertices, and what is inside it, where edges grow by g of the distance, k / g 2 / sqrt(3) at most.
+    So u is the width for which both together are `MOST_VERTICES`, but `_LEAST_WIDTH` at least.
+
+    Args:
+        points: (k, 3) the rim.
+        sizes: (k,) the lengths of the edges there.
+        triangles: (k - 2, 3) a triangulation of the rim, for its area.
+        n_rim: k.
+    """
+    each = np.sqrt(3.0) / 2.0
+    areas = np.linalg.norm(cross_products(points, triangles), axis=1) / 2.0
+    wanted = float((areas / (each * sizes[triangles].mean(axis=1) ** 2)).sum())
+    if wanted <= MOST_VERTICES:
+        return np.inf
+    return max(_LEAST_WIDTH, float(MOST_VERTICES * each / n_rim - 1.0 / SLOPE))
+
+
+class Growth:
+    """How many times as long edges are to be at a place as at the rim."""
+
+    def __init__(self, rim: Floats, uniform: float) -> None:
+        """For a rim of (k, 3) points, and a band of this width in edges where they do not grow."""
+        self._tree = spatial.cKDTree(rim) if np.isfinite(uniform) else None
+        self._uniform = uniform
+
+    def at(self, points: Floats, sizes: Floats) -> Floats:
+        """(n,) the factors 1 + SLOPE (distance / size - width), at least 1, for the sizes that edges would have without them."""
+        if self._tree is None or len(points) == 0:
+            return np.ones(len(points))
+        distance, _ = self._tree.query(points)
+        factors: Floats = np.maximum(1.0, 1.0 + SLOPE * (distance / sizes - self._uniform))
+        return factors

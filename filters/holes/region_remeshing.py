@@ -10,7 +10,7 @@ from ..execution import Progress, ignore_progress
 from ..fairing import ENERGIES, Energy
 from ..mesh import Bools, check_mesh, check_vertex_mask
 from ..topology import border_vertices, connected_components
-from .close_holes import close_holes
+from .closing import close_holes
 from .filling import HoleFilling
 
 #: The most edges of the rim of a region.

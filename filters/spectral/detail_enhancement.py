@@ -1,6 +1,9 @@
 """Relief made higher on a shape that stays: waves of a band, along the normals, held at borders, bounded by the thickness."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,8 +17,8 @@ from ..neighbours import touching_balls
 from ..topology import border_vertices, edges
 from .eigenvector_free import filter_without_eigenvectors
 from .problem import SpectralOperator, spectral_problem
-from .relief_band import OCTAVES, ReliefBand, relief_band
 from .responses import cutoff_frequency, low_pass
+from .spectrum import spectrum
 
 #: Thickness is measured up to that at which the bound takes 2 % of the displacement: 1 - tanh(x) / x for x = 1/4.
 _FREE = 4.0
@@ -23,6 +26,16 @@ _FREE = 4.0
 _NONE = 1e-3
 # Of the low passes: differences of what they leave are taken.
 _TOLERANCE = 1e-12
+#: The longest wave of the relief in shortest ones: two octaves.
+OCTAVES = 4.0
+#: Waves shorter than this many mean edges are never relief: triangles do not show them.
+SHORTEST = 5.0
+#: A band whose energy is this many times that of noise is signal: three parts of four of it.
+SIGNAL = 4.0
+# Noise shows where waves are this many mean edges long; shorter ones belong to no regular triangles.
+_NOISE_FROM, _NOISE_TO = 2.5, 4.0
+# Enough for bands down to ten edges; the long waves of the shape are not resolved, and not needed.
+_STEPS = 300
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,3 +183,37 @@ def _eased(x: Floats) -> Floats:
     """3 x^2 - 2 x^3, and 1 above 1."""
     share = np.minimum(x, 1.0)
     return np.asarray(share**2 * (3.0 - 2.0 * share))
+
+
+class ReliefBand(NamedTuple):
+    """Two wavelengths, in mesh units: those of the shortest and of the longest waves of the relief."""
+
+    shortest: float
+    longest: float
+
+
+def relief_band(vertices: Floats, faces: Ints, mean_edge: float) -> ReliefBand:
+    """Finds the band of the relief in the spectrum of a surface.
+
+    Noise that is independent at each vertex has the same energy in every mode, so that its energy in a band of a third of an
+    octave grows with the square of the frequency. Its level is taken from waves of 2.5 to 4 mean edges, which show little else.
+    The relief begins a third of an octave above the shortest band that has `SIGNAL` times as much energy as such noise would, at
+    `SHORTEST` edges at least, and ends two octaves above.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles, at least one with an area.
+        mean_edge: of the mesh, above 0.
+    """
+    # In mean edges, since the edges of bands are the same numbers for all meshes.
+    found = spectrum(vertices / mean_edge, faces, modes=0, steps=_STEPS)
+    edges = found.band_edges
+    wavelengths = 2.0 * np.pi / np.sqrt(edges[1:] * edges[:-1])
+    energies, squares = found.band_energies, wavelengths**-2.0
+    noisy = (wavelengths > _NOISE_FROM) & (wavelengths < _NOISE_TO)
+    level = energies[noisy].sum() / max(squares[noisy].sum(), 1e-300)
+    signal = (wavelengths > _NOISE_FROM) & (energies > 0.0) & (energies >= SIGNAL * level * squares)
+    shortest = SHORTEST
+    if noisy.any() and signal.any():
+        shortest = max(SHORTEST, 2.0 ** (1.0 / 3.0) * float(wavelengths[signal].min()))
+    return ReliefBand(shortest * mean_edge, OCTAVES * shortest * mean_edge)

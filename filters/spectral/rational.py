@@ -19,9 +19,8 @@ from ..libraries import sparse
 from ..linear_solvers import FINEST_TOLERANCE, Cholesky, SpdSolver
 from ..mesh import Floats
 from .chebyshev import ChebyshevSeries, chebyshev_series
-from .polynomial import Applied
+from .polynomial import Applied, nearby_order, put_back
 from .responses import Response
-from .row_order import nearby_order, put_back
 
 #: The poles that are tried go from the lowest squared cutoff times the first factor to the highest times the second.
 _LOWEST_POLE, _HIGHEST_POLE, _POLES = 0.2, 30.0, 40
