@@ -16,10 +16,8 @@ from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy
 
 #: what follows when the vertices of a mesh move
 MOVES_VERTICES = MeshElement.VERTCOORD | MeshElement.VERTNORMAL | MeshElement.FACENORMAL
-
 #: what a filter says that has found its own amount, and found that it is none
 NOTHING_TO_REMOVE = "there is no noise to remove: the vertices stay where they are"
-
 #: a filter by how much it smooths: vertices, faces, amount, which vertices may move, progress
 Smooth: TypeAlias = Callable[[Floats, Ints, float, Bools | None, Progress], Floats]
 Selected: TypeAlias = Annotated[
@@ -153,3 +151,19 @@ def squared_mean_edge(layer: Layer) -> float:
 def movable_vertices(layer: Layer, selected: bool) -> Bools | None:
     """(n,) the vertices that a filter may move, None for all of them."""
     return layer.selected_vertices() if selected else None
+
+
+def displacement(before: Floats, after: Floats) -> dict[str, float]:
+    """What a filter reports of the vertices: how many moved, and how far the furthest went, in mesh units."""
+    way = after - before
+    unit = float(np.abs(way).max(initial=0.0)) or 1.0  # in which squares are ordinary numbers
+    furthest = unit * float(np.linalg.norm(way / unit, axis=1).max(initial=0.0))
+    return {"moved": int((way != 0.0).any(axis=1).sum()), "largest_displacement": furthest}
+
+
+def irregular_note(count: int) -> str:
+    """What to say of vertices that were placed by connectivity alone, as `filters.fairing` does where it must."""
+    return (
+        f"The triangles around {count:,} vertices are so uneven that their angles and areas would throw some out: these parts "
+        "were smoothed by connectivity alone. Better triangles (Tangential Smoothing, remeshing) give a better surface."
+    )

@@ -15,8 +15,16 @@ from pymeshfair.filters.fairing import (
     weight_of_detail_size,
 )
 
-from ..moving_vertices import MOVES_VERTICES, Border, Selected, detail_size_parameter, no_amount, smoothed_by_size
-from .displacement import displacement, irregular_note
+from ..moving_vertices import (
+    MOVES_VERTICES,
+    Border,
+    Selected,
+    detail_size_parameter,
+    displacement,
+    irregular_note,
+    no_amount,
+    smoothed_by_size,
+)
 
 Features: TypeAlias = Literal["none", "curvature", "scalar"]
 FEATURES: tuple[Features, ...] = get_args(Features)

@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, TypeAlias
 
 import numpy as np
 
-from pymeshfair.declaration import Bool, Bools, Edit, FilterClass, Int, Layer, MeshElement, mesh_filter
+from pymeshfair.declaration import Bool, Bools, Edit, Enum, FilterClass, Int, Layer, MeshElement, mesh_filter
 from pymeshfair.errors import MeshError
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.execution import Progress, ignore_progress
-from pymeshfair.filters.fairing import Energy, fair_region
+from pymeshfair.filters.fairing import ENERGIES, Energy, fair_region
 from pymeshfair.filters.holes import remesh_region
 
-from ..moving_vertices import MOVES_VERTICES
-from .displacement import irregular_note
-from .energy import FairingEnergy
+from ..moving_vertices import MOVES_VERTICES, irregular_note
 
 # A note says so if the area of a region falls below this share.
 _SHRUNK = 1 / 3
+FairingEnergy: TypeAlias = Annotated[
+    Energy,
+    Enum(
+        label="Energy",
+        choices=ENERGIES,
+        help="'membrane' spans it like a soap film, and meets its surroundings with a crease; 'thin_plate' bends least and "
+        "continues their tangent planes; 'minimum_variation' continues their curvatures too, so that what is round stays round.",
+    ),
+]
 
 
 @mesh_filter(

@@ -11,8 +11,7 @@ from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.fairing import improve_triangles, tangential_smoothing
 from pymeshfair.filters.inspection import surface_measures
 
-from ..moving_vertices import MOVES_VERTICES, Selected, movable_vertices
-from .displacement import displacement
+from ..moving_vertices import MOVES_VERTICES, Selected, displacement, movable_vertices
 
 
 @mesh_filter(

@@ -10,7 +10,7 @@ from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.spectral import SpectralOperator, enhance_details
 
 from ..moving_vertices import MOVES_VERTICES, Selected, movable_vertices
-from .operator_parameter import OPERATOR
+from .filtering import OPERATOR
 
 
 @mesh_filter(

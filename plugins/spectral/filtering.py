@@ -26,6 +26,7 @@ from pymeshfair.filters.spectral import (
     ORDERS,
     RESPONSE_NAMES,
     SPECTRAL_METHODS,
+    SPECTRAL_OPERATORS,
     ResponseName,
     SpectralMethod,
     SpectralOperator,
@@ -40,7 +41,14 @@ from ..moving_vertices import (
     no_amount,
     smoothed_by_size,
 )
-from .operator_parameter import OPERATOR
+
+OPERATOR = Enum(
+    label="Operator",
+    choices=SPECTRAL_OPERATORS,
+    advanced=True,
+    help="'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same for slivers and non-manifold meshes; "
+    "'auto' takes the robust one where it is needed.",
+)
 
 
 @mesh_filter(

@@ -23,7 +23,7 @@ from pymeshfair.filters.spectral import (
     spectrum,
 )
 
-from .operator_parameter import OPERATOR
+from .filtering import OPERATOR
 
 
 @mesh_filter(
