@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from ..checks import FilterInputError, check_choice, check_whole_number
 from ..diffusion.implicit import BackwardEulerStep, time_step_of_detail_size
 from ..diffusion.stencil import curve_stencil
+from ..diffusion.steps import Rings
 from ..diffusion.taubin import checked_mu
 from ..execution import Progress, ignore_progress, part_of, threads_for
 from ..libraries import sparse
@@ -117,7 +118,7 @@ def curve_smoothing(
 def _along_the_curves(rings: OneRings) -> Ints:
     """A permutation that puts the vertices of each unbranched stretch next to each other."""
     simple = np.diff(rings.offsets) <= 2
-    return np.concatenate([trace_chains(rings.offsets, rings.neighbours, simple).order, np.flatnonzero(~simple).astype(np.int32)])
+    return np.concatenate([trace_chains(rings, simple).order, np.flatnonzero(~simple).astype(np.int32)])
 
 
 def _steps(method: CurveMethod, step: float, mu: float, pass_band: float | None) -> tuple[float, ...]:
@@ -155,7 +156,7 @@ def explicit_curve_steps(
 ) -> Floats:
     """(n, 3) where the vertices are after `count` times all of the `steps`."""
     which = np.flatnonzero(moves).astype(np.int32)
-    advance = curve_stencil(start, weights, which, rings.offsets, rings.neighbours)
+    advance = curve_stencil(start, weights, which, Rings(rings.offsets, rings.neighbours))
     now, following = start.copy(), start.copy()
     for done in range(count):
         for step in steps:
@@ -179,7 +180,7 @@ def implicit_curve_steps(
     laplacian = curve_laplacian(start, pairs, operator)
     labels: Ints = sparse.csgraph.connected_components(laplacian.stiffness, directed=False)[1]
     branched = _in_branched_component(rings, moves, labels)
-    chains = ChainStep(laplacian, trace_chains(rings.offsets, rings.neighbours, moves & ~branched), time)
+    chains = ChainStep(laplacian, trace_chains(rings, moves & ~branched), time)
     network = _network(laplacian, time, moves & branched, labels, count)
     diagonal = float(np.linalg.norm(np.ptp(start, axis=0))) if len(start) else 0.0
     now = start

@@ -8,13 +8,14 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from ..checks import FilterInputError, check_choice
-from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh
+from ..mesh import Bools, Floats, Ints, NormalisedMesh
 from ..operators import CURVE_OPERATOR, OPERATOR_NAMES, SHORTEST_EDGE, Laplacian, OperatorName, build_laplacian, curve_laplacian
 from ..topology import BORDER_POLICIES, CLOSED, IRREGULAR, OPEN, BorderPolicy, Stars, one_rings
 from .steps import (
     BY_AREA,
     MESHLAB,
     NORMALISED,
+    Rings,
     element_bound,
     irregular_step,
     length_step,
@@ -70,18 +71,18 @@ def explicit_stencil(
     if len(moving.curve) == 0:
         return surface
     if update == "euler":
-        curve = curve_stencil(mesh.points, operator, moving.curve, moving.curve_offsets, moving.curve_neighbours)
+        curve = curve_stencil(mesh.points, operator, moving.curve, moving.curve_rings)
     else:
         curve = _curve_of_meshlab(moving)
     return lambda now, out, step: max(surface(now, out, step), curve(now, out, step))
 
 
 def _surface(mesh: NormalisedMesh, operator: OperatorName, star: Stars, moving: MovingVertices) -> Advance:
-    which = moving.surface
+    which, rings = moving.surface, Rings(star.offsets, star.neighbours)
     if operator == "uniform":
-        return _uniform(which, star.offsets, star.neighbours)
+        return _uniform(which, rings)
     if operator == "inverse_length" or operator == "scale_dependent":
-        return _lengths(mesh.points, which, star.offsets, star.neighbours, operator == "scale_dependent")
+        return _lengths(mesh.points, which, rings, operator == "scale_dependent")
     if operator == "cotangent":
         return _cotangent(star, moving, NORMALISED)
     if operator == "laplace_beltrami":
@@ -98,57 +99,54 @@ def _surface(mesh: NormalisedMesh, operator: OperatorName, star: Stars, moving: 
     return _assembled(build_laplacian(mesh.points, mesh.cells, operator), which)
 
 
-def curve_stencil(points: Floats, operator: OperatorName, which: Ints, offsets: Longs, neighbours: Ints) -> Advance:
+def curve_stencil(points: Floats, operator: OperatorName, which: Ints, rings: Rings) -> Advance:
     """The step on polylines of what `operator` becomes there; see `CURVE_OPERATOR`.
 
     Args:
         points: (n, 3) coordinates of ordinary size.
         operator: see `build_laplacian`; the weights are taken from the points of the moment, for "robust" from those given here.
         which: the vertices that move.
-        offsets: the one-rings of all n vertices along the polylines, as in `OneRings`.
-        neighbours: with these.
+        rings: the neighbours of all n vertices along the polylines.
     """
     if CURVE_OPERATOR[operator] == "uniform":
-        return _uniform(which, offsets, neighbours)
+        return _uniform(which, rings)
     if operator == "robust":
-        ends = np.repeat(np.arange(len(points), dtype=np.int32), np.diff(offsets))
-        edges = np.column_stack([ends, neighbours])[ends < neighbours]
+        ends = np.repeat(np.arange(len(points), dtype=np.int32), np.diff(rings.offsets))
+        edges = np.column_stack([ends, rings.neighbours])[ends < rings.neighbours]
         return _assembled(curve_laplacian(points, edges, operator), which)
-    return _lengths(points, which, offsets, neighbours, CURVE_OPERATOR[operator] == "scale_dependent")
+    return _lengths(points, which, rings, CURVE_OPERATOR[operator] == "scale_dependent")
 
 
-def _uniform(which: Ints, offsets: Longs, neighbours: Ints) -> Advance:
+def _uniform(which: Ints, rings: Rings) -> Advance:
     def advance(now: Floats, out: Floats, step: float) -> float:
-        uniform_step(now, out, which, offsets, neighbours, step)
+        uniform_step(now, out, which, rings, step)
         return 2.0
 
     return advance
 
 
-def _lengths(points: Floats, which: Ints, offsets: Longs, neighbours: Ints, by_arc_length: bool) -> Advance:
+def _lengths(points: Floats, which: Ints, rings: Rings, by_arc_length: bool) -> Advance:
     sums = np.empty(len(points))
-    sum_ring_lengths(points, offsets, neighbours, sums)
-    mean = float(sums.sum()) / max(len(neighbours), 1)
+    sum_ring_lengths(points, rings, sums)
+    mean = float(sums.sum()) / max(len(rings.neighbours), 1)
     shortest = SHORTEST_EDGE * mean if mean > 0.0 else 1.0
 
     def advance(now: Floats, out: Floats, step: float) -> float:
-        bound = length_step(now, out, which, offsets, neighbours, step, shortest, by_arc_length)
+        bound = length_step(now, out, which, rings, step, shortest, by_arc_length)
         return float(bound) if by_arc_length else 2.0
 
     return advance
 
 
 def _cotangent(star: Stars, moving: MovingVertices, rule: int) -> Advance:
-    offsets, neighbours = star.offsets, star.neighbours
+    rings = Rings(star.offsets, star.neighbours)
 
     def advance(now: Floats, out: Floats, step: float) -> float:
-        bound = star_step(now, out, moving.closed, True, offsets, neighbours, rule, step)
+        bound = star_step(now, out, moving.closed, True, rings, rule, step)
         if len(moving.open):
-            bound = max(bound, star_step(now, out, moving.open, False, offsets, neighbours, rule, step))
+            bound = max(bound, star_step(now, out, moving.open, False, rings, rule, step))
         if len(star.irregular):
-            ends = star.end_offsets, star.ends
-            row = irregular_step(now, out, star.irregular, moving.irregular, offsets, neighbours, *ends, rule, step)
-            bound = max(bound, row)
+            bound = max(bound, irregular_step(now, out, star, moving.irregular, rule, step))
         return float(bound) if rule == BY_AREA else 2.0
 
     return advance
@@ -156,13 +154,13 @@ def _cotangent(star: Stars, moving: MovingVertices, rule: int) -> Advance:
 
 def _assembled(laplacian: Laplacian, which: Ints) -> Advance:
     stiffness, inverse_mass, bound = laplacian.stiffness, laplacian.inverse_mass, laplacian.spectral_bound()
-    offsets, neighbours = stiffness.indptr.astype(np.int64), stiffness.indices.astype(np.int32)
+    rings = Rings(stiffness.indptr.astype(np.int64), stiffness.indices.astype(np.int32))
 
     def advance(now: Floats, out: Floats, step: float) -> float:
         if step * bound > 2.0:
             return bound
         # The diagonal is among the entries and does no harm: it multiplies p_i - p_i.
-        weighted_step(now, out, which, offsets, neighbours, stiffness.data, step * inverse_mass)
+        weighted_step(now, out, which, rings, stiffness.data, step * inverse_mass)
         return bound
 
     return advance
@@ -170,13 +168,13 @@ def _assembled(laplacian: Laplacian, which: Ints) -> Advance:
 
 def _uniform_of_meshlab(star: Stars, moving: MovingVertices) -> Advance:
     """(p + sum over the faces of each edge of p_j) / (number of terms): an interior edge counts twice, for it has two faces."""
-    offsets, neighbours = star.offsets, star.neighbours
+    rings = Rings(star.offsets, star.neighbours)
     counts = star.face_counts().astype(np.float64)
     totals = np.concatenate([[0.0], np.cumsum(counts)])
-    shares, which = 1.0 / (totals[offsets[1:]] - totals[offsets[:-1]] + 1.0), moving.surface
+    shares, which = 1.0 / (totals[rings.offsets[1:]] - totals[rings.offsets[:-1]] + 1.0), moving.surface
 
     def advance(now: Floats, out: Floats, step: float) -> float:
-        weighted_step(now, out, which, offsets, neighbours, counts, shares)
+        weighted_step(now, out, which, rings, counts, shares)
         return 2.0
 
     return advance
@@ -184,11 +182,11 @@ def _uniform_of_meshlab(star: Stars, moving: MovingVertices) -> Advance:
 
 def _curve_of_meshlab(moving: MovingVertices) -> Advance:
     """(2 p + sum p_j) / (number of neighbours + 2): MeshLab lets a border vertex count twice."""
-    offsets, neighbours = moving.curve_offsets, moving.curve_neighbours
-    ones, shares = np.ones(len(neighbours)), 1.0 / (np.diff(offsets) + 2.0)
+    rings = moving.curve_rings
+    ones, shares = np.ones(len(rings.neighbours)), 1.0 / (np.diff(rings.offsets) + 2.0)
 
     def advance(now: Floats, out: Floats, step: float) -> float:
-        weighted_step(now, out, moving.curve, offsets, neighbours, ones, shares)
+        weighted_step(now, out, moving.curve, rings, ones, shares)
         return 2.0
 
     return advance
@@ -203,7 +201,7 @@ class MovingVertices(NamedTuple):
         irregular: bool for each of `Stars.irregular`, whether it moves and sees its whole star.
         surface: int32 all of these.
         curve: int32 border vertices that see their neighbours on the border, under the policy "along".
-        curve_offsets, curve_neighbours: those neighbours, for all n vertices as in `OneRings`.
+        curve_rings: those neighbours, for all n vertices.
     """
 
     closed: Ints
@@ -211,8 +209,7 @@ class MovingVertices(NamedTuple):
     irregular: Bools
     surface: Ints
     curve: Ints
-    curve_offsets: Longs
-    curve_neighbours: Ints
+    curve_rings: Rings
 
 
 def moving_vertices(stars: Stars, border: BorderPolicy, movable: Bools | None) -> MovingVertices:
@@ -244,8 +241,9 @@ def moving_vertices(stars: Stars, border: BorderPolicy, movable: Bools | None) -
         irregular=inside[stars.irregular] == IRREGULAR,
         surface=_where(inside > 0),
         curve=curve,
-        curve_offsets=np.zeros(n + 1, dtype=np.int64) if curves is None else curves.offsets,
-        curve_neighbours=np.empty(0, dtype=np.int32) if curves is None else curves.neighbours,
+        curve_rings=Rings(np.zeros(n + 1, dtype=np.int64), np.empty(0, dtype=np.int32))
+        if curves is None
+        else Rings(curves.offsets, curves.neighbours),
     )
 
 

@@ -5,13 +5,14 @@ equation says: out_i = p_i + step (L p)_i. Vertices that are not listed keep wha
 """
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..compilation import compiled, prange
 from ..mesh import Bools, Floats, Ints, Longs
 from ..operators import halved_cotangents, mixed_share
+from ..topology import Stars
 
 # Indices are taken as unsigned numbers: for signed ones the compiler adds the test whether they count from the end.
 _U: Any = np.uint64
@@ -19,9 +20,22 @@ _U: Any = np.uint64
 NORMALISED, BY_AREA, MESHLAB = 0, 1, 2
 
 
+class Rings(NamedTuple):
+    """The neighbours that each vertex i sees: ``neighbours[offsets[i]:offsets[i + 1]]``.
+
+    Attributes:
+        offsets: (n + 1,) int64.
+        neighbours: int32.
+    """
+
+    offsets: Longs
+    neighbours: Ints
+
+
 @compiled(parallel=True)
-def uniform_step(points: Floats, out: Floats, which: Ints, offsets: Longs, neighbours: Ints, step: float) -> None:
+def uniform_step(points: Floats, out: Floats, which: Ints, rings: Rings, step: float) -> None:
     """Towards the mean of the one-ring."""
+    offsets, neighbours = rings
     for m in prange(which.shape[0]):
         i = _U(which[m])
         start, stop = _U(offsets[i]), _U(offsets[i + _U(1)])
@@ -38,10 +52,9 @@ def uniform_step(points: Floats, out: Floats, which: Ints, offsets: Longs, neigh
 
 
 @compiled(parallel=True)
-def weighted_step(
-    points: Floats, out: Floats, which: Ints, offsets: Longs, neighbours: Ints, weights: Floats, shares: Floats
-) -> None:
-    """By the sum of given weights times edges, times the vertex's share, which holds the step and one over the mass."""
+def weighted_step(points: Floats, out: Floats, which: Ints, rings: Rings, weights: Floats, shares: Floats) -> None:
+    """By the sum of weights times edges, times the vertex's share, which holds the step and one over the mass."""
+    offsets, neighbours = rings
     for m in prange(which.shape[0]):
         i = _U(which[m])
         px, py, pz = points[i, 0], points[i, 1], points[i, 2]
@@ -58,14 +71,7 @@ def weighted_step(
 
 @compiled(parallel=True)
 def length_step(
-    points: Floats,
-    out: Floats,
-    which: Ints,
-    offsets: Longs,
-    neighbours: Ints,
-    step: float,
-    shortest: float,
-    by_arc_length: bool,
+    points: Floats, out: Floats, which: Ints, rings: Rings, step: float, shortest: float, by_arc_length: bool
 ) -> float:
     """By the sum of edges over their lengths: over the sum of inverse lengths, or (`by_arc_length`) over half that of lengths.
 
@@ -73,27 +79,16 @@ def length_step(
     """
     bound = 0.0
     for m in prange(which.shape[0]):
-        i = _U(which[m])
-        row = _pull(points, out, i, neighbours, _U(offsets[i]), _U(offsets[i + _U(1)]), step, shortest, by_arc_length)
-        bound = max(bound, row)
+        bound = max(bound, _pull(points, out, _U(which[m]), rings, step, shortest, by_arc_length))
     return bound
 
 
 @compiled
-def _pull(
-    points: Floats,
-    out: Floats,
-    i: int,
-    neighbours: Ints,
-    start: int,
-    stop: int,
-    step: float,
-    shortest: float,
-    by_arc_length: bool,
-) -> float:
+def _pull(points: Floats, out: Floats, i: int, rings: Rings, step: float, shortest: float, by_arc_length: bool) -> float:
+    offsets, neighbours = rings
     px, py, pz = points[i, 0], points[i, 1], points[i, 2]
     x = y = z = inverses = lengths = 0.0
-    for k in range(start, stop):
+    for k in range(_U(offsets[i]), _U(offsets[i + _U(1)])):
         j = _U(neighbours[k])
         dx, dy, dz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
         length = max(math.sqrt(dx * dx + dy * dy + dz * dz), shortest)
@@ -111,8 +106,9 @@ def _pull(
 
 
 @compiled(parallel=True)
-def sum_ring_lengths(points: Floats, offsets: Longs, neighbours: Ints, sums: Floats) -> None:
+def sum_ring_lengths(points: Floats, rings: Rings, sums: Floats) -> None:
     """For every vertex the sum of the lengths of its edges, into `sums`."""
+    offsets, neighbours = rings
     for i in prange(sums.shape[0]):
         total = 0.0
         for k in range(_U(offsets[i]), _U(offsets[i + 1])):
@@ -133,25 +129,20 @@ def _share(rule: int, step: float, total: float, size: float, area: float) -> fl
 
 
 @compiled(parallel=True)
-def star_step(
-    points: Floats, out: Floats, which: Ints, closed: bool, offsets: Longs, neighbours: Ints, rule: int, step: float
-) -> float:
+def star_step(points: Floats, out: Floats, which: Ints, closed: bool, rings: Rings, rule: int, step: float) -> float:
     """A step of vertices whose neighbours are in the order of a walk: round a closed star, or (not `closed`) across an open one.
 
     Returns Gershgorin's bound of the spectrum of -L, by area.
     """
     bound = 0.0
     for m in prange(which.shape[0]):
-        i = _U(which[m])
-        row = _walk_star(points, out, i, closed, neighbours, _U(offsets[i]), _U(offsets[i + _U(1)]), rule, step)
-        bound = max(bound, row)
+        bound = max(bound, _walk_star(points, out, _U(which[m]), closed, rings, rule, step))
     return bound
 
 
 @compiled
-def _walk_star(
-    points: Floats, out: Floats, i: int, closed: bool, neighbours: Ints, start: int, stop: int, rule: int, step: float
-) -> float:
+def _walk_star(points: Floats, out: Floats, i: int, closed: bool, rings: Rings, rule: int, step: float) -> float:
+    neighbours, start, stop = rings.neighbours, _U(rings.offsets[i]), _U(rings.offsets[i + _U(1)])
     px, py, pz = points[i, 0], points[i, 1], points[i, 2]
     x = y = z = total = size = 0.0
     j = _U(neighbours[start])
@@ -184,7 +175,7 @@ def _walk_star(
     z += weight * vz
     total += weight
     size += abs(weight)
-    area = _star_area(points, i, closed, neighbours, start, stop) if rule == BY_AREA else 0.0
+    area = _star_area(points, i, closed, rings) if rule == BY_AREA else 0.0
     share = _share(rule, step, total, size, area)
     out[i, 0] = px + share * x
     out[i, 1] = py + share * y
@@ -193,8 +184,9 @@ def _walk_star(
 
 
 @compiled
-def _star_area(points: Floats, i: int, closed: bool, neighbours: Ints, start: int, stop: int) -> float:
+def _star_area(points: Floats, i: int, closed: bool, rings: Rings) -> float:
     """The mixed Voronoi area of a star."""
+    neighbours, start, stop = rings.neighbours, _U(rings.offsets[i]), _U(rings.offsets[i + _U(1)])
     px, py, pz = points[i, 0], points[i, 1], points[i, 2]
     area = 0.0
     before = _U(neighbours[stop - _U(1)]) if closed else _U(neighbours[start])
@@ -208,19 +200,9 @@ def _star_area(points: Floats, i: int, closed: bool, neighbours: Ints, start: in
 
 
 @compiled
-def irregular_step(
-    points: Floats,
-    out: Floats,
-    irregular: Ints,
-    moves: Bools,
-    offsets: Longs,
-    neighbours: Ints,
-    end_offsets: Longs,
-    ends: Longs,
-    rule: int,
-    step: float,
-) -> float:
-    """As `star_step`, for those of the irregular vertices that move; the ends of their faces are indices of `neighbours`."""
+def irregular_step(points: Floats, out: Floats, star: Stars, moves: Bools, rule: int, step: float) -> float:
+    """As `star_step`, for those of the irregular vertices that move."""
+    _, offsets, neighbours, irregular, end_offsets, ends = star
     bound = 0.0
     for m in range(irregular.shape[0]):
         if not moves[m]:

@@ -91,7 +91,7 @@ def flip_towards_quality(
     near = (allowed + 1e-14 * float(np.abs(points[faces]).max(initial=0.0))) ** 2
     total = 0
     for done in range(_PASSES):
-        count = int(flip_pass(points, flipped, across, valences, may, *surface, at, near))
+        count = int(flip_pass(points, flipped, across, valences, may, surface, at, near))
         total += count
         progress((done + 1) / _PASSES)
         if count == 0:
@@ -106,10 +106,7 @@ def flip_pass(
     across: Ints,
     valences: Longs,
     may: Bools,
-    surface_points: Floats,
-    surface_faces: Ints,
-    offsets: Longs,
-    around: Ints,
+    surface: WalkableSurface,
     at: Ints,
     near: float,
 ) -> int:
@@ -121,10 +118,7 @@ def flip_pass(
         across: (m, 3) as `faces_across` gives it, changed in place.
         valences: (n,) the number of faces at each vertex, changed in place.
         may: (n,) the vertices whose faces may change.
-        surface_points: with the next three, the `WalkableSurface` that the faces keep to.
-        surface_faces: its triangles.
-        offsets: its lists of faces at vertices.
-        around: these faces.
+        surface: the surface that the faces keep to.
         at: (n,) the face of the surface where a walk from each vertex starts.
         near: the square of the largest distance from the surface.
     """
@@ -148,7 +142,7 @@ def flip_pass(
                 x = u * points[c, 0] + v * points[d, 0] + w * points[end, 0]
                 y = u * points[c, 1] + v * points[d, 1] + w * points[end, 1]
                 z = u * points[c, 2] + v * points[d, 2] + w * points[end, 2]
-                if nearest_by_walk(surface_points, surface_faces, offsets, around, x, y, z, at[end], near)[4] > near:
+                if nearest_by_walk(surface, x, y, z, at[end], near)[4] > near:
                     far = True
                     break
             # An edge from c to d can lie in another fan of faces at c, which this one does not reach.

@@ -55,7 +55,7 @@ class WalkableSurface(NamedTuple):
         found, faces = np.empty_like(queries), np.array(start, dtype=np.int32)
         distances = np.empty(len(queries))
         with threads_for(len(queries)):
-            _walk(self.points, self.faces, self.offsets, self.around, queries, enough * enough, found, faces, distances)
+            _walk(self, queries, enough * enough, found, faces, distances)
         return found, faces, distances
 
 
@@ -90,12 +90,13 @@ def _closest_on_triangle(points: Floats, a: int, b: int, c: int, x: float, y: fl
 
 @compiled
 def nearest_by_walk(
-    points: Floats, faces: Ints, offsets: Longs, around: Ints, x: float, y: float, z: float, start: int, enough: float
+    surface: WalkableSurface, x: float, y: float, z: float, start: int, enough: float
 ) -> tuple[float, float, float, int, float]:
     """`WalkableSurface.closest` of one point, for kernels: the nearest point, its face and the square of the distance.
 
     `enough` is a squared distance, too.
     """
+    points, faces, offsets, around = surface
     face = start
     nx, ny, nz = _closest_on_triangle(points, faces[face, 0], faces[face, 1], faces[face, 2], x, y, z)
     best = (nx - x) ** 2 + (ny - y) ** 2 + (nz - z) ** 2
@@ -117,19 +118,9 @@ def nearest_by_walk(
 
 
 @compiled(parallel=True)
-def _walk(
-    points: Floats,
-    faces: Ints,
-    offsets: Longs,
-    around: Ints,
-    queries: Floats,
-    enough: float,
-    found: Floats,
-    at: Ints,
-    distances: Floats,
-) -> None:
+def _walk(surface: WalkableSurface, queries: Floats, enough: float, found: Floats, at: Ints, distances: Floats) -> None:
     for q in prange(queries.shape[0]):
         found[q, 0], found[q, 1], found[q, 2], at[q], square = nearest_by_walk(
-            points, faces, offsets, around, queries[q, 0], queries[q, 1], queries[q, 2], at[q], enough
+            surface, queries[q, 0], queries[q, 1], queries[q, 2], at[q], enough
         )
         distances[q] = np.sqrt(square)

@@ -10,7 +10,7 @@ from ..compilation import compiled
 from ..execution import Progress, ignore_progress
 from ..geometry import angle_at, cross_product, cross_products, squared_length
 from ..libraries import spatial
-from ..mesh import Bools, Floats, Ints, Longs
+from ..mesh import Bools, Floats, Ints
 from ..topology import diamond, faces_across, fan_size, flip, relink
 from .vertex_pairs import ForbiddenEdges, is_pair, nothing_forbidden
 
@@ -86,7 +86,7 @@ def refined_patch(
     targets = sizes * growth.at(points, sizes)
     triangles = np.ascontiguousarray(patch.triangles, dtype=np.int32).copy()
     across = faces_across(triangles)
-    flip_towards_delaunay(points, triangles, across, limits.pairs.keys, limits.apart, limits.alone)
+    flip_towards_delaunay(points, triangles, across, limits)
     for done in range(_MOST_ROUNDS):
         progress(done / (done + _HALF))
         split = np.flatnonzero(_too_large(points, targets, triangles, density)).astype(np.int32)
@@ -97,10 +97,9 @@ def refined_patch(
         targets = np.concatenate([targets, means * growth.at(centres, means)])
         triangles, across = _split(len(points), triangles, across, split)
         points = np.concatenate([points, centres])
-        flip_towards_delaunay(points, triangles, across, limits.pairs.keys, limits.apart, limits.alone)
+        flip_towards_delaunay(points, triangles, across, limits)
     points, sizes, triangles = _split_diagonals(points, sizes, triangles, n_rim, limits)
-    apart = np.ones(n_rim, dtype=np.bool_)
-    flip_towards_delaunay(points, triangles, faces_across(triangles), limits.pairs.keys, apart, limits.alone)
+    flip_towards_delaunay(points, triangles, faces_across(triangles), limits._replace(apart=np.ones(n_rim, dtype=np.bool_)))
     return Patch(points, sizes, triangles, n_rim)
 
 
@@ -181,16 +180,14 @@ def _write_split(triangles: Ints, across: Ints, chosen: Ints, new: Ints, second:
 
 
 @compiled
-def flip_towards_delaunay(points: Floats, triangles: Ints, across: Ints, keys: Longs, apart: Bools, alone: Bools) -> None:
+def flip_towards_delaunay(points: Floats, triangles: Ints, across: Ints, forbidden: ForbiddenEdges) -> None:
     """Flip edges of a patch, in place, until no flip lessens a sum of opposite angles that is above pi.
 
     Args:
         points: (n, 3) coordinates.
         triangles: (b, 3) the patch.
         across: (b, 3) as `faces_across` gives it, -1 at the rim.
-        keys: of the pairs of the first k points that must not be joined, as in `VertexPairs`.
-        apart: (k,) of which no two must be joined.
-        alone: (k,) which must not be joined to any other.
+        forbidden: which of the first k points no flip may join.
     """
     for _ in range(_MOST_SWEEPS):
         flips = 0
@@ -200,7 +197,7 @@ def flip_towards_delaunay(points: Floats, triangles: Ints, across: Ints, keys: L
                     a, b, c, d = diamond(triangles, across, t, k)
                     if (
                         _is_better(points, a, b, c, d)
-                        and not _is_forbidden(keys, apart, alone, c, d)
+                        and not _is_forbidden(forbidden, c, d)
                         and c != d
                         and fan_size(triangles, across, t, (k + 2) % 3, d) > 0
                     ):
@@ -226,12 +223,13 @@ def _is_better(points: Floats, a: int, b: int, c: int, d: int) -> bool:
 
 
 @compiled
-def _is_forbidden(keys: Longs, apart: Bools, alone: Bools, c: int, d: int) -> bool:
+def _is_forbidden(forbidden: ForbiddenEdges, c: int, d: int) -> bool:
     """Whether the points c and d must not be joined."""
+    pairs, apart, alone = forbidden
     n = apart.shape[0]
     if (c < n and alone[c]) or (d < n and alone[d]):
         return True
-    return bool(c < n and d < n and ((apart[c] and apart[d]) or is_pair(keys, n, c, d)))
+    return bool(c < n and d < n and ((apart[c] and apart[d]) or is_pair(pairs, c, d)))
 
 
 @compiled

@@ -1,13 +1,14 @@
 """The rim of a hole closed with triangles between its own vertices, a long rim in parts."""
 
 from collections import deque
+from typing import NamedTuple
 
 import numpy as np
 
 from ..compilation import compiled
 from ..execution import Progress, ignore_progress
 from ..geometry import cross_products
-from ..mesh import Bools, Floats, Ints, Longs
+from ..mesh import Bools, Floats, Ints
 from .vertex_pairs import VertexPairs, is_pair
 
 #: A rim with more vertices than this is first cut in two by a short chord: time grows with the cube of this, memory with the
@@ -59,7 +60,7 @@ def triangulate_rim(
     while parts:
         part, across = parts.pop()
         if len(part) > whole:
-            i, j = _chord(p[part], part, forbidden.keys, forbidden.size)
+            i, j = _chord(p[part], part, forbidden)
             if i >= 0:
                 chords.append((int(part[i]), int(part[j])))
                 # The part from i to j is done first; its triangle at the chord is then the neighbour of the other part.
@@ -92,7 +93,7 @@ def _apex(done: list[Ints], a: int, b: int, points: Floats) -> Floats:
 
 
 @compiled
-def _chord(p: Floats, part: Ints, keys: Longs, count: int) -> tuple[int, int]:
+def _chord(p: Floats, part: Ints, forbidden: VertexPairs) -> tuple[int, int]:
     """The shortest diagonal relative to the shorter way along the rim between its ends; (-1, -1) if all are forbidden.
 
     Each of the two parts gets at least a quarter of the edges.
@@ -107,9 +108,25 @@ def _chord(p: Floats, part: Ints, keys: Longs, count: int) -> tuple[int, int]:
         for j in range(i + n // 4, min(n, i + n - n // 4)):
             way = min(along[j] - along[i], along[n] - along[j] + along[i])
             length = np.sqrt((p[j, 0] - p[i, 0]) ** 2 + (p[j, 1] - p[i, 1]) ** 2 + (p[j, 2] - p[i, 2]) ** 2)
-            if length > 0.0 and length < best * way and not is_pair(keys, count, part[i], part[j]):
+            if length > 0.0 and length < best * way and not is_pair(forbidden, part[i], part[j]):
                 best, best_i, best_j = length / way, i, j
     return best_i, best_j
+
+
+class _BestParts(NamedTuple):
+    """The best triangulation of the part of a polygon from corner i to corner j > i.
+
+    Attributes:
+        angle: (k, k) its largest dihedral angle, as 1 - cos; infinite if there is none.
+        area: (k, k) its doubled area.
+        split: (k, k) the third corner of its triangle at the side from i to j, -1 if there is none.
+        normals: (k, k, 3) the unit normal of that triangle.
+    """
+
+    angle: Floats
+    area: Floats
+    split: Ints
+    normals: Floats
 
 
 def minimal_triangulation(points: Floats, opposite: Floats, forbidden: Bools, progress: Progress) -> Ints | None:
@@ -131,11 +148,9 @@ def minimal_triangulation(points: Floats, opposite: Floats, forbidden: Bools, pr
         or forbidden diagonals.
     """
     n = len(points)
-    angle, area = np.full((n, n), np.inf), np.full((n, n), np.inf)
-    split = np.full((n, n), -1, dtype=np.int32)
-    normals = np.zeros((n, n, 3))
+    best = _BestParts(np.full((n, n), np.inf), np.full((n, n), np.inf), np.full((n, n), -1, dtype=np.int32), np.zeros((n, n, 3)))
     for i in range(n - 1):
-        angle[i, i + 1] = area[i, i + 1] = 0.0
+        best.angle[i, i + 1] = best.area[i, i + 1] = 0.0
     side_normals = np.zeros((n, 3))
     _find_side_normals(points, opposite, side_normals)
     span = 2
@@ -145,12 +160,12 @@ def minimal_triangulation(points: Floats, opposite: Floats, forbidden: Bools, pr
         while until < n and (tried == 0 or tried < _BATCH):
             tried += (n - until) * until
             until += 1
-        _solve(points, side_normals, forbidden, span, until, angle, area, split, normals)
+        _solve(points, side_normals, forbidden, span, until, best)
         span = until
         progress(span / n)
-    if split[0, n - 1] < 0:
+    if best.split[0, n - 1] < 0:
         return None
-    return _collect(split)
+    return _collect(best.split)
 
 
 @compiled
@@ -189,18 +204,9 @@ def _bend(ax: float, ay: float, az: float, b: Floats) -> float:
 
 
 @compiled
-def _solve(
-    p: Floats,
-    side_normals: Floats,
-    forbidden: Bools,
-    span_from: int,
-    span_to: int,
-    angle: Floats,
-    area: Floats,
-    split: Ints,
-    normals: Floats,
-) -> None:
+def _solve(p: Floats, side_normals: Floats, forbidden: Bools, span_from: int, span_to: int, best: _BestParts) -> None:
     """Enter the best triangulations of all parts of the polygon with `span_from` to less than `span_to` sides."""
+    angle, area, split, normals = best
     n = p.shape[0]
     for span in range(span_from, span_to):
         for i in range(n - span):

@@ -41,7 +41,7 @@ class VertexPairs(NamedTuple):
 
     def has(self, i: int, j: int) -> bool:
         """Whether (i, j) is one of the pairs."""
-        return bool(is_pair(self.keys, self.size, i, j))
+        return bool(is_pair(self, i, j))
 
 
 def vertex_pairs(count: int, first: ArrayLike = (), second: ArrayLike = ()) -> VertexPairs:
@@ -51,9 +51,10 @@ def vertex_pairs(count: int, first: ArrayLike = (), second: ArrayLike = ()) -> V
 
 
 @compiled
-def is_pair(keys: Longs, count: int, i: int, j: int) -> bool:
-    """Whether the ascending keys have i count + j."""
-    key = i * count + j
+def is_pair(pairs: VertexPairs, i: int, j: int) -> bool:
+    """Whether (i, j) is one of the pairs."""
+    keys = pairs.keys
+    key = i * pairs.size + j
     low, high = 0, keys.shape[0]
     while low < high:
         middle = (low + high) // 2

@@ -1,6 +1,6 @@
 """Sparse linear systems: direct and iterative solvers, factors of shifted matrices, residuals in twice the precision."""
 
-from .conjugate_gradients import conjugate_gradients, preconditioned_norm
+from .conjugate_gradients import CompressedRows, conjugate_gradients, preconditioned_norm
 from .direct import Cholesky
 from .nested_dissection import nested_dissection
 from .refined_solution import DirectMethod, RefinedSolution, laplacian_power, refined_solution
@@ -11,6 +11,7 @@ from .spd_solver import FINEST_TOLERANCE, SpdSolver
 __all__ = [
     "FINEST_TOLERANCE",
     "Cholesky",
+    "CompressedRows",
     "DirectMethod",
     "RefinedSolution",
     "ShiftedFactors",

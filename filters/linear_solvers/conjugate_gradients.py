@@ -23,6 +23,19 @@ _BLOCK = 4096
 Index: Any = np.uint64
 
 
+class CompressedRows(NamedTuple):
+    """A sparse matrix for kernels: the entries of row i are data[indptr[i]:indptr[i + 1]], in the columns `indices` there."""
+
+    indptr: Ints
+    indices: Ints
+    data: Floats
+
+    @classmethod
+    def of(cls, matrix: sparse.csr_matrix) -> CompressedRows:
+        """The arrays of a matrix, not copied."""
+        return cls(matrix.indptr, matrix.indices, matrix.data)
+
+
 class Descent(NamedTuple):
     """Where conjugate gradients ended.
 
@@ -63,14 +76,14 @@ def conjugate_gradients(
         precondition: None divides by the diagonal (Jacobi).
         progress: called at every iteration; may raise to stop.
     """
-    arrays = matrix.indptr, matrix.indices, matrix.data
+    rows = CompressedRows.of(matrix)
     scale = 1.0 / matrix.diagonal() if precondition is None else np.ones(matrix.shape[0])
     residual = np.array(right_side, order="C")
     x = np.zeros_like(residual) if start is None else np.array(start, order="C")
     product = np.empty_like(residual)
     with threads_for(len(x)):
         if start is not None:
-            multiply(*arrays, x, product)
+            multiply(rows, x, product)
             residual -= product
 
         def preconditioned(squares: Floats) -> tuple[Floats, Floats]:
@@ -88,7 +101,7 @@ def conjugate_gradients(
             if norm <= target or iteration == max_iterations:
                 break
             progress(_share_done(first, norm, target))
-            curvature = multiply(*arrays, direction, product)
+            curvature = multiply(rows, direction, product)
             indefinite = not (curvature >= 0.0).all()
             if indefinite:
                 break
@@ -128,14 +141,14 @@ def _add_up(parts: Floats) -> Floats:
 
 
 @compiled(parallel=True)
-def multiply(indptr: Ints, indices: Ints, data: Floats, p: Floats, q: Floats) -> Floats:
+def multiply(matrix: CompressedRows, p: Floats, q: Floats) -> Floats:
     """Computes q = A p in place; returns the three p^T q."""
     n = p.shape[0]
     parts = np.zeros(((n + _BLOCK - 1) // _BLOCK, 3))
     for b in prange(parts.shape[0]):
         s0, s1, s2 = 0.0, 0.0, 0.0
         for i in range(Index(b * _BLOCK), Index(min(n, (b + 1) * _BLOCK))):
-            a0, a1, a2 = row_product(indptr, indices, data, i, p)
+            a0, a1, a2 = row_product(matrix, i, p)
             q[i, 0], q[i, 1], q[i, 2] = a0, a1, a2
             s0 += a0 * p[i, 0]
             s1 += a1 * p[i, 1]
@@ -195,8 +208,9 @@ def inner_products(r: Floats, z: Floats) -> Floats:
 
 
 @compiled
-def row_product(indptr: Ints, indices: Ints, data: Floats, i: int, x: Floats) -> tuple[float, float, float]:
+def row_product(matrix: CompressedRows, i: int, x: Floats) -> tuple[float, float, float]:
     """(A x)_i for x of shape (n, 3), the terms added in their order in the row; i is unsigned."""
+    indptr, indices, data = matrix
     a0, a1, a2 = 0.0, 0.0, 0.0
     for k in range(Index(indptr[i]), Index(indptr[i + Index(1)])):
         j, w = Index(indices[k]), data[k]

@@ -13,7 +13,8 @@ from ..checks import ConvergenceError
 from ..compilation import compiled, prange
 from ..execution import Progress, ignore_progress, threads_for
 from ..libraries import sparse
-from ..mesh import Floats, Ints, Longs
+from ..mesh import Floats
+from .conjugate_gradients import CompressedRows
 from .direct import Cholesky, SuperLU
 from .spd_solver import SpdSystem
 
@@ -126,12 +127,12 @@ def laplacian_power(
         (n, 3).
     """
     high, low = np.ascontiguousarray(values), np.zeros(values.shape) if more is None else np.ascontiguousarray(more)
-    indptr, indices = matrix.indptr.astype(np.int64), matrix.indices.astype(np.int32)
+    rows = CompressedRows(matrix.indptr.astype(np.int64), matrix.indices.astype(np.int32), matrix.data)
     with threads_for(len(values)):
         for step in range(order):
             high_product, low_product = np.empty(values.shape), np.empty(values.shape)
             factors = inverse_mass if step < order - 1 else np.ones(len(values))
-            _apply(indptr, indices, matrix.data, factors, high, low, high_product, low_product)
+            _apply(rows, factors, high, low, high_product, low_product)
             high, low = high_product, low_product
     return high
 
@@ -156,10 +157,9 @@ def _two_product(a: float, b: float) -> tuple[float, float]:
 
 
 @compiled(parallel=True)
-def _apply(
-    indptr: Longs, indices: Ints, data: Floats, factors: Floats, high: Floats, low: Floats, out_high: Floats, out_low: Floats
-) -> None:
+def _apply(matrix: CompressedRows, factors: Floats, high: Floats, low: Floats, out_high: Floats, out_low: Floats) -> None:
     """out_i = factors_i sum_j S_ij (x_j - x_i), every number a sum of a high and a low double."""
+    indptr, indices, data = matrix
     for i in prange(indptr.shape[0] - 1):
         for c in range(high.shape[1]):
             total, rest = 0.0, 0.0

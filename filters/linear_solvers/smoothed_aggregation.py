@@ -14,7 +14,7 @@ from ..compilation import compiled, prange
 from ..execution import Progress, ignore_progress
 from ..libraries import sparse
 from ..mesh import Floats, Ints
-from .conjugate_gradients import Index, row_product
+from .conjugate_gradients import CompressedRows, Index, row_product
 
 #: Unknowns i and j are strongly connected if -a_ij >= this * sqrt(a_ii a_jj); halved from level to level.
 STRENGTH = 0.08
@@ -95,7 +95,7 @@ class SmoothedAggregation:
             return x  # by the factors of the matrix itself
         matrix, residual = self._levels[0].matrix, np.empty_like(x)
         for _ in range(cycles - 1):
-            _add_product(-1.0, matrix.indptr, matrix.indices, matrix.data, x, right_side, residual)
+            _add_product(-1.0, CompressedRows.of(matrix), x, right_side, residual)
             x += self(residual)
         return x
 
@@ -103,17 +103,17 @@ class SmoothedAggregation:
         if depth == len(self._levels):
             return right_side if self._coarsest is None else self._coarsest.solve(right_side)
         level = self._levels[depth]
-        matrix = level.matrix.indptr, level.matrix.indices, level.matrix.data
+        matrix = CompressedRows.of(level.matrix)
         x, residual = level.solution, level.residual
-        sweep_down(*matrix, level.inverse_diagonal, level.run, right_side, x)
-        _add_product(-1.0, *matrix, x, right_side, residual)
-        down, up = level.restriction, level.prolongation
+        sweep_down(matrix, level.inverse_diagonal, level.run, right_side, x)
+        _add_product(-1.0, matrix, x, right_side, residual)
+        down, up = CompressedRows.of(level.restriction), CompressedRows.of(level.prolongation)
         level.coarse_residual[:] = 0.0
-        _add_product(1.0, down.indptr, down.indices, down.data, residual, level.coarse_residual, level.coarse_residual)
+        _add_product(1.0, down, residual, level.coarse_residual, level.coarse_residual)
         coarse = self._cycle(depth + 1, level.coarse_residual)
-        _add_product(1.0, up.indptr, up.indices, up.data, coarse, x, x)
-        _add_product(-1.0, *matrix, x, right_side, residual)
-        sweep_up(*matrix, level.inverse_diagonal, level.run, residual, level.correction, x)
+        _add_product(1.0, up, coarse, x, x)
+        _add_product(-1.0, matrix, x, right_side, residual)
+        sweep_up(matrix, level.inverse_diagonal, level.run, residual, level.correction, x)
         return x
 
 
@@ -130,18 +130,18 @@ def _level(matrix: sparse.csr_matrix, prolongation: sparse.csr_matrix) -> _Level
     n, coarse = prolongation.shape
     run = max(_SHORTEST_RUN, -(-n // _RUNS))
     inverse_diagonal = np.empty(n)
-    damped_diagonal(matrix.indptr, matrix.indices, matrix.data, run, inverse_diagonal)
+    damped_diagonal(CompressedRows.of(matrix), run, inverse_diagonal)
     restriction = with_sorted_indices(prolongation.T)
     work = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((coarse, 3))
     return _Level(matrix, prolongation, restriction, inverse_diagonal, run, *work)
 
 
 @compiled(parallel=True)
-def _add_product(factor: float, indptr: Ints, indices: Ints, data: Floats, x: Floats, b: Floats, y: Floats) -> None:
+def _add_product(factor: float, matrix: CompressedRows, x: Floats, b: Floats, y: Floats) -> None:
     """Computes y = b + factor A x in place; y may be b."""
     for row in prange(y.shape[0]):
         i = Index(row)
-        a0, a1, a2 = row_product(indptr, indices, data, i, x)
+        a0, a1, a2 = row_product(matrix, i, x)
         y[i, 0], y[i, 1], y[i, 2] = b[i, 0] + factor * a0, b[i, 1] + factor * a1, b[i, 2] + factor * a2
 
 
@@ -156,7 +156,7 @@ def prolongation_matrix(matrix: sparse.csr_matrix, strength: float) -> sparse.cs
         (n, aggregates).
     """
     diagonal = matrix.diagonal()
-    aggregates, count = _aggregate(matrix.indptr, matrix.indices, matrix.data, diagonal, strength)
+    aggregates, count = _aggregate(CompressedRows.of(matrix), diagonal, strength)
     members = np.flatnonzero(aggregates >= 0)
     entries = np.ones(len(members)), (members, aggregates[members])
     tentative = sparse.csr_matrix(entries, shape=(len(aggregates), count))
@@ -181,8 +181,9 @@ def _is_strong(entry: float, i: int, j: int, diagonal: Floats, strength: float) 
 
 
 @compiled
-def _aggregate(indptr: Ints, indices: Ints, data: Floats, diagonal: Floats, strength: float) -> tuple[Ints, int]:
+def _aggregate(matrix: CompressedRows, diagonal: Floats, strength: float) -> tuple[Ints, int]:
     """The aggregate of every unknown, -1 without strong connections, and their number, by algorithm 5.1 of [vanek1996]."""
+    indptr, indices, data = matrix
     n = indptr.shape[0] - 1
     aggregate = np.full(n, -1, dtype=np.int32)
     count = 0
@@ -228,8 +229,9 @@ def _aggregate(indptr: Ints, indices: Ints, data: Floats, diagonal: Floats, stre
 
 
 @compiled(parallel=True)
-def damped_diagonal(indptr: Ints, indices: Ints, data: Floats, run: int, inverse: Floats) -> None:
+def damped_diagonal(matrix: CompressedRows, run: int, inverse: Floats) -> None:
     """Computes 1 / (A_ii + half the sum of |A_ij| over the j of other runs) in place."""
+    indptr, indices, data = matrix
     for i in prange(inverse.shape[0]):
         first = (i // run) * run
         total = 0.0
@@ -243,8 +245,9 @@ def damped_diagonal(indptr: Ints, indices: Ints, data: Floats, run: int, inverse
 
 
 @compiled(parallel=True)
-def sweep_down(indptr: Ints, indices: Ints, data: Floats, inverse: Floats, run: int, r: Floats, x: Floats) -> None:
+def sweep_down(matrix: CompressedRows, inverse: Floats, run: int, r: Floats, x: Floats) -> None:
     """A forward sweep for A x = r, started from x = 0 within every run."""
+    indptr, indices, data = matrix
     n = x.shape[0]
     for b in prange((n + run - 1) // run):
         first = Index(b * run)
@@ -262,8 +265,9 @@ def sweep_down(indptr: Ints, indices: Ints, data: Floats, inverse: Floats, run: 
 
 
 @compiled(parallel=True)
-def sweep_up(indptr: Ints, indices: Ints, data: Floats, inverse: Floats, run: int, r: Floats, e: Floats, x: Floats) -> None:
+def sweep_up(matrix: CompressedRows, inverse: Floats, run: int, r: Floats, e: Floats, x: Floats) -> None:
     """A backward sweep for A e = r, started from e = 0 within every run; then x += e."""
+    indptr, indices, data = matrix
     n = x.shape[0]
     for b in prange((n + run - 1) // run):
         end = Index(min(n, (b + 1) * run))

@@ -135,10 +135,7 @@ def offer_cells(
         rows: (c, 2) for every cell where its points begin and end in what is offered; both 0 if it is not.
         offered: (r, 3) coordinates, (r,) numbers and (r,) slots.
     """
-    squared, found, slots = nearest
-    offsets, wanted = asked
-    places, theirs, at = offered
-    offer(points, numbers, squared, found, slots, offsets, wanted, cells.boxes, rows, places, theirs, at)
+    _offer(points, numbers, nearest, asked, cells.boxes, rows, offered)
 
 
 @compiled(nogil=True)
@@ -240,27 +237,25 @@ def list_cells(
 
 
 @compiled(nogil=True)
-def offer(
+def _offer(
     points: Floats,
     own: Longs,
-    squared: Floats,
-    numbers: Longs,
-    slots: Longs,
-    offsets: Longs,
-    asked: Ints,
+    nearest: Nearest,
+    asked: tuple[Longs, Ints],
     boxes: Floats,
     rows: Longs,
-    coordinates: Floats,
-    their_numbers: Longs,
-    their_slots: Longs,
+    offered: tuple[Floats, Longs, Longs],
 ) -> None:
-    """Inserts the points of cells among the nearest of those who asked for the cells."""
+    """Inserts the points of cells among the nearest of the points for which the cells are listed."""
+    squared, numbers, slots = nearest
+    offsets, cells = asked
+    coordinates, their_numbers, their_slots = offered
     width = boxes.shape[0] // 2
     k = squared.shape[1]
     for p in range(points.shape[0]):
         x, y, z = points[p, 0], points[p, 1], points[p, 2]
         for a in range(offsets[p], offsets[p + 1]):
-            cell = asked[a]
+            cell = cells[a]
             if _gap_to(boxes[width + cell], x, y, z) > squared[p, k - 1]:
                 continue
             for r in range(rows[cell, 0], rows[cell, 1]):

@@ -9,7 +9,7 @@ children the two halves of that range, and every leaf but the last is full.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -33,12 +33,11 @@ ANY_INDEX = 2**62
 _GUESSES = 6
 
 
-@dataclass(frozen=True, eq=False)
-class KdTree:
+class KdTree(NamedTuple):
     """The points in the order of the tree; a "position" counts in that order, an "index" in the caller's.
 
     Attributes:
-        count: the number of points n.
+        size: the number of points n.
         scale: the power of two that the caller's coordinates are divided by, so that no squared distance overflows or vanishes.
         coordinates: (leaves, 3, LEAF), NaN after the last point.
         indices: (leaves * LEAF,) the index of the point at each position.
@@ -46,7 +45,7 @@ class KdTree:
         lowest: (nodes,) the smallest index of each node's points.
     """
 
-    count: int
+    size: int
     scale: float
     coordinates: Floats
     indices: Ints

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ..checks import FilterInputError, check_whole_number
 from ..compilation import compiled
 from ..execution import Progress, ignore_progress, in_parallel, part_of
-from ..mesh import Floats, Ints, Longs
+from ..mesh import Floats, Ints
 from .kd_tree import ANY_INDEX, FAR, LEAF, STACK, KdTree, build_tree, keep_nearest
 
 #: The share of the time that building the tree takes, roughly.
@@ -42,8 +42,8 @@ def nearest_neighbours(points: ArrayLike, k: int, *, progress: Progress = ignore
     """
     cloud, k = check_cloud(points, k)
     tree = build_tree(cloud, part_of(progress, 0.0, _BUILDING))
-    distances: Floats = np.empty((tree.count, k))
-    indices: Ints = np.empty((tree.count, k), np.int32)
+    distances: Floats = np.empty((tree.size, k))
+    indices: Ints = np.empty((tree.size, k), np.int32)
 
     def find(first: int, last: int) -> None:
         positions, squared = search_leaves(tree, first, last, k)
@@ -114,23 +114,16 @@ def search_leaves(tree: KdTree, first: int, last: int, k: int) -> tuple[Ints, Fl
     Returns:
         (rows, k) positions and (rows, k) squared distances in the tree's scale, each row in no particular but a fixed order.
     """
-    rows = min(last * LEAF, tree.count) - first * LEAF
+    rows = min(last * LEAF, tree.size) - first * LEAF
     positions: Ints = np.empty((rows, k), np.int32)
     squared: Floats = np.empty((rows, k))
-    _search(tree.coordinates, tree.indices, tree.boxes, tree.lowest, first, positions, squared)
+    _search(tree, first, positions, squared)
     return positions, squared
 
 
 @compiled(nogil=True)
-def _search(
-    coordinates: Floats,
-    indices: Ints,
-    boxes: Floats,
-    lowest: Longs,
-    first: int,
-    positions: Ints,
-    squared: Floats,
-) -> None:
+def _search(tree: KdTree, first: int, positions: Ints, squared: Floats) -> None:
+    coordinates, boxes, lowest = tree.coordinates, tree.boxes, tree.lowest
     rows, k = positions.shape
     found = np.empty((LEAF, 2 * k + LEAF))
     found_at = np.empty((LEAF, 2 * k + LEAF), np.int32)
@@ -166,32 +159,21 @@ def _search(
                     stack[top, 0], stack[top, 1], stack[top, 2], stack_gaps[top] = 2 * node, a, middle, left_gap
                     node, a, gap = 2 * node + 1, middle, right_gap
                 top += 1
-            if _within(gap, lowest[node], bound, tie) and _offer(
-                coordinates, indices, boxes[node], lowest[node], leaf, asking, a, k, state
-            ):
+            if _within(gap, lowest[node], bound, tie) and _offer(tree, node, leaf, asking, a, k, state):
                 bound, tie = 0.0, 0
                 for q in range(asking):
                     if bounds[q] > bound or (bounds[q] == bound and ties[q] > tie):
                         bound, tie = bounds[q], ties[q]
         for q in range(asking):
-            keep_nearest(found[q], found_at[q], counts[q], k, bounds[q], indices)
+            keep_nearest(found[q], found_at[q], counts[q], k, bounds[q], tree.indices)
             for i in range(k):
                 squared[start + q, i], positions[start + q, i] = found[q, i], found_at[q, i]
 
 
 @compiled(nogil=True)
-def _offer(
-    coordinates: Floats,
-    indices: Ints,
-    box: Floats,
-    lowest: int,
-    leaf: int,
-    asking: int,
-    other: int,
-    k: int,
-    state: tuple[Any, ...],
-) -> bool:
-    """Adds the points of another leaf, with its box, to the candidates of the asking leaf; returns whether a bound has shrunk."""
+def _offer(tree: KdTree, node: int, leaf: int, asking: int, other: int, k: int, state: tuple[Any, ...]) -> bool:
+    """Adds the points of another leaf, a node, to the candidates of the asking leaf; returns whether a bound has shrunk."""
+    coordinates, box, lowest = tree.coordinates, tree.boxes[node], tree.lowest[node]
     found, found_at, counts, bounds, ties, gaps, distances = state
     shrunk = False
     gaps[:] = 0.0
@@ -213,7 +195,7 @@ def _offer(
             found[q, count], found_at[q, count] = distances[i], other * LEAF + i
             count += 1 if distances[i] <= bounds[q] else 0  # no branch to predict
         if count > 2 * k:
-            bounds[q], ties[q] = keep_nearest(found[q], found_at[q], count, k, bounds[q], indices)
+            bounds[q], ties[q] = keep_nearest(found[q], found_at[q], count, k, bounds[q], tree.indices)
             count = k
             shrunk = True
         counts[q] = count

@@ -70,9 +70,9 @@ def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = i
     """
     cloud, k = check_cloud(points, neighbors, "neighbors")
     tree = build_tree(cloud, part_of(progress, 0.0, 0.2))
-    distances: Floats = np.empty(tree.count)
-    positions: Ints = np.empty((tree.count, k), np.int32)
-    factors: Floats = np.empty(tree.count)
+    distances: Floats = np.empty(tree.size)
+    positions: Ints = np.empty((tree.size, k), np.int32)
+    factors: Floats = np.empty(tree.size)
 
     def find(first: int, last: int) -> None:
         found, squared = search_leaves(tree, first, last, k)
@@ -81,12 +81,12 @@ def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = i
         distances[rows] = standard_distances(squared)
 
     def judge(first: int, last: int) -> None:
-        compare(distances, positions, first * LEAF, min(last * LEAF, tree.count), factors)
+        compare(distances, positions, first * LEAF, min(last * LEAF, tree.size), factors)
 
     in_parallel(find, leaf_ranges(tree, k), part_of(progress, 0.2, 0.9))
     in_parallel(judge, leaf_ranges(tree, k), part_of(progress, 0.9, 1.0))
-    by_index: Floats = np.empty(tree.count)
-    by_index[tree.indices[: tree.count]] = factors
+    by_index: Floats = np.empty(tree.size)
+    by_index[tree.indices[: tree.size]] = factors
     return by_index
 
 

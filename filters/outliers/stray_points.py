@@ -99,7 +99,7 @@ def stray_points(
     cloud, k = check_cloud(points, neighbors, "neighbors")
     rule = StrayRule(k, sparseness, check_whole_number("smallest_part", smallest_part, least=1))
     tree = build_tree(cloud, part_of(progress, 0.0, 0.2))
-    n = tree.count
+    n = tree.size
     index = tree.indices[:n]
     places = cloud[index] / tree.scale
     links: Ints = np.empty((n, k), np.int32)

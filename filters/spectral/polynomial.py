@@ -18,6 +18,7 @@ import numpy as np
 from ..compilation import compiled, prange
 from ..execution import Progress, ignore_progress, part_of, threads_for
 from ..libraries import sparse
+from ..linear_solvers import CompressedRows
 from ..mesh import Floats, Ints
 from .chebyshev import ChebyshevSeries, chebyshev_series
 from .responses import Response
@@ -111,14 +112,14 @@ def _sum_series(
     now, before = start.copy(), np.empty_like(start)
     total = coefficients[0] * now
     allowed = _GROWTH * float((start * start).sum())
-    indptr, indices, data = doubled.indptr, doubled.indices.view(f"u{doubled.indices.itemsize}"), doubled.data
+    rows = CompressedRows(doubled.indptr, doubled.indices.view(f"u{doubled.indices.itemsize}"), doubled.data)
     degree = len(coefficients) - 1
     with threads_for(len(start)):
         for k in range(1, degree + 1):
             # T_1 = A x is half of 2 A x - 0.
             if k == 1:
                 before[:] = 0.0
-            _advance(indptr, indices, data, now, before, total, coefficients[k], 0.5 if k == 1 else 1.0)
+            _advance(rows, now, before, total, coefficients[k], 0.5 if k == 1 else 1.0)
             now, before = before, now
             if (k % _CHECKED_EVERY == 0 or k == degree) and not float((now * now).sum()) <= allowed:
                 return None
@@ -130,7 +131,7 @@ def _doubled_shifted(symmetric: sparse.csr_matrix, bound: float) -> sparse.csr_m
     """The matrix 2 A for A = I - 2 D / b, with a diagonal entry in every row."""
     scaled = sparse.csr_matrix((symmetric.data * (-4.0 / bound), symmetric.indices, symmetric.indptr), shape=symmetric.shape)
     diagonal = scaled.diagonal() + 2.0
-    if _set_diagonal(scaled.indptr, scaled.indices, scaled.data, diagonal):
+    if _set_diagonal(CompressedRows.of(scaled), diagonal):
         return scaled
     return sparse.csr_matrix(scaled + 2.0 * sparse.eye_array(scaled.shape[0]))
 
@@ -138,10 +139,9 @@ def _doubled_shifted(symmetric: sparse.csr_matrix, bound: float) -> sparse.csr_m
 # Unsigned indices spare the test whether each counts from the end, which takes half of the time. Fusing products and sums halves
 # the time again, and is more exact.
 @compiled(parallel=True, fastmath={"contract"})
-def _advance(
-    indptr: Ints, indices: Ints, data: Floats, now: Floats, before: Floats, total: Floats, coefficient: float, factor: float
-) -> None:
+def _advance(matrix: CompressedRows, now: Floats, before: Floats, total: Floats, coefficient: float, factor: float) -> None:
     """Computes before = factor (B now) - before and total += coefficient before in place, in one pass over the rows of B."""
+    indptr, indices, data = matrix
     for row in prange(now.shape[0]):
         i = np.uint64(row)
         x = y = z = 0.0
@@ -161,8 +161,9 @@ def _advance(
 
 
 @compiled
-def _set_diagonal(indptr: Ints, indices: Ints, data: Floats, diagonal: Floats) -> bool:
+def _set_diagonal(matrix: CompressedRows, diagonal: Floats) -> bool:
     """Sets the diagonal in place; returns whether every row has a diagonal entry."""
+    indptr, indices, data = matrix
     complete = True
     for i in range(diagonal.shape[0]):
         found = False
@@ -179,7 +180,7 @@ def symmetric_form(dirichlet: sparse.csr_matrix, mass: Floats) -> sparse.csr_mat
     inverse_root = 1.0 / np.sqrt(mass)
     data = np.empty(dirichlet.nnz)
     with threads_for(len(mass)):
-        _scale_rows(dirichlet.indptr, dirichlet.indices, dirichlet.data, inverse_root, data)
+        _scale_rows(CompressedRows.of(dirichlet), inverse_root, data)
     return sparse.csr_matrix((data, dirichlet.indices, dirichlet.indptr), shape=dirichlet.shape)
 
 
@@ -187,7 +188,7 @@ def gershgorin_bound(symmetric: sparse.csr_matrix, mass: Floats) -> float:
     """A proven bound of the largest eigenvalue, by the circles of M^-1 S; on regular triangles it is 4/3 of it."""
     sums = np.empty(len(mass))
     with threads_for(len(mass)):
-        _sum_circles(symmetric.indptr, symmetric.indices, symmetric.data, np.sqrt(mass), sums)
+        _sum_circles(CompressedRows.of(symmetric), np.sqrt(mass), sums)
     return float(sums.max(initial=0.0))
 
 
@@ -210,7 +211,7 @@ def lanczos_bound(symmetric: sparse.csr_matrix) -> float:
     with threads_for(n):
         for k in range(steps):
             w = np.empty(n)
-            _multiply(symmetric.indptr, symmetric.indices, symmetric.data, q, w)
+            _multiply(CompressedRows.of(symmetric), q, w)
             w -= beta * before
             # numpy's sums have a fixed order; BLAS would divide a product among its threads.
             diagonal[k] = alpha = float((w * q).sum())
@@ -230,7 +231,8 @@ def _tridiagonal(diagonal: Floats, off: Floats) -> tuple[float, float]:
 
 
 @compiled(parallel=True)
-def _multiply(indptr: Ints, indices: Ints, data: Floats, x: Floats, product: Floats) -> None:
+def _multiply(matrix: CompressedRows, x: Floats, product: Floats) -> None:
+    indptr, indices, data = matrix
     for i in prange(x.shape[0]):
         total = 0.0
         for k in range(indptr[i], indptr[i + 1]):
@@ -239,14 +241,16 @@ def _multiply(indptr: Ints, indices: Ints, data: Floats, x: Floats, product: Flo
 
 
 @compiled(parallel=True)
-def _scale_rows(indptr: Ints, indices: Ints, data: Floats, factors: Floats, scaled: Floats) -> None:
+def _scale_rows(matrix: CompressedRows, factors: Floats, scaled: Floats) -> None:
+    indptr, indices, data = matrix
     for i in prange(factors.shape[0]):
         for k in range(indptr[i], indptr[i + 1]):
             scaled[k] = data[k] * (factors[i] * factors[indices[k]])
 
 
 @compiled(parallel=True)
-def _sum_circles(indptr: Ints, indices: Ints, data: Floats, root: Floats, sums: Floats) -> None:
+def _sum_circles(matrix: CompressedRows, root: Floats, sums: Floats) -> None:
+    indptr, indices, data = matrix
     for i in prange(root.shape[0]):
         total = 0.0
         for k in range(indptr[i], indptr[i + 1]):

@@ -6,7 +6,6 @@ Written here because ARPACK, in SciPy, searches about one shift and does not cou
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
@@ -14,8 +13,8 @@ from ..checks import ConvergenceError
 from ..compilation import compiled, prange
 from ..execution import Progress
 from ..libraries import blas, linalg, sparse
-from ..linear_solvers import ShiftedFactors
-from ..mesh import Floats, Ints
+from ..linear_solvers import CompressedRows, ShiftedFactors
+from ..mesh import Floats
 
 #: Modes of a band: with more, keeping the basis orthogonal costs more; with fewer, more factorisations are needed.
 _BAND, _BAND_OF_LARGE, _LARGE = 100, 160, 50_000
@@ -228,8 +227,7 @@ def groups(count: int, progress: Progress, done: float = 1.0) -> Iterator[slice]
 def sparse_product(operator: sparse.csc_matrix, columns: Floats) -> Floats:
     """A X, (n, k), for a symmetric A, on all threads with the same bits for any number of them."""
     made = np.empty(columns.shape, order="F")
-    kernel: Any = _product
-    kernel(operator.indptr, operator.indices, operator.data, columns, made)
+    _product(CompressedRows.of(operator), columns, made)
     return made
 
 
@@ -257,7 +255,8 @@ def remove(directions: Floats, block: Floats) -> Floats:
 
 
 @compiled(parallel=True)
-def _product(starts: Ints, rows: Ints, values: Floats, columns: Floats, made: Floats) -> None:
+def _product(matrix: CompressedRows, columns: Floats, made: Floats) -> None:
+    starts, rows, values = matrix
     for c in prange(columns.shape[1]):
         for i in range(columns.shape[0]):
             total = 0.0
