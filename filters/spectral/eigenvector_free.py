@@ -14,14 +14,14 @@ from ..mesh import Floats
 from .chebyshev import ChebyshevSeries
 from .polynomial import LARGEST_DEGREE, gershgorin_bound, lanczos_bound, polynomial_filter, polynomial_series, symmetric_form
 from .problem import SpectralProblem
-from .rational import LARGEST_FACTORS, m_norm, rational_filter, rational_series
+from .rational import m_norm, rational_filter, rational_series
 from .responses import Response
 
 RouteName: TypeAlias = Literal["polynomial", "rational"]
 ROUTE_NAMES: tuple[RouteName, ...] = get_args(RouteName)
-#: Measured seconds per row with three columns on one thread: a product, making Cholesky's factors, a solve with them, a solve by
-#: multigrid. Only their ratios matter; see docs/solvers.md.
-_PRODUCT, _FACTORS, _FACTOR_SOLVE, _MULTIGRID_SOLVE = 1.2e-8, 9e-6, 2.5e-7, 2.5e-6
+#: A polynomial of a higher degree takes longer than a rational function: from a degree of about 1,000 on where factors are made,
+#: of about 5,000 on larger meshes; see docs/solvers.md.
+MOST_PRODUCTS = 2_000
 #: Rounding in sums of this many terms, as a share of the result, per degree.
 _ROUNDING = 8.0 * float(np.finfo(float).eps)
 
@@ -61,7 +61,8 @@ def filter_without_eigenvectors(
         tolerance: of the error in the M-norm, as a share of |v|_M about the means; solves may add a third. Below 1e-12 it
             is rounding. The time grows with the logarithm of 1 / tolerance.
         route: "polynomial": products with S, about as many as the shortest wave that stays is long in edges, and more with thin
-            triangles. "rational": about 30 solves. "auto": what is predicted to be faster.
+            triangles. "rational": about 30 solves. "auto": a polynomial; a rational
+            function where its degree would pass `MOST_PRODUCTS`.
         progress: called after every product or some steps of a solve; may raise to stop.
 
     Returns:
@@ -137,7 +138,7 @@ class Route:
 
 
 class Plan:
-    """Both routes with their degrees and errors, which depend on the response and bounds of the spectrum, and the choice.
+    """A polynomial; a rational function where the degree would pass `MOST_PRODUCTS`.
 
     Attributes:
         route: the route that is taken.
@@ -153,53 +154,41 @@ class Plan:
             problem: of n rows.
             response: of the filter.
             tolerance: of the error, as a share of the M-norm of the values.
-            route: what was asked for.
+            route: "auto" for the rule above, or one of the routes.
 
         Raises:
             FilterInputError: a polynomial was asked for and would need an excessive degree.
         """
         self._problem, self._response, self._tolerance = problem, response, tolerance
-        self._rational, self._pole = rational_series(response, tolerance=tolerance)
-        n = len(problem.mass)
         self._symmetric = symmetric_form(problem.dirichlet, problem.mass)
         self._proven = gershgorin_bound(self._symmetric, problem.mass)
-        self._bound = min(lanczos_bound(self._symmetric), self._proven) if n else 0.0
-        solves = _solving_time(n, self._rational.degree)
-        exact = self._rational.error <= 2.0 * tolerance
-        # On thin triangles a polynomial takes a hundred times as many products as that: its samples alone would fill memory.
-        useful = min(LARGEST_DEGREE, int(solves / (_PRODUCT * n)) + 1) if exact and n and route == "auto" else LARGEST_DEGREE
-        self._polynomial = self._series(useful)
-        products = self.degree_of("polynomial") * _PRODUCT * n
-        fits = self._polynomial.error <= 2.0 * tolerance
-        if route == "polynomial" and not fits:
+        self._bound = min(lanczos_bound(self._symmetric), self._proven) if len(problem.mass) else 0.0
+        self.route: RouteName = "rational" if route == "rational" else "polynomial"
+        self.reason = "it was asked for" if route != "auto" else f"at most {MOST_PRODUCTS:,} products are enough"
+        if route == "rational":
+            self._series, self._pole = rational_series(response, tolerance=tolerance)
+            return
+        self._series = self._polynomial(LARGEST_DEGREE if route == "polynomial" else MOST_PRODUCTS)
+        if self._is_exact:
+            return
+        if route == "polynomial":
             raise FilterInputError(
-                f"a polynomial of degree {LARGEST_DEGREE} has an error of {self._polynomial.error:.3g} still: the mesh has too "
+                f"a polynomial of degree {LARGEST_DEGREE} has an error of {self._series.error:.3g} still: the mesh has too "
                 "thin triangles for the wavelength; take the rational route or the robust operator"
             )
-        faster: RouteName = "polynomial" if fits and (products <= solves or not exact) else "rational"
-        self.route: RouteName = faster if route == "auto" else route
-        other: RouteName = "rational" if self.route == "polynomial" else "polynomial"
-        possible = exact if other == "rational" else fits
-        seconds = {"polynomial": products, "rational": solves}
-        if route != "auto":
-            self.reason = "it was asked for"
-        elif possible:
-            self.reason = (
-                f"its predicted time is {seconds[self.route]:.2g} s, that of a {other} one of degree {self.degree_of(other)} "
-                f"{seconds[other]:.2g} s"
-            )
-        else:
-            tried = f"up to degree {useful}, which takes as long," if useful < LARGEST_DEGREE else "of a degree that is tried"
-            self.reason = f"no {other} function {tried} meets the tolerance"
+        self.route, self.reason = "rational", f"a polynomial would take more than {MOST_PRODUCTS:,} products"
+        self._series, self._pole = rational_series(response, tolerance=tolerance)
+        if not self._is_exact:  # a band of a thousand lengths, whose ends one pole does not reach
+            rational, self._series = self._series, self._polynomial(LARGEST_DEGREE)
+            if self._is_exact:
+                self.route, self.reason = "polynomial", "no rational function with one pole meets the tolerance"
+            else:
+                self._series = rational
 
     @property
     def degree(self) -> int:
-        """The degree of the chosen route."""
-        return self.degree_of(self.route)
-
-    def degree_of(self, route: RouteName) -> int:
-        """The degree of one of the two."""
-        return (self._polynomial if route == "polynomial" else self._rational).degree
+        """The degree of the polynomial or the rational function."""
+        return self._series.degree
 
     def run(self, values: Floats, progress: Progress) -> tuple[Floats, float, float]:
         """The filtered values of unit norm, a bound of the error in the M-norm, an estimate of the largest error at a vertex."""
@@ -207,24 +196,22 @@ class Plan:
         rounding = _ROUNDING * (1 + self.degree)
         if self.route == "rational":
             applied, error = rational_filter(
-                problem.dirichlet, problem.mass, values, self._rational, self._pole, tolerance=tolerance, progress=progress
+                problem.dirichlet, problem.mass, values, self._series, self._pole, tolerance=tolerance, progress=progress
             )
-            return applied.values, self._rational.error + error + rounding, applied.largest_error
-        done = polynomial_filter(self._symmetric, problem.mass, values, self._polynomial, self._bound, progress=progress)
+            return applied.values, self._series.error + error + rounding, applied.largest_error
+        done = polynomial_filter(self._symmetric, problem.mass, values, self._series, self._bound, progress=progress)
         if done is None:
             # The estimate of the largest eigenvalue was too low; the proven bound never is.
             self._bound = self._proven * (1.0 + 1e-9)
-            self._polynomial = self._series()
-            done = polynomial_filter(self._symmetric, problem.mass, values, self._polynomial, self._bound, progress=progress)
+            self._series = self._polynomial(LARGEST_DEGREE)
+            done = polynomial_filter(self._symmetric, problem.mass, values, self._series, self._bound, progress=progress)
         if done is None:
             raise ConvergenceError("the recurrence of the polynomial grows: the operator is not positive semidefinite")
-        return done.values, self._polynomial.error + rounding, done.largest_error
+        return done.values, self._series.error + rounding, done.largest_error
 
-    def _series(self, largest_degree: int = LARGEST_DEGREE) -> ChebyshevSeries:
+    @property
+    def _is_exact(self) -> bool:
+        return self._series.error <= 2.0 * self._tolerance
+
+    def _polynomial(self, largest_degree: int) -> ChebyshevSeries:
         return polynomial_series(self._response, self._bound, tolerance=self._tolerance, largest_degree=largest_degree)
-
-
-def _solving_time(n: int, solves: int) -> float:
-    if n <= LARGEST_FACTORS:
-        return n * (_FACTORS + solves * _FACTOR_SOLVE)
-    return n * solves * _MULTIGRID_SOLVE

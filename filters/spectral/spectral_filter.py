@@ -86,8 +86,8 @@ def spectral_filter(
             wavelength that Weyl's law, kappa = 4 pi (modes + 1) / area, gives this mode.
         gain: of the band, None for 2 with "enhance" and 1 with "band_pass". Larger exaggerates, below 1 attenuates.
         order: of the smooth responses, see `low_pass`. Larger cuts off more sharply.
-        method: "eigenvectors" computes modes, "polynomial" does without them, and takes a rational function where that is
-            cheaper, "auto" computes modes only where their number is given and they fit into 0.8 GB.
+        method: "eigenvectors" computes modes, "polynomial" does without them, by a rational function where a polynomial
+            would take more than 2,000 products. "auto" computes modes only where their number is given and they fit into 0.8 GB.
         operator: "cotangent", "robust", or "auto": robust where the mesh is not manifold.
         tolerance: of the error, as a share of the root mean square distance of the surface from the centroids. Smaller takes
             longer.
