@@ -50,7 +50,7 @@ def tangential_smoothing(
         iterations: number of steps. More are better triangles, up to a point.
         max_deviation: how far the middles of triangles and edges may get from the input, in mesh units: larger allows better
             triangles on curved parts and across edges. None: 5 % of the mean edge. Vertices themselves stay on the input.
-        movable: (n,) bool, which vertices may move, None for all. Border vertices stay, whatever is said.
+        movable: (n,) bool, which vertices may move, None for all; border vertices stay.
         progress: called with the share that is done; may raise to stop.
 
     Returns:
@@ -69,8 +69,8 @@ def improve_triangles(
     *,
     weight: float = 0.1,
     iterations: int = 5,
-    max_deviation: float | None = None,
     movable: ArrayLike | None = None,
+    max_deviation: float | None = None,
     progress: Progress = ignore_progress,
 ) -> tuple[Floats, Ints]:
     """Tangential smoothing with edge flips before each of its steps [nealen2006, lawson1977, botsch2004remeshing].
@@ -82,12 +82,11 @@ def improve_triangles(
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        weight: w, above 0, without unit. Larger moves less in each iteration.
+        weight: w, as for `tangential_smoothing`.
         iterations: how often edges are flipped and a step is made. More are better triangles, up to a point.
-        max_deviation: how far the middles of triangles and edges may get from the input, in mesh units: larger allows better
-            triangles on curved parts and across edges. None: 5 % of the mean edge. Vertices themselves stay on the input.
-        movable: (n,) bool, which vertices may move, None for all. An edge is flipped only between four vertices that may.
-            Border vertices stay, whatever is said.
+        movable: (n,) bool, which vertices may move, None for all; border vertices stay. An edge is flipped only between four
+            vertices that may.
+        max_deviation: as for `tangential_smoothing`.
         progress: called with the share that is done; may raise to stop.
 
     Returns:
