@@ -2,7 +2,7 @@
 
 Every check returns the value as a plain Python object, so that what follows computes with the type it expects. Whole numbers are
 taken from `int` and NumPy's integers only: 2.0 is refused like 2.5. Truth values are no numbers. The message of each error is the
-name of the parameter, the value, what is allowed and, if given, a note.
+name of the parameter, the value, the allowed ones and a note, if any.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ def _restored(kind: type[PymeshfairError], arguments: tuple[Any, ...], attribute
 
 
 class FilterInputError(PymeshfairError, ValueError):
-    """The mesh or a parameter is not one that the technique is defined for; the message says which, why and what to do."""
+    """The technique is not defined for this mesh or parameter; the message has the value, the reason and the remedy."""
 
 
 class UnstableStepError(FilterInputError):
     """An explicit step is longer than the operator's spectrum allows.
 
     Attributes:
-        largest_stable: the longest step that does not amplify any mode, in the unit of the step that was asked for.
+        largest_stable: the longest step that does not amplify any mode, in the unit of the step.
     """
 
     def __init__(self, message: str, *, largest_stable: float) -> None:
@@ -53,7 +53,7 @@ def check_whole_number(name: str, value: object, *, least: int = 0, most: int | 
 
     Args:
         name: the parameter's name, as in "iterations is 2.5: it is a whole number of at least 0".
-        value: what was given.
+        value: the value.
         least: the smallest value that is allowed.
         most: the largest value that is allowed; None for any.
         note: appended to the message: what the value means, or what to give instead. Begins with its own punctuation.
@@ -75,7 +75,7 @@ def check_finite(name: str, value: object, *, least: float | None = None, most: 
 
     Args:
         name: the parameter's name, as in "time_step nan is not finite and at least 0".
-        value: what was given.
+        value: the value.
         least: the lower bound; None for none.
         most: the upper bound, only together with a lower one; None for none.
         note: as for `check_whole_number`.
@@ -96,7 +96,7 @@ def check_positive(name: str, value: object, *, most: float | None = None, note:
 
     Args:
         name: the parameter's name, as in "detail_size 0.0 is not finite and above 0".
-        value: what was given.
+        value: the value.
         most: the largest value that is allowed; None for any that is finite.
         note: as for `check_whole_number`.
 
@@ -115,7 +115,7 @@ def check_choice(name: str, value: object, allowed: Sequence[str], *, note: str 
 
     Args:
         name: the parameter's name, as in "border 'open' is not one of 'fixed', 'along', 'free'".
-        value: what was given.
+        value: the value.
         allowed: all names, in the order in which the message lists them.
         note: as for `check_whole_number`.
 

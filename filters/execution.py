@@ -1,4 +1,4 @@
-"""How work is done: progress, threads, tasks, and library calls that can be abandoned.
+"""Progress, threads, tasks, and library calls that can be abandoned.
 
 Every parallel kernel writes each result from one iteration alone, so the results have the same bits for any number of threads.
 Very small meshes are faster on one.
@@ -34,7 +34,7 @@ _POLL = 0.1
 
 
 def ignore_progress(done: float) -> None:
-    """The progress of a caller who does not ask for any."""
+    """No progress."""
 
 
 def part_of(progress: Progress, start: float, stop: float) -> Progress:
@@ -43,7 +43,7 @@ def part_of(progress: Progress, start: float, stop: float) -> Progress:
 
 
 def rising(progress: Progress, start: float = 0.0, stop: float = 1.0) -> Progress:
-    """As `part_of`, and never less than before, for work that may begin once more."""
+    """As `part_of`, and never less than before, for work that may restart."""
     furthest = 0.0
 
     def tell(share: float) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 
 class ImportedWhenUsed:
-    """A module that is imported when an attribute of it is first asked for.
+    """A module that is imported when one of its attributes is first used.
 
     Unlike `importlib.util.LazyLoader` it may be used by several threads, before Python 3.12 too, and knows submodules.
     """
@@ -21,7 +21,7 @@ class ImportedWhenUsed:
     def __getattr__(self, attribute: str) -> Any:
         """The attribute of the module, or its submodule of that name."""
         if attribute.startswith("__"):
-            raise AttributeError(attribute)  # whoever looks at this object, such as a debugger, does not use the module
+            raise AttributeError(attribute)  # inspection, as by a debugger, is no use of the module
         module = importlib.import_module(self._name)
         try:
             value = getattr(module, attribute)

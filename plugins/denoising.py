@@ -46,7 +46,7 @@ from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy, reference
 
 from .moving_vertices import MOVES_VERTICES, Selected, movable_vertices
 
-#: how parameters that are not given are found
+#: how parameters without a value are chosen
 Chooser: TypeAlias = Literal["held_out", "fixed"]
 CHOICE = Enum(
     label="Choice",
@@ -222,7 +222,7 @@ def apply_coord_normal_filtering(
             help="Vertices that stand out from all around them, as those of stray measurements: 'keep' filters them like the "
             "others, 'replace' puts them first where the others expect them, 'only' moves nothing but them. Filters that keep "
             "edges keep such spikes too. "
-            "'auto' keeps them where the filter is said in full.",
+            "'auto' keeps them where all parameters of the filter are given.",
         ),
     ] = "auto",
     relaxation: Annotated[
@@ -232,7 +232,7 @@ def apply_coord_normal_filtering(
             minimum=-1,
             maximum=10_000,
             help="How many pairs of Taubin's steps come before, of 0.5 and -0.53. More calm noise that turns faces over, and "
-            "round edges, which the filter sharpens again. -1: automatic, 0 where the filter is said in full.",
+            "round edges, which the filter sharpens again. -1: automatic, 0 where all parameters of the filter are given.",
         ),
     ] = -1,
     relaxation_direction: Annotated[
@@ -274,7 +274,7 @@ def apply_coord_normal_filtering(
     displacement of the vertices in mean edges ("drift"), and the number of faces that look away from those around them, before
     and after ("folded_before", "folded_after").
     """
-    given = _given(
+    set_values = _given(
         **asdict(normals),
         vertex_iterations=vertex_iterations,
         outer_iterations=outer_iterations,
@@ -285,23 +285,23 @@ def apply_coord_normal_filtering(
     )
     movable = movable_vertices(layer, selected)
     notes: tuple[str, ...] = ()
-    if given or choice == "fixed":
+    if set_values or choice == "fixed":
         choosing = part_of(progress, 0.0, CHOOSING)
-        effective, found = _completed(layer, given, choice, choosing, border=border, movable=movable)
-        vertices = _filtered(layer, effective, border, movable, part_of(progress, CHOOSING if found else 0.0, 1.0))
+        effective, findings = _completed(layer, set_values, choice, choosing, border=border, movable=movable)
+        vertices = _filtered(layer, effective, border, movable, part_of(progress, CHOOSING if findings else 0.0, 1.0))
     else:
         share = part_of(progress, 0.0, CHOOSING if compare else 1.0)
         vertices, made = denoise_automatically(layer.vertices, layer.faces, border=border, movable=movable, progress=share)
-        effective, found = _parameters(made.setting), _findings(made)
+        effective, findings = _parameters(made.setting), _findings(made)
         if compare:
-            found["smoothers"] = _comparison(layer, made, movable, part_of(progress, CHOOSING, 1.0))
+            findings["smoothers"] = _comparison(layer, made, movable, part_of(progress, CHOOSING, 1.0))
         if made.kind == "clean":
             notes = ("there is no noise to remove: the vertices stay where they are",)
     return Edit(
         vertices=vertices,
         values={
             **effective,
-            **found,
+            **findings,
             "drift": _mean_displacement(layer, vertices),
             "folded_before": int(folded_faces(layer.vertices, layer.faces).sum()),
             "folded_after": int(folded_faces(vertices, layer.faces).sum()),
@@ -339,17 +339,17 @@ def apply_normal_robust_filtering_per_face(
     """
     if selected and not layer.face_selection.any():
         raise MeshError(f"nothing is selected in {layer.label!r}: select faces, or use selected=False")
-    given = _given(**asdict(normals))
-    effective, found = _completed(layer, given, choice, part_of(progress, 0.0, CHOOSING), of=frozenset(STEP_ONE))
-    if "normal_iterations" not in given:
+    set_values = _given(**asdict(normals))
+    effective, findings = _completed(layer, set_values, choice, part_of(progress, 0.0, CHOOSING), of=frozenset(STEP_ONE))
+    if "normal_iterations" not in set_values:
         effective["normal_iterations"] *= effective["outer_iterations"]
     effective = {name: effective[name] for name in STEP_ONE}
     filtered = filter_face_normals(
-        layer.vertices, layer.faces, **effective, progress=part_of(progress, CHOOSING if found else 0.0, 1.0)
+        layer.vertices, layer.faces, **effective, progress=part_of(progress, CHOOSING if findings else 0.0, 1.0)
     )
     if selected:
         filtered = np.where(layer.face_selection[:, None], filtered, layer.face_normals)
-    return Edit(face_normals=filtered, values={**effective, **found})
+    return Edit(face_normals=filtered, values={**effective, **findings})
 
 
 def _given(**values: Any) -> dict[str, Any]:
@@ -367,7 +367,7 @@ def _filtered(layer: Layer, effective: dict[str, Any], border: BorderPolicy, mov
 
 def _completed(
     layer: Layer,
-    given: dict[str, Any],
+    set_values: dict[str, Any],
     choice: Chooser,
     progress: Progress,
     *,
@@ -379,22 +379,22 @@ def _completed(
     The mesh is only looked at if the choice has a say in one of those that the filter is made `of`; `how` goes to
     `automatic_choice`.
     """
-    if CHOSEN & of <= given.keys():
-        return {**DEFAULTS, **given}, {}
+    if CHOSEN & of <= set_values.keys():
+        return {**DEFAULTS, **set_values}, {}
     if choice == "fixed":
-        return {**DEFAULTS, **asdict(FIXED), **given}, {}
+        return {**DEFAULTS, **asdict(FIXED), **set_values}, {}
     # Passes are no part of what is tried: twenty of them would cost twenty times as much.
-    tried = REPERTOIRE.narrowed(**{name: value for name, value in given.items() if name != "normal_iterations"})
+    tried = REPERTOIRE.narrowed(**{name: value for name, value in set_values.items() if name != "normal_iterations"})
     made = automatic_choice(layer.vertices, layer.faces, repertoire=tried, progress=progress, **how)
     chosen = _parameters(made.setting)
     if made.setting.parameters is None:
         # A mesh that asks for no normal filtering: what is given is then completed as the authors of the filter would.
         del chosen["outer_iterations"]
-    return {**DEFAULTS, **chosen, **given}, _findings(made)
+    return {**DEFAULTS, **chosen, **set_values}, _findings(made)
 
 
 def _parameters(setting: Setting) -> dict[str, Any]:
-    """The parameters of the filter that do what the setting says."""
+    """The setting as parameters of the filter."""
     filtering = {"outer_iterations": 0} if setting.parameters is None else asdict(setting.parameters)
     before = {name: getattr(setting, name) for name in BEFORE}
     return {**DEFAULTS, **filtering, **before}
@@ -402,23 +402,23 @@ def _parameters(setting: Setting) -> dict[str, Any]:
 
 def _findings(made: AutomaticChoice) -> dict[str, Any]:
     """What the mesh was found to be, and the numbers that this rests on."""
-    found: dict[str, Any] = {"shape": made.kind, "noise": made.noise.deviation}
+    findings: dict[str, Any] = {"shape": made.kind, "noise": made.noise.deviation}
     if made.evidence is not None:
-        found["tried"] = [
+        findings["tried"] = [
             {**asdict(trial.label), **{name: value for name, value in vars(trial).items() if name != "label"}}
             for trial in made.evidence.trials
         ]
-    return found
+    return findings
 
 
 def _comparison(layer: Layer, made: AutomaticChoice, movable: Bools | None, progress: Progress) -> list[dict[str, Any]]:
     """The families of smoothers by their error at held-out vertices; none of a clean mesh, or where neighbours share noise."""
     if made.kind != "noisy":
         return []
-    found = compare_smoothers(layer.vertices, layer.faces, setting=made.setting, movable=movable, progress=progress)
+    comparison = compare_smoothers(layer.vertices, layer.faces, setting=made.setting, movable=movable, progress=progress)
     return (
         []
-        if found is None
+        if comparison is None
         else [
             {
                 "smoother": trial.label.smoother or "nothing",
@@ -426,9 +426,9 @@ def _comparison(layer: Layer, made: AutomaticChoice, movable: Bools | None, prog
                 "error": trial.error,
                 "excess": trial.excess,
                 "uncertainty": trial.uncertainty,
-                "chosen": trial == found.chosen,
+                "chosen": trial == comparison.chosen,
             }
-            for trial in found.trials
+            for trial in comparison.trials
         ]
     )
 

@@ -1,4 +1,4 @@
-"""Systems of equations on unbranched curves, solved by elimination from end to end without a subtraction."""
+"""Implicit steps on unbranched curves: systems of equations solved by elimination without a subtraction."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def _eliminate(network: _Network, mass: Floats, chains: Chains, shares: _Shares)
 
 @compiled
 def _ground(network: _Network, mass: Floats, order: Ints, start: int, stop: int, k: int, ring: bool) -> float:
-    """The conductance from a vertex to the ground and to fixed vertices, which it cannot tell apart."""
+    """The conductance from a vertex to the ground and to fixed vertices, which are alike to it."""
     offsets, columns, weights = network
     i = order[k]
     before = order[k - 1] if k > start else (order[stop - 1] if ring else -1)
@@ -152,7 +152,7 @@ class _Network(NamedTuple):
 
 
 class _Shares(NamedTuple):
-    """Where the current of each vertex in `Chains.order` goes when the vertex is eliminated.
+    """The shares of the current of each vertex in `Chains.order`, when the vertex is eliminated.
 
     Attributes:
         to_next: the share that goes to the next vertex.
@@ -205,7 +205,7 @@ def _trace(rings: OneRings, free: Bools, traced: Chains) -> tuple[int, int]:
     done = ~free
     placed = chains = 0
     starts[0] = 0
-    # First from the ends, then what is left, which is rings.
+    # First from the ends; all other chains are rings.
     for only_ends in (True, False):
         for i in range(n):
             if done[i]:

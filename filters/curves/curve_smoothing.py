@@ -76,7 +76,7 @@ def curve_smoothing(
             the length of its edges as mass; and t = (2^(1 / iterations) - 1) (detail_size / 2 pi)^2. Larger is smoother.
         iterations: number of steps, or of pairs of steps. More are smoother; with a detail size they cut off more sharply.
         border: what the ends of open curves do, vertices with one neighbour; see `CurveBorder`.
-        movable: (n,) bool, which vertices may move, None for all. The others stay where they are and are seen by those that do.
+        movable: (n,) bool, which vertices may move, None for all. The others stay, and count as neighbours of those that do.
         progress: called after every step; may raise to stop.
 
     Returns:
@@ -134,7 +134,7 @@ def _steps(method: CurveMethod, step: float, mu: float, pass_band: float | None)
 def _time_and_operator(
     weights: CurveWeights, time_step: float | None, detail_size: float | None, scale: float, iterations: int
 ) -> tuple[float, OperatorName]:
-    """The time step in the frame of that scale, and the operator that it is for."""
+    """The time step on the normalised mesh, and its operator."""
     if (time_step is None) == (detail_size is None):
         raise FilterInputError("the method 'implicit' takes either a time_step or a detail_size")
     if detail_size is not None:
@@ -154,9 +154,9 @@ def _time_and_operator(
 def explicit_curve_steps(
     start: Floats, rings: OneRings, weights: OperatorName, steps: Sequence[float], count: int, moves: Bools, progress: Progress
 ) -> Floats:
-    """(n, 3) where the vertices are after `count` times all of the `steps`."""
-    which = np.flatnonzero(moves).astype(np.int32)
-    advance = curve_stencil(start, weights, which, Rings(rings.offsets, rings.neighbours))
+    """(n, 3) the vertices after `count` rounds of the `steps`."""
+    movers = np.flatnonzero(moves).astype(np.int32)
+    advance = curve_stencil(start, weights, movers, Rings(rings.offsets, rings.neighbours))
     now, following = start.copy(), start.copy()
     for done in range(count):
         for step in steps:
@@ -176,7 +176,7 @@ def implicit_curve_steps(
     moves: Bools,
     progress: Progress,
 ) -> Floats:
-    """(n, 3) where the vertices are after `count` steps of that time, in the unit of one over the operator."""
+    """(n, 3) the vertices after `count` steps of length `time`, in the unit of one over the operator."""
     laplacian = curve_laplacian(start, pairs, operator)
     labels: Ints = sparse.csgraph.connected_components(laplacian.stiffness, directed=False)[1]
     branched = _in_branched_component(rings, moves, labels)

@@ -1,4 +1,4 @@
-"""Anisotropic diffusion of what the vertices carry: scalars and colours are smoothed, their edges stay [perona1990]."""
+"""Anisotropic diffusion of scalars and colours of the vertices: smoothed, with their edges kept [perona1990]."""
 
 import math
 from typing import Literal, TypeAlias, get_args

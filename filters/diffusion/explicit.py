@@ -1,4 +1,4 @@
-"""Explicit Euler steps of the diffusion equation: every vertex a little way towards its neighbours, all at once."""
+"""Explicit smoothing: Euler steps of the diffusion equation."""
 
 import math
 from collections.abc import Callable
@@ -50,7 +50,7 @@ def explicit_smoothing(
             the better of that and the largest eigenvalue of a single triangle [irons1971], exact on equilateral triangles.
         iterations: number of steps. More are smoother; the time is proportional.
         border: what the vertices on borders do; see `BorderPolicy`.
-        movable: (n,) bool, which vertices may move, None for all. The others stay where they are and are seen by those that do.
+        movable: (n,) bool, which vertices may move, None for all. The others stay, and count as neighbours of those that do.
         update: "euler", the equation above; or "meshlab", the rule of MeshLab's Laplacian Smooth, for "uniform" and
             "cotangent": p_i <- (p_i + sum_j w_ij p_j) / (1 + sum_j w_ij) with w_ij the number of faces at the edge, or the sum
             of the cotangents there, and along borders (2 p_i + p_prev + p_next) / 4. That is an Euler step of
@@ -149,7 +149,7 @@ def explicit_surface(
     update: UpdateRule = "euler",
     whole: Whole | None = None,
 ) -> ExplicitSurface:
-    """Makes a mesh ready for explicit iterations: checked, normalised and, where that pays, in an order good for the memory.
+    """Prepares a mesh for explicit iterations: checked, normalised, and reordered where that is faster.
 
     Args:
         vertices: (n, 3) coordinates.

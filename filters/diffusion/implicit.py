@@ -1,4 +1,7 @@
-"""Implicit fairing: backward Euler steps of the diffusion equation, stable however long."""
+"""Implicit fairing [desbrun1999]: backward Euler steps of the diffusion equation, stable at any length.
+
+`implicit_fairing` builds M and C, `BackwardEulerStep` assembles A = M - t C and solves A p' = M p; on curves too.
+"""
 
 from __future__ import annotations
 
@@ -101,7 +104,7 @@ def implicit_fairing(
             with the operator that `CURVE_OPERATOR` names; then the interior is solved for between the new borders. That is
             the backward Euler step of the flow in which border vertices see only their neighbours on the border. "free":
             border vertices are like any other and the border draws in.
-        movable: (n,) bool, which vertices may move, None for all. The others stay where they are and are seen by those that do.
+        movable: (n,) bool, which vertices may move, None for all. The others stay, and count as neighbours of those that do.
         progress: called every few solver steps with the share that is done; may raise to stop.
 
     Returns:
@@ -269,7 +272,7 @@ class BackwardEulerStep:
             laplacian: L = M^-1 C on n vertices.
             time_step: t, at least 0, in the unit of 1 / L.
             fixed: (n,) the vertices whose displacement is prescribed. Those without an edge of any weight stay too, and so do
-                components without mass, of which the equation says nothing.
+                components without mass, of which the equation determines nothing.
             components: (n,) a label from 0 for every vertex, at least one each component of C; -1 for vertices without any.
             steps: how many steps with this system are to come.
         """

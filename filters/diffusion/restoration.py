@@ -1,4 +1,4 @@
-"""The volume that the components of a mesh enclose, and giving it back to them after a step that took some."""
+"""Volume and dimensions that smoothing has taken from a shape, measured and restored."""
 
 from __future__ import annotations
 
@@ -62,8 +62,8 @@ def enclosed_volumes(points: Floats, faces: Ints, components: Ints, movable: Boo
     labels = np.where(whole, np.cumsum(whole) - 1, -1)
     vertex_component = np.where(components >= 0, labels[components], -1) if count else np.full(n, -1)
     chosen = proper[vertex_component[proper[:, 0]] >= 0]
-    found = Volumes(chosen, vertex_component[chosen[:, 0]], vertex_component, np.zeros(int(whole.sum())))
-    return found._replace(volumes=_measure(points, found)[0])
+    enclosing = Volumes(chosen, vertex_component[chosen[:, 0]], vertex_component, np.zeros(int(whole.sum())))
+    return enclosing._replace(volumes=_measure(points, enclosing)[0])
 
 
 def restore_volumes(points: Floats, original: Volumes) -> Floats:
@@ -88,9 +88,9 @@ def restore_volumes(points: Floats, original: Volumes) -> Floats:
             f"it back ({len(lost)} such components): take a shorter time step, or more of them with flow='conformalized'"
         )
     inside = original.vertex_component >= 0
-    which = original.vertex_component[inside]
+    component = original.vertex_component[inside]
     result = points.copy()
-    result[inside] += (points[inside] - centroids[which]) * (growth[which] - 1.0)[:, None]
+    result[inside] += (points[inside] - centroids[component]) * (growth[component] - 1.0)[:, None]
     return result
 
 
@@ -144,7 +144,7 @@ def dimensions_restored(
 
 
 def amplitude_with_dimensions(s: float) -> float:
-    """What of a wave is left by a step that would leave the share `s`, where dimensions are kept."""
+    """The share of a wave that a step with kept dimensions leaves, if the step alone leaves `s`."""
     return float(1.0 - (1.0 - s) * (1.0 - s**_PASSES) ** _TIMES)
 
 

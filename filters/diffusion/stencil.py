@@ -1,4 +1,4 @@
-"""One explicit step of an operator on a mesh: which vertices move, by which kernel, and how long a step may be."""
+"""Explicit steps of an operator on a mesh: the vertices that move, their kernel, and a bound of the spectrum."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def explicit_stencil(
     border: BorderPolicy,
     update: UpdateRule = "euler",
 ) -> Advance:
-    """The step of `operator` on a mesh, its weights taken from the points of the moment ("robust": from those given here).
+    """The step of `operator` on a mesh, its weights taken from the current points ("robust": from those of the mesh).
 
     Args:
         mesh: n points and triangles, or no triangles for a point cloud. Only what the operator needs of it is computed.
@@ -78,11 +78,11 @@ def explicit_stencil(
 
 
 def _surface(mesh: NormalisedMesh, operator: OperatorName, star: Stars, moving: MovingVertices) -> Advance:
-    which, rings = moving.surface, Rings(star.offsets, star.neighbours)
+    movers, rings = moving.surface, Rings(star.offsets, star.neighbours)
     if operator == "uniform":
-        return _uniform(which, rings)
+        return _uniform(movers, rings)
     if operator == "inverse_length" or operator == "scale_dependent":
-        return _lengths(mesh.points, which, rings, operator == "scale_dependent")
+        return _lengths(mesh.points, movers, rings, operator == "scale_dependent")
     if operator == "cotangent":
         return _cotangent(star, moving, NORMALISED)
     if operator == "laplace_beltrami":
@@ -96,43 +96,43 @@ def _surface(mesh: NormalisedMesh, operator: OperatorName, star: Stars, moving: 
             return min(bound, float(element_bound(now, mesh.cells)))
 
         return advance
-    return _assembled(build_laplacian(mesh.points, mesh.cells, operator), which)
+    return _assembled(build_laplacian(mesh.points, mesh.cells, operator), movers)
 
 
-def curve_stencil(points: Floats, operator: OperatorName, which: Ints, rings: Rings) -> Advance:
-    """The step on polylines of what `operator` becomes there; see `CURVE_OPERATOR`.
+def curve_stencil(points: Floats, operator: OperatorName, movers: Ints, rings: Rings) -> Advance:
+    """The step on polylines of the operator that `CURVE_OPERATOR` names for `operator`.
 
     Args:
         points: (n, 3) coordinates of ordinary size.
-        operator: see `build_laplacian`; the weights are taken from the points of the moment, for "robust" from those given here.
-        which: the vertices that move.
+        operator: see `build_laplacian`; the weights are taken from the current points, for "robust" from `points`.
+        movers: the vertices that move.
         rings: the neighbours of all n vertices along the polylines.
     """
     if CURVE_OPERATOR[operator] == "uniform":
-        return _uniform(which, rings)
+        return _uniform(movers, rings)
     if operator == "robust":
         ends = np.repeat(np.arange(len(points), dtype=np.int32), np.diff(rings.offsets))
         edges = np.column_stack([ends, rings.neighbours])[ends < rings.neighbours]
-        return _assembled(curve_laplacian(points, edges, operator), which)
-    return _lengths(points, which, rings, CURVE_OPERATOR[operator] == "scale_dependent")
+        return _assembled(curve_laplacian(points, edges, operator), movers)
+    return _lengths(points, movers, rings, CURVE_OPERATOR[operator] == "scale_dependent")
 
 
-def _uniform(which: Ints, rings: Rings) -> Advance:
+def _uniform(movers: Ints, rings: Rings) -> Advance:
     def advance(now: Floats, out: Floats, step: float) -> float:
-        uniform_step(now, out, which, rings, step)
+        uniform_step(now, out, movers, rings, step)
         return 2.0
 
     return advance
 
 
-def _lengths(points: Floats, which: Ints, rings: Rings, by_arc_length: bool) -> Advance:
+def _lengths(points: Floats, movers: Ints, rings: Rings, by_arc_length: bool) -> Advance:
     sums = np.empty(len(points))
     sum_ring_lengths(points, rings, sums)
     mean = float(sums.sum()) / max(len(rings.neighbours), 1)
     shortest = SHORTEST_EDGE * mean if mean > 0.0 else 1.0
 
     def advance(now: Floats, out: Floats, step: float) -> float:
-        bound = length_step(now, out, which, rings, step, shortest, by_arc_length)
+        bound = length_step(now, out, movers, rings, step, shortest, by_arc_length)
         return float(bound) if by_arc_length else 2.0
 
     return advance
@@ -152,7 +152,7 @@ def _cotangent(star: Stars, moving: MovingVertices, rule: int) -> Advance:
     return advance
 
 
-def _assembled(laplacian: Laplacian, which: Ints) -> Advance:
+def _assembled(laplacian: Laplacian, movers: Ints) -> Advance:
     stiffness, inverse_mass, bound = laplacian.stiffness, laplacian.inverse_mass, laplacian.spectral_bound()
     rings = Rings(stiffness.indptr.astype(np.int64), stiffness.indices.astype(np.int32))
 
@@ -160,7 +160,7 @@ def _assembled(laplacian: Laplacian, which: Ints) -> Advance:
         if step * bound > 2.0:
             return bound
         # The diagonal is among the entries and does no harm: it multiplies p_i - p_i.
-        weighted_step(now, out, which, rings, stiffness.data, step * inverse_mass)
+        weighted_step(now, out, movers, rings, stiffness.data, step * inverse_mass)
         return bound
 
     return advance
@@ -171,10 +171,10 @@ def _uniform_of_meshlab(star: Stars, moving: MovingVertices) -> Advance:
     rings = Rings(star.offsets, star.neighbours)
     counts = star.face_counts().astype(np.float64)
     totals = np.concatenate([[0.0], np.cumsum(counts)])
-    shares, which = 1.0 / (totals[rings.offsets[1:]] - totals[rings.offsets[:-1]] + 1.0), moving.surface
+    shares, movers = 1.0 / (totals[rings.offsets[1:]] - totals[rings.offsets[:-1]] + 1.0), moving.surface
 
     def advance(now: Floats, out: Floats, step: float) -> float:
-        weighted_step(now, out, which, rings, counts, shares)
+        weighted_step(now, out, movers, rings, counts, shares)
         return 2.0
 
     return advance
@@ -193,14 +193,14 @@ def _curve_of_meshlab(moving: MovingVertices) -> Advance:
 
 
 class MovingVertices(NamedTuple):
-    """The vertices that move, ascending, by what they see; every vertex is in one list at most.
+    """The vertices that move, ascending, by the neighbours that count for them; every vertex is in one list at most.
 
     Attributes:
-        closed: int32 interior vertices, which see their whole star.
-        open: int32 border vertices that see their whole star, under the policy "free".
-        irregular: bool for each of `Stars.irregular`, whether it moves and sees its whole star.
+        closed: int32 interior vertices, with their whole star.
+        open: int32 border vertices with their whole star, under the policy "free".
+        irregular: bool for each of `Stars.irregular`, whether it moves with its whole star.
         surface: int32 all of these.
-        curve: int32 border vertices that see their neighbours on the border, under the policy "along".
+        curve: int32 border vertices with their neighbours on the border, under the policy "along".
         curve_rings: those neighbours, for all n vertices.
     """
 
@@ -213,7 +213,7 @@ class MovingVertices(NamedTuple):
 
 
 def moving_vertices(stars: Stars, border: BorderPolicy, movable: Bools | None) -> MovingVertices:
-    """Sorts the vertices of a mesh by whether they move, and by which neighbours.
+    """The vertices of a mesh that move, by the neighbours that count for them.
 
     Args:
         stars: the star of every vertex.

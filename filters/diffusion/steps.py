@@ -1,4 +1,4 @@
-"""One diffusion step of the operators that need no more than edges: compiled kernels over one-rings.
+"""Kernels of one explicit diffusion step, over one-rings and stars.
 
 Each kernel takes the points of one moment and writes those of the next for the listed vertices, all at once as the paper's
 equation says: out_i = p_i + step (L p)_i. Vertices that are not listed keep what `out` holds.
@@ -33,11 +33,11 @@ class Rings(NamedTuple):
 
 
 @compiled(parallel=True)
-def uniform_step(points: Floats, out: Floats, which: Ints, rings: Rings, step: float) -> None:
+def uniform_step(points: Floats, out: Floats, movers: Ints, rings: Rings, step: float) -> None:
     """Towards the mean of the one-ring."""
     offsets, neighbours = rings
-    for m in prange(which.shape[0]):
-        i = _U(which[m])
+    for m in prange(movers.shape[0]):
+        i = _U(movers[m])
         start, stop = _U(offsets[i]), _U(offsets[i + _U(1)])
         x = y = z = 0.0
         for k in range(start, stop):
@@ -52,11 +52,11 @@ def uniform_step(points: Floats, out: Floats, which: Ints, rings: Rings, step: f
 
 
 @compiled(parallel=True)
-def weighted_step(points: Floats, out: Floats, which: Ints, rings: Rings, weights: Floats, shares: Floats) -> None:
+def weighted_step(points: Floats, out: Floats, movers: Ints, rings: Rings, weights: Floats, shares: Floats) -> None:
     """By the sum of weights times edges, times the vertex's share, which holds the step and one over the mass."""
     offsets, neighbours = rings
-    for m in prange(which.shape[0]):
-        i = _U(which[m])
+    for m in prange(movers.shape[0]):
+        i = _U(movers[m])
         px, py, pz = points[i, 0], points[i, 1], points[i, 2]
         x = y = z = 0.0
         for k in range(_U(offsets[i]), _U(offsets[i + _U(1)])):
@@ -71,15 +71,15 @@ def weighted_step(points: Floats, out: Floats, which: Ints, rings: Rings, weight
 
 @compiled(parallel=True)
 def length_step(
-    points: Floats, out: Floats, which: Ints, rings: Rings, step: float, shortest: float, by_arc_length: bool
+    points: Floats, out: Floats, movers: Ints, rings: Rings, step: float, shortest: float, by_arc_length: bool
 ) -> float:
     """By the sum of edges over their lengths: over the sum of inverse lengths, or (`by_arc_length`) over half that of lengths.
 
     Edges shorter than `shortest` count as that long. Returns Gershgorin's bound of the spectrum of -L, by arc length.
     """
     bound = 0.0
-    for m in prange(which.shape[0]):
-        bound = max(bound, _pull(points, out, _U(which[m]), rings, step, shortest, by_arc_length))
+    for m in prange(movers.shape[0]):
+        bound = max(bound, _pull(points, out, _U(movers[m]), rings, step, shortest, by_arc_length))
     return bound
 
 
@@ -120,7 +120,7 @@ def sum_ring_lengths(points: Floats, rings: Rings, sums: Floats) -> None:
 
 @compiled
 def _share(rule: int, step: float, total: float, size: float, area: float) -> float:
-    """What the weighted sum of edges is multiplied by; 0 where the operator is not defined."""
+    """The factor of the weighted sum of edges; 0 where the operator is not defined."""
     if rule == NORMALISED:
         return step / size if size > 0.0 else 0.0
     if rule == BY_AREA:
@@ -129,14 +129,14 @@ def _share(rule: int, step: float, total: float, size: float, area: float) -> fl
 
 
 @compiled(parallel=True)
-def star_step(points: Floats, out: Floats, which: Ints, closed: bool, rings: Rings, rule: int, step: float) -> float:
+def star_step(points: Floats, out: Floats, movers: Ints, closed: bool, rings: Rings, rule: int, step: float) -> float:
     """A step of vertices whose neighbours are in the order of a walk: round a closed star, or (not `closed`) across an open one.
 
     Returns Gershgorin's bound of the spectrum of -L, by area.
     """
     bound = 0.0
-    for m in prange(which.shape[0]):
-        bound = max(bound, _walk_star(points, out, _U(which[m]), closed, rings, rule, step))
+    for m in prange(movers.shape[0]):
+        bound = max(bound, _walk_star(points, out, _U(movers[m]), closed, rings, rule, step))
     return bound
 
 
@@ -148,8 +148,8 @@ def _walk_star(points: Floats, out: Floats, i: int, closed: bool, rings: Rings, 
     j = _U(neighbours[start])
     vx, vy, vz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
     vv = vx * vx + vy * vy + vz * vz
-    # The weight of an edge is known once both its triangles are: what the one before edge v gives, and, of a closed star, what
-    # the triangle between the last edge and the first gives the last.
+    # An edge has a weight from each of its two triangles: `weight` is that from the triangle before edge v; in a closed star
+    # `last` is that of the last edge from the triangle between the last and the first.
     weight = last = 0.0
     if closed:
         j = _U(neighbours[stop - _U(1)])
@@ -261,7 +261,7 @@ def _largest_eigenvalue(points: Floats, a: int, b: int, c: int) -> float:
 
 @compiled
 def _element(points: Floats, a: int, b: int, c: int) -> tuple[float, float, float, float, float, float]:
-    """The halved cotangents at the three corners, and the area that each of them owns."""
+    """The halved cotangents at the three corners, and the mixed area of each."""
     ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
     vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
     dx, dy, dz = vx - ux, vy - uy, vz - uz

@@ -1,4 +1,4 @@
-"""Surfaces as smooth as possible: minimisers of an energy, of all of a mesh or of a region between fixed rings."""
+"""Fairing: surfaces that minimise an energy, on the whole mesh or on a region between fixed rings."""
 
 from .bilaplacian import bilaplacian_smoothing, weight_of_detail_size
 from .blend import Blend, blend_parts

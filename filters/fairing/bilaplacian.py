@@ -1,4 +1,4 @@
-"""Smoothing by an energy: the surface that trades the square of its curvature against the distance from where it was."""
+"""Bi-Laplacian smoothing: the minimiser of squared curvature plus weighted squared distance from the input [nealen2006]."""
 
 from __future__ import annotations
 
@@ -143,7 +143,7 @@ def bilaplacian_smoothing(
             displacement = minimiser(operator, even)
             thrown = spikes(start, start + displacement, diagonal)
         except ConvergenceError:
-            pass  # then nobody knows where the trouble is
+            pass  # the failing element is unknown
         if thrown.any():
             operator, even = evened_operator(operator, triangles, thrown)
             displacement = minimiser(operator, even)
@@ -231,7 +231,7 @@ class BendingEnergy(NamedTuple):
 
 
 def _smallest_norm(points: Floats, data: Floats, labels: Longs, count: int) -> float:
-    """The least norm of a shift of a component by its own diagonal: sqrt(sum of data) times that.
+    """The smallest norm, over the components, of a shift by their own diagonal: sqrt(sum of data) times the diagonal.
 
     The energy norm of an error e is at least the root of the sum of data e^2.
     """
@@ -244,7 +244,7 @@ def _smallest_norm(points: Floats, data: Floats, labels: Longs, count: int) -> f
 
 
 class FloatingComponents(NamedTuple):
-    """Components that nothing holds: their displacements have the mean 0.
+    """Components without a fixed vertex: their displacements have the mean 0.
 
     Attributes:
         labels: (f,) of each free vertex, -1 where its component has a fixed vertex.
@@ -296,7 +296,7 @@ class FloatingComponents(NamedTuple):
 class Halves:
     """About the inverse of H M^-1 H = S M^-1 S + 2 sqrt(w) S + w M, H = S + sqrt(w) M, all times a unit.
 
-    It lies between one and two times the energy's matrix where W is 1, whatever w: a dozen steps of conjugate gradients do. The
+    It lies between one and two times the energy's matrix where W is 1, for any w: a dozen steps of conjugate gradients do. The
     factors of H, a matrix of second order, take a third of the time and memory that those of fourth order take. Making them
     is silent and cannot be interrupted, for 0.9 s at 41,000 vertices; SuperLU, which can be, takes six times as long. Of large
     meshes two cycles of multigrid stand for the inverse of H: three times the steps, which can be interrupted, and half the
@@ -347,7 +347,7 @@ class InnerSolver:
         Args:
             matrix: of the energy.
             make: gives the preconditioner.
-            floating: the components that nothing holds.
+            floating: the components without a fixed vertex.
             enough: the energy norm below which an error does not count.
             progress: called at every step; may raise to stop.
         """

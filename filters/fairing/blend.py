@@ -1,4 +1,4 @@
-"""Joins two parts: a band of triangles between two facing rims, whose interior is then faired."""
+"""Blends: a band of triangles between the rims of two parts, whose interior is then faired."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def facing_rims(
     low, high = (np.array([bound(points[rim], axis=0) for rim in rims]) for bound in (np.min, np.max))
     gaps = np.linalg.norm(np.maximum(0.0, np.maximum(low[first] - high[second], low[second] - high[first])), axis=1)
     trees: dict[int, spatial.cKDTree] = {}
-    nearest, found = np.inf, 0
+    nearest, pair = np.inf, 0
     for step, k in enumerate(np.argsort(gaps, kind="stable")):
         if gaps[k] >= nearest:  # rims are at least as far apart as their boxes, and so are all pairs to come
             break
@@ -120,8 +120,8 @@ def facing_rims(
                 trees[end] = spatial.cKDTree(points[rims[end]])
         distance = (trees[a].query(trees[b].data)[0].mean() + trees[b].query(trees[a].data)[0].mean()) / 2
         if distance < nearest:
-            nearest, found = distance, int(k)
-    return rims[first[found]], rims[second[found]]
+            nearest, pair = distance, int(k)
+    return rims[first[pair]], rims[second[pair]]
 
 
 def rim_directions(first: Floats, second: Floats) -> Directions:
@@ -170,7 +170,7 @@ def _bending(start: Floats, end: Floats, chord: Floats) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Blend:
-    """What joins two rims.
+    """A band that joins two rims.
 
     Attributes:
         vertices: (k, 3) the new vertices.
@@ -272,7 +272,7 @@ def _rows_between(points: Floats, a: Ints, b: Ints, lower: Ints, upper: Ints) ->
         span = float(np.linalg.norm(points[lower] - points[upper], axis=1).mean())
         edge = float(np.concatenate([side_lengths(points[a]), side_lengths(points[b])]).mean())
     if not (0.0 < edge < np.inf and span < np.inf):
-        raise FilterInputError("the rims have no length, or one that is no ordinary number: there is nothing to join")
+        raise FilterInputError("the rims have no length, or one out of range: there is nothing to join")
     count = round(span / (math.sqrt(0.75) * edge))
     if count * (len(a) + len(b)) > MOST_ADDED:
         raise FilterInputError(
@@ -305,16 +305,16 @@ def _edges(rim: Ints) -> list[tuple[int, int]]:
 
 
 def _checked_rim(rim: ArrayLike, border: set[tuple[int, int]], name: str) -> Ints:
-    given = np.asarray(rim)
-    if given.ndim != 1 or len(given) < 3 or not np.issubdtype(given.dtype, np.integer) or len(np.unique(given)) < len(given):
-        raise FilterInputError(f"the {name} rim must be at least 3 different vertices in order, got {given.tolist()!r:.80}")
-    for u, v in _edges(given):
+    loop = np.asarray(rim)
+    if loop.ndim != 1 or len(loop) < 3 or not np.issubdtype(loop.dtype, np.integer) or len(np.unique(loop)) < len(loop):
+        raise FilterInputError(f"the {name} rim must be at least 3 different vertices in order, got {loop.tolist()!r:.80}")
+    for u, v in _edges(loop):
         if (u, v) not in border:
             raise FilterInputError(
                 f"the {name} rim goes from vertex {u} to {v}, where the mesh has no border edge that a face could close in this "
                 "direction: give the vertices against the direction of the faces along the rim"
             )
-    return given.astype(np.int32)
+    return loop.astype(np.int32)
 
 
 def shortest_spans(first: Floats, second: Floats, progress: Progress) -> tuple[Ints, Ints]:

@@ -55,14 +55,14 @@ def flip_edges(
     mesh = normalised_mesh(points, triangles, movable)
     may = np.ones(len(mesh), dtype=np.bool_) if mesh.movable is None else mesh.movable
     kept = mesh.cells[proper_faces(mesh.cells)]
-    found = triangles.copy()
+    result = triangles.copy()
     if not len(kept):
-        return found
+        return result
     allowed = 0.05 * mean_edge_length(mesh.points, kept) if max_deviation is None else max_deviation * mesh.scale
     surface = WalkableSurface.of(mesh.points, kept)
     flipped, _ = flip_towards_quality(mesh.points, kept, may, surface, surface.first_faces(), allowed, progress)
-    found[proper_faces(triangles)] = mesh.used[flipped]
-    return found
+    result[proper_faces(triangles)] = mesh.used[flipped]
+    return result
 
 
 def flip_towards_quality(
@@ -74,7 +74,7 @@ def flip_towards_quality(
     allowed: float,
     progress: Progress = ignore_progress,
 ) -> tuple[Ints, int]:
-    """`flip_edges` on triangles that keep to a given surface; the triangles, and the number of flips.
+    """`flip_edges` on triangles that stay near a surface; the triangles, and the number of flips.
 
     Args:
         points: (n, 3) coordinates.

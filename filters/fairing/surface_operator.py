@@ -1,4 +1,4 @@
-"""The Laplace-Beltrami operator of energies: that of the surface, with a mass above 0 at every vertex."""
+"""The Laplace-Beltrami operator with a mass above 0 at every vertex, as energies need it."""
 
 from __future__ import annotations
 

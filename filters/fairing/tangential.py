@@ -137,9 +137,9 @@ def _improved(
             energy = energy or TangentialEnergy(now, surface.faces, moves, weight)
             now = surface.moved(now, energy.step(now, partial), moves)
         progress((iteration + 1) / iterations)
-    found = triangles.copy()
-    found[proper_faces(triangles)] = mesh.used[surface.faces]
-    return mesh.restored(now), found
+    result = triangles.copy()
+    result[proper_faces(triangles)] = mesh.used[surface.faces]
+    return mesh.restored(now), result
 
 
 class TangentialEnergy:
@@ -187,13 +187,13 @@ class KeptSurface:
 
     def moved(self, points: Floats, step: Floats, moves: Bools) -> Floats:
         """(n, 3) the points after the step of each vertex that moves, halved until it does no harm."""
-        which = np.flatnonzero(moves)
+        movers = np.flatnonzero(moves)
         scale = np.ones(len(points))
         before = face_normals(points, self.faces)
         tentative, at = points.copy(), self.at.copy()
-        pending = which
+        pending = movers
         while len(pending):
-            position = np.searchsorted(which, pending)
+            position = np.searchsorted(movers, pending)
             tentative[pending], at[pending], _ = self.walkable.closest(
                 points[pending] + scale[pending, None] * step[position], self.at[pending]
             )

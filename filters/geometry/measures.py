@@ -1,4 +1,4 @@
-"""Angles, areas and quality of single triangles, for kernels."""
+"""Lengths and angles of edges, loops and corners; for kernels the area, angles and quality of single triangles."""
 
 import math
 
@@ -103,7 +103,7 @@ def mean_edge_length(vertices: Floats, faces_or_edges: Ints) -> float:
 
 
 def edge_lengths(vertices: Floats, pairs: Ints) -> Floats:
-    """(e,) the length of each of the (e, 2) edges, of whatever size."""
+    """(e,) the length of each of the (e, 2) edges, of any size."""
     lengths = np.empty(len(pairs))
     points, ends = np.ascontiguousarray(vertices, dtype=np.float64), np.ascontiguousarray(pairs, dtype=np.int32)
     over_range(_measure, len(pairs), points, ends, lengths)
@@ -121,7 +121,7 @@ def _measure(vertices: Floats, pairs: Ints, lengths: Floats, first: int, last: i
 
 
 def vector_lengths(vectors: Floats) -> Floats:
-    """(n,) the length of each of (n, 3) vectors, of whatever size: no square leaves the range of numbers."""
+    """(n,) the length of each of (n, 3) vectors, of any size: no square leaves the range of numbers."""
     with np.errstate(over="ignore", under="ignore"):
         lengths = np.asarray(np.linalg.norm(vectors, axis=1))
     if len(vectors) and not _SQUARED[0] < lengths.max() < _SQUARED[1]:

@@ -1,4 +1,4 @@
-"""The normals, areas and centres of the faces."""
+"""Normals of faces and vertices; areas and centres of faces."""
 
 import math
 

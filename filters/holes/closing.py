@@ -1,4 +1,4 @@
-"""Holes closed by a surface that continues the one around: triangulated, refined to the density of the rim, faired."""
+"""Hole filling in the three steps of [liepa2003]: rims triangulated, patches refined to the density of the rim, then faired."""
 
 from typing import Literal, NamedTuple
 
@@ -24,7 +24,7 @@ _TRIANGULATION = 0.4
 SHARP = 1.2
 #: Its edges become as short as this share of what they would be.
 FINEST = 0.25
-# The share of the progress that triangulation takes, of a patch that is refined.
+# The share of the progress of a refined patch that triangulation takes.
 _PATCH_TRIANGULATION = 0.3
 #: Patches with more new vertices than this together are not solved for at once.
 MOST_AT_ONCE = 100_000
@@ -59,7 +59,7 @@ def close_holes(
     spike, is placed by the next lower one.
 
     The closed mesh is a manifold where the mesh was one, and oriented like it. Outer borders of open sheets are no holes and stay
-    open, of whatever size (`outer_borders`): rims with a total geodesic curvature above 1.5 pi, and, unless `selected` contains
+    open, of any size (`outer_borders`): rims with a total geodesic curvature above 1.5 pi, and, unless `selected` contains
     one of their vertices, those that span more than a third of the area of their sheet, as the border of a cap of a ball up to
     109 degrees from its pole does. A rim whose squared length is below the area of its sheet is always a hole. A ball of which
     less is missing has a hole; a tube longer than three quarters of its width has
@@ -89,13 +89,13 @@ def close_holes(
     Raises:
         FilterInputError: not a mesh, or a parameter out of range.
     """
-    given, triangles = check_mesh(vertices, faces)
+    original, triangles = check_mesh(vertices, faces)
     check_choice("energy", energy, HOLE_ENERGIES)
     check_choice("islands", islands, ("join", "leave"))
     check_whole_number("max_edges", max_edges, least=3)
     check_whole_number("rounds", rounds, least=1)
-    wanted = None if selected is None else check_vertex_mask("selected", selected, len(given))
-    points, exponent = _ordinary(given, triangles)
+    wanted = None if selected is None else check_vertex_mask("selected", selected, len(original))
+    points, exponent = _ordinary(original, triangles)
     forwards = _only_forwards(progress)
     rims, broken = boundary_loops(points, triangles)
     holes, inside, unwanted = sorted_rims(rims, points, triangles, max_edges, wanted, islands)
@@ -139,14 +139,14 @@ def close_holes(
     )
 
 
-def _ordinary(given: Floats, triangles: Ints) -> tuple[Floats, int]:
+def _ordinary(vertices: Floats, triangles: Ints) -> tuple[Floats, int]:
     """The vertices divided by a power of two, and its exponent: exact, and areas and their squares stay in range in any unit.
 
     Vertices without a face do not count, and become 0.
     """
-    used = np.zeros(len(given), dtype=np.bool_)
+    used = np.zeros(len(vertices), dtype=np.bool_)
     used[triangles] = True
-    points = np.where(used[:, None], given, 0.0)
+    points = np.where(used[:, None], vertices, 0.0)
     exponent = int(np.frexp(np.abs(points).max(initial=0.0))[1])
     return np.ldexp(points, -exponent), exponent
 
@@ -250,7 +250,7 @@ class Patches:
         return True
 
     def refine_again(self, smooth: bool, progress: Progress) -> None:
-        """Refine all patches with their points where they are now; if `smooth`, more where the surface bends at the rim.
+        """Refine all patches with their current points; if `smooth`, more where the surface bends at the rim.
 
         `progress` is called now and then with a share of 0, and may raise to stop.
         """
@@ -276,15 +276,15 @@ class Patches:
 
         `new_vertices` are coordinates of the new vertices, in the order of `gathered`.
         """
-        found = np.zeros(self.count)
+        distances = np.zeros(self.count)
         at = 0
         for k, (own, patch, *_) in enumerate(self._placed):
             new = new_vertices[at : (at := at + len(patch.points) - len(own))]
             low, high = patch.points[: len(own)].min(axis=0), patch.points[: len(own)].max(axis=0)
             outside = np.linalg.norm(np.maximum(np.maximum(low - new, new - high), 0.0), axis=1)
             diagonal = float(np.linalg.norm(high - low))
-            found[k] = outside.max(initial=0.0) / (diagonal or 1.0)
-        return found
+            distances[k] = outside.max(initial=0.0) / (diagonal or 1.0)
+        return distances
 
     def move(self, new_vertices: Floats) -> None:
         """Set the coordinates of the new vertices, in the order of `gathered`."""

@@ -1,11 +1,11 @@
-"""What closing holes gives: the vertices and faces to add, and what was left open and why."""
+"""The result of closing holes: vertices and faces to add, rims left open with their reasons."""
 
 from typing import Literal, NamedTuple, TypeAlias, get_args
 
 from ..mesh import Floats, Ints
 from ..topology import BoundaryLoop, BrokenBorder
 
-#: Why a rim was left open. "size": the hole has more edges than asked for. "selection": none of its vertices is selected.
+#: Why a rim was left open. "size": the hole has more edges than `max_edges`. "selection": none of its vertices is selected.
 #: "outer": it is the outer border of an open sheet. "probably_outer": it seems to be one, by its area. "island": it is the border
 #: of an island that could not be joined to the hole around it, or the rim of that hole. "seam": its two sides coincide.
 #: "orientation": faces at it are not coherently oriented. "non_manifold": an edge with more than two faces ends at it.
@@ -62,7 +62,7 @@ class HoleFilling(NamedTuple):
         closed: for every closed hole (k,) int32 the vertices of its rim in order along it, in the direction of the new faces.
         islands: for every closed hole (k,) int32 the vertices of the rims of the islands that its new faces join; mostly none.
         left_open: the other rims, and why they were left.
-        energies: for every closed hole the energy that placed its new vertices: the one asked for, or if its equations are too
+        energies: for every closed hole the energy that placed its new vertices: `energy`, or if its equations are too
             ill-conditioned or throw the filling out, the highest lower one that does not, or "none".
         thrown_out: for every closed hole whether a higher energy would have put new vertices outside of the box of its rim, by
             more than the diagonal of that box.
@@ -80,7 +80,7 @@ class HoleFilling(NamedTuple):
 
 
 def left_open_as(rim: BoundaryLoop, reason: Reason, more: str = "") -> OpenRim:
-    """The rim with its reason, and in the message `more` in place of what is usually said for this reason."""
+    """The rim with its reason, and a message; `more` replaces the usual explanation of this reason."""
     edges = len(rim.vertices)
     why = more or _WHY[reason]
     return OpenRim(rim.vertices, reason, f"the rim of {edges} edges through vertex {rim.vertices[0]} was left{why}")

@@ -1,4 +1,4 @@
-"""A triangulated hole made as dense as its rim, with edges flipped towards Delaunay."""
+"""Refinement, the second step of hole filling [liepa2003]: triangles split to the density of the rim, Delaunay flips."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ DENSITY = np.sqrt(2.0)
 # between the sides of a crack a new vertex has no room to move.
 _CRACK = 0.25
 _MOST_ROUNDS = 60
-# A patch is not split into more vertices, whatever sizes are given. With a width by `uniform_width` none comes near.
+# The most vertices of a patch. Widths by `uniform_width` keep far below.
 _MOST_POINTS = 300_000
-# After so many rounds half of the work counts as done: how many there will be is not known before.
+# After so many rounds half of the work counts as done: their number is unpredictable.
 _HALF = 8
 # An edge is flipped if its opposite angles sum to pi and this, and the sum falls by at least this. Without, an edge between two
 # equal choices could flip back and forth for ever, and rounding would decide.
@@ -76,7 +76,7 @@ def refined_patch(
         forbidden: which pairs of vertices of the rim must not be joined because they are joined outside the patch. An edge
             of the patch between such a pair is split. `alone` are the vertices that the rim meets twice.
         density: larger gives smaller triangles, their size in proportion to 1 / density.
-        uniform: from how many edges from the rim on triangles may be larger, as `Growth` says.
+        uniform: the distance from the rim, in edges, beyond which triangles may be larger; see `Growth`.
         progress: called with the share that is done after each round; may raise to stop.
     """
     n_rim = patch.n_rim

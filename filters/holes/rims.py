@@ -1,4 +1,4 @@
-"""The rims of a mesh as data: how many edges, where, and whether a hole or the outer border of an open sheet."""
+"""Rims of a mesh: holes, outer borders of open sheets, and islands within holes."""
 
 from typing import Literal, NamedTuple, TypeAlias
 
@@ -64,12 +64,12 @@ def find_rims(vertices: ArrayLike, faces: ArrayLike) -> list[Rim]:
     mesh = normalised_mesh(points, triangles)
     loops = boundary_loops(mesh.points, mesh.cells).loops
     outer = outer_borders(loops, mesh.points, mesh.cells)
-    found = []
+    measured = []
     for loop, kind in zip(loops, outer, strict=True):
         places = mesh.points[loop.vertices]
         length = float(side_lengths(places).sum()) / mesh.scale
-        found.append(Rim(len(places), length, places.mean(axis=0) / mesh.scale + mesh.middle, kind != "no"))
-    return sorted(found, key=lambda rim: -rim.edges)
+        measured.append(Rim(len(places), length, places.mean(axis=0) / mesh.scale + mesh.middle, kind != "no"))
+    return sorted(measured, key=lambda rim: -rim.edges)
 
 
 def outer_borders(rims: list[BoundaryLoop], vertices: Floats, faces: Ints) -> list[Outer]:
@@ -77,7 +77,7 @@ def outer_borders(rims: list[BoundaryLoop], vertices: Floats, faces: Ints) -> li
 
     Surely, if its total geodesic curvature is above `OUTER_TURN`: the sum over its vertices of pi less the angle of the surface
     there. By the theorem of Gauss and Bonnet this is 2 pi less the Gaussian curvature inside for a disc, however ragged its
-    border. So it says little about the border of a curved sheet, such as a range map of a ball. Such a rim is probably an outer
+    border. So it is no criterion for the border of a curved sheet, such as a range map of a ball. Such a rim is probably an outer
     border if it spans more than `OUTER_SHARE` of the area of its component and its curvature is above `FRAME_TURN`. The area
     that a rim spans is that of its largest projection to a plane. A rim too short to go round its sheet is none, see `SHORT_RIM`.
     """
@@ -87,18 +87,18 @@ def outer_borders(rims: list[BoundaryLoop], vertices: Floats, faces: Ints) -> li
     components, count = connected_components(faces, len(vertices))
     proper = faces[proper_faces(faces)]  # others may name vertices that belong to no component
     areas = np.bincount(components[proper[:, 0]], np.linalg.norm(cross_products(vertices, proper), axis=1) / 2.0, minlength=count)
-    found: list[Outer] = []
+    verdicts: list[Outer] = []
     for rim, turn in zip(rims, turns, strict=True):
         spans = float(np.linalg.norm(area_vector(vertices[rim.vertices])))
         if side_lengths(vertices[rim.vertices]).sum() ** 2 < SHORT_RIM * areas[components[rim.vertices[0]]]:
-            found.append("no")
+            verdicts.append("no")
         elif turn > OUTER_TURN:
-            found.append("surely")
+            verdicts.append("surely")
         elif turn > FRAME_TURN and spans > OUTER_SHARE * areas[components[rim.vertices[0]]]:
-            found.append("probably")
+            verdicts.append("probably")
         else:
-            found.append("no")
-    return found
+            verdicts.append("no")
+    return verdicts
 
 
 def _turns(rims: list[BoundaryLoop], vertices: Floats, faces: Ints) -> list[float]:
@@ -125,7 +125,7 @@ def holes_around(islands: list[BoundaryLoop], holes: list[BoundaryLoop], vertice
     reaches = np.array(
         [np.linalg.norm(vertices[hole.vertices] - m, axis=1).max() for hole, m in zip(holes, middles, strict=True)]
     )
-    found = []
+    numbers = []
     for island in islands:
         points = vertices[island.vertices]
         close = np.flatnonzero(np.linalg.norm(middles - points.mean(axis=0), axis=1) < reaches)
@@ -136,8 +136,8 @@ def holes_around(islands: list[BoundaryLoop], holes: list[BoundaryLoop], vertice
             size = _size_if_inside(points, vertices[holes[h].vertices])
             if size < smallest:
                 best, smallest = h, size
-        found.append(best)
-    return found
+        numbers.append(best)
+    return numbers
 
 
 def _size_if_inside(island: Floats, hole: Floats) -> float:

@@ -1,4 +1,4 @@
-"""The rim of a hole closed with triangles between its own vertices, a long rim in parts."""
+"""Triangulation, the first step of hole filling [liepa2003]: a rim closed with triangles between its own vertices."""
 
 from collections import deque
 from typing import NamedTuple
@@ -51,7 +51,7 @@ def triangulate_rim(
     size = float(np.abs(points - points.mean(axis=0)).max())
     if n < 3 or not size > 0.0:
         return None
-    # Products of four lengths stay in range whatever the unit.
+    # Products of four lengths stay in range in any unit.
     centre = points.mean(axis=0)
     p, q = (points - centre) / size, (opposite - centre) / size
     parts = [(np.arange(n, dtype=np.int32), q)]
@@ -86,9 +86,9 @@ def _apex(done: list[Ints], a: int, b: int, points: Floats) -> Floats:
     """The third vertex of the triangle with the edge from b to a among those made so far; NaN if there is none."""
     for triangles in done:
         for k in range(3):
-            found = np.flatnonzero((triangles[:, k] == b) & (triangles[:, (k + 1) % 3] == a))
-            if len(found):
-                return np.asarray(points[triangles[found[0], (k + 2) % 3]])
+            at = np.flatnonzero((triangles[:, k] == b) & (triangles[:, (k + 1) % 3] == a))
+            if len(at):
+                return np.asarray(points[triangles[at[0], (k + 2) % 3]])
     return np.full(3, np.nan)
 
 
@@ -254,15 +254,15 @@ def _collect(split: Ints) -> Ints:
     triangles = np.empty((n - 2, 3), dtype=np.int32)
     stack = np.empty((n, 2), dtype=np.int32)
     stack[0, 0], stack[0, 1] = 0, n - 1
-    height, found = 1, 0
+    height, count = 1, 0
     while height > 0:
         height -= 1
         i, j = stack[height, 0], stack[height, 1]
         if j - i < 2:
             continue
         m = split[i, j]
-        triangles[found, 0], triangles[found, 1], triangles[found, 2] = i, m, j
-        found += 1
+        triangles[count, 0], triangles[count, 1], triangles[count, 2] = i, m, j
+        count += 1
         stack[height, 0], stack[height, 1] = m, j
         stack[height + 1, 0], stack[height + 1, 1] = i, m
         height += 2
@@ -318,15 +318,15 @@ def retriangulated(
 
 def _nearest(rows: Ints, holder: dict[tuple[int, int], int], first: int) -> list[int]:
     """The triangles that are fewest edges away from the first, in ascending order."""
-    found, queue = {first}, deque([first])
-    while queue and len(found) < WINDOW:
+    near, queue = {first}, deque([first])
+    while queue and len(near) < WINDOW:
         row = rows[queue.popleft()].tolist()
         for k in range(3):
             t = holder.get((row[(k + 1) % 3], row[k]))
-            if t is not None and t not in found and len(found) < WINDOW:
-                found.add(t)
+            if t is not None and t not in near and len(near) < WINDOW:
+                near.add(t)
                 queue.append(t)
-    return sorted(found)
+    return sorted(near)
 
 
 def _energy(points: Floats, across: Floats, triangles: Ints) -> tuple[float, float]:

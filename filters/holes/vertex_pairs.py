@@ -1,4 +1,4 @@
-"""Pairs of the vertices of a rim that a patch must not join, in memory that grows with the pairs."""
+"""Pairs of vertices of a rim that a patch must not join, as sorted keys."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""Sparse Cholesky factors: slow to make, fast to solve with."""
+"""Sparse direct solvers: CHOLMOD, fast and uninterruptible; SuperLU, which can be stopped."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Iterative refinement, for powers of Laplace operators, whose conditioning leaves few digits to any other solver."""
+"""Iterative refinement with residuals in twice the precision, for ill-conditioned powers of Laplace operators."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Algebraic multigrid by smoothed aggregation: a preconditioner for elliptic matrices whose quality hardly depends on their size.
+"""Algebraic multigrid by smoothed aggregation: a preconditioner for elliptic matrices of any size.
 
 Every level gathers strongly connected unknowns into aggregates of about ten, each one unknown of the next level [vanek1996].
 Written here because PyAMG's cycle takes one right-hand side on one thread; docs/solvers.md compares their times.

@@ -1,4 +1,4 @@
-"""Sparse symmetric positive definite systems by the method that is fastest for them; docs/solvers.md has the measured times.
+"""Sparse symmetric positive definite systems by Jacobi, multigrid or Cholesky; docs/solvers.md has the times.
 
 The diagonal is the preconditioner where the matrix is close to it, multigrid elsewhere: its cost depends neither on the time step
 nor, per row, on the size. Cholesky's factors serve repeated solves of moderate size, and as the last resort.
@@ -72,7 +72,7 @@ class SpdSolver:
             right_side: b, (n,) or (n, k). Columns are solved for in groups of three, which share one measure of error.
             tolerance: the estimated energy norm of the error, as a share of the reference. Larger is faster and less exact.
             reference: an energy norm sqrt(x^T A x) that counts as 1; None takes that of the group's own solution. An error
-                below `FINEST_TOLERANCE` of the latter is not asked for.
+                below `FINEST_TOLERANCE` of the latter is no aim.
             start: a first guess, of the shape of b.
             progress: called every few steps; may raise to stop.
 
@@ -195,7 +195,7 @@ class SpdSystem(NamedTuple):
 
     @classmethod
     def of(cls, matrix: sparse.csr_matrix) -> SpdSystem:
-        """Measures A, which is kept, not copied; its symmetry is taken on trust.
+        """Measures A, which is kept, not copied; its symmetry is not checked.
 
         Raises:
             FilterInputError: A is not square, not finite, or has a diagonal entry that is not positive.
@@ -237,7 +237,7 @@ class SpdSystem(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """The solution of A x = b and how good it is.
+    """The solution of A x = b, its errors and its method.
 
     Attributes:
         values: x, of the shape of b.
@@ -256,7 +256,7 @@ class Solution:
 
 
 class Factorisation:
-    """Cholesky's factors and one step of refinement, for many right-hand sides or where only exact will do."""
+    """Cholesky's factors and one step of refinement, for many right-hand sides or as the last resort."""
 
     def __init__(self, matrix: sparse.csr_matrix) -> None:
         """Factorises; see `Cholesky` for how long that takes, which cannot be interrupted.

@@ -1,4 +1,4 @@
-"""A mesh as arrays: its types, the checks of what comes in, its place, size and order."""
+"""A mesh as arrays: types, checks of input, normalised meshes, orders of vertices."""
 
 from .arrays import Bools, Floats, Ints, Longs, check_edges, check_mesh, check_movable, check_points, check_vertex_mask
 from .normalised import NormalisedMesh, Whole, bounding_box, check_healthy, normalised_mesh, scaled_to_unit, spikes, unit_scale

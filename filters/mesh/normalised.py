@@ -1,4 +1,4 @@
-"""The entrance of every filter of vertices: the mesh as techniques compute on it."""
+"""Normalised meshes: about the origin, of ordinary size, without unused vertices; every filter of vertices begins with one."""
 
 import math
 from dataclasses import dataclass, replace
@@ -21,7 +21,7 @@ FURTHEST = 2.0
 
 @dataclass(frozen=True, eq=False)
 class Whole:
-    """The mesh that a part was cut from, as far as the part has to know it to give the same bits.
+    """What a part needs of the mesh that it was cut from to give the same bits.
 
     Attributes:
         low: (3,) the lowest coordinates of the vertices that its cells use.
@@ -40,7 +40,7 @@ class Whole:
 
 @dataclass(frozen=True, eq=False)
 class NormalisedMesh:
-    """The vertices that a face or an edge uses, about the origin, of ordinary size, in an order of choice.
+    """The vertices that a face or an edge uses, about the origin, of ordinary size, in any order.
 
     Point k is ``(vertices[order[k]] - middle) * scale``. Vertices that nothing uses have no point: wherever they lie, they change
     no bit of the result. Squares and fourth powers of lengths of the points are ordinary numbers, and a mesh far from the origin
@@ -74,7 +74,7 @@ class NormalisedMesh:
         return self.new_points()
 
     def new_points(self) -> Floats:
-        """(k, 3) the points in an array of the caller's own."""
+        """(k, 3) the points in a new array."""
         points = np.empty((len(self), 3))
         with threads_for(len(points)):
             _normalise(self.vertices, self.middle, self.scale, self._listed, points)
@@ -86,7 +86,7 @@ class NormalisedMesh:
         return self.numbered_cells()
 
     def numbered_cells(self) -> Ints:
-        """The cells for a caller who needs them once."""
+        """`cells`, not kept."""
         if self.order is None:
             return self.cells_in_vertices
         number = np.empty(len(self.vertices), dtype=np.int32)
@@ -128,13 +128,13 @@ class NormalisedMesh:
         return replace(self, order=places if self.order is None else self.order[places])
 
     def restored(self, points: Floats) -> Floats:
-        """(n, 3) the vertices, moved as their points have moved to the (k, 3) given ones.
+        """(n, 3) the vertices, moved as far as their points lie from the (k, 3) new ones.
 
         Coordinates whose point has not moved keep every bit. The others are rounded once: far from the origin that is all that is
         lost.
 
         Raises:
-            FilterInputError: a point has moved by more than `box.FURTHEST` diagonals, or to nowhere.
+            FilterInputError: a point has moved by more than `FURTHEST` diagonals, or is not finite.
         """
         everything_moves = len(self) == len(self.vertices)
         result = np.empty_like(self.vertices) if everything_moves else self.vertices.copy()
@@ -195,7 +195,7 @@ def _mark_used(cells: Ints, used: Bools) -> None:
         for k in range(1, width):
             proper &= cells[f, k - 1] != cells[f, k]
         for k in range(width):
-            used[cells[f, k]] |= proper  # without a branch, which nobody could foretell
+            used[cells[f, k]] |= proper  # without a branch, which would be unpredictable
 
 
 @compiled(parallel=True)
@@ -224,7 +224,7 @@ def _restore(
     furthest: Longs,
     squares: Floats,
 ) -> None:
-    """Writes the vertices; and of every block of points the one that moves furthest, or the first to nowhere, and its way."""
+    """Writes the vertices; for every block the point that moves furthest, or the first that is not finite, and its square."""
     for block in prange(squares.shape[0]):
         for k in range(block * _BLOCK, min((block + 1) * _BLOCK, after.shape[0])):
             i = order[k] if order.shape[0] else np.int32(k)
@@ -277,7 +277,7 @@ def check_healthy(before: Floats, after: Floats, diagonal: float, numbers: Ints 
         advice: what to do, after "; ".
 
     Raises:
-        FilterInputError: one lies too far, or nowhere; the message names it.
+        FilterInputError: one moves too far, or is not finite; the message names it.
     """
     squares = np.square(after - before).sum(axis=1)
     k = int(squares.argmax()) if len(squares) else 0  # the first NaN, if there is one

@@ -1,7 +1,7 @@
-"""Neighbours beyond a part of a cloud: the cells that can hold them, and the nearer ones of what these hold.
+"""Neighbours of the points of a tile in other cells of the cloud.
 
 A cloud that does not fit into memory is cut into cells, each with its box. The points of a part (a tile) have been compared with
-each other; here they are compared with the points of other cells. Points are ordered as in `tree_search`: by computed squared
+each other; here they are compared with the points of other cells. They are ordered as in `nearest_neighbours`: by squared
 distance, then by number. The computed distance to a box is never larger than that to a point in it, nor that to its farthest
 corner smaller, because rounding is monotonic; so no cell that matters is left out, also among ties.
 
@@ -50,12 +50,12 @@ class CellTree:
 
 
 class Nearest(NamedTuple):
-    """The k nearest points found so far of each of a points, by squared distance, then by number.
+    """The k nearest of the points compared so far, for each of a points, by squared distance, then by number.
 
     Attributes:
-        squared: (a, k), infinite where none has been found.
+        squared: (a, k), infinite where there are fewer.
         numbers: (a, k) which points they are.
-        slots: (a, k) where they are stored.
+        slots: (a, k) their places in storage.
     """
 
     squared: Floats
@@ -88,7 +88,7 @@ def cells_within(
     """The cells outside of a tile that can hold one of the k nearest of each point.
 
     `bounds` shrink in place to what the boxes alone guarantee: a box with more than k points has k others within its farthest
-    corner. So a point far from everything does not ask for all cells that it is not much farther from.
+    corner. So a point far from everything does not get all cells at about the same distance.
 
     Args:
         points: (n, 3) coordinates.
@@ -110,9 +110,9 @@ def cells_within(
         fit = max(1, int(np.searchsorted(offsets, most, "right")) - 1)
         offsets = offsets[: fit + 1]
     listed = len(offsets) - 1
-    found: Ints = np.empty(int(offsets[-1]), np.int32)
-    list_cells(points[:listed], bounds[:listed], cells.boxes, first, last, counts[1:], offsets, found)
-    return offsets, found
+    numbers: Ints = np.empty(int(offsets[-1]), np.int32)
+    list_cells(points[:listed], bounds[:listed], cells.boxes, first, last, counts[1:], offsets, numbers)
+    return offsets, numbers
 
 
 def offer_cells(
@@ -127,7 +127,7 @@ def offer_cells(
     """Put the points of some cells among the nearest, in place.
 
     Args:
-        points: (a, 3) coordinates of those who ask.
+        points: (a, 3) coordinates.
         numbers: (a,) their own numbers; no point is a neighbour of itself.
         nearest: of them.
         asked: of `cells_within`.
@@ -212,9 +212,9 @@ def shrink_bounds(points: Floats, bounds: Floats, boxes: Floats, counts: Longs, 
 
 @compiled(nogil=True)
 def list_cells(
-    points: Floats, bounds: Floats, boxes: Floats, first: int, last: int, counts: Longs, offsets: Longs, found: Ints
+    points: Floats, bounds: Floats, boxes: Floats, first: int, last: int, counts: Longs, offsets: Longs, numbers: Ints
 ) -> None:
-    """Counts the cells of each point, or if there are `offsets` writes them down."""
+    """Counts the cells of each point; with `offsets` writes their numbers."""
     width = boxes.shape[0] // 2
     stack = np.empty(STACK, np.int64)
     for p in range(points.shape[0]):
@@ -228,7 +228,7 @@ def list_cells(
                 continue
             if node >= width:
                 if offsets.shape[0]:
-                    found[offsets[p] + count] = node - width
+                    numbers[offsets[p] + count] = node - width
                 count += 1
                 continue
             stack[top], stack[top + 1] = 2 * node, 2 * node + 1

@@ -166,7 +166,7 @@ def partition(rows: Floats, start: int, stop: int, middle: int, column: int) -> 
 
 
 @compiled(nogil=True)
-def keep_nearest(found: Floats, found_at: Ints, count: int, k: int, bound: float, indices: Ints) -> tuple[float, int]:
+def keep_nearest(distances: Floats, positions: Ints, count: int, k: int, bound: float, indices: Ints) -> tuple[float, int]:
     """Moves the k nearest of `count` candidates to the front; returns their bound and the index below which a tie counts."""
     if count == k:
         return bound, ANY_INDEX
@@ -176,12 +176,12 @@ def keep_nearest(found: Floats, found_at: Ints, count: int, k: int, bound: float
     if bound == FAR:
         high = 0.0
         for i in range(count):
-            high = found[i] if found[i] > high else high
+            high = distances[i] if distances[i] > high else high
     for _ in range(_GUESSES):
         guess = low + (high - low) * ((k - n_low) / (n_high - n_low))
         n = 0
         for i in range(count):
-            n += 1 if found[i] <= guess else 0
+            n += 1 if distances[i] <= guess else 0
         if n in (n_low, n_high):
             break  # probably ties
         if n > k:
@@ -191,42 +191,42 @@ def keep_nearest(found: Floats, found_at: Ints, count: int, k: int, bound: float
         if n == k:
             break
     if n_low == k:
-        _move_to_front(found, found_at, count, low)
+        _move_to_front(distances, positions, count, low)
         return low, ANY_INDEX
-    _move_to_front(found, found_at, count, high)
+    _move_to_front(distances, positions, count, high)
     if n_low > 0:
-        _move_to_front(found, found_at, n_high, low)
-    _select(found, found_at, n_low, n_high, k - 1, indices)
-    return found[k - 1], int(indices[found_at[k - 1]])
+        _move_to_front(distances, positions, n_high, low)
+    _select(distances, positions, n_low, n_high, k - 1, indices)
+    return distances[k - 1], int(indices[positions[k - 1]])
 
 
 @compiled(nogil=True)
-def _move_to_front(found: Floats, found_at: Ints, count: int, limit: float) -> None:
+def _move_to_front(distances: Floats, positions: Ints, count: int, limit: float) -> None:
     """Moves the candidates up to a distance to the front, without a branch."""
     front = 0
     for i in range(count):
-        distance, at = found[i], found_at[i]
-        found[i], found_at[i] = found[front], found_at[front]
-        found[front], found_at[front] = distance, at
+        distance, at = distances[i], positions[i]
+        distances[i], positions[i] = distances[front], positions[front]
+        distances[front], positions[front] = distance, at
         front += 1 if distance <= limit else 0
 
 
 @compiled(nogil=True)
-def _select(found: Floats, found_at: Ints, low: int, high: int, middle: int, indices: Ints) -> None:
+def _select(distances: Floats, positions: Ints, low: int, high: int, middle: int, indices: Ints) -> None:
     """Moves the nearer ones of the candidates from `low` to before `high` to before the `middle`."""
     high -= 1
     while low < high:
-        pivot = found[(low + high) // 2]
-        pivot_index = indices[found_at[(low + high) // 2]]
+        pivot = distances[(low + high) // 2]
+        pivot_index = indices[positions[(low + high) // 2]]
         i, j = low, high
         while i <= j:
-            while found[i] < pivot or (found[i] == pivot and indices[found_at[i]] < pivot_index):
+            while distances[i] < pivot or (distances[i] == pivot and indices[positions[i]] < pivot_index):
                 i += 1
-            while found[j] > pivot or (found[j] == pivot and indices[found_at[j]] > pivot_index):
+            while distances[j] > pivot or (distances[j] == pivot and indices[positions[j]] > pivot_index):
                 j -= 1
             if i <= j:
-                found[i], found[j] = found[j], found[i]
-                found_at[i], found_at[j] = found_at[j], found_at[i]
+                distances[i], distances[j] = distances[j], distances[i]
+                positions[i], positions[j] = positions[j], positions[i]
                 i += 1
                 j -= 1
         low, high = _side_of_middle(low, high, i, j, middle)

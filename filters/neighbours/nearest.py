@@ -95,17 +95,17 @@ def _sort_rows(
 ) -> None:
     """Writes the rows found for the positions from `start` on to the rows of their points, by distance, then by index."""
     k = positions.shape[1]
-    found = np.empty(k, np.int32)
+    row_indices = np.empty(k, np.int32)
     for r in range(positions.shape[0]):
         row = index_at[start + r]
         for i in range(k):
-            found[i] = index_at[positions[r, i]]
+            row_indices[i] = index_at[positions[r, i]]
         for i in range(k):
             # Counting the nearer ones uses vector instructions, which is faster than sorting for up to hundreds of neighbours.
             place = 0
             for j in range(k):
-                place += (squared[r, j] < squared[r, i]) | ((squared[r, j] == squared[r, i]) & (found[j] < found[i]))
-            distances[row, place], indices[row, place] = math.sqrt(squared[r, i]) * scale, found[i]
+                place += (squared[r, j] < squared[r, i]) | ((squared[r, j] == squared[r, i]) & (row_indices[j] < row_indices[i]))
+            distances[row, place], indices[row, place] = math.sqrt(squared[r, i]) * scale, row_indices[i]
 
 
 def search_leaves(tree: KdTree, first: int, last: int, k: int) -> tuple[Ints, Floats]:
@@ -125,12 +125,12 @@ def search_leaves(tree: KdTree, first: int, last: int, k: int) -> tuple[Ints, Fl
 def _search(tree: KdTree, first: int, positions: Ints, squared: Floats) -> None:
     coordinates, boxes, lowest = tree.coordinates, tree.boxes, tree.lowest
     rows, k = positions.shape
-    found = np.empty((LEAF, 2 * k + LEAF))
-    found_at = np.empty((LEAF, 2 * k + LEAF), np.int32)
+    candidates = np.empty((LEAF, 2 * k + LEAF))
+    candidates_at = np.empty((LEAF, 2 * k + LEAF), np.int32)
     counts = np.empty(LEAF, np.int64)
     bounds = np.empty(LEAF)
     ties = np.empty(LEAF, np.int64)
-    state = found, found_at, counts, bounds, ties, np.empty(LEAF), np.empty(LEAF)
+    state = candidates, candidates_at, counts, bounds, ties, np.empty(LEAF), np.empty(LEAF)
     stack = np.empty((STACK, 3), np.int64)
     stack_gaps = np.empty(STACK)
     box = np.empty((2, 3))
@@ -165,16 +165,16 @@ def _search(tree: KdTree, first: int, positions: Ints, squared: Floats) -> None:
                     if bounds[q] > bound or (bounds[q] == bound and ties[q] > tie):
                         bound, tie = bounds[q], ties[q]
         for q in range(asking):
-            keep_nearest(found[q], found_at[q], counts[q], k, bounds[q], tree.indices)
+            keep_nearest(candidates[q], candidates_at[q], counts[q], k, bounds[q], tree.indices)
             for i in range(k):
-                squared[start + q, i], positions[start + q, i] = found[q, i], found_at[q, i]
+                squared[start + q, i], positions[start + q, i] = candidates[q, i], candidates_at[q, i]
 
 
 @compiled(nogil=True)
 def _offer(tree: KdTree, node: int, leaf: int, asking: int, other: int, k: int, state: tuple[Any, ...]) -> bool:
-    """Adds the points of another leaf, a node, to the candidates of the asking leaf; returns whether a bound has shrunk."""
+    """Adds the points of the leaf `other`, at that node, to the candidates of a leaf; returns whether a bound has shrunk."""
     coordinates, box, lowest = tree.coordinates, tree.boxes[node], tree.lowest[node]
-    found, found_at, counts, bounds, ties, gaps, distances = state
+    candidates, candidates_at, counts, bounds, ties, gaps, distances = state
     shrunk = False
     gaps[:] = 0.0
     for d in range(3):
@@ -192,10 +192,10 @@ def _offer(tree: KdTree, node: int, leaf: int, asking: int, other: int, k: int, 
             distances[q] = np.inf  # a point is no neighbour of itself
         count = counts[q]
         for i in range(LEAF):
-            found[q, count], found_at[q, count] = distances[i], other * LEAF + i
+            candidates[q, count], candidates_at[q, count] = distances[i], other * LEAF + i
             count += 1 if distances[i] <= bounds[q] else 0  # no branch to predict
         if count > 2 * k:
-            bounds[q], ties[q] = keep_nearest(found[q], found_at[q], count, k, bounds[q], tree.indices)
+            bounds[q], ties[q] = keep_nearest(candidates[q], candidates_at[q], count, k, bounds[q], tree.indices)
             count = k
             shrunk = True
         counts[q] = count

@@ -1,4 +1,4 @@
-"""Laplace operators, one a module, all of the form L = M^-1 C with the stiffness C negative semidefinite."""
+"""Laplace operators, all of the form L = M^-1 C with the stiffness C negative semidefinite."""
 
 from .build import (
     CURVE_OPERATOR,

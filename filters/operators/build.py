@@ -1,4 +1,4 @@
-"""The operators by name."""
+"""Laplace operators by name, of meshes, clouds and polylines."""
 
 from typing import Literal, NamedTuple, TypeAlias, get_args
 
@@ -62,7 +62,7 @@ def build_laplacian(vertices: Floats, faces: Ints, operator: OperatorName) -> La
 
 
 class ChosenLaplacian(NamedTuple):
-    """A Laplace-Beltrami operator and which one it is."""
+    """A Laplace-Beltrami operator and its name."""
 
     laplacian: Laplacian
     operator: Literal["cotangent", "robust"]

@@ -108,15 +108,15 @@ def count_entries(end_offsets: Longs, ends: Ints, sizes: Longs) -> None:
         count = 1
         if stop - start <= _FEW:
             for k in range(start, stop):
-                known = False
+                repeated = False
                 for m in range(start, k):
-                    known |= ends[m] == ends[k]
-                count += not known
+                    repeated |= ends[m] == ends[k]
+                count += not repeated
         else:
-            found = ends[start:stop].copy()
-            sort_slice(found, 0, stop - start)
+            ring = ends[start:stop].copy()
+            sort_slice(ring, 0, stop - start)
             for k in range(stop - start):
-                count += k == 0 or found[k] != found[k - 1]
+                count += k == 0 or ring[k] != ring[k - 1]
         sizes[i + 1] = count
 
 
@@ -179,17 +179,17 @@ def _write_columns(i: int, ends: Ints, start: int, stop: int, columns: Any, firs
     columns[first] = i
     count = 1
     if stop - start > _FEW:
-        found = ends[start:stop].copy()
-        sort_slice(found, 0, stop - start)
+        ring = ends[start:stop].copy()
+        sort_slice(ring, 0, stop - start)
         at = first
         placed = False
         for k in range(stop - start):
-            if k == 0 or found[k] != found[k - 1]:
-                if found[k] > i and not placed:
+            if k == 0 or ring[k] != ring[k - 1]:
+                if ring[k] > i and not placed:
                     columns[at] = i
                     placed = True
                     at += 1
-                columns[at] = found[k]
+                columns[at] = ring[k]
                 at += 1
         if not placed:
             columns[at] = i

@@ -1,4 +1,4 @@
-"""The uniform (umbrella) operator: all neighbours weigh the same."""
+"""Operators with weights of edges alone: uniform (umbrella), inverse length, scale dependent."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Points that do not belong to the surface, found by the distances to their neighbours."""
+"""Outliers of point clouds and of reconstructions, by the distances to their neighbours."""
 
 from .far_from_points import far_from_points
 from .local_outlier_probability import (

@@ -1,4 +1,4 @@
-"""LoOP: how likely each point of a cloud is an outlier [kriegel2009]."""
+"""LoOP, the local outlier probability of each point of a cloud [kriegel2009]."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def local_outlier_probability(
 
 def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = ignore_progress) -> Floats:
     """(n,) the probabilistic local outlier factors PLOF of `local_outlier_probability`: at least -1, above 0 where a point is
-    farther from its neighbours than they are from theirs, and infinite as said there.
+    farther from its neighbours than they are from theirs, and infinite as there.
     """
     cloud, k = check_cloud(points, neighbors, "neighbors")
     tree = build_tree(cloud, part_of(progress, 0.0, 0.2))
@@ -75,9 +75,9 @@ def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = i
     factors: Floats = np.empty(tree.size)
 
     def find(first: int, last: int) -> None:
-        found, squared = search_leaves(tree, first, last, k)
-        rows = slice(first * LEAF, first * LEAF + len(found))
-        positions[rows] = found
+        nearest, squared = search_leaves(tree, first, last, k)
+        rows = slice(first * LEAF, first * LEAF + len(nearest))
+        positions[rows] = nearest
         distances[rows] = standard_distances(squared)
 
     def judge(first: int, last: int) -> None:
@@ -96,8 +96,8 @@ def _blocks(factors: Floats) -> Iterator[Floats]:
 
 def standard_distances(squared: Floats) -> Floats:
     """(n,) the root of the mean of each row of (n, k) squared distances; the order within a row does not matter."""
-    found: Floats = np.sqrt(_row_sums(squared) / squared.shape[1])
-    return found
+    distances: Floats = np.sqrt(_row_sums(squared) / squared.shape[1])
+    return distances
 
 
 def compare(distances: Floats, positions: Ints, start: int, stop: int, factors: Floats) -> None:

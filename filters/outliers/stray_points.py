@@ -1,4 +1,4 @@
-"""Stray points: those far from everything, and clumps and hazes apart from the surface."""
+"""Stray points: single points, clumps and hazes apart from the surface."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _FOLIAGE = 2.0
 JOINED = 2
 #: a neighbour that is not linked
 NO_LINK = -1
-#: Thicknesses are summed as whole multiples of this, exactly, in whatever order: of up to 2^32 points.
+#: Thicknesses are summed as whole multiples of this, exactly, in any order: of up to 2^32 points.
 _GRAIN = 2.0**-20
 #: rows of a task
 _ROWS = 1 << 14
@@ -34,7 +34,7 @@ _ROWS = 1 << 14
 
 @dataclass(frozen=True)
 class StrayRule:
-    """What makes a point stray, see `stray_points`.
+    """The thresholds of `stray_points`.
 
     Attributes:
         neighbors: k.
@@ -56,7 +56,7 @@ class StrayRule:
         return 4 * links >= self.neighbors
 
     def too_small(self, sizes: Longs, sums: Longs) -> Bools:
-        """(p,) which parts are stray, from what `part_sums` says of them."""
+        """(p,) which parts are stray, by their `part_sums`."""
         least = np.where(mean_thicknesses(sizes, sums) > _FULL, _MORE, 1) * self.smallest_part
         return np.asarray(sizes < least)
 
@@ -106,10 +106,10 @@ def stray_points(
     reaches, spacing = np.empty(n), np.empty(n)
 
     def find(first: int, last: int) -> None:
-        found, squared = search_leaves(tree, first, last, k)
-        rows = slice(first * LEAF, first * LEAF + len(found))
+        nearest, squared = search_leaves(tree, first, last, k)
+        rows = slice(first * LEAF, first * LEAF + len(nearest))
         reaches[rows], spacing[rows] = squared.max(axis=1), standard_distances(squared)
-        links[rows] = found
+        links[rows] = nearest
 
     in_parallel(find, leaf_ranges(tree, k), part_of(progress, 0.2, 0.9))
     numbers = index.astype(np.int64)
@@ -137,11 +137,11 @@ def thicknesses(places: Floats, numbers: Longs, neighbours: Ints) -> Floats:
         numbers: (n,) by which neighbours at one distance are put into order.
         neighbours: (m, k) rows of the nearest points of the first m; put into order by distance, in place.
     """
-    found: Floats = np.empty(len(neighbours))
+    shares: Floats = np.empty(len(neighbours))
     in_parallel(
-        lambda first, last: _measure(places, numbers, neighbours, found, first, last), _ranges(len(neighbours)), ignore_progress
+        lambda first, last: _measure(places, numbers, neighbours, shares, first, last), _ranges(len(neighbours)), ignore_progress
     )
-    return found
+    return shares
 
 
 def cut_links(places: Floats, numbers: Longs, neighbours: Ints, reaches: Floats, lasts: Longs) -> None:
@@ -197,7 +197,7 @@ def _ranges(rows: int) -> list[tuple[int, int]]:
 
 
 @compiled(nogil=True)
-def _measure(places: Floats, numbers: Longs, neighbours: Ints, found: Floats, first: int, last: int) -> None:
+def _measure(places: Floats, numbers: Longs, neighbours: Ints, shares: Floats, first: int, last: int) -> None:
     k = neighbours.shape[1]
     squared = np.empty(k)
     for p in range(first, last):
@@ -219,7 +219,7 @@ def _measure(places: Floats, numbers: Longs, neighbours: Ints, found: Floats, fi
             xx, yy, zz = xx + dx * dx, yy + dy * dy, zz + dz * dz
             xy, xz, yz = xy + dx * dy, xz + dx * dz, yz + dy * dz
         n = k + 1.0
-        found[p] = _least_share(xx - x * x / n, yy - y * y / n, zz - z * z / n, xy - x * y / n, xz - x * z / n, yz - y * z / n)
+        shares[p] = _least_share(xx - x * x / n, yy - y * y / n, zz - z * z / n, xy - x * y / n, xz - x * z / n, yz - y * z / n)
 
 
 @compiled(nogil=True)

@@ -1,4 +1,4 @@
-"""Spectral filters: a surface with some of its wavelengths removed, kept or made stronger."""
+"""Spectral filters: wavelengths of a surface removed, kept or amplified; modes and spectra."""
 
 from .detail_enhancement import EnhancedDetails, enhance_details
 from .eigenpairs import lowest_eigenpairs

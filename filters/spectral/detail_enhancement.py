@@ -1,4 +1,4 @@
-"""Relief made higher on a shape that stays: waves of a band, along the normals, held at borders, bounded by the thickness."""
+"""Detail enhancement: relief of a band of wavelengths amplified along the normals of a shape that stays."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def enhance_details(
             may meet.
         operator: "cotangent", "robust", or "auto": robust where the mesh is not manifold.
         movable: (n,) bool, which vertices may move, None for all.
-        progress: told the share that is done; may raise to stop.
+        progress: called with the share that is done; may raise to stop.
 
     Returns:
         The coordinates and the band. Vertices that do not move keep every bit: those on borders, those of no face with an area,
@@ -133,28 +133,28 @@ def enhance_details(
     reach = float(np.abs(wanted).max())
     if mesh.movable is not None:
         wanted[~mesh.movable[problem.vertices]] = 0.0
-    found = wanted
+    displacement = wanted
     if reach > 0.0:
         largest = np.maximum(_FREE / (2.0 * most) * np.maximum(np.abs(wanted), _NONE * reach), 0.5 * band.longest)
         inside = touching_balls(shape, normals, largest=largest, progress=part_of(progress, 0.6, 0.8))
         outside = touching_balls(shape, -normals, largest=largest, progress=part_of(progress, 0.8, 1.0))
         bound = most * 2.0 * np.minimum(inside, outside)
-        found = bound * np.tanh(_eased(2.0 * inside / band.longest) * wanted / bound)
+        displacement = bound * np.tanh(_eased(2.0 * inside / band.longest) * wanted / bound)
     after = mesh.points.copy()
-    after[problem.vertices] += found[:, None] * normals
+    after[problem.vertices] += displacement[:, None] * normals
     progress(1.0)
     return EnhancedDetails(
         mesh.restored(after),
         band.shortest / mesh.scale,
         band.longest / mesh.scale,
         float(np.sqrt((heights**2).mean())) / mesh.scale,
-        float(np.abs(found).max()) / mesh.scale,
-        float((np.abs(found) < 0.5 * np.abs(wanted)).mean()),
+        float(np.abs(displacement).max()) / mesh.scale,
+        float((np.abs(displacement) < 0.5 * np.abs(wanted)).mean()),
     )
 
 
 def _band(mesh: NormalisedMesh, detail_size: float | None, largest_size: float | None) -> ReliefBand:
-    """The band asked for, or measured, in the unit of the points."""
+    """The band, measured where no size is set, in the unit of the points."""
     if detail_size is None:
         shortest = relief_band(mesh.points, mesh.cells, mean_edge_length(mesh.points, mesh.cells)).shortest
     else:
@@ -206,10 +206,10 @@ def relief_band(vertices: Floats, faces: Ints, mean_edge: float) -> ReliefBand:
         mean_edge: of the mesh, above 0.
     """
     # In mean edges, since the edges of bands are the same numbers for all meshes.
-    found = spectrum(vertices / mean_edge, faces, modes=0, steps=_STEPS)
-    edges = found.band_edges
+    measured = spectrum(vertices / mean_edge, faces, modes=0, steps=_STEPS)
+    edges = measured.band_edges
     wavelengths = 2.0 * np.pi / np.sqrt(edges[1:] * edges[:-1])
-    energies, squares = found.band_energies, wavelengths**-2.0
+    energies, squares = measured.band_energies, wavelengths**-2.0
     noisy = (wavelengths > _NOISE_FROM) & (wavelengths < _NOISE_TO)
     level = energies[noisy].sum() / max(squares[noisy].sum(), 1e-300)
     signal = (wavelengths > _NOISE_FROM) & (energies > 0.0) & (energies >= SIGNAL * level * squares)

@@ -12,7 +12,7 @@ from ..mesh import Floats
 from .problem import SpectralProblem
 from .spectrum_slicing import groups, lowest_modes, sparse_product
 
-#: The matrix is dense up to this many vertices, and up to the limit if more than one in `_DENSE_SHARE` modes is asked for.
+#: The matrix is dense up to this many vertices, and up to the limit if more than one in `_DENSE_SHARE` modes is computed.
 _DENSE, _DENSE_SHARE, _DENSE_LIMIT = 600, 8, 4000
 #: Dense matrices of at most this many rows are solved without a thread of their own.
 _AT_ONCE = 200
@@ -82,8 +82,8 @@ def _united(problem: SpectralProblem, count: int, skipped: int, tolerance: float
         weight = asked * sizes
         shares = np.concatenate([[0.0], np.cumsum(weight)]) / weight.sum()
         for c in range(parts):
-            found = solved[c]
-            if found is None or len(found[0]) < asked[c]:
+            pair_of_c = solved[c]
+            if pair_of_c is None or len(pair_of_c[0]) < asked[c]:
                 partial = part_of(progress, float(shares[c]), float(shares[c + 1]))
                 block = _block(dirichlet, int(ends[c] - sizes[c]), int(ends[c]))
                 with threads_for(10 * int(sizes[c])):
@@ -150,22 +150,22 @@ def component_modes(
     highest = float(np.bincount(part.indices, np.abs(data), n).max())
     dense = n <= _DENSE or (n <= _DENSE_LIMIT and count * _DENSE_SHARE > n)
     sliceable = count * _SLICED_SHARE + 20 <= n
-    found = None
+    modes = None
     if dense and not (sliceable and highest > _TOO_GRADED):
-        found = _by_dense_matrix(operator, kernel, count, progress)
-        if sliceable and not found.good(tolerance, 0.0):
-            found = None
-    if found is None:
-        found = _by_slicing(operator, kernel, count, tolerance, highest, progress)
-    if not found.good(tolerance, highest):
+        modes = _by_dense_matrix(operator, kernel, count, progress)
+        if sliceable and not modes.good(tolerance, 0.0):
+            modes = None
+    if modes is None:
+        modes = _by_slicing(operator, kernel, count, tolerance, highest, progress)
+    if not modes.good(tolerance, highest):
         raise ConvergenceError(
-            f"the {count} lowest modes of a component of {n} vertices cannot be told from rounding: mode "
-            f"{int(found.residuals.argmax())} has a residual of {found.residuals.max():.3g} of its eigenvalue, "
-            f"{tolerance:.3g} was asked for, and the highest eigenvalue is {highest / found.kappa[1]:.3g} times the first: "
+            f"the {count} lowest modes of a component of {n} vertices drown in rounding: mode "
+            f"{int(modes.residuals.argmax())} has a residual of {modes.residuals.max():.3g} of its eigenvalue, "
+            f"{tolerance:.3g} is the tolerance, and the highest eigenvalue is {highest / modes.kappa[1]:.3g} times the first: "
             "triangles differ too much in size or shape; take fewer modes, filter without eigenvectors, or remesh"
         )
-    order = np.argsort(found.kappa, kind="stable")
-    kappa, vectors = found.kappa[order], found.vectors[:, order]
+    order = np.argsort(modes.kappa, kind="stable")
+    kappa, vectors = modes.kappa[order], modes.vectors[:, order]
     random = np.random.default_rng(0).normal(size=n)
     random[:] = np.where(random @ vectors[:, 0] < 0.0, -random, random)
     signs = np.where(random @ vectors < 0.0, -1.0, 1.0)
@@ -226,15 +226,15 @@ def _by_slicing(
     _, ordered = lowest_modes(dissected, kernel[places], count, tolerance=tolerance, progress=progress)
     vectors = np.empty_like(ordered)
     vectors[places] = ordered
-    found = _Checked(operator, kernel, vectors, progress)
-    if not found.good(tolerance, highest):
+    modes = _Checked(operator, kernel, vectors, progress)
+    if not modes.good(tolerance, highest):
         # Products at tiny triangles have rounding of high frequencies only, which hardly affects the modes: measure it in the
         # energy norm.
-        factors = ShiftedFactors(dissected, -found.least, progress, 0.99)
+        factors = ShiftedFactors(dissected, -modes.least, progress, 0.99)
         for group in groups(count, progress, 0.99):
-            some = np.asfortranarray(found.vectors[places, group])
-            rest = sparse_product(dissected, some) - some * found.kappa[group]
+            some = np.asfortranarray(modes.vectors[places, group])
+            rest = sparse_product(dissected, some) - some * modes.kappa[group]
             energy = np.einsum("ij,ij->j", rest, factors.solve(np.asfortranarray(rest)))
-            share = np.sqrt(np.maximum(energy, 0.0) / np.maximum(found.kappa[group], found.least))
-            found.residuals[group] = np.minimum(found.residuals[group], share)
-    return found
+            share = np.sqrt(np.maximum(energy, 0.0) / np.maximum(modes.kappa[group], modes.least))
+            modes.residuals[group] = np.minimum(modes.residuals[group], share)
+    return modes

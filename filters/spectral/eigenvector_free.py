@@ -103,7 +103,7 @@ def _about_means(problem: SpectralProblem, columns: Floats) -> tuple[Floats, Flo
     weights = np.bincount(labels, mass)
     means = np.empty_like(columns)
     for c in range(columns.shape[1]):
-        # Twice, so that what is left of the mean is rounding of the deviations rather than of coordinates far from the origin.
+        # Twice, so that the rest of the mean is rounding of the deviations rather than of coordinates far from the origin.
         mean = (np.bincount(labels, mass * columns[:, c]) / weights)[labels]
         mean += (np.bincount(labels, mass * (columns[:, c] - mean)) / weights)[labels]
         means[:, c] = mean
@@ -157,7 +157,7 @@ class Plan:
             route: "auto" for the rule above, or one of the routes.
 
         Raises:
-            FilterInputError: a polynomial was asked for and would need an excessive degree.
+            FilterInputError: route "polynomial" with an excessive degree.
         """
         self._problem, self._response, self._tolerance = problem, response, tolerance
         self._symmetric = symmetric_form(problem.dirichlet, problem.mass)

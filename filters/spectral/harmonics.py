@@ -107,14 +107,14 @@ class ManifoldHarmonics:
             with Path(path).open("rb") as file, np.load(file, allow_pickle=False) as data:
                 if str(data["format"]) != _FORMAT:
                     raise FilterInputError(f"{path} holds {str(data['format'])!r}, not {_FORMAT!r}")
-                found = ManifoldHarmonics(data["modes"], data["eigenvalues"], data["mass"])
+                harmonics = ManifoldHarmonics(data["modes"], data["eigenvalues"], data["mass"])
         except (KeyError, ValueError, TypeError, AttributeError, EOFError, zipfile.BadZipFile) as error:
             if isinstance(error, FilterInputError):
                 raise
             raise FilterInputError(f"{path} is no file of manifold harmonics: {error}") from error
-        if found.modes.ndim != 2 or found.modes.shape != (*found.mass.shape, *found.eigenvalues.shape):
+        if harmonics.modes.ndim != 2 or harmonics.modes.shape != (*harmonics.mass.shape, *harmonics.eigenvalues.shape):
             raise FilterInputError(f"{path} is damaged: its arrays do not fit together")
-        return found
+        return harmonics
 
     def _of_vertices(self, values: ArrayLike) -> Floats:
         f = np.asarray(values, dtype=np.float64)
@@ -183,7 +183,7 @@ def one_harmonic(
         faces: (m, 3) triangles.
         mode: its number, from 0. Larger has shorter waves.
         operator: see `spectral_problem`.
-        progress: told the share that is done; may raise to stop.
+        progress: called with the share that is done; may raise to stop.
 
     Raises:
         FilterInputError: not a mesh, or no such mode.

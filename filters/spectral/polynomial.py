@@ -166,12 +166,12 @@ def _set_diagonal(matrix: CompressedRows, diagonal: Floats) -> bool:
     indptr, indices, data = matrix
     complete = True
     for i in range(diagonal.shape[0]):
-        found = False
+        has_diagonal = False
         for k in range(indptr[i], indptr[i + 1]):
             if indices[k] == i:
                 data[k] = diagonal[i]
-                found = True
-        complete = complete and found
+                has_diagonal = True
+        complete = complete and has_diagonal
     return complete
 
 

@@ -3,7 +3,7 @@
 With R = sigma (S + sigma M)^-1 M a mode of eigenvalue kappa is multiplied by mu = sigma / (kappa + sigma), which lies in (0, 1]
 however large kappa gets. A response with a limit for short waves is a smooth function of mu, and its Chebyshev series in
 t = 2 mu - 1 is summed as that of `polynomial`, with a solve in place of a product: about 30 of them for the default low pass and
-1e-6, whatever the mesh. All systems have the same symmetric positive definite matrix; nothing is complex [guttel2013].
+1e-6, on any mesh. All systems have the same symmetric positive definite matrix; nothing is complex [guttel2013].
 """
 
 from __future__ import annotations

@@ -93,7 +93,7 @@ def spectral_filter(
             longer.
         movable: (n,) bool, which vertices may move, None for all. All vertices are filtered, and the others then put back, so
             that a step may be left where they meet.
-        progress: told the share that is done; may raise to stop.
+        progress: called with the share that is done; may raise to stop.
 
     Returns:
         The coordinates and how they were computed. Vertices that do not move keep every bit: those that no face with area uses,
@@ -206,7 +206,7 @@ def filter_by_modes(
         values: v, (n, 3), of mean 0 on every component.
         response: F.
         tolerance: the most that F may differ from its limit at modes that are left out. Smaller takes more modes.
-        progress: told the share that is done; may raise to stop.
+        progress: called with the share that is done; may raise to stop.
 
     Raises:
         FilterInputError: the modes do not fit into memory.
@@ -244,7 +244,7 @@ def brick_wall(
         count: how many modes, from 1, without those that are constant on a component; if there are fewer, all.
         response: None keeps these modes and drops the rest. Otherwise a band pass or enhancement, given the wavelength of the
             last mode: modes from the longest wave of the band on get its gain, and all others the limit of the response.
-        progress: told the share that is done; may raise to stop.
+        progress: called with the share that is done; may raise to stop.
 
     Raises:
         FilterInputError: the modes do not fit into memory.

@@ -1,4 +1,4 @@
-"""The spectrum of a shape: how much of it lies at which frequency, from the largest waves to the mesh's finest."""
+"""The spectrum of a shape: energy against frequency, by modes and by Gauss's quadrature."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Spectrum:
     """Energy of the coordinates against frequency.
 
     The energy of a mode v_k is |<p, v_k>_M|^2 / area, in squared mesh units, summed over x, y and z. Over all modes it adds up to
-    the mean squared distance of the surface from the centroids of its components, whatever the sampling.
+    the mean squared distance of the surface from the centroids of its components, for any sampling.
 
     Attributes:
         frequencies: (k,) omega of the lowest modes, in radians per mesh unit, rising; the wavelength is 2 pi / omega. Modes that
@@ -81,7 +81,7 @@ def spectrum(
         steps: of the Lanczos process; None for as many as resolve the bands above the last mode, at most 600. More separate
             neighbouring bands more sharply, above all at low frequencies, and take longer.
         operator: "cotangent", "robust", or "auto": robust where the mesh is not manifold.
-        progress: told the share that is done; may raise to stop.
+        progress: called with the share that is done; may raise to stop.
 
     Returns:
         The spectrum, deterministic to the bit.
@@ -188,7 +188,7 @@ def energy_quadrature(
         problem: of n rows.
         values: v, (n, d); columns have nodes of their own.
         steps: how many; more resolve frequencies more finely.
-        progress: told the share that is done after each step; may raise to stop.
+        progress: called with the share that is done after each step; may raise to stop.
 
     Returns:
         (k,) nodes and (k,) weights of all columns; none if all values are 0.

@@ -60,16 +60,16 @@ def lowest_modes(
     kappa, modes = np.zeros(1), np.asfortranarray(kernel[:, None])
     spacing = 1.0
     for round_ in range(_ROUNDS):
-        known = len(kappa)
-        done = min(1.0, known / (count + _GUARD))
-        if known >= count + _GUARD:
+        so_far = len(kappa)
+        done = min(1.0, so_far / (count + _GUARD))
+        if so_far >= count + _GUARD:
             gap = count - 1 + int(np.diff(kappa[count - 1 :]).argmax())
             factors = ShiftedFactors(operator, 0.5 * (kappa[gap] + kappa[gap + 1]), progress, 0.99)
             below, above = factors.below - int((kappa < factors.shift).sum()), 0
             if below == 0:
                 return kappa[:count], modes[:, :count]
         else:
-            band = min(widest, count + _GUARD - known)
+            band = min(widest, count + _GUARD - so_far)
             factors = _placed(operator, kappa, spacing * 0.5 * band, band, progress, done)
             below = factors.below - int((kappa < factors.shift).sum())
             above = max(band - below, 0)
@@ -78,17 +78,17 @@ def lowest_modes(
             progress(min(0.99, start + share * part / (count + _GUARD)))
 
         locked = modes[:, np.argsort(np.abs(kappa - factors.shift), kind="stable")[: widest + 1]]
-        found, vectors = modes_near(
+        new, vectors = modes_near(
             factors, np.asfortranarray(locked), below=below, above=above, tolerance=tolerance, seed=round_, progress=partial
         )
-        if len(found) == 0:
+        if len(new) == 0:
             continue
         # Modes near the edge of an earlier band contain a share of their neighbours there, their residual divided by the gap.
-        for group in groups(len(found), partial):
+        for group in groups(len(new), partial):
             remove(modes, vectors[:, group])
-        found, vectors = _polished(operator, factors, found, vectors, 0.7 * tolerance, partial)
-        spacing = max(float(found[-1] - kappa[-1]), 0.0) / len(found) or spacing
-        kappa, modes = np.concatenate([kappa, found]), np.hstack([modes, vectors])
+        new, vectors = _polished(operator, factors, new, vectors, 0.7 * tolerance, partial)
+        spacing = max(float(new[-1] - kappa[-1]), 0.0) / len(new) or spacing
+        kappa, modes = np.concatenate([kappa, new]), np.hstack([modes, vectors])
         order = np.argsort(kappa, kind="stable")
         kappa, modes = kappa[order], np.asfortranarray(modes[:, order])
     raise ConvergenceError(f"{count} modes are not complete after {_ROUNDS} bands")
@@ -111,9 +111,9 @@ def _polished(
         if len(bad) == 0:
             break
         for group in groups(len(bad), progress):
-            given = np.asfortranarray(vectors[:, bad[group]])
-            better = factors.solve(given)
-            better += factors.solve(given - (sparse_product(operator, better) - factors.shift * better))
+            before = np.asfortranarray(vectors[:, bad[group]])
+            better = factors.solve(before)
+            better += factors.solve(before - (sparse_product(operator, better) - factors.shift * better))
             vectors[:, bad[group]] = better / np.linalg.norm(better, axis=0)
         energy = np.empty((len(kappa), len(kappa)))
         for group in groups(len(kappa), progress):
@@ -160,7 +160,7 @@ def modes_near(
 
     Args:
         factors: of A - shift I.
-        locked: (n, l) orthonormal modes that are known; the search is orthogonal to them.
+        locked: (n, l) orthonormal modes found before; the search is orthogonal to them.
         below: how many to find below; there must be exactly as many.
         above: how many to find above.
         tolerance: of the residual |A x - kappa x| as a share of kappa.

@@ -31,8 +31,8 @@ def edge_face_counts(faces: Ints) -> tuple[Ints, Ints]:
 def non_manifold_edges(faces: Ints) -> Ints:
     """(k, 2) the edges with more than two faces, lower vertex first, rows ascending."""
     pairs, counts = edge_face_counts(faces)
-    found: Ints = pairs[counts > 2]
-    return found
+    crowded: Ints = pairs[counts > 2]
+    return crowded
 
 
 def referenced_vertices(faces: Ints, n_vertices: int) -> Bools:
@@ -200,17 +200,17 @@ def _two_faced(offsets: Longs, keys: Longs) -> tuple[Ints, Ints]:
 
 @compiled(nogil=True)
 def _two_faced_edges(offsets: Longs, keys: Longs, pairs: Ints, shared: Ints) -> None:
-    found = 0
+    row = 0
     for i in range(offsets.shape[0] - 1):
         start, stop = offsets[i], offsets[i + 1]
         while start < stop:
             end = end_of_edge(keys, start, stop)
             if end - start == 2:
-                pairs[found, 0] = keys[start] & 0xFFFFFFFF
-                pairs[found, 1] = keys[start + 1] & 0xFFFFFFFF
-                shared[found, 0] = i
-                shared[found, 1] = keys[start] >> 32
-                found += 1
+                pairs[row, 0] = keys[start] & 0xFFFFFFFF
+                pairs[row, 1] = keys[start + 1] & 0xFFFFFFFF
+                shared[row, 0] = i
+                shared[row, 1] = keys[start] >> 32
+                row += 1
             start = end
 
 

@@ -1,4 +1,4 @@
-"""The neighbours of every vertex, found in time linear in the mesh."""
+"""One-rings and faces of every vertex, as compressed rows, in time linear in the mesh."""
 
 from collections.abc import Callable
 from functools import partial
@@ -28,7 +28,7 @@ class OneRings(NamedTuple):
     face_counts: Ints
 
     def along_border(self) -> "OneRings":
-        """The neighbours along the edges with exactly one face; nobody has any on a closed mesh."""
+        """Neighbours along border edges; empty on a closed mesh."""
         border = self.face_counts == 1
         before = np.concatenate(([0], np.cumsum(border, dtype=np.int64)))
         return OneRings(before[self.offsets], self.neighbours[border], self.face_counts[border])

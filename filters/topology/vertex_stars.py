@@ -77,7 +77,7 @@ def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
             the numbers of the vertices. Vertices that are numbered anew and keep their names keep their stars.
     """
     ring_offsets, ring = ring_ends(faces, n_vertices)
-    del faces  # a list that nobody else holds makes room for what follows
+    del faces  # frees the memory for the arrays below, if the caller holds no reference
     kinds: Kinds = np.empty(n_vertices, dtype=np.uint8)
     sizes: Ints = np.empty(n_vertices, dtype=np.int32)
     with threads_for(n_vertices):
@@ -219,11 +219,11 @@ def measure_irregular(end_offsets: Longs, ends: Ints, irregular: Ints, sizes: In
 @compiled
 def distinct_ends(ends: Ints, start: int, stop: int) -> Ints:
     """The vertices in ``ends[start:stop]``, each once, ascending."""
-    found = ends[start:stop].copy()
-    sort_slice(found, 0, found.shape[0])
+    ring = ends[start:stop].copy()
+    sort_slice(ring, 0, ring.shape[0])
     count = 0
-    for end in found:
-        if count == 0 or end != found[count - 1]:
-            found[count] = end
+    for end in ring:
+        if count == 0 or end != ring[count - 1]:
+            ring[count] = end
             count += 1
-    return found[:count]
+    return ring[:count]
