@@ -16,7 +16,7 @@ from ..checks import ConvergenceError, FilterInputError, check_choice, check_who
 from ..execution import Progress, ignore_progress, part_of, threads_for
 from ..libraries import sparse
 from ..linear_solvers import SpdSolver
-from ..mesh import Bools, Floats, Ints, Longs, bounding_box, check_mesh, normalised_mesh, worth_reordering
+from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, bounding_box, check_mesh, normalised_mesh, worth_reordering
 from ..operators import Laplacian, OperatorName, build_laplacian, curve_laplacian, mixed_voronoi_areas
 from ..topology import BORDER_POLICIES, BorderPolicy, connected_components, stars
 from .restoration import dimensions_restored, enclosed_volumes, restore_volumes, share_with_dimensions
@@ -126,23 +126,11 @@ def implicit_fairing(
     if keep_dimensions and len(points) and not len(triangles):
         raise FilterInputError("keep_dimensions needs triangles, whose normals it moves vertices along: a point cloud has none")
     mesh = normalised_mesh(points, triangles, movable)
-    reorder = operator != "robust" and worth_reordering(mesh.cells, len(mesh))
-    if reorder:
+    if operator != "robust" and worth_reordering(mesh.cells, len(mesh)):
         mesh = mesh.by_place()
-    edges = stars(mesh.cells, len(mesh)).border_edges()
     t = time_step if operator in _WITHOUT_UNIT else time_step * mesh.scale * mesh.scale
     with threads_for(len(mesh)):
-        process = ImplicitFlow(
-            mesh.points,
-            mesh.cells,
-            "laplace_beltrami" if operator == "cotangent" else operator,
-            time_step=t,
-            steps=steps,
-            flow=flow,
-            border=border,
-            border_edges=edges,
-            movable=mesh.movable,
-        )
+        process = _Flow(mesh, "laplace_beltrami" if operator == "cotangent" else operator, t, steps, flow, border)
         volumes = enclosed_volumes(mesh.points, mesh.cells, process.components, mesh.movable) if preserve_volume else None
         now = mesh.points
         for done in range(steps):
@@ -158,53 +146,30 @@ def implicit_fairing(
     return mesh.restored(now)
 
 
-class ImplicitFlow:
-    """Steps of a given length on one mesh.
+class _Flow:
+    """Steps of one length on one mesh: builds C and M as `Flow` tells, and solves.
 
-    Under the border policy "along" a step is two: one of the border curves alone, since their vertices see no others, and one of
-    the rest with the new borders prescribed. Together they are the backward Euler step of that coupled system.
+    Under the border policy "along" a step is two: one of the border curves alone, whose vertices have no other neighbours, and
+    one of the rest with the new borders prescribed. Together they are the backward Euler step of that coupled system.
 
     Attributes:
         components: (n,) a label from 0 for every vertex of a component; -1 for vertices that no face uses.
     """
 
     def __init__(
-        self,
-        points: Floats,
-        faces: Ints,
-        operator: OperatorName,
-        *,
-        time_step: float,
-        steps: int,
-        flow: Flow,
-        border: BorderPolicy,
-        border_edges: Ints,
-        movable: Bools | None,
+        self, mesh: NormalisedMesh, operator: OperatorName, time_step: float, steps: int, flow: Flow, border: BorderPolicy
     ) -> None:
-        """Describes the flow; nothing is built yet.
-
-        Args:
-            points: (n, 3) coordinates of the start.
-            faces: (m, 3) triangles, or (0, 3) for a point cloud.
-            operator: see `build_laplacian`.
-            time_step: t, in the unit of one over L.
-            steps: how many steps are to come.
-            flow: see `Flow`.
-            border: see `BorderPolicy`.
-            border_edges: (b, 2) the edges with one face.
-            movable: (n,) which vertices may move; None for all.
-        """
-        self._faces, self._operator = faces, operator
-        self._time_step, self._steps, self._flow = time_step, steps, flow
+        points, self._faces = mesh.points, mesh.cells
+        self._operator, self._time_step, self._steps, self._flow = operator, time_step, steps, flow
         self._diagonal = float(np.linalg.norm(np.subtract(*bounding_box(points)))) if len(points) else 0.0
-        self._border_edges = border_edges
-        self._along = border == "along" and len(border_edges) > 0
+        self._border_edges = stars(self._faces, len(points)).border_edges()
+        self._along = border == "along" and len(self._border_edges) > 0
         on_border = np.zeros(len(points), dtype=np.bool_)
         if border != "free":
-            on_border[border_edges] = True
-        fixed = np.zeros(len(points), dtype=np.bool_) if movable is None else ~movable
+            on_border[self._border_edges] = True
+        fixed = np.zeros(len(points), dtype=np.bool_) if mesh.movable is None else ~mesh.movable
         self._fixed, self._fixed_on_curve = fixed | on_border, fixed | ~on_border
-        self.components = connected_components(faces, len(points))[0]
+        self.components = connected_components(self._faces, len(points))[0]
         self._curve: Laplacian | None = None
         self._surface: Laplacian | None = None
         self._systems: list[BackwardEulerStep] = []
@@ -230,7 +195,7 @@ class ImplicitFlow:
             self._curve = self._updated(self._curve, lambda: curve_laplacian(points, self._border_edges, self._operator))
             systems.append(self._system(self._curve, self._fixed_on_curve, _connected(self._curve)))
         if self._flow == "conformalized" and self._surface is not None and self._operator == "laplace_beltrami":
-            # What _updated would give, without building a stiffness only to leave it.
+            # The same as `_updated`, without building a stiffness that is not used.
             self._surface = Laplacian(self._surface.stiffness, mixed_voronoi_areas(points, self._faces))
         else:
             self._surface = self._updated(self._surface, lambda: build_laplacian(points, self._faces, self._operator))
@@ -322,6 +287,7 @@ class BackwardEulerStep:
             return self._solve(self._solver, start, prescribed, extent, diagonal, progress)
 
     def _assemble(self) -> SpdSolver:
+        """A = M - t C, divided by 1 + t."""
         stiffness = self._stiffness if self._all_free else self._stiffness[self._free][:, self._free]
         entries = stiffness.data * -self._stiffness_share, stiffness.indices, stiffness.indptr
         matrix = sparse.csr_matrix(entries, shape=stiffness.shape)
@@ -332,6 +298,7 @@ class BackwardEulerStep:
     def _solve(
         self, solver: SpdSolver, start: Floats, prescribed: Floats, extent: float, diagonal: float, progress: Progress
     ) -> Floats:
+        """A d = t C p."""
         force = self._stiffness_share * (self._stiffness @ start)
         if not self._all_free:
             force = force[self._free]
