@@ -186,7 +186,7 @@ class KeptSurface:
         self.at = self.walkable.first_faces()
 
     def moved(self, points: Floats, step: Floats, moves: Bools) -> Floats:
-        """(n, 3) the points after the step of each vertex that moves, halved until it does no harm."""
+        """(n, 3) the points after the step of each vertex that moves, halved until no triangle folds or leaves the surface."""
         movers = np.flatnonzero(moves)
         scale = np.ones(len(points))
         before = face_normals(points, self.faces)
@@ -212,7 +212,7 @@ class KeptSurface:
         return tentative
 
     def _harmed(self, points: Floats, at: Ints, before: Floats, checked: Longs) -> Bools:
-        """(k,) which of the checked faces have turned too far from `before` or the surface, or are too far from the latter."""
+        """(k,) which of the checked faces are turned too far from `before` or the surface, or lie too far from it."""
         faces = self.faces[checked]
         a, b, c = (points[faces[:, k]] for k in range(3))
         normals = face_normals(points, np.ascontiguousarray(faces))

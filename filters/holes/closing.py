@@ -152,7 +152,7 @@ def _ordinary(vertices: Floats, triangles: Ints) -> tuple[Floats, int]:
 
 
 def _only_forwards(progress: Progress) -> Progress:
-    """The progress without shares below the highest so far: work that is tried and then done in another way counts again."""
+    """The progress without shares below the highest so far: work that is repeated in another way counts again."""
     furthest = 0.0
 
     def forwards(share: float) -> None:
@@ -210,7 +210,7 @@ class Patches:
         return len(self._placed)
 
     def add(self, rim: BoundaryLoop, islands: list[BoundaryLoop], refine: bool, progress: Progress) -> bool:
-        """Triangulate and refine a hole with the islands in it; False, and nothing is added, if that cannot be done."""
+        """Triangulate and refine a hole with the islands in it; False, and nothing is added, if there is no triangulation."""
 
         def triangulating(share: float) -> None:
             progress(share * (_PATCH_TRIANGULATION if refine else 1.0))
@@ -339,7 +339,7 @@ def _is_a_face(outline: Polygon) -> bool:
 
 
 class Placement(NamedTuple):
-    """How the new vertices of a patch were placed.
+    """The placement of the new vertices of a patch.
 
     Attributes:
         energy: by which energy.
@@ -353,7 +353,7 @@ class Placement(NamedTuple):
 def fair_patches(
     patches: Patches, points: Floats, faces: Ints, *, energy: HoleEnergy, rounds: int, progress: Progress
 ) -> list[Placement]:
-    """Fairs and refines the patches in turn, and moves their new vertices; how each patch was placed in the end.
+    """Fairs and refines the patches in turn, and moves their new vertices; the last placement of each patch.
 
     All patches of one energy are solved for together. If their equations cannot be solved, the set is halved until each patch
     that causes it stands alone. Such a patch gets the next lower energy, in this round and all later ones, and so does one that
@@ -412,7 +412,7 @@ def _lower(patches: Patches, points: Floats, faces: Ints, k: int, failed: Placem
 def _place(
     patches: Patches, points: Floats, faces: Ints, group: list[int], energy: HoleEnergy, progress: Progress
 ) -> dict[int, bool]:
-    """Places the new vertices of these patches; returns those that it cannot place, and whether it would throw them out."""
+    """Places the new vertices of these patches; returns those that failed, and whether they were thrown out."""
     new_vertices, new_faces, patch_of_vertex, _ = patches.gathered()
     free = np.concatenate([np.zeros(len(points), dtype=np.bool_), np.isin(patch_of_vertex, group)])
     if energy == "none" or not free.any():

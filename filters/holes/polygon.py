@@ -31,7 +31,7 @@ class Polygon(NamedTuple):
 
 
 def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> Polygon:
-    """The rim with each island joined by the shortest cut to what is joined already, the nearest island first.
+    """The rim with each island joined by the shortest cut to the polygon so far, the nearest island first.
 
     It begins after the longest edge of the rim: the triangulation depends slightly on its first corner, which must not depend on
     the numbers of the vertices.
@@ -58,7 +58,7 @@ def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> P
 
 
 def triangulate_polygon(outline: Polygon, points: Floats, joined: VertexPairs, progress: Progress) -> Ints | None:
-    """(b, 3) the vertices of triangles that close the polygon; None if there are none that leave a manifold.
+    """(b, 3) the vertices of triangles that close the polygon; None if none of them is a manifold.
 
     Args:
         outline: the polygon.

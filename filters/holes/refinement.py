@@ -249,7 +249,7 @@ def _facing(points: Floats, a: int, b: int, c: int, d: int, e: int, f: int) -> f
 
 
 def uniform_width(points: Floats, sizes: Floats, triangles: Ints, n_rim: int) -> float:
-    """How far from its rim a patch is to be as dense as there, in edges; infinite if it can be so all over.
+    """The width of the band at the rim of a patch that is as dense as the rim, in edges; infinite for the whole patch.
 
     A surface of equilateral triangles with sides h has one vertex for every h^2 sqrt(3) / 2. A band of k edges and the width of
     u edges has k u 2 / sqrt(3) vertices, and what is inside it, where edges grow by g of the distance, k / g 2 / sqrt(3) at most.
@@ -270,7 +270,7 @@ def uniform_width(points: Floats, sizes: Floats, triangles: Ints, n_rim: int) ->
 
 
 class Growth:
-    """How many times as long edges are to be at a place as at the rim."""
+    """The growth of edges away from the rim."""
 
     def __init__(self, rim: Floats, uniform: float) -> None:
         """For a rim of (k, 3) points, and a band of this width in edges where they do not grow."""
@@ -278,7 +278,7 @@ class Growth:
         self._uniform = uniform
 
     def at(self, points: Floats, sizes: Floats) -> Floats:
-        """(n,) the factors 1 + SLOPE (distance / size - width), at least 1, for the sizes that edges would have without them."""
+        """(n,) the factors 1 + SLOPE (distance / size - width), at least 1, of edges of these sizes."""
         if self._tree is None or len(points) == 0:
             return np.ones(len(points))
         distance, _ = self._tree.query(points)

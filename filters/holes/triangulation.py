@@ -272,7 +272,7 @@ def _collect(split: Ints) -> Ints:
 def retriangulated(
     triangles: Ints, chords: list[tuple[int, int]], points: Floats, opposite: Floats, forbidden: VertexPairs
 ) -> Ints:
-    """A triangulation in which the triangles around each chord are replaced by better ones, if there are any.
+    """The triangulation with the triangles around each chord triangulated anew, where that is better.
 
     The `WINDOW` triangles nearest to a chord, by the number of edges crossed, form a polygon, since a triangulated polygon is a
     tree of triangles. `minimal_triangulation` triangulates it anew, with the triangles around as neighbours, and its triangles

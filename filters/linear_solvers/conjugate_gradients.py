@@ -37,7 +37,7 @@ class CompressedRows(NamedTuple):
 
 
 class Descent(NamedTuple):
-    """Where conjugate gradients ended.
+    """The result of conjugate gradients.
 
     Attributes:
         values: (n, 3) the approximate solution.
@@ -87,7 +87,7 @@ def conjugate_gradients(
             residual -= product
 
         def preconditioned(squares: Floats) -> tuple[Floats, Floats]:
-            """The residual after the preconditioner, z = B r, and the three r^T z, given r^T diag(scale) r."""
+            """The residual after the preconditioner, z = B r, and the three r^T z, from r^T diag(scale) r."""
             if precondition is None:
                 return residual, squares
             z = precondition(residual)

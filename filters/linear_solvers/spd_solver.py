@@ -38,7 +38,7 @@ _LARGEST_FACTORS = 3_000_000
 
 
 class SpdSolver:
-    """Solves systems with one matrix, keeping what was prepared for the next."""
+    """Solves systems with one matrix; multigrid and factors are kept for the next right-hand side."""
 
     def __init__(self, matrix: sparse.csr_matrix, *, solves: int = 1) -> None:
         """Prepares nothing yet.

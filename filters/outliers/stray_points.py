@@ -52,7 +52,7 @@ class StrayRule:
         return (sparse <= 1.0) | (self.is_joined(links) & ((sparse <= _FOLIAGE) | (thickness <= _FLAT)))
 
     def is_joined(self, links: Longs) -> Bools:
-        """(n,) whether as many links lead to a surface as it takes."""
+        """(n,) whether enough links lead to a surface."""
         return 4 * links >= self.neighbors
 
     def too_small(self, sizes: Longs, sums: Longs) -> Bools:

@@ -176,7 +176,7 @@ def component_modes(
 
 
 class _Checked:
-    """Orthonormal vectors, the first of which spans the kernel, with their Rayleigh quotients and what these are off by.
+    """Orthonormal vectors, the first of which spans the kernel, with their Rayleigh quotients and residuals.
 
     Attributes:
         vectors: (n, count).

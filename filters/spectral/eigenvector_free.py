@@ -27,7 +27,7 @@ _ROUNDING = 8.0 * float(np.finfo(float).eps)
 
 
 class Filtered(NamedTuple):
-    """What `filter_without_eigenvectors` returns.
+    """The result of `filter_without_eigenvectors`.
 
     Attributes:
         values: of the shape of what was filtered.
@@ -112,7 +112,7 @@ def _about_means(problem: SpectralProblem, columns: Floats) -> tuple[Floats, Flo
 
 @dataclass(frozen=True)
 class Route:
-    """How a filter was computed.
+    """The route of a filter.
 
     Attributes:
         name: "polynomial" or "rational".

@@ -259,7 +259,7 @@ def _sum_circles(matrix: CompressedRows, root: Floats, sums: Floats) -> None:
 
 
 def nearby_order(matrix: sparse.csr_matrix, products: int) -> Ints | None:
-    """(n,) the rows in Cuthill and McKee's order, which keeps entries near the diagonal; None if finding it would not pay.
+    """(n,) the rows in Cuthill and McKee's order, which keeps entries near the diagonal; None if it does not pay.
 
     Args:
         matrix: (n, n) with a symmetric pattern.
@@ -275,7 +275,7 @@ def nearby_order(matrix: sparse.csr_matrix, products: int) -> Ints | None:
 
 
 def put_back(rows: Floats, order: Ints) -> Floats:
-    """The rows in the places that they had before `nearby_order`."""
+    """The rows in their order before `nearby_order`."""
     result = np.empty_like(rows)
     result[order] = rows
     return result

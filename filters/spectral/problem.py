@@ -47,7 +47,7 @@ class SpectralProblem:
 
     @property
     def n_components(self) -> int:
-        """How many connected components there are."""
+        """The number of connected components."""
         return int(self.components.max(initial=-1)) + 1
 
     def on_mesh(self, values: Floats) -> Floats:

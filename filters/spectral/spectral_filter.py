@@ -192,14 +192,14 @@ def basis_fits(problem: SpectralProblem, count: int) -> bool:
 
 
 def most_modes(problem: SpectralProblem) -> int:
-    """How many modes there are, without those that are constant on a component."""
+    """The number of modes, without those that are constant on a component."""
     return len(problem.mass) - problem.n_components
 
 
 def filter_by_modes(
     problem: SpectralProblem, values: Floats, response: Response, *, tolerance: float, progress: Progress = ignore_progress
 ) -> FilteredByModes:
-    """F(infinity) v + V (F - F(infinity)) V^T M v, with the modes V up to the frequency where F has nearly reached its limit.
+    """F(infinity) v + V (F - F(infinity)) V^T M v, with the modes V below the last frequency of F.
 
     Args:
         problem: of n rows.

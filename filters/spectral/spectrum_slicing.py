@@ -130,7 +130,7 @@ def _polished(
 def _placed(
     operator: sparse.csc_matrix, kappa: Floats, step: float, band: int, progress: Progress, done: float
 ) -> ShiftedFactors:
-    """Factors for a shift above all known eigenvalues, with between an eighth of a band and a band of unknown ones below it."""
+    """Factors for a shift above all eigenvalues so far, with an eighth of a band to a band of new ones below it."""
     low, high = 0.0, np.inf
     factors = ShiftedFactors(operator, float(kappa[-1]) + step, progress, done)
     for _ in range(40):
