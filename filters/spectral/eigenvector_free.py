@@ -19,9 +19,8 @@ from .responses import Response
 
 RouteName: TypeAlias = Literal["polynomial", "rational"]
 ROUTE_NAMES: tuple[RouteName, ...] = get_args(RouteName)
-#: A polynomial of a higher degree takes longer than a rational function: from a degree of about 1,000 on where factors are made,
-#: of about 5,000 on larger meshes; see docs/solvers.md.
-MOST_PRODUCTS = 2_000
+#: A polynomial of a higher degree takes longer than a rational function with factors; see docs/solvers.md.
+MOST_PRODUCTS = 1_000
 #: Rounding in sums of this many terms, as a share of the result, per degree.
 _ROUNDING = 8.0 * float(np.finfo(float).eps)
 

@@ -87,7 +87,7 @@ def spectral_filter(
         gain: of the band, None for 2 with "enhance" and 1 with "band_pass". Larger exaggerates, below 1 attenuates.
         order: of the smooth responses, see `low_pass`. Larger cuts off more sharply.
         method: "eigenvectors" computes modes, "polynomial" does without them, by a rational function where a polynomial
-            would take more than 2,000 products. "auto" computes modes only where their number is given and they fit into 0.8 GB.
+            would take more than 1,000 products. "auto" computes modes only where their number is given and they fit into 0.8 GB.
         operator: "cotangent", "robust", or "auto": robust where the mesh is not manifold.
         tolerance: of the error, as a share of the root mean square distance of the surface from the centroids. Smaller takes
             longer.
