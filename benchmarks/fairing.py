@@ -24,7 +24,7 @@ import numpy as np
 from diffusion import make_mesh
 from numpy.typing import NDArray
 
-from pymeshfair.filters.fairing.energy import bilaplacian_smoothing
+from pymeshfair.filters.fairing.bilaplacian import bilaplacian_smoothing
 from pymeshfair.filters.fairing.region import ENERGIES, fair_region
 from pymeshfair.filters.geometry import mean_edge_length
 

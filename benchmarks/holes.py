@@ -22,7 +22,7 @@ import pymeshlab
 from numpy.typing import NDArray
 
 from pymeshfair.filters.geometry import mean_edge_length
-from pymeshfair.filters.holes.close_holes import HoleEnergy, close_holes
+from pymeshfair.filters.holes import HoleEnergy, close_holes
 from pymeshfair.filters.topology import border_edges, non_manifold_edges
 
 Floats = NDArray[np.float64]

@@ -30,8 +30,8 @@ from pymeshfair.filters.compilation import set_threads
 from pymeshfair.filters.execution import ignore_progress
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.linear_solvers import ShiftedFactors, conjugate_gradients, nested_dissection, preconditioned_norm
-from pymeshfair.filters.linear_solvers.factorisation import Factorisation
 from pymeshfair.filters.linear_solvers.smoothed_aggregation import SmoothedAggregation
+from pymeshfair.filters.linear_solvers.spd_solver import Factorisation
 from pymeshfair.filters.operators import laplace_beltrami
 
 Array = NDArray[np.float64]

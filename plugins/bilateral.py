@@ -28,7 +28,7 @@ ITERATIONS = Int(
 
 @dataclass(frozen=True, kw_only=True)
 class Kernels:
-    """How neighbours count: the parameters that bilateral filters share."""
+    """Kernels and scales: the parameters that bilateral filters share."""
 
     range_kernel: Annotated[
         KernelName,
@@ -217,11 +217,11 @@ def apply_coord_bilateral_projection_of_points(
     arguments = kernels.with_space_sigma(space_sigma)
     values: dict[str, Any] = {}
     if iterations < 0:
-        found = chosen_projection(
+        choice = chosen_projection(
             layer.vertices, normals=normals, **arguments, movable=movable, progress=part_of(progress, 0.0, 0.8)
         )
-        chosen = Projection() if found is None else found.chosen.label
-        values = {"chosen": chosen._asdict(), "tried": [] if found is None else [_reported(trial) for trial in found.trials]}
+        chosen = Projection() if choice is None else choice.chosen.label
+        values = {"chosen": chosen._asdict(), "tried": [] if choice is None else [_reported(trial) for trial in choice.trials]}
         if chosen.iterations == 0:
             progress(1.0)
             return Edit(vertices=layer.vertices, values=values, notes=(NOTHING_TO_REMOVE,))

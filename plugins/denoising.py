@@ -4,26 +4,34 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Set as AbstractSet
-from dataclasses import asdict, fields
+from dataclasses import asdict, dataclass, fields
 from typing import Annotated, Any, Literal, TypeAlias, get_args
 
 import numpy as np
 
-from pymeshfair.declaration import Bool, Bools, Edit, Enum, FilterClass, Floats, Int, Layer, MeshElement, mesh_filter
+from pymeshfair.declaration import Bool, Bools, Edit, Enum, FilterClass, Float, Floats, Int, Layer, MeshElement, mesh_filter
 from pymeshfair.errors import MeshError
 from pymeshfair.filters.choosing import compare_smoothers
 from pymeshfair.filters.denoising import (
     FIXED,
+    NEIGHBORHOODS,
+    NORMAL_FILTER_METHODS,
     OUTLIERS,
+    RANGE_MEASURES,
     RELAXATION_DIRECTIONS,
     REPERTOIRE,
+    SPACE_KERNELS,
     VERTEX_UPDATES,
     AutomaticChoice,
     AutomaticParameters,
+    Neighborhood,
     NormalFilter,
+    NormalFilterMethod,
     Outliers,
+    RangeMeasure,
     RelaxationDirection,
     Setting,
+    SpaceKernel,
     VertexUpdate,
     automatic_choice,
     denoise_automatically,
@@ -33,12 +41,12 @@ from pymeshfair.filters.denoising import (
 )
 from pymeshfair.filters.execution import Progress, ignore_progress, part_of
 from pymeshfair.filters.inspection import folded_faces
+from pymeshfair.filters.robust import KERNEL_NAMES, KernelName
 from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy, referenced_vertices
 
 from .moving_vertices import MOVES_VERTICES, Selected, movable_vertices
-from .normal_filter_parameters import Auto, NormalFilterParameters
 
-#: how parameters that are not given are found
+#: how parameters without a value are chosen
 Chooser: TypeAlias = Literal["held_out", "fixed"]
 CHOICE = Enum(
     label="Choice",
@@ -47,18 +55,111 @@ CHOICE = Enum(
     "one of those is taken that best predict vertices which they have not seen. 'fixed': all-round values, at once.",
 )
 
+Auto: TypeAlias = Literal["auto"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class NormalFilterParameters:
+    """How face normals are filtered; see `NormalFilter`. "auto", 0, and -1 of the range floor, mean: chosen for the mesh."""
+
+    method: Annotated[
+        Auto | NormalFilterMethod,
+        Enum(
+            label="Method",
+            choices=("auto", *NORMAL_FILTER_METHODS),
+            help="What the weight of a neighbouring face is made of, besides its area. 'mean': nothing else, which rounds every "
+            "edge. 'unilateral': how far its normal deviates. 'bilateral': and how far away it is. 'averaged': bilateral, "
+            "deviations measured on normals averaged before, for strong noise. 'guided': on the normals of the most even "
+            "patches, for sharp edges. 'vertex_normals': bilateral on the normals of vertices, which loses edges; to compare "
+            "with.",
+        ),
+    ] = "auto"
+    range_kernel: Annotated[
+        Auto | KernelName,
+        Enum(
+            label="Range kernel",
+            choices=("auto", *KERNEL_NAMES),
+            help="How weight falls with the deviation of normals. 'truncated_l1', 'truncated_l2' and 'tukey' reach 0 and keep "
+            "edges; 'huber', 'lorentzian' and 'gaussian' suit smooth shapes.",
+        ),
+    ] = "auto"
+    space_kernel: Annotated[
+        Auto | SpaceKernel,
+        Enum(
+            label="Space kernel",
+            choices=("auto", *SPACE_KERNELS),
+            advanced=True,
+            help="How weight falls with distance; 'constant' does not.",
+        ),
+    ] = "auto"
+    range_measure: Annotated[
+        Auto | RangeMeasure,
+        Enum(
+            label="Range measure",
+            choices=("auto", *RANGE_MEASURES),
+            advanced=True,
+            help="How the deviation of two normals is measured: 'euclidean', the length of their difference, up to 2; 'angle' in "
+            "radians; 'squared', the square of that length.",
+        ),
+    ] = "auto"
+    range_sigma: Annotated[
+        float,
+        Float(
+            label="Range sigma",
+            minimum=0,
+            help="The deviation of normals at which the range kernel falls, in the unit of the range measure; 0.5 is about 30 "
+            "degrees. Larger smooths more, and across sharper edges. 0: automatic.",
+        ),
+    ] = 0.0
+    range_floor: Annotated[
+        float,
+        Float(
+            label="Range floor",
+            minimum=-1,
+            maximum=4,
+            advanced=True,
+            help="Smaller deviations count as this one. Above 0, such as 0.03, it keeps 'l1' and 'truncated_l1' from locking "
+            "the normals of two faces that happen to agree. -1: automatic.",
+        ),
+    ] = -1.0
+    space_sigma: Annotated[
+        float,
+        Float(
+            label="Space sigma",
+            minimum=0,
+            help="The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres. Larger "
+            "smooths larger details. 0: automatic.",
+        ),
+    ] = 0.0
+    neighborhood: Annotated[
+        Auto | Neighborhood,
+        Enum(
+            label="Neighborhood",
+            choices=("auto", *NEIGHBORHOODS),
+            help="Which faces are averaged over: those across the edges, those at the vertices, those in two or three rings, or "
+            "those within a radius of twice the mean distance of centres, straight ('radius') or along the surface "
+            "('geodesic'), which does not jump across a thin wall. Larger smooths larger details and is slower.",
+        ),
+    ] = "auto"
+    normal_iterations: Annotated[
+        int,
+        Int(
+            label="Normal iterations",
+            minimum=0,
+            maximum=10_000,
+            help="How often the normals are filtered before the vertices follow. More smooth more. 0: automatic.",
+        ),
+    ] = 0
+
+
 #: the parameters of `filter_face_normals`; the others are those of the vertices
 STEP_ONE = tuple(field.name for field in fields(NormalFilterParameters))
-
 #: the share of the time that a choice takes, if there is one
 CHOOSING = 0.7
-
 #: the parameters of normal filtering that are chosen for a mesh
 CHOSEN = frozenset(field.name for field in fields(AutomaticParameters))
-
 #: those of what comes before both steps, see `denoised`
 BEFORE = ("outliers", "relaxation", "relaxation_direction")
-
 #: what `normal_filtering` does where neither the caller nor the mesh decides
 DEFAULTS: dict[str, Any] = {
     **{field.name: field.default for field in fields(NormalFilter) if field.name in STEP_ONE},
@@ -121,7 +222,7 @@ def apply_coord_normal_filtering(
             help="Vertices that stand out from all around them, as those of stray measurements: 'keep' filters them like the "
             "others, 'replace' puts them first where the others expect them, 'only' moves nothing but them. Filters that keep "
             "edges keep such spikes too. "
-            "'auto' keeps them where the filter is said in full.",
+            "'auto' keeps them where all parameters of the filter are given.",
         ),
     ] = "auto",
     relaxation: Annotated[
@@ -131,7 +232,7 @@ def apply_coord_normal_filtering(
             minimum=-1,
             maximum=10_000,
             help="How many pairs of Taubin's steps come before, of 0.5 and -0.53. More calm noise that turns faces over, and "
-            "round edges, which the filter sharpens again. -1: automatic, 0 where the filter is said in full.",
+            "round edges, which the filter sharpens again. -1: automatic, 0 where all parameters of the filter are given.",
         ),
     ] = -1,
     relaxation_direction: Annotated[
@@ -173,7 +274,7 @@ def apply_coord_normal_filtering(
     displacement of the vertices in mean edges ("drift"), and the number of faces that look away from those around them, before
     and after ("folded_before", "folded_after").
     """
-    given = _given(
+    set_values = _given(
         **asdict(normals),
         vertex_iterations=vertex_iterations,
         outer_iterations=outer_iterations,
@@ -184,23 +285,23 @@ def apply_coord_normal_filtering(
     )
     movable = movable_vertices(layer, selected)
     notes: tuple[str, ...] = ()
-    if given or choice == "fixed":
+    if set_values or choice == "fixed":
         choosing = part_of(progress, 0.0, CHOOSING)
-        effective, found = _completed(layer, given, choice, choosing, border=border, movable=movable)
-        vertices = _filtered(layer, effective, border, movable, part_of(progress, CHOOSING if found else 0.0, 1.0))
+        effective, findings = _completed(layer, set_values, choice, choosing, border=border, movable=movable)
+        vertices = _filtered(layer, effective, border, movable, part_of(progress, CHOOSING if findings else 0.0, 1.0))
     else:
         share = part_of(progress, 0.0, CHOOSING if compare else 1.0)
         vertices, made = denoise_automatically(layer.vertices, layer.faces, border=border, movable=movable, progress=share)
-        effective, found = _parameters(made.setting), _findings(made)
+        effective, findings = _parameters(made.setting), _findings(made)
         if compare:
-            found["smoothers"] = _comparison(layer, made, movable, part_of(progress, CHOOSING, 1.0))
+            findings["smoothers"] = _comparison(layer, made, movable, part_of(progress, CHOOSING, 1.0))
         if made.kind == "clean":
             notes = ("there is no noise to remove: the vertices stay where they are",)
     return Edit(
         vertices=vertices,
         values={
             **effective,
-            **found,
+            **findings,
             "drift": _mean_displacement(layer, vertices),
             "folded_before": int(folded_faces(layer.vertices, layer.faces).sum()),
             "folded_after": int(folded_faces(vertices, layer.faces).sum()),
@@ -238,17 +339,17 @@ def apply_normal_robust_filtering_per_face(
     """
     if selected and not layer.face_selection.any():
         raise MeshError(f"nothing is selected in {layer.label!r}: select faces, or use selected=False")
-    given = _given(**asdict(normals))
-    effective, found = _completed(layer, given, choice, part_of(progress, 0.0, CHOOSING), of=frozenset(STEP_ONE))
-    if "normal_iterations" not in given:
+    set_values = _given(**asdict(normals))
+    effective, findings = _completed(layer, set_values, choice, part_of(progress, 0.0, CHOOSING), of=frozenset(STEP_ONE))
+    if "normal_iterations" not in set_values:
         effective["normal_iterations"] *= effective["outer_iterations"]
     effective = {name: effective[name] for name in STEP_ONE}
     filtered = filter_face_normals(
-        layer.vertices, layer.faces, **effective, progress=part_of(progress, CHOOSING if found else 0.0, 1.0)
+        layer.vertices, layer.faces, **effective, progress=part_of(progress, CHOOSING if findings else 0.0, 1.0)
     )
     if selected:
         filtered = np.where(layer.face_selection[:, None], filtered, layer.face_normals)
-    return Edit(face_normals=filtered, values={**effective, **found})
+    return Edit(face_normals=filtered, values={**effective, **findings})
 
 
 def _given(**values: Any) -> dict[str, Any]:
@@ -266,7 +367,7 @@ def _filtered(layer: Layer, effective: dict[str, Any], border: BorderPolicy, mov
 
 def _completed(
     layer: Layer,
-    given: dict[str, Any],
+    set_values: dict[str, Any],
     choice: Chooser,
     progress: Progress,
     *,
@@ -278,22 +379,22 @@ def _completed(
     The mesh is only looked at if the choice has a say in one of those that the filter is made `of`; `how` goes to
     `automatic_choice`.
     """
-    if CHOSEN & of <= given.keys():
-        return {**DEFAULTS, **given}, {}
+    if CHOSEN & of <= set_values.keys():
+        return {**DEFAULTS, **set_values}, {}
     if choice == "fixed":
-        return {**DEFAULTS, **asdict(FIXED), **given}, {}
+        return {**DEFAULTS, **asdict(FIXED), **set_values}, {}
     # Passes are no part of what is tried: twenty of them would cost twenty times as much.
-    tried = REPERTOIRE.narrowed(**{name: value for name, value in given.items() if name != "normal_iterations"})
+    tried = REPERTOIRE.narrowed(**{name: value for name, value in set_values.items() if name != "normal_iterations"})
     made = automatic_choice(layer.vertices, layer.faces, repertoire=tried, progress=progress, **how)
     chosen = _parameters(made.setting)
     if made.setting.parameters is None:
         # A mesh that asks for no normal filtering: what is given is then completed as the authors of the filter would.
         del chosen["outer_iterations"]
-    return {**DEFAULTS, **chosen, **given}, _findings(made)
+    return {**DEFAULTS, **chosen, **set_values}, _findings(made)
 
 
 def _parameters(setting: Setting) -> dict[str, Any]:
-    """The parameters of the filter that do what the setting says."""
+    """The setting as parameters of the filter."""
     filtering = {"outer_iterations": 0} if setting.parameters is None else asdict(setting.parameters)
     before = {name: getattr(setting, name) for name in BEFORE}
     return {**DEFAULTS, **filtering, **before}
@@ -301,23 +402,23 @@ def _parameters(setting: Setting) -> dict[str, Any]:
 
 def _findings(made: AutomaticChoice) -> dict[str, Any]:
     """What the mesh was found to be, and the numbers that this rests on."""
-    found: dict[str, Any] = {"shape": made.kind, "noise": made.noise.deviation}
+    findings: dict[str, Any] = {"shape": made.kind, "noise": made.noise.deviation}
     if made.evidence is not None:
-        found["tried"] = [
+        findings["tried"] = [
             {**asdict(trial.label), **{name: value for name, value in vars(trial).items() if name != "label"}}
             for trial in made.evidence.trials
         ]
-    return found
+    return findings
 
 
 def _comparison(layer: Layer, made: AutomaticChoice, movable: Bools | None, progress: Progress) -> list[dict[str, Any]]:
     """The families of smoothers by their error at held-out vertices; none of a clean mesh, or where neighbours share noise."""
     if made.kind != "noisy":
         return []
-    found = compare_smoothers(layer.vertices, layer.faces, setting=made.setting, movable=movable, progress=progress)
+    comparison = compare_smoothers(layer.vertices, layer.faces, setting=made.setting, movable=movable, progress=progress)
     return (
         []
-        if found is None
+        if comparison is None
         else [
             {
                 "smoother": trial.label.smoother or "nothing",
@@ -325,9 +426,9 @@ def _comparison(layer: Layer, made: AutomaticChoice, movable: Bools | None, prog
                 "error": trial.error,
                 "excess": trial.excess,
                 "uncertainty": trial.uncertainty,
-                "chosen": trial == found.chosen,
+                "chosen": trial == comparison.chosen,
             }
-            for trial in found.trials
+            for trial in comparison.trials
         ]
     )
 

@@ -192,7 +192,7 @@ def _lower(filling: HoleFilling, energy: HoleEnergy) -> list[int]:
 
 
 def _lowered(filling: HoleFilling, energy: HoleEnergy) -> tuple[str, ...]:
-    """One sentence a hole that was placed by a lower energy than asked for."""
+    """One sentence for each hole that was placed by a lower energy than that of the parameter."""
     holes = _lower(filling, energy)
     notes = [
         f"the filling of the rim of {len(filling.closed[k])} edges through vertex {filling.closed[k][0]} was placed with energy "

@@ -1,4 +1,4 @@
-"""Looking at a mesh: what it measures, how it bends, how it reflects, and how far it lies from another one."""
+"""Inspection: measures, curvature, reflection lines, triangle shape, displacement."""
 
 from __future__ import annotations
 
@@ -148,7 +148,7 @@ def compute_scalar_by_triangle_shape_per_face(layer: Layer, *, color: Colored = 
     return Edit(
         face_scalars=shapes,
         face_colors=sequential_colors(shapes, limits) if color else None,
-        values=_told(shapes, limits),
+        values=_statistics(shapes, limits),
     )
 
 
@@ -224,19 +224,19 @@ def compute_scalar_by_displacement_per_vertex(
     the root of the mean square, the distance that 95 % keep below, the largest one, and whether vertices were compared by number.
     """
     other = layer.other(reference)
-    found = displacement(layer.vertices, layer.faces, other.vertices, other.faces, correspondence=correspondence)
-    d = found.distances[_used(layer)]
-    told: dict[str, Any] = {"by_vertex": found.by_vertex}
+    result = displacement(layer.vertices, layer.faces, other.vertices, other.faces, correspondence=correspondence)
+    d = result.distances[_used(layer)]
+    values: dict[str, Any] = {"by_vertex": result.by_vertex}
     if len(d):
-        told |= {
+        values |= {
             "mean_distance": float(d.mean()),
             "rms_distance": float(np.sqrt((d**2).mean())),
             "distance_95": float(np.quantile(d, 0.95)),
             "largest_distance": float(d.max()),
         }
     if signed:
-        return _seen(layer, found.signed, symmetric_limits, diverging_colors, color, **told)
-    return _seen(layer, found.distances, robust_limits, sequential_colors, color, **told)
+        return _seen(layer, result.signed, symmetric_limits, diverging_colors, color, **values)
+    return _seen(layer, result.distances, robust_limits, sequential_colors, color, **values)
 
 
 def _used(layer: Layer) -> Bools:
@@ -252,18 +252,18 @@ def _seen(
     color: bool,
     **more: Any,
 ) -> Edit:
-    """Values of vertices as their scalar and, if asked for, their colour."""
+    """Values of vertices as their scalar and, if `color`, their colour."""
     counted = values[_used(layer)]
     limits = limits_of(counted)
     return Edit(
         vertex_scalars=values,
         vertex_colors=colors_of(values, limits) if color else None,
-        values=_told(counted, limits) | more,
+        values=_statistics(counted, limits) | more,
     )
 
 
-def _told(values: Floats, limits: Limits) -> dict[str, Any]:
-    told: dict[str, Any] = {"lower_limit": limits.low, "upper_limit": limits.high}
+def _statistics(values: Floats, limits: Limits) -> dict[str, Any]:
+    statistics: dict[str, Any] = {"lower_limit": limits.low, "upper_limit": limits.high}
     if len(values):
-        told |= {"lowest": float(values.min()), "highest": float(values.max()), "mean": float(values.mean())}
-    return told
+        statistics |= {"lowest": float(values.min()), "highest": float(values.max()), "mean": float(values.mean())}
+    return statistics

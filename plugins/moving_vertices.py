@@ -1,4 +1,4 @@
-"""What filters that move vertices share: what they change, which vertices move, how often, and up to which size of details."""
+"""Parameters and results shared by filters that move vertices."""
 
 from __future__ import annotations
 
@@ -16,10 +16,8 @@ from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy
 
 #: what follows when the vertices of a mesh move
 MOVES_VERTICES = MeshElement.VERTCOORD | MeshElement.VERTNORMAL | MeshElement.FACENORMAL
-
-#: what a filter says that has found its own amount, and found that it is none
+#: the note of a filter whose automatic amount is 0
 NOTHING_TO_REMOVE = "there is no noise to remove: the vertices stay where they are"
-
 #: a filter by how much it smooths: vertices, faces, amount, which vertices may move, progress
 Smooth: TypeAlias = Callable[[Floats, Ints, float, Bools | None, Progress], Floats]
 Selected: TypeAlias = Annotated[
@@ -50,7 +48,7 @@ def detail_size_parameter(
     """The wavelength at which a low-pass filter halves the amplitude.
 
     Args:
-        unless: the sentence that says when it is not used.
+        unless: the sentence on when it is not used.
         default: as a length.
         of_band: the sentence on responses that are no low pass.
         of_edges: whether mean edges are those of polylines.
@@ -76,12 +74,12 @@ def time_step_parameter(meaning: str) -> Float:
 
 
 def no_amount(other: str) -> FilterInputError:
-    """The error of a filter that gets neither a detail size nor the other parameter that says how much to smooth."""
+    """The error of a filter with neither a detail size nor the other parameter for the amount."""
     return FilterInputError(f"detail_size is 0 and so is {other}: nothing to do; give one of them")
 
 
 class Smoothed(NamedTuple):
-    """The (n, 3) vertices, how much they were smoothed, 0 for not at all, and what to report of how that was found."""
+    """The (n, 3) vertices, the amount of smoothing, 0 for none, and the report of its choice."""
 
     vertices: Floats
     amount: float
@@ -99,7 +97,7 @@ def smoothed_by_amount(
     selected: bool,
     progress: Progress,
 ) -> Smoothed:
-    """The mesh smoothed; if the amount is below 0, "auto", by that of those `tried` which `chosen_amount` finds.
+    """Smooths by `amount`; "auto", below 0, takes the best of `tried` (`chosen_amount`).
 
     Args:
         layer: the mesh.
@@ -115,7 +113,7 @@ def smoothed_by_amount(
         return Smoothed(smooth(layer.vertices, layer.faces, amount, movable, progress), amount, {}, ())
     if not len(layer.faces):
         raise FilterInputError("an automatic amount needs faces, and there are none: say how much to smooth")
-    found = chosen_amount(
+    choice = chosen_amount(
         layer.vertices,
         layer.faces,
         lambda points, faces, much, moves: smooth(points, faces, much, moves, ignore_progress),
@@ -123,8 +121,8 @@ def smoothed_by_amount(
         movable=movable,
         progress=part_of(progress, 0.0, 0.8),
     )
-    amount = 0.0 if found is None else found.chosen.label * unit
-    values = {"chosen": amount, "tried": [] if found is None else [_reported(trial) for trial in found.trials]}
+    amount = 0.0 if choice is None else choice.chosen.label * unit
+    values = {"chosen": amount, "tried": [] if choice is None else [_reported(trial) for trial in choice.trials]}
     if amount == 0.0:
         progress(1.0)
         return Smoothed(layer.vertices, amount, values, (NOTHING_TO_REMOVE,))
@@ -141,11 +139,11 @@ def _reported(trial: Trial[float]) -> dict[str, float]:
 
 
 def squared_mean_edge(layer: Layer) -> float:
-    """The square of the mean length of the edges, the unit of time steps; `FilterInputError` if it is beyond all numbers."""
+    """The square of the mean length of the edges, the unit of time steps; `FilterInputError` if it is out of range."""
     squared = layer.mean_edge * layer.mean_edge
     if layer.mean_edge > 0.0 and not np.finfo(float).tiny <= squared < np.inf:
         raise FilterInputError(
-            f"the edges are {layer.mean_edge:.3g} long on average, whose square is beyond all numbers: scale the mesh first"
+            f"mean edge {layer.mean_edge:.3g} is too {'short' if squared < 1.0 else 'long'} to be squared: scale the mesh"
         )
     return squared
 
@@ -153,3 +151,19 @@ def squared_mean_edge(layer: Layer) -> float:
 def movable_vertices(layer: Layer, selected: bool) -> Bools | None:
     """(n,) the vertices that a filter may move, None for all of them."""
     return layer.selected_vertices() if selected else None
+
+
+def displacement(before: Floats, after: Floats) -> dict[str, float]:
+    """The report of moved vertices: their number and the largest displacement, in mesh units."""
+    way = after - before
+    unit = float(np.abs(way).max(initial=0.0)) or 1.0  # in which squares are ordinary numbers
+    furthest = unit * float(np.linalg.norm(way / unit, axis=1).max(initial=0.0))
+    return {"moved": int((way != 0.0).any(axis=1).sum()), "largest_displacement": furthest}
+
+
+def irregular_note(count: int) -> str:
+    """The note on vertices that were placed by connectivity alone."""
+    return (
+        f"The triangles around {count:,} vertices are so uneven that their angles and areas would throw some out: these parts "
+        "were smoothed by connectivity alone. Better triangles (Tangential Smoothing, remeshing) give a better surface."
+    )

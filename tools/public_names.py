@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import pkgutil
 from pathlib import Path
 
 PROJECT = Path(__file__).parents[1]
@@ -11,6 +12,6 @@ LIST = PROJECT / "tests/filters/public_names.txt"
 
 def list_text() -> str:
     """One line a name, ``family.name``, in ascending order."""
-    packages = sorted(file.parent.name for file in (PROJECT / "filters").glob("*/__init__.py"))
-    names = {f"{name}.{public}" for name in packages for public in importlib.import_module(f"pymeshfair.filters.{name}").__all__}
+    rooms = [room.name for room in pkgutil.iter_modules([str(PROJECT / "filters")])]
+    names = {f"{name}.{public}" for name in rooms for public in importlib.import_module(f"pymeshfair.filters.{name}").__all__}
     return "\n".join(sorted(names)) + "\n"

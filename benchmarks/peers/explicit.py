@@ -8,7 +8,7 @@ import numpy as np
 import pymeshlab
 
 from pymeshfair.filters.diffusion import explicit_smoothing, taubin_fairing
-from pymeshfair.filters.diffusion.explicit_steps import explicit_surface
+from pymeshfair.filters.diffusion.explicit import explicit_surface
 from pymeshfair.filters.execution import threads_for
 from pymeshfair.meshset import MeshSet
 

@@ -14,7 +14,7 @@ from scipy.sparse.linalg import splu
 from pymeshfair.filters.diffusion import implicit_fairing
 from pymeshfair.filters.diffusion.implicit import time_step_of_detail_size
 from pymeshfair.filters.fairing import bilaplacian_smoothing
-from pymeshfair.filters.fairing.energy import weight_of_detail_size
+from pymeshfair.filters.fairing.bilaplacian import weight_of_detail_size
 from pymeshfair.filters.operators import laplace_beltrami
 from pymeshfair.filters.spectral import lowest_eigenpairs, spectral_problem
 

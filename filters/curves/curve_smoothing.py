@@ -1,32 +1,34 @@
 """Smoothing of curves: polylines, open or closed, in the plane or in space, by explicit, Taubin's or implicit steps."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Sequence
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import FilterInputError, check_choice, check_whole_number
-from ..diffusion.implicit import time_step_of_detail_size
+from ..diffusion.implicit import BackwardEulerStep, time_step_of_detail_size
+from ..diffusion.stencil import curve_stencil
+from ..diffusion.steps import Rings
 from ..diffusion.taubin import checked_mu
-from ..execution import Progress, ignore_progress, threads_for
-from ..mesh import Floats, Ints, check_edges, check_points, normalised_mesh, worth_reordering
-from ..operators import OperatorName
+from ..execution import Progress, ignore_progress, part_of, threads_for
+from ..libraries import sparse
+from ..mesh import Bools, Floats, Ints, check_edges, check_points, normalised_mesh, worth_reordering
+from ..operators import Laplacian, OperatorName, curve_laplacian
 from ..topology import OneRings, one_rings
-from .chains import trace_chains
-from .curve_steps import explicit_curve_steps, implicit_curve_steps
+from .chain_step import ChainStep, trace_chains
 
 CurveMethod: TypeAlias = Literal["explicit", "implicit", "taubin"]
 CURVE_METHODS: tuple[CurveMethod, ...] = get_args(CurveMethod)
-
 #: "uniform": w_ij = 1. "inverse_length": w_ij = 1 / |p_j - p_i|.
 CurveWeights: TypeAlias = Literal["uniform", "inverse_length"]
 CURVE_WEIGHTS: tuple[CurveWeights, ...] = get_args(CurveWeights)
-
 #: "fixed": the ends of open curves stay. "free": they move towards their only neighbour, and open curves get shorter.
 CurveBorder: TypeAlias = Literal["fixed", "free"]
 CURVE_BORDERS: tuple[CurveBorder, ...] = get_args(CurveBorder)
-
 # Smaller detail sizes, in a box of size 1, smooth nothing, and larger ones everything; the squares of these are finite.
 _SMALLEST_SIZE, _LARGEST_SIZE = 1e-100, 1e50
 
@@ -74,7 +76,7 @@ def curve_smoothing(
             the length of its edges as mass; and t = (2^(1 / iterations) - 1) (detail_size / 2 pi)^2. Larger is smoother.
         iterations: number of steps, or of pairs of steps. More are smoother; with a detail size they cut off more sharply.
         border: what the ends of open curves do, vertices with one neighbour; see `CurveBorder`.
-        movable: (n,) bool, which vertices may move, None for all. The others stay where they are and are seen by those that do.
+        movable: (n,) bool, which vertices may move, None for all. The others stay, and count as neighbours of those that do.
         progress: called after every step; may raise to stop.
 
     Returns:
@@ -116,7 +118,7 @@ def curve_smoothing(
 def _along_the_curves(rings: OneRings) -> Ints:
     """A permutation that puts the vertices of each unbranched stretch next to each other."""
     simple = np.diff(rings.offsets) <= 2
-    return np.concatenate([trace_chains(rings.offsets, rings.neighbours, simple).order, np.flatnonzero(~simple).astype(np.int32)])
+    return np.concatenate([trace_chains(rings, simple).order, np.flatnonzero(~simple).astype(np.int32)])
 
 
 def _steps(method: CurveMethod, step: float, mu: float, pass_band: float | None) -> tuple[float, ...]:
@@ -132,7 +134,7 @@ def _steps(method: CurveMethod, step: float, mu: float, pass_band: float | None)
 def _time_and_operator(
     weights: CurveWeights, time_step: float | None, detail_size: float | None, scale: float, iterations: int
 ) -> tuple[float, OperatorName]:
-    """The time step in the frame of that scale, and the operator that it is for."""
+    """The time step on the normalised mesh, and its operator."""
     if (time_step is None) == (detail_size is None):
         raise FilterInputError("the method 'implicit' takes either a time_step or a detail_size")
     if detail_size is not None:
@@ -147,3 +149,63 @@ def _time_and_operator(
     if not (math.isfinite(time_step) and time_step >= 0.0):
         raise FilterInputError(f"time_step {time_step} is not finite and at least 0")
     return time_step, weights
+
+
+def explicit_curve_steps(
+    start: Floats, rings: OneRings, weights: OperatorName, steps: Sequence[float], count: int, moves: Bools, progress: Progress
+) -> Floats:
+    """(n, 3) the vertices after `count` rounds of the `steps`."""
+    movers = np.flatnonzero(moves).astype(np.int32)
+    advance = curve_stencil(start, weights, movers, Rings(rings.offsets, rings.neighbours))
+    now, following = start.copy(), start.copy()
+    for done in range(count):
+        for step in steps:
+            advance(now, following, step)
+            now, following = following, now
+        progress((done + 1) / count)
+    return now
+
+
+def implicit_curve_steps(
+    start: Floats,
+    pairs: Ints,
+    rings: OneRings,
+    operator: OperatorName,
+    time: float,
+    count: int,
+    moves: Bools,
+    progress: Progress,
+) -> Floats:
+    """(n, 3) the vertices after `count` steps of length `time`, in the unit of one over the operator."""
+    laplacian = curve_laplacian(start, pairs, operator)
+    labels: Ints = sparse.csgraph.connected_components(laplacian.stiffness, directed=False)[1]
+    branched = _in_branched_component(rings, moves, labels)
+    chains = ChainStep(laplacian, trace_chains(rings, moves & ~branched), time)
+    network = _network(laplacian, time, moves & branched, labels, count)
+    diagonal = float(np.linalg.norm(np.ptp(start, axis=0))) if len(start) else 0.0
+    now = start
+    for done in range(count):
+        moved = chains.displacement(now)
+        if network is not None:
+            part = part_of(progress, done / count, (done + 1) / count)
+            moved = moved + network.displacement(now, np.zeros_like(now), diagonal=diagonal, progress=part)
+        now = now + moved
+        progress((done + 1) / count)
+    return now
+
+
+def _network(laplacian: Laplacian, time: float, free: Bools, labels: Ints, count: int) -> BackwardEulerStep | None:
+    if not free.any():
+        return None
+    return BackwardEulerStep(laplacian, time, fixed=~free, components=labels, steps=count)
+
+
+def _in_branched_component(rings: OneRings, moves: Bools, labels: Ints) -> Bools:
+    """(n,) whether a vertex is connected with one that moves and has more than two neighbours that move."""
+    running = np.concatenate([[0], np.cumsum(moves[rings.neighbours])])
+    branching = moves & (running[rings.offsets[1:]] - running[rings.offsets[:-1]] > 2)
+    if not branching.any():
+        return np.zeros(len(moves), dtype=np.bool_)
+    affected = np.zeros(int(labels.max()) + 1, dtype=np.bool_)
+    affected[labels[branching]] = True
+    return np.asarray(affected[labels])

@@ -2,8 +2,7 @@
 
 from .anisotropic import EDGE_STOPS, EdgeStop, longest_step, perona_malik
 from .explicit import explicit_smoothing
-from .flows import FLOWS, Flow
-from .implicit import IMPLICIT_OPERATORS, ImplicitOperator, implicit_fairing, time_step_of_detail_size
+from .implicit import FLOWS, IMPLICIT_OPERATORS, Flow, ImplicitOperator, implicit_fairing, time_step_of_detail_size
 from .spikes import remove_spikes
 from .stencil import UPDATE_RULES, UpdateRule
 from .taubin import TAUBIN_OPERATORS, TaubinOperator, mu_of_pass_band, taubin_fairing, transfer_function

@@ -1,4 +1,4 @@
-"""Anisotropic diffusion of what the vertices carry: scalars and colours are smoothed, their edges stay [perona1990]."""
+"""Anisotropic diffusion of scalars and colours of the vertices: smoothed, with their edges kept [perona1990]."""
 
 import math
 from typing import Literal, TypeAlias, get_args
@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from ..checks import FilterInputError, UnstableStepError, check_choice, check_whole_number
 from ..compilation import compiled, prange
 from ..execution import Progress, ignore_progress, threads_for
-from ..mesh import Bools, Floats, Ints, Longs, check_movable
+from ..mesh import Bools, Floats, Ints, check_movable
 from ..robust import KERNEL_CODES, SIGMA_IN_DEVIATIONS, KernelName, kernel_weight, robust_deviation
 from ..topology import OneRings, one_rings
 
@@ -92,7 +92,7 @@ def perona_malik(
     sigma = math.sqrt(0.5) if kernel == "lorentzian" else 1.0  # its sigma^2 is c^2 / 2; here c is 1
     with threads_for(len(start)):
         for iteration in range(steps if contrast > 0.0 else 0):
-            _diffuse(now, following, moves, rings.offsets, rings.neighbours, KERNEL_CODES[kernel], sigma, contrast, step)
+            _diffuse(now, following, moves, rings, KERNEL_CODES[kernel], sigma, contrast, step)
             now, following = following, now
             progress((iteration + 1) / steps)
     # A sum that is rounded may end one bit outside the range.
@@ -150,13 +150,13 @@ def _diffuse(
     values: Floats,
     out: Floats,
     moves: Bools,
-    offsets: Longs,
-    neighbours: Ints,
+    rings: OneRings,
     code: int,
     sigma: float,
     contrast: float,
     step: float,
 ) -> None:
+    offsets, neighbours, _ = rings
     at_zero = kernel_weight(code, 0.0, sigma)
     for i in prange(values.shape[0]):
         if moves[i]:

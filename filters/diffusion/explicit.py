@@ -1,18 +1,24 @@
-"""Explicit Euler steps of the diffusion equation: every vertex a little way towards its neighbours, all at once."""
+"""Explicit smoothing: Euler steps of the diffusion equation."""
 
 import math
+from collections.abc import Callable
+from typing import NamedTuple, TypeAlias
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError, UnstableStepError
-from ..execution import Progress, ignore_progress
-from ..mesh import Floats, Whole
+from ..checks import FilterInputError, UnstableStepError, check_whole_number
+from ..execution import Progress, ignore_progress, threads_for
+from ..mesh import Floats, NormalisedMesh, Whole, check_mesh, normalised_mesh, worth_reordering
 from ..operators import OperatorName
-from ..topology import BorderPolicy
-from .explicit_steps import NORMALISED_OPERATORS, explicit_surface
-from .stencil import UpdateRule
+from ..topology import BorderPolicy, stars
+from .stencil import Advance, UpdateRule, explicit_stencil
 
-__all__ = ["UpdateRule", "explicit_smoothing"]
+#: operators without a unit, whose spectrum lies in [-2, 0] on every mesh
+NORMALISED_OPERATORS: tuple[OperatorName, ...] = ("uniform", "inverse_length", "cotangent")
+#: One iteration: takes its number from 0 on, the points, and an array to write to in which vertices that do not move have their
+#: places; returns the points after it and the array that is free now.
+Iteration: TypeAlias = Callable[[int, Floats, Floats], tuple[Floats, Floats]]
 
 
 def explicit_smoothing(
@@ -44,7 +50,7 @@ def explicit_smoothing(
             the better of that and the largest eigenvalue of a single triangle [irons1971], exact on equilateral triangles.
         iterations: number of steps. More are smoother; the time is proportional.
         border: what the vertices on borders do; see `BorderPolicy`.
-        movable: (n,) bool, which vertices may move, None for all. The others stay where they are and are seen by those that do.
+        movable: (n,) bool, which vertices may move, None for all. The others stay, and count as neighbours of those that do.
         update: "euler", the equation above; or "meshlab", the rule of MeshLab's Laplacian Smooth, for "uniform" and
             "cotangent": p_i <- (p_i + sum_j w_ij p_j) / (1 + sum_j w_ij) with w_ij the number of faces at the edge, or the sum
             of the cotangents there, and along borders (2 p_i + p_prev + p_next) / 4. That is an Euler step of
@@ -97,3 +103,77 @@ def _unstable(operator: OperatorName, step: float, largest: float, done: int) ->
         "implicit fairing, which is stable for any step",
         largest_stable=largest,
     )
+
+
+class ExplicitSurface(NamedTuple):
+    """A mesh on which explicit iterations are made.
+
+    Attributes:
+        mesh: normalised, its points in the order of the stencil.
+        advance: writes p + step (L p) for the vertices that move.
+    """
+
+    mesh: NormalisedMesh
+    advance: Advance
+
+    def iterated(self, iteration: Iteration, iterations: int, progress: Progress) -> Floats:
+        """(n, 3) the vertices after as many iterations.
+
+        Raises:
+            FilterInputError: a coordinate is no longer finite.
+        """
+        now = self.mesh.new_points()
+        free = now.copy()
+        with threads_for(len(now)):
+            for done in range(iterations):
+                now, free = iteration(done, now, free)
+                progress((done + 1) / iterations)
+        del free
+        result = self.mesh.restored(now)
+        if not np.isfinite(result).all():
+            raise FilterInputError(
+                f"the vertices left all bounds within {iterations} iterations; take fewer, or update='euler', which cannot"
+            )
+        return result
+
+
+def explicit_surface(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    *,
+    operator: OperatorName,
+    border: BorderPolicy,
+    movable: ArrayLike | None,
+    iterations: int,
+    steps: int,
+    update: UpdateRule = "euler",
+    whole: Whole | None = None,
+) -> ExplicitSurface:
+    """Prepares a mesh for explicit iterations: checked, normalised, and reordered where that is faster.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles; none for a point cloud, with the operator "robust".
+        operator: L; see `build_laplacian`.
+        border: what the vertices on borders do; see `BorderPolicy`.
+        movable: (n,) bool, which vertices may move, None for all.
+        iterations: how many there will be, at least 0.
+        steps: how often each of them applies L.
+        update: the rule of a step; see `explicit_smoothing`.
+        whole: the mesh that this is a part of; None if it is all.
+
+    Raises:
+        FilterInputError: not a mesh, a parameter out of range.
+    """
+    points, triangles = check_mesh(vertices, faces)
+    count = check_whole_number("iterations", iterations, least=0)
+    mesh = normalised_mesh(points, triangles, movable, whole)
+    # "robust" is assembled by a library, in the order of the faces; cotangents lose twice as much to a bad order as means do.
+    sweeps = steps * count * (2 if operator in ("cotangent", "laplace_beltrami") else 1)
+    reorder = operator != "robust" and worth_reordering(mesh.cells, len(mesh), sweeps)
+    if reorder:
+        mesh = mesh.by_place()
+    star = stars(mesh.numbered_cells(), len(mesh), names=mesh.order)
+    with threads_for(len(mesh)):
+        advance = explicit_stencil(mesh, star, operator, border=border, update=update)
+    return ExplicitSurface(mesh, advance)

@@ -1,25 +1,39 @@
-"""Implicit fairing: backward Euler steps of the diffusion equation, stable however long."""
+"""Implicit fairing [desbrun1999]: backward Euler steps of the diffusion equation, stable at any length.
+
+`implicit_fairing` builds M and C, `BackwardEulerStep` assembles A = M - t C and solves A p' = M p; on curves too.
+"""
+
+from __future__ import annotations
 
 import math
-from typing import Literal, TypeAlias, get_args
+from collections.abc import Callable
+from typing import Literal, NamedTuple, TypeAlias, get_args
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError, check_choice, check_whole_number
+from ..checks import ConvergenceError, FilterInputError, check_choice, check_whole_number
 from ..execution import Progress, ignore_progress, part_of, threads_for
-from ..mesh import Floats, check_mesh, normalised_mesh, worth_reordering
-from ..topology import BORDER_POLICIES, BorderPolicy, stars
-from .dimensions import dimensions_restored, share_with_dimensions
-from .flows import FLOWS, Flow, ImplicitFlow
-from .volume import enclosed_volumes, restore_volumes
-
-__all__ = ["Flow", "ImplicitOperator", "implicit_fairing", "time_step_of_detail_size"]
+from ..libraries import sparse
+from ..linear_solvers import SpdSolver
+from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, bounding_box, check_mesh, normalised_mesh, worth_reordering
+from ..operators import Laplacian, OperatorName, build_laplacian, curve_laplacian, mixed_voronoi_areas
+from ..topology import BORDER_POLICIES, BorderPolicy, connected_components, stars
+from .restoration import dimensions_restored, enclosed_volumes, restore_volumes, share_with_dimensions
 
 #: "cotangent" is Laplace-Beltrami here: C the cotangent stiffness, M the mixed Voronoi areas.
 ImplicitOperator: TypeAlias = Literal["uniform", "inverse_length", "scale_dependent", "cotangent", "robust"]
 IMPLICIT_OPERATORS: tuple[ImplicitOperator, ...] = get_args(ImplicitOperator)
-
 _WITHOUT_UNIT = ("uniform", "inverse_length")
+#: "linear": C and M of the input for all steps. "mean_curvature": both are built anew for every step. "conformalized": C of the
+#: input, M anew.
+Flow: TypeAlias = Literal["linear", "mean_curvature", "conformalized"]
+FLOWS: tuple[Flow, ...] = get_args(Flow)
+#: The root mean square error of the coordinates that the solver leaves, as a share of the bounding-box diagonal.
+TOLERANCE = 1e-10
+# Times the squared lengths of a mesh of ordinary size this does not overflow, and longer steps give the same result to rounding.
+_LONGEST_STEP = 1e100
+_ROUNDING = 2.0**-47
 
 
 def time_step_of_detail_size(detail_size: float, iterations: int = 1, *, keep_dimensions: bool = False) -> float:
@@ -90,7 +104,7 @@ def implicit_fairing(
             with the operator that `CURVE_OPERATOR` names; then the interior is solved for between the new borders. That is
             the backward Euler step of the flow in which border vertices see only their neighbours on the border. "free":
             border vertices are like any other and the border draws in.
-        movable: (n,) bool, which vertices may move, None for all. The others stay where they are and are seen by those that do.
+        movable: (n,) bool, which vertices may move, None for all. The others stay, and count as neighbours of those that do.
         progress: called every few solver steps with the share that is done; may raise to stop.
 
     Returns:
@@ -112,23 +126,11 @@ def implicit_fairing(
     if keep_dimensions and len(points) and not len(triangles):
         raise FilterInputError("keep_dimensions needs triangles, whose normals it moves vertices along: a point cloud has none")
     mesh = normalised_mesh(points, triangles, movable)
-    reorder = operator != "robust" and worth_reordering(mesh.cells, len(mesh))
-    if reorder:
+    if operator != "robust" and worth_reordering(mesh.cells, len(mesh)):
         mesh = mesh.by_place()
-    edges = stars(mesh.cells, len(mesh)).border_edges()
     t = time_step if operator in _WITHOUT_UNIT else time_step * mesh.scale * mesh.scale
     with threads_for(len(mesh)):
-        process = ImplicitFlow(
-            mesh.points,
-            mesh.cells,
-            "laplace_beltrami" if operator == "cotangent" else operator,
-            time_step=t,
-            steps=steps,
-            flow=flow,
-            border=border,
-            border_edges=edges,
-            movable=mesh.movable,
-        )
+        process = _Flow(mesh, "laplace_beltrami" if operator == "cotangent" else operator, t, steps, flow, border)
         volumes = enclosed_volumes(mesh.points, mesh.cells, process.components, mesh.movable) if preserve_volume else None
         now = mesh.points
         for done in range(steps):
@@ -142,3 +144,218 @@ def implicit_fairing(
                 now = restore_volumes(now, volumes)
             progress((done + 1) / steps)
     return mesh.restored(now)
+
+
+class _Flow:
+    """Steps of one length on one mesh: builds C and M as `Flow` tells, and solves.
+
+    Under the border policy "along" a step is two: one of the border curves alone, whose vertices have no other neighbours, and
+    one of the rest with the new borders prescribed. Together they are the backward Euler step of that coupled system.
+
+    Attributes:
+        components: (n,) a label from 0 for every vertex of a component; -1 for vertices that no face uses.
+    """
+
+    def __init__(
+        self, mesh: NormalisedMesh, operator: OperatorName, time_step: float, steps: int, flow: Flow, border: BorderPolicy
+    ) -> None:
+        points, self._faces = mesh.points, mesh.cells
+        self._operator, self._time_step, self._steps, self._flow = operator, time_step, steps, flow
+        self._diagonal = float(np.linalg.norm(np.subtract(*bounding_box(points)))) if len(points) else 0.0
+        self._border_edges = stars(self._faces, len(points)).border_edges()
+        self._along = border == "along" and len(self._border_edges) > 0
+        on_border = np.zeros(len(points), dtype=np.bool_)
+        if border != "free":
+            on_border[self._border_edges] = True
+        fixed = np.zeros(len(points), dtype=np.bool_) if mesh.movable is None else ~mesh.movable
+        self._fixed, self._fixed_on_curve = fixed | on_border, fixed | ~on_border
+        self.components = connected_components(self._faces, len(points))[0]
+        self._curve: Laplacian | None = None
+        self._surface: Laplacian | None = None
+        self._systems: list[BackwardEulerStep] = []
+
+    def step(self, points: Floats, progress: Progress) -> Floats:
+        """The points after one step."""
+        if not self._systems or self._flow != "linear":
+            self._systems = self._build(points)
+        return self.smoothed(points, progress)
+
+    def smoothed(self, points: Floats, progress: Progress) -> Floats:
+        """(n, d) coordinates or values at the vertices after a step by the operators of the last step of the mesh."""
+        moved = np.zeros_like(points)
+        count = len(self._systems)
+        for k, system in enumerate(self._systems):
+            part = part_of(progress, k / count, (k + 1) / count)
+            moved = system.displacement(points, moved, diagonal=self._diagonal, progress=part)
+        return points + moved
+
+    def _build(self, points: Floats) -> list[BackwardEulerStep]:
+        systems = []
+        if self._along:
+            self._curve = self._updated(self._curve, lambda: curve_laplacian(points, self._border_edges, self._operator))
+            systems.append(self._system(self._curve, self._fixed_on_curve, _connected(self._curve)))
+        if self._flow == "conformalized" and self._surface is not None and self._operator == "laplace_beltrami":
+            # The same as `_updated`, without building a stiffness that is not used.
+            self._surface = Laplacian(self._surface.stiffness, mixed_voronoi_areas(points, self._faces))
+        else:
+            self._surface = self._updated(self._surface, lambda: build_laplacian(points, self._faces, self._operator))
+        is_cloud = len(self._faces) == 0
+        systems.append(self._system(self._surface, self._fixed, _connected(self._surface) if is_cloud else self.components))
+        return systems
+
+    def _updated(self, previous: Laplacian | None, build: Callable[[], Laplacian]) -> Laplacian:
+        laplacian = build()
+        if previous is None or self._flow == "mean_curvature":
+            return laplacian
+        return Laplacian(previous.stiffness, laplacian.mass)
+
+    def _system(self, laplacian: Laplacian, fixed: Bools, components: Ints) -> BackwardEulerStep:
+        steps = self._steps if self._flow == "linear" else 1
+        return BackwardEulerStep(laplacian, self._time_step, fixed=fixed, components=components, steps=steps)
+
+
+def _connected(laplacian: Laplacian) -> Ints:
+    labels: Ints = sparse.csgraph.connected_components(laplacian.stiffness, directed=False)[1]
+    return labels
+
+
+class BackwardEulerStep:
+    """(M - t C) p' = M p, solved for the displacement d = p' - p: (M - t C) d = t C p.
+
+    Divided by 1 + t, the matrix is a mean of M and -C and stays finite for every t. It is positive definite where a vertex is
+    fixed or has mass. A component without fixed vertex floats: C is blind to its translation, and for large t the matrix nearly
+    so. But its equations sum up to sum_i M_i d_i = 0: that is imposed, and the component keeps its centroid to rounding.
+
+    The error: with ||x||_A the energy norm of A = M - t C, sum_i M_i |e_i|^2 <= ||e||_A^2, since -C is semidefinite. The solver
+    brings ||e||_A to `TOLERANCE` times the norm of a shift of everything by the diagonal, whose square is diagonal^2 sum_i M_i.
+    """
+
+    def __init__(self, laplacian: Laplacian, time_step: float, *, fixed: Bools, components: Ints, steps: int = 1) -> None:
+        """Sets up the system; nothing is solved yet.
+
+        Args:
+            laplacian: L = M^-1 C on n vertices.
+            time_step: t, at least 0, in the unit of 1 / L.
+            fixed: (n,) the vertices whose displacement is prescribed. Those without an edge of any weight stay too, and so do
+                components without mass, of which the equation determines nothing.
+            components: (n,) a label from 0 for every vertex, at least one each component of C; -1 for vertices without any.
+            steps: how many steps with this system are to come.
+        """
+        t = min(time_step, _LONGEST_STEP)
+        self._stiffness, self._stiffness_share = laplacian.stiffness, t / (1.0 + t)
+        coupled = (components >= 0) & (laplacian.stiffness.diagonal() < 0.0)
+        labels = np.where(coupled, components, 0)
+        masses = np.bincount(labels, weights=laplacian.mass * coupled, minlength=1)
+        free = coupled & ~fixed & (masses[labels] > 0.0)
+        self._free, self._all_free = np.flatnonzero(free), bool(free.all())
+        self._mass, self._steps = laplacian.mass[self._free] / (1.0 + t), steps
+        self._floating = _Floating.among(labels[self._free], labels[coupled & ~free], self._mass)
+        self._solver = self._assemble() if len(self._free) else None
+
+    def displacement(self, points: Floats, prescribed: Floats, *, diagonal: float, progress: Progress) -> Floats:
+        """The displacement of all vertices.
+
+        Args:
+            points: (n, d) p: coordinates, or one value a vertex.
+            prescribed: (n, d) the displacement of the fixed vertices; 0 elsewhere.
+            diagonal: the length against which errors count.
+            progress: called every few solver steps; may raise to stop.
+
+        Returns:
+            (n, d); the prescribed displacement where a vertex is fixed.
+
+        Raises:
+            ConvergenceError: the solver stalls.
+        """
+        if self._solver is None:
+            return prescribed
+        start = points + prescribed
+        extent = largest_side(start)
+        if extent <= TOLERANCE * diagonal:
+            # To rounding, the surface is a point already.
+            return prescribed
+        try:
+            return self._solve(self._solver, start, prescribed, extent, diagonal, progress)
+        except ConvergenceError:
+            # The weights of slivers, large and of both signs, are no longer semidefinite once rounded. Those that are left are,
+            # since no row has an entry that outweighs its diagonal.
+            positive = without_negative_weights(self._stiffness)
+            if positive is self._stiffness:
+                raise
+            self._stiffness = positive
+            self._solver = self._assemble()
+            return self._solve(self._solver, start, prescribed, extent, diagonal, progress)
+
+    def _assemble(self) -> SpdSolver:
+        """A = M - t C, divided by 1 + t."""
+        stiffness = self._stiffness if self._all_free else self._stiffness[self._free][:, self._free]
+        entries = stiffness.data * -self._stiffness_share, stiffness.indices, stiffness.indptr
+        matrix = sparse.csr_matrix(entries, shape=stiffness.shape)
+        # A little more on the diagonal, no more than rounding, outweighs the rounding errors of its row.
+        matrix.setdiag(matrix.diagonal() * (1.0 + _ROUNDING) + self._mass)
+        return SpdSolver(matrix, solves=self._steps)
+
+    def _solve(
+        self, solver: SpdSolver, start: Floats, prescribed: Floats, extent: float, diagonal: float, progress: Progress
+    ) -> Floats:
+        """A d = t C p."""
+        force = self._stiffness_share * (self._stiffness @ start)
+        if not self._all_free:
+            force = force[self._free]
+        reference = diagonal * float(np.sqrt(self._mass.sum()))
+        moved = solver.solve(force, tolerance=TOLERANCE, reference=reference, progress=progress).values
+        moved -= self._floating.means(moved, self._mass)
+        # Diffusion moves nothing out of the box, except a little where weights are negative.
+        if not np.abs(moved).max() <= 2.0 * extent:
+            raise ConvergenceError("the solution leaves the box: the matrix is not positive definite to rounding")
+        if self._all_free:
+            return moved
+        everywhere = prescribed.copy()
+        everywhere[self._free] = moved
+        return everywhere
+
+
+def largest_side(points: Floats) -> float:
+    """The longest side of the bounding box of (n, d) points."""
+    low, high = bounding_box(points) if points.shape[1] == 3 else (points.min(axis=0), points.max(axis=0))
+    return float((high - low).max())
+
+
+def without_negative_weights(stiffness: sparse.csr_matrix) -> sparse.csr_matrix:
+    """C with its negative weights set to 0 and rows that sum to 0 again; C itself if it has none."""
+    rows = np.repeat(np.arange(stiffness.shape[0]), np.diff(stiffness.indptr))
+    negative = (stiffness.data < 0.0) & (stiffness.indices != rows)
+    if not negative.any():
+        return stiffness
+    positive = stiffness.copy()
+    positive.data[negative] = 0.0
+    positive.setdiag(0.0)
+    positive.setdiag(-np.asarray(positive.sum(axis=1)).ravel())
+    return positive
+
+
+class _Floating(NamedTuple):
+    """The components without fixed vertex.
+
+    Attributes:
+        component: (f,) a label from 0 for every free vertex.
+        weight: one over the mass of each component, 0 for those with a fixed vertex.
+    """
+
+    component: Longs
+    weight: Floats
+
+    @classmethod
+    def among(cls, free_labels: Ints, fixed_labels: Ints, mass: Floats) -> _Floating:
+        labels, component = np.unique(free_labels, return_inverse=True)
+        total = np.bincount(component, weights=mass, minlength=len(labels))
+        floats = (total > 0.0) & ~np.isin(labels, fixed_labels)
+        return cls(component, np.divide(1.0, total, out=np.zeros(len(labels)), where=floats))
+
+    def means(self, values: Floats, mass: Floats) -> Floats:
+        """(f, d) at every free vertex the mean of the values over its component, weighted by mass; 0 if it has a fixed vertex."""
+        weighted = mass[:, None] * values
+        if len(self.weight) == 1:
+            return np.broadcast_to(weighted.sum(axis=0) * self.weight[0], values.shape)
+        sums = [np.bincount(self.component, weights=column, minlength=len(self.weight)) * self.weight for column in weighted.T]
+        return np.column_stack(sums)[self.component]

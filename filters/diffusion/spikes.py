@@ -1,4 +1,4 @@
-"""Spikes: single vertices that stand up from their neighbours like a needle, put back among them."""
+"""Spike removal: single vertices far from the mean of their neighbours are put there."""
 
 from __future__ import annotations
 
@@ -67,8 +67,8 @@ def remove_spikes(
             break
         points[tips] = means[tips]
         spikes |= tips
-    found = np.zeros(len(mesh.vertices), dtype=np.bool_)
-    found[mesh.used] = spikes
+    removed = np.zeros(len(mesh.vertices), dtype=np.bool_)
+    removed[mesh.used] = spikes
     result = mesh.restored(points)
     progress(1.0)
-    return result, found
+    return result, removed

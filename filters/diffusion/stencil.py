@@ -1,22 +1,33 @@
-"""One explicit step of an operator on a mesh: which vertices move, by which kernel, and how long a step may be."""
+"""Explicit steps of an operator on a mesh: the vertices that move, their kernel, and a bound of the spectrum."""
+
+from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
 from ..checks import FilterInputError, check_choice
-from ..mesh import Floats, Ints, Longs, NormalisedMesh
+from ..mesh import Bools, Floats, Ints, NormalisedMesh
 from ..operators import CURVE_OPERATOR, OPERATOR_NAMES, SHORTEST_EDGE, Laplacian, OperatorName, build_laplacian, curve_laplacian
-from ..topology import BorderPolicy, Stars
-from .cotangent_steps import BY_AREA, MESHLAB, NORMALISED, element_bound, irregular_step, star_step
-from .moving_vertices import MovingVertices, moving_vertices
-from .ring_steps import length_step, sum_ring_lengths, uniform_step, weighted_step
+from ..topology import BORDER_POLICIES, CLOSED, IRREGULAR, OPEN, BorderPolicy, Stars, one_rings
+from .steps import (
+    BY_AREA,
+    MESHLAB,
+    NORMALISED,
+    Rings,
+    element_bound,
+    irregular_step,
+    length_step,
+    star_step,
+    sum_ring_lengths,
+    uniform_step,
+    weighted_step,
+)
 
 #: "euler": p + step (L p). "meshlab": MeshLab's own rule, which averages the vertex in.
 UpdateRule: TypeAlias = Literal["euler", "meshlab"]
 UPDATE_RULES: tuple[UpdateRule, ...] = ("euler", "meshlab")
-
 #: Takes the points of one moment, an array that receives those of the next, and the step; vertices that do not move keep what the
 #: array holds. Returns an upper bound of the spectrum of -L: a step of at most 2 / bound amplifies no mode, and what a longer one
 #: has written is of no use.
@@ -31,7 +42,7 @@ def explicit_stencil(
     border: BorderPolicy,
     update: UpdateRule = "euler",
 ) -> Advance:
-    """The step of `operator` on a mesh, its weights taken from the points of the moment ("robust": from those given here).
+    """The step of `operator` on a mesh, its weights taken from the current points ("robust": from those of the mesh).
 
     Args:
         mesh: n points and triangles, or no triangles for a point cloud. Only what the operator needs of it is computed.
@@ -60,18 +71,18 @@ def explicit_stencil(
     if len(moving.curve) == 0:
         return surface
     if update == "euler":
-        curve = curve_stencil(mesh.points, operator, moving.curve, moving.curve_offsets, moving.curve_neighbours)
+        curve = curve_stencil(mesh.points, operator, moving.curve, moving.curve_rings)
     else:
         curve = _curve_of_meshlab(moving)
     return lambda now, out, step: max(surface(now, out, step), curve(now, out, step))
 
 
 def _surface(mesh: NormalisedMesh, operator: OperatorName, star: Stars, moving: MovingVertices) -> Advance:
-    which = moving.surface
+    movers, rings = moving.surface, Rings(star.offsets, star.neighbours)
     if operator == "uniform":
-        return _uniform(which, star.offsets, star.neighbours)
+        return _uniform(movers, rings)
     if operator == "inverse_length" or operator == "scale_dependent":
-        return _lengths(mesh.points, which, star.offsets, star.neighbours, operator == "scale_dependent")
+        return _lengths(mesh.points, movers, rings, operator == "scale_dependent")
     if operator == "cotangent":
         return _cotangent(star, moving, NORMALISED)
     if operator == "laplace_beltrami":
@@ -85,74 +96,71 @@ def _surface(mesh: NormalisedMesh, operator: OperatorName, star: Stars, moving: 
             return min(bound, float(element_bound(now, mesh.cells)))
 
         return advance
-    return _assembled(build_laplacian(mesh.points, mesh.cells, operator), which)
+    return _assembled(build_laplacian(mesh.points, mesh.cells, operator), movers)
 
 
-def curve_stencil(points: Floats, operator: OperatorName, which: Ints, offsets: Longs, neighbours: Ints) -> Advance:
-    """The step on polylines of what `operator` becomes there; see `CURVE_OPERATOR`.
+def curve_stencil(points: Floats, operator: OperatorName, movers: Ints, rings: Rings) -> Advance:
+    """The step on polylines of the operator that `CURVE_OPERATOR` names for `operator`.
 
     Args:
         points: (n, 3) coordinates of ordinary size.
-        operator: see `build_laplacian`; the weights are taken from the points of the moment, for "robust" from those given here.
-        which: the vertices that move.
-        offsets: the one-rings of all n vertices along the polylines, as in `OneRings`.
-        neighbours: with these.
+        operator: see `build_laplacian`; the weights are taken from the current points, for "robust" from `points`.
+        movers: the vertices that move.
+        rings: the neighbours of all n vertices along the polylines.
     """
     if CURVE_OPERATOR[operator] == "uniform":
-        return _uniform(which, offsets, neighbours)
+        return _uniform(movers, rings)
     if operator == "robust":
-        ends = np.repeat(np.arange(len(points), dtype=np.int32), np.diff(offsets))
-        edges = np.column_stack([ends, neighbours])[ends < neighbours]
-        return _assembled(curve_laplacian(points, edges, operator), which)
-    return _lengths(points, which, offsets, neighbours, CURVE_OPERATOR[operator] == "scale_dependent")
+        ends = np.repeat(np.arange(len(points), dtype=np.int32), np.diff(rings.offsets))
+        edges = np.column_stack([ends, rings.neighbours])[ends < rings.neighbours]
+        return _assembled(curve_laplacian(points, edges, operator), movers)
+    return _lengths(points, movers, rings, CURVE_OPERATOR[operator] == "scale_dependent")
 
 
-def _uniform(which: Ints, offsets: Longs, neighbours: Ints) -> Advance:
+def _uniform(movers: Ints, rings: Rings) -> Advance:
     def advance(now: Floats, out: Floats, step: float) -> float:
-        uniform_step(now, out, which, offsets, neighbours, step)
+        uniform_step(now, out, movers, *rings, step)
         return 2.0
 
     return advance
 
 
-def _lengths(points: Floats, which: Ints, offsets: Longs, neighbours: Ints, by_arc_length: bool) -> Advance:
+def _lengths(points: Floats, movers: Ints, rings: Rings, by_arc_length: bool) -> Advance:
     sums = np.empty(len(points))
-    sum_ring_lengths(points, offsets, neighbours, sums)
-    mean = float(sums.sum()) / max(len(neighbours), 1)
+    sum_ring_lengths(points, *rings, sums)
+    mean = float(sums.sum()) / max(len(rings.neighbours), 1)
     shortest = SHORTEST_EDGE * mean if mean > 0.0 else 1.0
 
     def advance(now: Floats, out: Floats, step: float) -> float:
-        bound = length_step(now, out, which, offsets, neighbours, step, shortest, by_arc_length)
+        bound = length_step(now, out, movers, *rings, step, shortest, by_arc_length)
         return float(bound) if by_arc_length else 2.0
 
     return advance
 
 
 def _cotangent(star: Stars, moving: MovingVertices, rule: int) -> Advance:
-    offsets, neighbours = star.offsets, star.neighbours
+    rings = Rings(star.offsets, star.neighbours)
 
     def advance(now: Floats, out: Floats, step: float) -> float:
-        bound = star_step(now, out, moving.closed, True, offsets, neighbours, rule, step)
+        bound = star_step(now, out, moving.closed, True, *rings, rule, step)
         if len(moving.open):
-            bound = max(bound, star_step(now, out, moving.open, False, offsets, neighbours, rule, step))
+            bound = max(bound, star_step(now, out, moving.open, False, *rings, rule, step))
         if len(star.irregular):
-            ends = star.end_offsets, star.ends
-            row = irregular_step(now, out, star.irregular, moving.irregular, offsets, neighbours, *ends, rule, step)
-            bound = max(bound, row)
+            bound = max(bound, irregular_step(now, out, star, moving.irregular, rule, step))
         return float(bound) if rule == BY_AREA else 2.0
 
     return advance
 
 
-def _assembled(laplacian: Laplacian, which: Ints) -> Advance:
+def _assembled(laplacian: Laplacian, movers: Ints) -> Advance:
     stiffness, inverse_mass, bound = laplacian.stiffness, laplacian.inverse_mass, laplacian.spectral_bound()
-    offsets, neighbours = stiffness.indptr.astype(np.int64), stiffness.indices.astype(np.int32)
+    rings = Rings(stiffness.indptr.astype(np.int64), stiffness.indices.astype(np.int32))
 
     def advance(now: Floats, out: Floats, step: float) -> float:
         if step * bound > 2.0:
             return bound
         # The diagonal is among the entries and does no harm: it multiplies p_i - p_i.
-        weighted_step(now, out, which, offsets, neighbours, stiffness.data, step * inverse_mass)
+        weighted_step(now, out, movers, *rings, stiffness.data, step * inverse_mass)
         return bound
 
     return advance
@@ -160,13 +168,13 @@ def _assembled(laplacian: Laplacian, which: Ints) -> Advance:
 
 def _uniform_of_meshlab(star: Stars, moving: MovingVertices) -> Advance:
     """(p + sum over the faces of each edge of p_j) / (number of terms): an interior edge counts twice, for it has two faces."""
-    offsets, neighbours = star.offsets, star.neighbours
+    rings = Rings(star.offsets, star.neighbours)
     counts = star.face_counts().astype(np.float64)
     totals = np.concatenate([[0.0], np.cumsum(counts)])
-    shares, which = 1.0 / (totals[offsets[1:]] - totals[offsets[:-1]] + 1.0), moving.surface
+    shares, movers = 1.0 / (totals[rings.offsets[1:]] - totals[rings.offsets[:-1]] + 1.0), moving.surface
 
     def advance(now: Floats, out: Floats, step: float) -> float:
-        weighted_step(now, out, which, offsets, neighbours, counts, shares)
+        weighted_step(now, out, movers, *rings, counts, shares)
         return 2.0
 
     return advance
@@ -174,11 +182,70 @@ def _uniform_of_meshlab(star: Stars, moving: MovingVertices) -> Advance:
 
 def _curve_of_meshlab(moving: MovingVertices) -> Advance:
     """(2 p + sum p_j) / (number of neighbours + 2): MeshLab lets a border vertex count twice."""
-    offsets, neighbours = moving.curve_offsets, moving.curve_neighbours
-    ones, shares = np.ones(len(neighbours)), 1.0 / (np.diff(offsets) + 2.0)
+    rings = moving.curve_rings
+    ones, shares = np.ones(len(rings.neighbours)), 1.0 / (np.diff(rings.offsets) + 2.0)
 
     def advance(now: Floats, out: Floats, step: float) -> float:
-        weighted_step(now, out, moving.curve, offsets, neighbours, ones, shares)
+        weighted_step(now, out, moving.curve, *rings, ones, shares)
         return 2.0
 
     return advance
+
+
+class MovingVertices(NamedTuple):
+    """The vertices that move, ascending, by the neighbours that count for them; every vertex is in one list at most.
+
+    Attributes:
+        closed: int32 interior vertices, with their whole star.
+        open: int32 border vertices with their whole star, under the policy "free".
+        irregular: bool for each of `Stars.irregular`, whether it moves with its whole star.
+        surface: int32 all of these.
+        curve: int32 border vertices with their neighbours on the border, under the policy "along".
+        curve_rings: those neighbours, for all n vertices.
+    """
+
+    closed: Ints
+    open: Ints
+    irregular: Bools
+    surface: Ints
+    curve: Ints
+    curve_rings: Rings
+
+
+def moving_vertices(stars: Stars, border: BorderPolicy, movable: Bools | None) -> MovingVertices:
+    """The vertices of a mesh that move, by the neighbours that count for them.
+
+    Args:
+        stars: the star of every vertex.
+        border: what vertices on an edge with exactly one face do.
+        movable: (n,) which vertices may move; None for all. The others are seen, and vertices that no face uses never move.
+
+    Raises:
+        FilterInputError: an unknown policy.
+    """
+    check_choice("border", border, BORDER_POLICIES)
+    n = len(stars.kinds)
+    edges = np.empty((0, 2), dtype=np.int32) if border == "free" else stars.border_edges()
+    kinds = stars.kinds if movable is None else np.where(movable, stars.kinds, np.uint8(0))
+    inside, curve = kinds, np.empty(0, dtype=np.int32)
+    if len(edges):
+        on_border = np.zeros(n, dtype=np.bool_)
+        on_border[edges] = True
+        inside = np.where(on_border, np.uint8(0), kinds)
+        if border == "along":
+            curve = _where(on_border & (kinds > 0))
+    curves = one_rings(edges, n) if len(curve) else None
+    return MovingVertices(
+        closed=_where(inside == CLOSED),
+        open=_where(inside == OPEN),
+        irregular=inside[stars.irregular] == IRREGULAR,
+        surface=_where(inside > 0),
+        curve=curve,
+        curve_rings=Rings(np.zeros(n + 1, dtype=np.int64), np.empty(0, dtype=np.int32))
+        if curves is None
+        else Rings(curves.offsets, curves.neighbours),
+    )
+
+
+def _where(mask: Bools) -> Ints:
+    return np.flatnonzero(mask).astype(np.int32)

@@ -10,7 +10,7 @@ from ..checks import FilterInputError, UnstableStepError, check_choice
 from ..execution import Progress, ignore_progress
 from ..mesh import Floats, Whole, check_mesh
 from ..topology import BorderPolicy, edge_face_counts
-from .explicit_steps import explicit_surface
+from .explicit import explicit_surface
 
 #: the operators whose spectrum lies in [-2, 0], for which lambda, mu and the pass band have a meaning
 TaubinOperator: TypeAlias = Literal["uniform", "inverse_length", "cotangent"]
@@ -47,7 +47,7 @@ def taubin_fairing(
         pass_band: k_PB, above 0 and below 1/step; if given, mu = 1 / (k_PB - 1/step). Smaller is smoother; 0.01 to 0.1 is usual.
         iterations: number of pairs of steps. More damp more, above the pass band alone; the time is proportional.
         border: what the vertices on borders do; see `BorderPolicy`.
-        movable: (n,) bool, which vertices may move, None for all. The others stay where they are and are seen by those that do.
+        movable: (n,) bool, which vertices may move, None for all. The others stay, and count as neighbours of those that do.
         whole: the mesh that this is a part of, None if it is all. Vertices with twice `iterations` rings of faces around them
             in the part, in the order of the whole, get the bits of the whole. For "uniform" and "cotangent".
         progress: called after every pair of steps.

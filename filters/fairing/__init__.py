@@ -1,7 +1,7 @@
-"""Surfaces as smooth as possible: minimisers of an energy, of all of a mesh or of a region between fixed rings."""
+"""Fairing: surfaces that minimise an energy, on the whole mesh or on a region between fixed rings."""
 
+from .bilaplacian import bilaplacian_smoothing, weight_of_detail_size
 from .blend import Blend, blend_parts
-from .energy import bilaplacian_smoothing, weight_of_detail_size
 from .feature_weights import feature_weights, scalar_feature_weights
 from .harmonic import harmonic_values
 from .region import ENERGIES, Energy, FairedRegion, fair_region

@@ -1,17 +1,37 @@
-"""Joins two parts: a band of triangles between two facing rims, whose interior is then faired."""
+"""Blends: a band of triangles between the rims of two parts, whose interior is then faired."""
 
-from dataclasses import replace
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..checks import FilterInputError, check_whole_number
+from ..compilation import compiled
 from ..execution import Progress, ignore_progress
-from ..mesh import check_mesh
-from .bridge import Blend, bridge_rims
-from .facing_rims import facing_rims
+from ..geometry import area_vector, side_lengths
+from ..libraries import spatial
+from ..mesh import Bools, Floats, Ints, check_mesh, check_movable
+from ..topology import boundary_loops, connected_components
 from .region import Energy, fair_region
 
-__all__ = ["Blend", "blend_parts"]
+Directions: TypeAlias = Literal["agree", "unclear", "disagree"]
+# One orientation is clear if the neck bends less than this share of what it would bend with the other.
+_CLEARLY = 0.5
+# If the centres are nearer than this many mean radii, the line between them does not give the direction of the neck.
+_NEAR = 1.0
+# Then the planes of the rims decide, if the cosine of the angle between their normals is beyond this.
+_PARALLEL = 0.7
+#: vertices of the largest band
+MOST_ADDED = 10_000_000
+#: The most spans between two rims among which a band is searched; each takes a byte, so these are 400 MB, and 3 s.
+MOST_SPANS = 400_000_000
+# The number of spans between two calls of `progress`.
+_SPANS_AT_A_TIME = 10_000_000
 
 
 def blend_parts(
@@ -48,3 +68,316 @@ def blend_parts(
     everything = np.concatenate([triangles, band.faces])
     fair = fair_region(joined, everything, free, energy=energy, progress=lambda done: progress(0.5 + 0.5 * done))
     return replace(band, vertices=fair.vertices[len(points) :])
+
+
+def facing_rims(
+    vertices: ArrayLike, faces: ArrayLike, *, among: ArrayLike | None = None, progress: Progress = ignore_progress
+) -> tuple[Ints, Ints]:
+    """The two rims that are nearest to each other, each in the direction of the faces that would close it.
+
+    A rim is one of the `boundary_loops` that meets no vertex twice. The distance of two rims is the mean, over the vertices of
+    both, of the distance to the nearest vertex of the other; each rim has the same weight.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        among: (n,) bool: only rims all of whose vertices are true, which may be of one component. None: all rims, but the two are
+            of different components.
+        progress: called with the share that is done; may raise to stop.
+
+    Raises:
+        FilterInputError: there are no two such rims.
+    """
+    points, triangles = check_mesh(vertices, faces)
+    rims = [
+        loop.vertices for loop in boundary_loops(points, triangles).loops if len(np.unique(loop.vertices)) == len(loop.vertices)
+    ]
+    component = connected_components(triangles, len(points))[0]
+    if among is not None:
+        chosen = check_movable(among, len(points))
+        rims = [rim for rim in rims if chosen[rim].all()]
+    second, first = np.tril_indices(len(rims), -1)
+    if among is None:
+        part = np.array([component[rim[0]] for rim in rims], dtype=np.int64)
+        first, second = (ends[part[first] != part[second]] for ends in (first, second))
+    if len(first) == 0:
+        where = "of different components" if among is None else "all of whose vertices are selected"
+        raise FilterInputError(
+            f"there are no two rims {where} to join: {len(rims)} found; put both parts into one layer (merge the visible layers) "
+            "and open each where they are to meet"
+        )
+    low, high = (np.array([bound(points[rim], axis=0) for rim in rims]) for bound in (np.min, np.max))
+    gaps = np.linalg.norm(np.maximum(0.0, np.maximum(low[first] - high[second], low[second] - high[first])), axis=1)
+    trees: dict[int, spatial.cKDTree] = {}
+    nearest, pair = np.inf, 0
+    for step, k in enumerate(np.argsort(gaps, kind="stable")):
+        if gaps[k] >= nearest:  # rims are at least as far apart as their boxes, and so are all pairs to come
+            break
+        progress(step / len(gaps))
+        a, b = int(first[k]), int(second[k])
+        for end in (a, b):
+            if end not in trees:
+                trees[end] = spatial.cKDTree(points[rims[end]])
+        distance = (trees[a].query(trees[b].data)[0].mean() + trees[b].query(trees[a].data)[0].mean()) / 2
+        if distance < nearest:
+            nearest, pair = distance, int(k)
+    return rims[first[pair]], rims[second[pair]]
+
+
+def rim_directions(first: Floats, second: Floats) -> Directions:
+    """Compares the neck between the parts as they are with the neck after turning one of them over.
+
+    The area vector of a rim, in the direction of the faces that would close it, points out of a part that is the right way out,
+    and into one that is inside out. A neck leaves one part along this vector and enters the other against it. Its axis is taken
+    as the cubic between the centres of the rims with these unit tangents s and t, scaled so that the chord d has length 1. The
+    bending is |s - d|^2 + (s - d) . (t - d) + |t - d|^2, a fourth of the integral of its squared second derivative.
+
+    Args:
+        first: (a, 3) the vertices of one rim, in the direction of the faces that would close it.
+        second: (b, 3) those of the other.
+
+    Returns:
+        "agree": as they are, or with both turned over, the neck bends less than half as much as with one of them turned over.
+        "disagree": more than twice as much. "unclear": neither, or a rim whose area vector is 0.
+    """
+    centre = first.mean(axis=0)
+    extent = float(max(np.abs(first - centre).max(), np.abs(second - centre).max()))
+    if extent == 0.0:
+        return "unclear"
+    loops = (first - centre) / extent, (second - centre) / extent
+    areas = [area_vector(loop) for loop in loops]
+    sizes = [float(np.linalg.norm(area)) for area in areas]
+    if min(sizes) == 0.0:
+        return "unclear"
+    out, into = areas[0] / sizes[0], -areas[1] / sizes[1]
+    chord = loops[1].mean(axis=0) - loops[0].mean(axis=0)
+    apart = float(np.linalg.norm(chord))
+    if apart <= _NEAR * float(np.sqrt(np.array(sizes) / np.pi).mean()):
+        same = float(out @ into)
+        return "agree" if same > _PARALLEL else "disagree" if same < -_PARALLEL else "unclear"
+    chord /= apart
+    alike = min(_bending(out, into, chord), _bending(-out, -into, chord))
+    opposite = min(_bending(out, -into, chord), _bending(-out, into, chord))
+    if alike <= _CLEARLY * opposite:
+        return "agree"
+    return "disagree" if opposite <= _CLEARLY * alike else "unclear"
+
+
+def _bending(start: Floats, end: Floats, chord: Floats) -> float:
+    a, b = start - chord, end - chord
+    return float(a @ a + a @ b + b @ b)
+
+
+@dataclass(frozen=True, eq=False)
+class Blend:
+    """A band that joins two rims.
+
+    Attributes:
+        vertices: (k, 3) the new vertices.
+        faces: (b, 3) the new triangles, oriented as those on the rims. An index below n names a vertex of the mesh, n + i the new
+            vertex i.
+        rims: the vertices of the two rims, in the direction of these triangles.
+        doubtful: whether one of the parts may be inside out: turning one of them over would bend the neck neither clearly more
+            nor clearly less.
+    """
+
+    vertices: Floats
+    faces: Ints
+    rims: tuple[Ints, Ints]
+    doubtful: bool = False
+
+
+def bridge_rims(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    first: ArrayLike,
+    second: ArrayLike,
+    *,
+    rows: int | None = None,
+    progress: Progress = ignore_progress,
+) -> Blend:
+    """A band of triangles between two rims, as dense as the rims.
+
+    The spans are the edges from one rim to the other in the triangulation without new vertices that contains the shortest span
+    and has the least sum of squared spans; the search is that of [fuchs1977]. Rows of new vertices divide the spans evenly, and
+    neighbouring rows are joined in the same way.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        first: (a,) the vertices of one rim, in the direction of the faces that would close it, as `facing_rims` gives them.
+        second: (b,) those of the other, which shares none with the first.
+        rows: the number of rows of triangles. More are finer across the band, not along it. A single row between strongly tilted
+            rims may use a span twice, as an edge of four triangles. None: the mean span over sqrt(3) / 2 of the mean edge of the
+            rims, rounded, at least 1, which makes triangles equilateral on average.
+        progress: called with the share that is done; may raise to stop.
+
+    Returns:
+        The band; its vertices lie on straight lines between the rims.
+
+    Raises:
+        FilterInputError: a rim is not one of border edges, the rims meet, the product of their numbers of edges is above 400
+            million, they are too far apart for their edges, or they belong to two components of which one is clearly inside out:
+            see `rim_directions`.
+    """
+    points, triangles = check_mesh(vertices, faces)
+    border = {edge for loop in boundary_loops(points, triangles).loops for edge in _edges(loop.vertices)}
+    a, b = (_checked_rim(rim, border, name) for rim, name in ((first, "first"), (second, "second")))
+    if len(np.intersect1d(a, b)):
+        raise FilterInputError(f"the rims share vertex {np.intersect1d(a, b)[0]}: a band joins rims that do not touch")
+    if rows is not None:
+        check_whole_number("rows", rows, least=1, note=", or None")
+    if len(a) * len(b) > MOST_SPANS:
+        raise FilterInputError(
+            f"the rims have {len(a):,} and {len(b):,} edges: a band is searched among the spans between them, which may be up to "
+            f"{MOST_SPANS:,}; simplify the parts, or open them where their rims are shorter"
+        )
+    component = connected_components(triangles, len(points))[0]
+    directions = "agree" if component[a[0]] == component[b[0]] else rim_directions(points[a], points[b])
+    if directions == "disagree":
+        raise FilterInputError(
+            f"one of the parts is inside out, that of vertex {a[0]} or that of vertex {b[0]}: their rims are turned so that a "
+            "neck between them would have to turn back; turn the faces of one of them over (invert faces orientation) before "
+            "joining them"
+        )
+    rims = a, b
+    a = a[::-1]  # now both have the same direction
+    lower, upper = shortest_spans(points[a], points[b], lambda done: progress(0.3 * done))
+    count = rows or _rows_between(points, a, b, a[lower], b[upper])
+    loops, added = [a], [np.empty((0, 3))]
+    total = len(points)
+    for row in range(1, count):
+        share = row / count
+        between = (1.0 - share) * points[a[lower]] + share * points[b[upper]]
+        size = round((1.0 - share) * len(a) + share * len(b))
+        # Each row is shifted by half an edge against the one before, which makes triangles more equilateral.
+        added.append(_resampled(between, size, 0.5 * (row % 2)))
+        loops.append(np.arange(total, total + size, dtype=np.int32))
+        total += size
+    loops.append(b)
+    everything = np.concatenate([points, *added])
+    strips = []
+    for row, (low, high) in enumerate(pairwise(loops)):
+
+        def partial(done: float, before: int = row) -> None:
+            progress(0.3 + 0.7 * (before + done) / count)
+
+        strips.append(_strip(everything, low, high, partial))
+    return Blend(np.concatenate(added), np.concatenate(strips), rims, directions == "unclear")
+
+
+def _rows_between(points: Floats, a: Ints, b: Ints, lower: Ints, upper: Ints) -> int:
+    """How many rows of triangles as long as the edges of the rims fill the spans between them."""
+    with np.errstate(over="ignore"):
+        span = float(np.linalg.norm(points[lower] - points[upper], axis=1).mean())
+        edge = float(np.concatenate([side_lengths(points[a]), side_lengths(points[b])]).mean())
+    if not (0.0 < edge < np.inf and span < np.inf):
+        raise FilterInputError("the rims have no length, or one out of range: there is nothing to join")
+    count = round(span / (math.sqrt(0.75) * edge))
+    if count * (len(a) + len(b)) > MOST_ADDED:
+        raise FilterInputError(
+            f"the rims are {span:.3g} apart and their edges {edge:.3g} long: a band of {count:,} rows would be more than "
+            f"{MOST_ADDED:,} vertices; bring the parts closer together, or give the number of rows"
+        )
+    return max(1, count)
+
+
+def _strip(points: Floats, low: Ints, high: Ints, progress: Progress) -> Ints:
+    """(a + b, 3) the triangles between two loops of the same direction."""
+    i, j = shortest_spans(points[low], points[high], progress)
+    along_low = np.roll(i, -1) != i
+    here, there = low[i], high[j]
+    first = np.where(along_low, np.roll(here, -1), here)
+    faces: Ints = np.column_stack([first, np.where(along_low, here, there), np.where(along_low, there, np.roll(there, -1))])
+    return faces
+
+
+def _resampled(loop: Floats, count: int, shift: float) -> Floats:
+    """(count, 3) points at equal distances along a closed polyline, the first one `shift` of such a distance after its start."""
+    lengths = np.concatenate([[0.0], np.cumsum(side_lengths(loop))])
+    places = (np.arange(count) + shift) / count * lengths[-1]
+    closed = np.concatenate([loop, loop[:1]])
+    return np.column_stack([np.interp(places, lengths, closed[:, k]) for k in range(3)])
+
+
+def _edges(rim: Ints) -> list[tuple[int, int]]:
+    return list(zip(rim.tolist(), np.roll(rim, -1).tolist(), strict=True))
+
+
+def _checked_rim(rim: ArrayLike, border: set[tuple[int, int]], name: str) -> Ints:
+    loop = np.asarray(rim)
+    if loop.ndim != 1 or len(loop) < 3 or not np.issubdtype(loop.dtype, np.integer) or len(np.unique(loop)) < len(loop):
+        raise FilterInputError(f"the {name} rim must be at least 3 different vertices in order, got {loop.tolist()!r:.80}")
+    for u, v in _edges(loop):
+        if (u, v) not in border:
+            raise FilterInputError(
+                f"the {name} rim goes from vertex {u} to {v}, where the mesh has no border edge that a face could close in this "
+                "direction: give the vertices against the direction of the faces along the rim"
+            )
+    return loop.astype(np.int32)
+
+
+def shortest_spans(first: Floats, second: Floats, progress: Progress) -> tuple[Ints, Ints]:
+    """The spans between two loops whose squared lengths have the least sum, the shortest of all spans among them.
+
+    Args:
+        first: (a, 3) one loop.
+        second: (b, 3) the other, in the same direction.
+        progress: called with the share that is done; may raise to stop.
+
+    Returns:
+        (a + b,) and (a + b,) the indices of the two ends of each span, in order along the band: from one span to the next, one of
+        the two increases by one, cyclically.
+    """
+    low = np.minimum(first.min(axis=0), second.min(axis=0))
+    extent = max(float((first - low).max()), float((second - low).max())) or 1.0
+    first, second = (first - low) / extent, (second - low) / extent  # so that squares stay in range
+    nearest, index = spatial.cKDTree(second).query(first)
+    i, j = int(nearest.argmin()), int(index[nearest.argmin()])
+    path = _shortest(np.roll(first, -i, axis=0), np.roll(second, -j, axis=0), progress)
+    return (path[:, 0] + i) % len(first), (path[:, 1] + j) % len(second)
+
+
+def _shortest(first: Floats, second: Floats, progress: Progress) -> Ints:
+    """(a + b, 2) the path of least cost through the grid of spans, from (0, 0) to before (a, b), which is (0, 0) again."""
+    closed, other = (np.concatenate([loop, loop[:1]]) for loop in (first, second))
+    from_first = np.empty((len(closed), len(other)), dtype=np.bool_)
+    costs = np.empty(len(other))
+    rows = max(1, _SPANS_AT_A_TIME // len(other))
+    for start in range(0, len(closed), rows):
+        progress(start / len(closed))
+        _cheapest(closed, other, start, min(start + rows, len(closed)), costs, from_first)
+    return _way_back(from_first)
+
+
+@compiled
+def _cheapest(first: Floats, second: Floats, start: int, end: int, costs: Floats, from_first: Bools) -> None:
+    """Rows start to end of the grid; `costs` holds those of the row before, and afterwards those of row end - 1."""
+    for i in range(start, end):
+        for j in range(second.shape[0]):
+            length = 0.0
+            for k in range(3):
+                length += (first[i, k] - second[j, k]) ** 2
+            if i > 0 and (j == 0 or costs[j] <= costs[j - 1]):
+                from_first[i, j] = True
+                costs[j] += length
+            else:
+                from_first[i, j] = False
+                costs[j] = length + costs[j - 1] if j > 0 else length
+            # A path along all of one loop first would return to its first span, and that edge would have four triangles.
+            if (i == 0 and j == second.shape[0] - 1) or (i == first.shape[0] - 1 and j == 0):
+                costs[j] = np.inf
+
+
+@compiled
+def _way_back(from_first: Bools) -> Ints:
+    """The path that led to the end of the grid."""
+    i, j = from_first.shape[0] - 1, from_first.shape[1] - 1
+    path = np.empty((i + j, 2), dtype=np.int32)
+    for k in range(i + j - 1, -1, -1):
+        if from_first[i, j]:
+            i -= 1
+        else:
+            j -= 1
+        path[k, 0], path[k, 1] = i, j
+    return path

@@ -1,4 +1,4 @@
-"""Weights of vertices that keep the ridges of a surface from being smoothed."""
+"""Feature weights: small at ridges, which are then not smoothed."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Region fairing: the free vertices placed so that a surface between fixed rings is as smooth as possible."""
+"""Region fairing: a region between fixed rings that minimises area, bending or its variation [botsch2004]."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class FairedRegion:
 
     Attributes:
         vertices: (n, 3) all vertices; those that are not free keep every bit.
-        free: (n,) the vertices that were solved for: those asked for that have a triangle and lie on no border.
+        free: (n,) the vertices that were solved for: those of the region that have a triangle and lie on no border.
         backward_error: |r| / (|A| |x| + |b|), the residual r computed in twice the precision; 0 if nothing was free.
         last_correction: how far the last step of refinement moved a vertex, as a share of the diagonal of the region: an upper
             bound of the error that solving has left.
@@ -79,7 +79,7 @@ def fair_region(
             there ("simply supported").
         energy: "membrane": k = 1, the region meets its rim at any angle. "thin_plate": k = 2, tangents continue across the rim.
             "minimum_variation": k = 3, curvatures do too, and the region bulges as its surroundings suggest.
-        dense: whether the region is sampled more densely than what is around, as the filling of a hole is. A thin plate then
+        dense: whether the region is sampled more densely than its surroundings, as the filling of a hole is. A thin plate then
             takes the fixed vertices next to free ones for no larger than those: with all their area, a crease along the rim would
             cost too little, and a filling would meet it at an angle. Where the density is the same it makes little difference.
         method: what factorises: "superlu" or "cholesky"; results agree within `FairedRegion.last_correction`.
@@ -114,7 +114,7 @@ def fair_region(
         thrown[:] = False
         thrown[part.free] = spikes(system.points[part.free], solution.values, extent)
     except ConvergenceError:
-        pass  # then nobody knows where the trouble is
+        pass  # the failing element is unknown
     if thrown.any():
         operator, even = evened_operator(operator, part.faces, thrown)
         system = _system(operator, part._replace(points=mesh.points), order, dense)
@@ -154,7 +154,7 @@ class _System(NamedTuple):
         return sparse.csr_matrix(product)
 
     def solution(self, extent: float, method: DirectMethod, progress: Progress) -> RefinedSolution:
-        """Where the equations put the free vertices."""
+        """The solution at the free vertices."""
         return refined_solution(
             self.matrix(), self.residual, self.points[self.free], extent=extent, method=method, progress=progress
         )
@@ -203,7 +203,7 @@ def _check_anchored(dirichlet: sparse.csr_matrix, part: Submesh, rings: int) -> 
     members: Ints = part.vertices[part.free][labels == loose]
     raise FilterInputError(
         f"the {len(members)} free vertices connected with vertex {members[0]} touch no fixed vertex "
-        f"({int((~anchored).sum())} such parts), so nothing says where they belong: select less than a whole component"
+        f"({int((~anchored).sum())} such parts), so that their place is undetermined: select less than a whole component"
     )
 
 

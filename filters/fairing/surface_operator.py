@@ -1,4 +1,4 @@
-"""The Laplace-Beltrami operator of energies: that of the surface, with a mass above 0 at every vertex."""
+"""The Laplace-Beltrami operator with a mass above 0 at every vertex, as energies need it."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def surface_operator(points: Floats, faces: Ints) -> SurfaceOperator:
 
 
 def evened_operator(operator: SurfaceOperator, faces: Ints, irregular: Bools) -> tuple[SurfaceOperator, Bools]:
-    """The operator with the connected components of irregular vertices taken by their connectivity alone.
+    """The operator with uniform weights and masses in the connected components of irregular vertices.
 
     Where edges and angles differ by orders of magnitude, the masses and weights do, too: a vertex of next to no mass costs
     nothing wherever it lies, and an energy throws it out to save a little elsewhere. There every edge gets the weight
@@ -74,7 +74,7 @@ def evened_operator(operator: SurfaceOperator, faces: Ints, irregular: Bools) ->
 
 
 def _floored(mass: Floats, faces: Ints) -> Floats:
-    """The masses, above 0, and none next to nothing against those of its neighbours."""
+    """The masses, above 0, each at least `_LEAST_MASS` of the largest among its neighbours."""
     mean = float(mass.mean()) if len(mass) else 0.0
     if not mean > 0.0:
         return np.ones(len(mass))

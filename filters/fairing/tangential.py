@@ -1,15 +1,28 @@
 """Tangential smoothing: better triangles on the same surface, with or without edge flips."""
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import check_finite, check_positive, check_whole_number
 from ..execution import Progress, ignore_progress
-from ..geometry import mean_edge_length
-from ..mesh import Floats, Ints, check_mesh, normalised_mesh
+from ..geometry import WalkableSurface, face_normals, mean_edge_length, vertex_normals_by_area
+from ..libraries import sparse
+from ..linear_solvers import SpdSolver
+from ..mesh import Bools, Floats, Ints, Longs, check_mesh, normalised_mesh
+from ..operators import cotangent_laplacian, mixed_voronoi_areas, uniform_laplacian
 from ..topology import border_vertices, proper_faces
 from .edge_flips import flip_towards_quality
-from .tangential_steps import KeptSurface, TangentialEnergy
+
+# The step is cut to the tangent plane and a largest length anyway, so it need not be exact.
+_TOLERANCE = 1e-6
+# The longest step, as a share of the mean edge at the vertex.
+_LONGEST_STEP = 0.5
+# Steps that would fold a triangle or leave the surface are halved up to this many times, then not made.
+_HALVINGS = 4
+# The least cosine of the angle between the normal of a triangle and its normal before, and that of the surface under it.
+_LEAST_COSINE = 0.25
 
 
 def tangential_smoothing(
@@ -37,7 +50,7 @@ def tangential_smoothing(
         iterations: number of steps. More are better triangles, up to a point.
         max_deviation: how far the middles of triangles and edges may get from the input, in mesh units: larger allows better
             triangles on curved parts and across edges. None: 5 % of the mean edge. Vertices themselves stay on the input.
-        movable: (n,) bool, which vertices may move, None for all. Border vertices stay, whatever is said.
+        movable: (n,) bool, which vertices may move, None for all; border vertices stay.
         progress: called with the share that is done; may raise to stop.
 
     Returns:
@@ -56,8 +69,8 @@ def improve_triangles(
     *,
     weight: float = 0.1,
     iterations: int = 5,
-    max_deviation: float | None = None,
     movable: ArrayLike | None = None,
+    max_deviation: float | None = None,
     progress: Progress = ignore_progress,
 ) -> tuple[Floats, Ints]:
     """Tangential smoothing with edge flips before each of its steps [nealen2006, lawson1977, botsch2004remeshing].
@@ -69,12 +82,11 @@ def improve_triangles(
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
-        weight: w, above 0, without unit. Larger moves less in each iteration.
+        weight: w, as for `tangential_smoothing`.
         iterations: how often edges are flipped and a step is made. More are better triangles, up to a point.
-        max_deviation: how far the middles of triangles and edges may get from the input, in mesh units: larger allows better
-            triangles on curved parts and across edges. None: 5 % of the mean edge. Vertices themselves stay on the input.
-        movable: (n,) bool, which vertices may move, None for all. An edge is flipped only between four vertices that may.
-            Border vertices stay, whatever is said.
+        movable: (n,) bool, which vertices may move, None for all; border vertices stay. An edge is flipped only between four
+            vertices that may.
+        max_deviation: as for `tangential_smoothing`.
         progress: called with the share that is done; may raise to stop.
 
     Returns:
@@ -125,6 +137,98 @@ def _improved(
             energy = energy or TangentialEnergy(now, surface.faces, moves, weight)
             now = surface.moved(now, energy.step(now, partial), moves)
         progress((iteration + 1) / iterations)
-    found = triangles.copy()
-    found[proper_faces(triangles)] = mesh.used[surface.faces]
-    return mesh.restored(now), found
+    result = triangles.copy()
+    result[proper_faces(triangles)] = mesh.used[surface.faces]
+    return mesh.restored(now), result
+
+
+class TangentialEnergy:
+    """The equations of a step d: (L_u^T A L_u + w A) d = L_u^T A (L_cotan p - L_u p). All iterations have the same matrix."""
+
+    def __init__(self, points: Floats, faces: Ints, moves: Bools, weight: float) -> None:
+        self._faces, self._moves = faces, moves
+        self._uniform = uniform_laplacian(faces, len(points))
+        area = mixed_voronoi_areas(points, faces)
+        area = np.maximum(area / area.mean(), 1e-3) if area.mean() > 0.0 else np.ones(len(points))
+        # At a border vertex L_cotan p has a tangential part.
+        rows = sparse.diags_array(np.where(border_vertices(faces, len(points)), 0.0, area))
+        columns = sparse.csr_matrix(self._uniform.matrix()[:, moves])
+        self._transposed = sparse.csr_matrix(columns.T @ rows)
+        matrix = sparse.csr_matrix(self._transposed @ columns)
+        matrix.setdiag(matrix.diagonal() + weight * area[moves])
+        self._solver = SpdSolver(matrix)
+
+    def step(self, points: Floats, progress: Progress) -> Floats:
+        """(f, 3) the displacement of the f vertices that move, within their tangent planes."""
+        wanted = cotangent_laplacian(points, self._faces).apply(points) - self._uniform.apply(points)
+        step = self._solver.solve(self._transposed @ wanted, tolerance=_TOLERANCE, progress=progress).values
+        normals = vertex_normals_by_area(points, self._faces)[self._moves]
+        step = step - np.einsum("ij,ij->i", step, normals)[:, None] * normals
+        longest = _LONGEST_STEP * _mean_edges(points, self._faces)[self._moves]
+        lengths = np.linalg.norm(step, axis=1)
+        return np.asarray(step * np.minimum(1.0, longest / np.where(lengths > 0.0, lengths, 1.0))[:, None])
+
+
+class KeptSurface:
+    """The input surface, on which vertices stay, and the triangles, which must not fold.
+
+    Attributes:
+        faces: (m, 3) the current triangles, at first those of the input.
+        at: (n,) the face of the input on which each vertex lies.
+        walkable: the input.
+        allowed: the largest distance of the middles of edges and the centroids of triangles from it.
+    """
+
+    def __init__(self, points: Floats, faces: Ints, allowed: float) -> None:
+        self.faces, self.allowed = faces, allowed
+        self.walkable = WalkableSurface.of(points, faces)
+        self._normals = face_normals(points, faces)
+        self.at = self.walkable.first_faces()
+
+    def moved(self, points: Floats, step: Floats, moves: Bools) -> Floats:
+        """(n, 3) the points after the step of each vertex that moves, halved until no triangle folds or leaves the surface."""
+        movers = np.flatnonzero(moves)
+        scale = np.ones(len(points))
+        before = face_normals(points, self.faces)
+        tentative, at = points.copy(), self.at.copy()
+        pending = movers
+        while len(pending):
+            position = np.searchsorted(movers, pending)
+            tentative[pending], at[pending], _ = self.walkable.closest(
+                points[pending] + scale[pending, None] * step[position], self.at[pending]
+            )
+            stopped = pending[scale[pending] == 0.0]
+            tentative[stopped], at[stopped] = points[stopped], self.at[stopped]
+            changed = np.zeros(len(points), dtype=np.bool_)
+            changed[pending] = True
+            checked = np.flatnonzero(changed[self.faces].any(axis=1))
+            bad = checked[self._harmed(tentative, at, before, checked)]
+            guilty = np.zeros(len(points), dtype=np.bool_)
+            guilty[self.faces[bad]] = True
+            pending = np.flatnonzero(guilty & moves & (scale > 0.0))
+            scale[pending] *= 0.5
+            scale[pending[scale[pending] < 0.5**_HALVINGS]] = 0.0
+        self.at = at
+        return tentative
+
+    def _harmed(self, points: Floats, at: Ints, before: Floats, checked: Longs) -> Bools:
+        """(k,) which of the checked faces are turned too far from `before` or the surface, or lie too far from it."""
+        faces = self.faces[checked]
+        a, b, c = (points[faces[:, k]] for k in range(3))
+        normals = face_normals(points, np.ascontiguousarray(faces))
+        _, under, far = self.walkable.closest((a + b + c) / 3.0, at[faces[:, 0]], self.allowed)
+        harmed = np.einsum("ij,ij->i", normals, before[checked]) < _LEAST_COSINE
+        harmed |= np.einsum("ij,ij->i", normals, self._normals[under]) < _LEAST_COSINE
+        harmed |= far > self.allowed
+        for k, (start, end) in enumerate(((a, b), (b, c), (c, a))):
+            harmed |= self.walkable.closest((start + end) / 2.0, at[faces[:, k]], self.allowed)[2] > self.allowed
+        return np.asarray(harmed)
+
+
+def _mean_edges(points: Floats, faces: Ints) -> Floats:
+    """(n,) the mean length of the sides of the faces at each vertex."""
+    following = np.roll(faces, -1, axis=1)
+    lengths = np.linalg.norm(points[following] - points[faces], axis=2)
+    means = lengths.mean(axis=1)
+    count = np.bincount(faces.ravel(), minlength=len(points))
+    return np.asarray(np.bincount(faces.ravel(), np.repeat(means, 3), len(points)) / np.maximum(count, 1))

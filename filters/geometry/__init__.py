@@ -1,9 +1,20 @@
 """Measures of triangles and loops, in the unit of the coordinates: lengths, angles, normals, areas, quality, closest points."""
 
-from .angles import angles_between, corner_angles
 from .closest_walk import WalkableSurface, nearest_by_walk
-from .edge_lengths import edge_lengths, mean_edge_length, vector_lengths
-from .face_normals import (
+from .measures import (
+    angle_at,
+    angles_between,
+    area_vector,
+    corner_angles,
+    cross_product,
+    edge_lengths,
+    mean_edge_length,
+    quality_and_normal,
+    side_lengths,
+    squared_length,
+    vector_lengths,
+)
+from .normals import (
     AREA,
     CENTRE,
     NORMAL,
@@ -13,10 +24,9 @@ from .face_normals import (
     normal_differences,
     seen_from_one_side,
     turned_faces,
+    vertex_normals_by_angle,
+    vertex_normals_by_area,
 )
-from .loops import area_vector, side_lengths
-from .triangles import angle_at, cross_product, quality_and_normal, squared_length
-from .vertex_normals import vertex_normals_by_angle, vertex_normals_by_area
 
 __all__ = [
     "AREA",

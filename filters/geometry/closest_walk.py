@@ -1,4 +1,4 @@
-"""The closest point of a surface, found by walking from triangle to triangle, from one that is known to be near."""
+"""Closest points of a surface, by a walk from triangle to triangle that starts near."""
 
 from typing import NamedTuple
 
@@ -52,11 +52,11 @@ class WalkableSurface(NamedTuple):
             start: (q,) the face where each walk starts.
             enough: a walk also ends where the distance is at most this, in the unit of the points.
         """
-        found, faces = np.empty_like(queries), np.array(start, dtype=np.int32)
+        nearest, faces = np.empty_like(queries), np.array(start, dtype=np.int32)
         distances = np.empty(len(queries))
         with threads_for(len(queries)):
-            _walk(self.points, self.faces, self.offsets, self.around, queries, enough * enough, found, faces, distances)
-        return found, faces, distances
+            _walk(self, queries, enough * enough, nearest, faces, distances)
+        return nearest, faces, distances
 
 
 @compiled
@@ -90,12 +90,13 @@ def _closest_on_triangle(points: Floats, a: int, b: int, c: int, x: float, y: fl
 
 @compiled
 def nearest_by_walk(
-    points: Floats, faces: Ints, offsets: Longs, around: Ints, x: float, y: float, z: float, start: int, enough: float
+    surface: WalkableSurface, x: float, y: float, z: float, start: int, enough: float
 ) -> tuple[float, float, float, int, float]:
     """`WalkableSurface.closest` of one point, for kernels: the nearest point, its face and the square of the distance.
 
     `enough` is a squared distance, too.
     """
+    points, faces, offsets, around = surface
     face = start
     nx, ny, nz = _closest_on_triangle(points, faces[face, 0], faces[face, 1], faces[face, 2], x, y, z)
     best = (nx - x) ** 2 + (ny - y) ** 2 + (nz - z) ** 2
@@ -117,19 +118,9 @@ def nearest_by_walk(
 
 
 @compiled(parallel=True)
-def _walk(
-    points: Floats,
-    faces: Ints,
-    offsets: Longs,
-    around: Ints,
-    queries: Floats,
-    enough: float,
-    found: Floats,
-    at: Ints,
-    distances: Floats,
-) -> None:
+def _walk(surface: WalkableSurface, queries: Floats, enough: float, nearest: Floats, at: Ints, distances: Floats) -> None:
     for q in prange(queries.shape[0]):
-        found[q, 0], found[q, 1], found[q, 2], at[q], square = nearest_by_walk(
-            points, faces, offsets, around, queries[q, 0], queries[q, 1], queries[q, 2], at[q], enough
+        nearest[q, 0], nearest[q, 1], nearest[q, 2], at[q], square = nearest_by_walk(
+            surface, queries[q, 0], queries[q, 1], queries[q, 2], at[q], enough
         )
         distances[q] = np.sqrt(square)

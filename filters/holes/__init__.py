@@ -3,7 +3,7 @@
 The rim of a hole is its boundary loop.
 """
 
-from .close_holes import close_holes
+from .closing import close_holes
 from .filling import HOLE_ENERGIES, HoleEnergy, HoleFilling, OpenRim
 from .region_remeshing import remesh_region
 from .rims import Rim, find_rims

@@ -1,4 +1,4 @@
-"""The polygon that is triangulated to close a hole: its rim, with the islands in it joined to it by cuts."""
+"""Polygons to triangulate: the rim of a hole, joined by cuts with the islands in it."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Polygon(NamedTuple):
 
 
 def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> Polygon:
-    """The rim with each island joined by the shortest cut to what is joined already, the nearest island first.
+    """The rim with each island joined by the shortest cut to the polygon so far, the nearest island first.
 
     It begins after the longest edge of the rim: the triangulation depends slightly on its first corner, which must not depend on
     the numbers of the vertices.
@@ -43,10 +43,10 @@ def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> P
         best = (np.inf, 0, 0, 0)
         places, same_as = np.unique(points[vertices], axis=0, return_index=True)
         tree = spatial.cKDTree(places)
-        for which, island in enumerate(rest):
+        for number, island in enumerate(rest):
             apart, nearest = tree.query(points[island.vertices])
             j = int(apart.argmin())
-            best = min(best, (float(apart[j]), which, int(same_as[nearest[j]]), j))
+            best = min(best, (float(apart[j]), number, int(same_as[nearest[j]]), j))
         i, j = best[2:]
         island = rest.pop(best[1])
         around, beyond = np.roll(island.vertices, -j), np.roll(island.opposite, -j)
@@ -58,7 +58,7 @@ def polygon(rim: BoundaryLoop, islands: list[BoundaryLoop], points: Floats) -> P
 
 
 def triangulate_polygon(outline: Polygon, points: Floats, joined: VertexPairs, progress: Progress) -> Ints | None:
-    """(b, 3) the vertices of triangles that close the polygon; None if there are none that leave a manifold.
+    """(b, 3) the vertices of triangles that close the polygon; None if none of them is a manifold.
 
     Args:
         outline: the polygon.
@@ -117,9 +117,9 @@ def joined_corners(corners: Ints, rings: OneRings, place: Ints, more: dict[int, 
     ends: tuple[list[int], list[int]] = ([], [])
     for i, v in enumerate(own.tolist()):
         others = place[rings.neighbours[rings.offsets[v] : rings.offsets[v + 1]]]
-        found = others[others >= 0].tolist() + [int(place[w]) for w in more.get(v, ()) if place[w] >= 0]
-        ends[0].extend([i] * len(found))
-        ends[1].extend(found)
+        linked_to = others[others >= 0].tolist() + [int(place[w]) for w in more.get(v, ()) if place[w] >= 0]
+        ends[0].extend([i] * len(linked_to))
+        ends[1].extend(linked_to)
     place[own] = -1
     linked = sparse.csr_array((np.ones(len(ends[0])), ends), shape=(len(own), len(own)))
     at = sparse.csr_array((np.ones(k), (np.arange(k), index)), shape=(k, len(own)))

@@ -1,4 +1,6 @@
-"""A triangulated hole made as dense as its rim, with edges flipped towards Delaunay."""
+"""Refinement, the second step of hole filling [liepa2003]: triangles split to the density of the rim, Delaunay flips."""
+
+from __future__ import annotations
 
 from typing import NamedTuple
 
@@ -6,23 +8,34 @@ import numpy as np
 
 from ..compilation import compiled
 from ..execution import Progress, ignore_progress
+from ..geometry import angle_at, cross_product, cross_products, squared_length
+from ..libraries import spatial
 from ..mesh import Bools, Floats, Ints
-from ..topology import faces_across, relink
-from .delaunay_flips import flip_towards_delaunay
-from .grading import Growth
-from .vertex_pairs import ForbiddenEdges, nothing_forbidden
+from ..topology import diamond, faces_across, fan_size, flip, relink
+from .vertex_pairs import ForbiddenEdges, is_pair, nothing_forbidden
 
 #: A triangle is split if its centroid, times this, is farther from each corner than the edges there are long [liepa2003].
 DENSITY = np.sqrt(2.0)
-
 # Edges between two vertices of the rim are not split at triangles whose height is below this share of the edge length there:
 # between the sides of a crack a new vertex has no room to move.
 _CRACK = 0.25
 _MOST_ROUNDS = 60
-# A patch is not split into more vertices, whatever sizes are given. With a width by `uniform_width` none comes near.
+# The most vertices of a patch. Widths by `uniform_width` keep far below.
 _MOST_POINTS = 300_000
-# After so many rounds half of the work counts as done: how many there will be is not known before.
+# After so many rounds half of the work counts as done: their number is unpredictable.
 _HALF = 8
+# An edge is flipped if its opposite angles sum to pi and this, and the sum falls by at least this. Without, an edge between two
+# equal choices could flip back and forth for ever, and rounding would decide.
+_GAIN = 1e-7
+# No flip makes a triangle with a doubled area below this share of the sum of two squared sides.
+_THINNEST = 1e-7
+_MOST_SWEEPS = 200
+#: A hole gets triangles as small as those at its rim all over if these are about so many vertices at most.
+MOST_VERTICES = 60_000
+#: Otherwise edges are as short as there within some distance of the rim, and beyond it grow by this much of what is further away.
+SLOPE = 0.4
+#: That distance is at least so many edges.
+_LEAST_WIDTH = 1.0
 
 
 class Patch(NamedTuple):
@@ -63,7 +76,7 @@ def refined_patch(
         forbidden: which pairs of vertices of the rim must not be joined because they are joined outside the patch. An edge
             of the patch between such a pair is split. `alone` are the vertices that the rim meets twice.
         density: larger gives smaller triangles, their size in proportion to 1 / density.
-        uniform: from how many edges from the rim on triangles may be larger, as `Growth` says.
+        uniform: the distance from the rim, in edges, beyond which triangles may be larger; see `Growth`.
         progress: called with the share that is done after each round; may raise to stop.
     """
     n_rim = patch.n_rim
@@ -73,7 +86,7 @@ def refined_patch(
     targets = sizes * growth.at(points, sizes)
     triangles = np.ascontiguousarray(patch.triangles, dtype=np.int32).copy()
     across = faces_across(triangles)
-    flip_towards_delaunay(points, triangles, across, limits.pairs.keys, limits.apart, limits.alone)
+    flip_towards_delaunay(points, triangles, across, limits)
     for done in range(_MOST_ROUNDS):
         progress(done / (done + _HALF))
         split = np.flatnonzero(_too_large(points, targets, triangles, density)).astype(np.int32)
@@ -84,10 +97,9 @@ def refined_patch(
         targets = np.concatenate([targets, means * growth.at(centres, means)])
         triangles, across = _split(len(points), triangles, across, split)
         points = np.concatenate([points, centres])
-        flip_towards_delaunay(points, triangles, across, limits.pairs.keys, limits.apart, limits.alone)
+        flip_towards_delaunay(points, triangles, across, limits)
     points, sizes, triangles = _split_diagonals(points, sizes, triangles, n_rim, limits)
-    apart = np.ones(n_rim, dtype=np.bool_)
-    flip_towards_delaunay(points, triangles, faces_across(triangles), limits.pairs.keys, apart, limits.alone)
+    flip_towards_delaunay(points, triangles, faces_across(triangles), limits._replace(apart=np.ones(n_rim, dtype=np.bool_)))
     return Patch(points, sizes, triangles, n_rim)
 
 
@@ -165,3 +177,110 @@ def _write_split(triangles: Ints, across: Ints, chosen: Ints, new: Ints, second:
         across[s + 1, 0], across[s + 1, 1], across[s + 1, 2] = beyond_ca, t, s
         relink(triangles, across, beyond_bc, b, c, s)
         relink(triangles, across, beyond_ca, c, a, s + 1)
+
+
+@compiled
+def flip_towards_delaunay(points: Floats, triangles: Ints, across: Ints, forbidden: ForbiddenEdges) -> None:
+    """Flip edges of a patch, in place, until no flip lessens a sum of opposite angles that is above pi.
+
+    Args:
+        points: (n, 3) coordinates.
+        triangles: (b, 3) the patch.
+        across: (b, 3) as `faces_across` gives it, -1 at the rim.
+        forbidden: which of the first k points no flip may join.
+    """
+    for _ in range(_MOST_SWEEPS):
+        flips = 0
+        for t in range(triangles.shape[0]):
+            for k in range(3):
+                if across[t, k] > t:
+                    a, b, c, d = diamond(triangles, across, t, k)
+                    if (
+                        _is_better(points, a, b, c, d)
+                        and not _is_forbidden(forbidden, c, d)
+                        and c != d
+                        and fan_size(triangles, across, t, (k + 2) % 3, d) > 0
+                    ):
+                        flip(triangles, across, t, k)
+                        flips += 1
+        if flips == 0:
+            break
+
+
+@compiled
+def _is_better(points: Floats, a: int, b: int, c: int, d: int) -> bool:
+    """Whether the triangles (a, d, c) and (d, b, c) are to replace (a, b, c) and (b, a, d)."""
+    now = angle_at(points, c, a, b) + angle_at(points, d, b, a)
+    if not now > np.pi + _GAIN:
+        return False
+    if not now > angle_at(points, a, d, c) + angle_at(points, b, c, d) + _GAIN:
+        return False
+    # The new triangles must not be folded over each other, unless the old ones are folded further.
+    after = _facing(points, a, d, c, d, b, c)
+    if after <= 0.0 and after < _facing(points, a, b, c, b, a, d):
+        return False
+    return not (_is_thin(points, a, d, c) or _is_thin(points, d, b, c))
+
+
+@compiled
+def _is_forbidden(forbidden: ForbiddenEdges, c: int, d: int) -> bool:
+    """Whether the points c and d must not be joined."""
+    pairs, apart, alone = forbidden
+    n = apart.shape[0]
+    if (c < n and alone[c]) or (d < n and alone[d]):
+        return True
+    return bool(c < n and d < n and ((apart[c] and apart[d]) or is_pair(pairs, c, d)))
+
+
+@compiled
+def _is_thin(points: Floats, a: int, b: int, c: int) -> bool:
+    """Whether a triangle is nearly degenerate."""
+    nx, ny, nz = cross_product(points, a, b, c)
+    squares = squared_length(points, a, b) + squared_length(points, a, c)
+    return not nx * nx + ny * ny + nz * nz > (_THINNEST * squares) ** 2
+
+
+@compiled
+def _facing(points: Floats, a: int, b: int, c: int, d: int, e: int, f: int) -> float:
+    """The cosine of the angle between the normals of the triangles (a, b, c) and (d, e, f), times their doubled areas."""
+    x, y, z = cross_product(points, a, b, c)
+    p, q, r = cross_product(points, d, e, f)
+    return float(x * p + y * q + z * r)
+
+
+def uniform_width(points: Floats, sizes: Floats, triangles: Ints, n_rim: int) -> float:
+    """The width of the band at the rim of a patch that is as dense as the rim, in edges; infinite for the whole patch.
+
+    A surface of equilateral triangles with sides h has one vertex for every h^2 sqrt(3) / 2. A band of k edges and the width of
+    u edges has k u 2 / sqrt(3) vertices, and what is inside it, where edges grow by g of the distance, k / g 2 / sqrt(3) at most.
+    So u is the width for which both together are `MOST_VERTICES`, but `_LEAST_WIDTH` at least.
+
+    Args:
+        points: (k, 3) the rim.
+        sizes: (k,) the lengths of the edges there.
+        triangles: (k - 2, 3) a triangulation of the rim, for its area.
+        n_rim: k.
+    """
+    each = np.sqrt(3.0) / 2.0
+    areas = np.linalg.norm(cross_products(points, triangles), axis=1) / 2.0
+    wanted = float((areas / (each * sizes[triangles].mean(axis=1) ** 2)).sum())
+    if wanted <= MOST_VERTICES:
+        return np.inf
+    return max(_LEAST_WIDTH, float(MOST_VERTICES * each / n_rim - 1.0 / SLOPE))
+
+
+class Growth:
+    """The growth of edges away from the rim."""
+
+    def __init__(self, rim: Floats, uniform: float) -> None:
+        """For a rim of (k, 3) points, and a band of this width in edges where they do not grow."""
+        self._tree = spatial.cKDTree(rim) if np.isfinite(uniform) else None
+        self._uniform = uniform
+
+    def at(self, points: Floats, sizes: Floats) -> Floats:
+        """(n,) the factors 1 + SLOPE (distance / size - width), at least 1, of edges of these sizes."""
+        if self._tree is None or len(points) == 0:
+            return np.ones(len(points))
+        distance, _ = self._tree.query(points)
+        factors: Floats = np.maximum(1.0, 1.0 + SLOPE * (distance / sizes - self._uniform))
+        return factors

@@ -1,4 +1,4 @@
-"""A region of a surface remade: its triangles go, and a filling as regular and as smooth as what is around takes their place."""
+"""Region remeshing: the triangles of a region replaced by a faired filling."""
 
 from typing import NamedTuple
 
@@ -10,7 +10,7 @@ from ..execution import Progress, ignore_progress
 from ..fairing import ENERGIES, Energy
 from ..mesh import Bools, check_mesh, check_vertex_mask
 from ..topology import border_vertices, connected_components
-from .close_holes import close_holes
+from .closing import close_holes
 from .filling import HoleFilling
 
 #: The most edges of the rim of a region.
@@ -21,7 +21,7 @@ class RemadeRegion(NamedTuple):
     """A region that was remade.
 
     Attributes:
-        region: (n,) the vertices to delete with their faces: those asked for, but for those in a triangle at an open border.
+        region: (n,) the vertices to delete with their faces: the region without the triangles at open borders.
         filling: what to add to the mesh without them, in the numbers of the whole mesh.
     """
 
@@ -38,7 +38,7 @@ def remesh_region(
     rounds: int = 3,
     progress: Progress = ignore_progress,
 ) -> RemadeRegion:
-    """Fills what is left when the vertices of a region are deleted with their triangles, by `close_holes`.
+    """Deletes the vertices of a region with their triangles, and closes the holes by `close_holes`.
 
     `fair_region` keeps the triangles, so that over rough damage needles and folds remain, and pull at the solution. Here neither
     the places nor the triangles of the region matter, but for the vertices around it.
@@ -69,7 +69,7 @@ def remesh_region(
         )
     kept = np.bincount(labels[used & ~chosen], minlength=count) > 0
     if not kept[labels[used & chosen]].all():
-        raise FilterInputError("a whole component is selected, so that nothing says where it belongs: select less than that")
+        raise FilterInputError("a whole component is selected, so that its place is undetermined: select less")
     gone = chosen[triangles].any(axis=1)
     rim = np.zeros(len(points), dtype=np.bool_)
     rim[triangles[gone]] = True

@@ -1,17 +1,29 @@
-"""The rim of a hole closed with triangles between its own vertices, a long rim in parts."""
+"""Triangulation, the first step of hole filling [liepa2003]: a rim closed with triangles between its own vertices."""
+
+from collections import deque
+from typing import NamedTuple
 
 import numpy as np
 
 from ..compilation import compiled
 from ..execution import Progress, ignore_progress
-from ..mesh import Floats, Ints, Longs
-from .minimal_triangulation import minimal_triangulation
-from .retriangulation import retriangulated
+from ..geometry import cross_products
+from ..mesh import Bools, Floats, Ints
 from .vertex_pairs import VertexPairs, is_pair
 
 #: A rim with more vertices than this is first cut in two by a short chord: time grows with the cube of this, memory with the
 #: square.
 LARGEST_WHOLE = 300
+# A triangle whose doubled area is below this share of its summed squared edges is degenerate.
+_THINNEST = 1e-7
+# Angles that differ by less count as the same, so that ties are decided by area and not by rounding.
+_SAME = 1e-9
+# So do areas that differ by less than this share, the rounding of sums of some hundred of them.
+_SAME_AREA = 1e-12
+# The number of triangles tried between two calls of `progress`, about.
+_BATCH = 20_000_000
+#: How many triangles around a chord are replaced together.
+WINDOW = 120
 
 
 def triangulate_rim(
@@ -39,7 +51,7 @@ def triangulate_rim(
     size = float(np.abs(points - points.mean(axis=0)).max())
     if n < 3 or not size > 0.0:
         return None
-    # Products of four lengths stay in range whatever the unit.
+    # Products of four lengths stay in range in any unit.
     centre = points.mean(axis=0)
     p, q = (points - centre) / size, (opposite - centre) / size
     parts = [(np.arange(n, dtype=np.int32), q)]
@@ -48,7 +60,7 @@ def triangulate_rim(
     while parts:
         part, across = parts.pop()
         if len(part) > whole:
-            i, j = _chord(p[part], part, forbidden.keys, forbidden.size)
+            i, j = _chord(p[part], part, forbidden)
             if i >= 0:
                 chords.append((int(part[i]), int(part[j])))
                 # The part from i to j is done first; its triangle at the chord is then the neighbour of the other part.
@@ -74,14 +86,14 @@ def _apex(done: list[Ints], a: int, b: int, points: Floats) -> Floats:
     """The third vertex of the triangle with the edge from b to a among those made so far; NaN if there is none."""
     for triangles in done:
         for k in range(3):
-            found = np.flatnonzero((triangles[:, k] == b) & (triangles[:, (k + 1) % 3] == a))
-            if len(found):
-                return np.asarray(points[triangles[found[0], (k + 2) % 3]])
+            at = np.flatnonzero((triangles[:, k] == b) & (triangles[:, (k + 1) % 3] == a))
+            if len(at):
+                return np.asarray(points[triangles[at[0], (k + 2) % 3]])
     return np.full(3, np.nan)
 
 
 @compiled
-def _chord(p: Floats, part: Ints, keys: Longs, count: int) -> tuple[int, int]:
+def _chord(p: Floats, part: Ints, forbidden: VertexPairs) -> tuple[int, int]:
     """The shortest diagonal relative to the shorter way along the rim between its ends; (-1, -1) if all are forbidden.
 
     Each of the two parts gets at least a quarter of the edges.
@@ -96,6 +108,248 @@ def _chord(p: Floats, part: Ints, keys: Longs, count: int) -> tuple[int, int]:
         for j in range(i + n // 4, min(n, i + n - n // 4)):
             way = min(along[j] - along[i], along[n] - along[j] + along[i])
             length = np.sqrt((p[j, 0] - p[i, 0]) ** 2 + (p[j, 1] - p[i, 1]) ** 2 + (p[j, 2] - p[i, 2]) ** 2)
-            if length > 0.0 and length < best * way and not is_pair(keys, count, part[i], part[j]):
+            if length > 0.0 and length < best * way and not is_pair(forbidden, part[i], part[j]):
                 best, best_i, best_j = length / way, i, j
     return best_i, best_j
+
+
+class _BestParts(NamedTuple):
+    """The best triangulation of the part of a polygon from corner i to corner j > i.
+
+    Attributes:
+        angle: (k, k) its largest dihedral angle, as 1 - cos; infinite if there is none.
+        area: (k, k) its doubled area.
+        split: (k, k) the third corner of its triangle at the side from i to j, -1 if there is none.
+        normals: (k, k, 3) the unit normal of that triangle.
+    """
+
+    angle: Floats
+    area: Floats
+    split: Ints
+    normals: Floats
+
+
+def minimal_triangulation(points: Floats, opposite: Floats, forbidden: Bools, progress: Progress) -> Ints | None:
+    """The triangulation of a closed polygon that minimises (largest dihedral angle, area), compared in this order [liepa2003].
+
+    By dynamic programming: the best triangulation of the part of the polygon from i to j is, for the best vertex m between, the
+    triangle (i, m, j) and the best ones from i to m and from m to j. Dihedral angles are those between the normals of the two
+    triangles at the new edges and at the sides, 0 if both lie in one plane. So the angle of a part depends on its last triangle,
+    and the minimum is taken over the parts that were kept, as in the paper. Time O(k^3).
+
+    Args:
+        points: (k, 3) the corners of the polygon, with coordinates of ordinary size.
+        opposite: (k, 3) the third vertex of the face of the mesh at the side from i to i + 1; NaN if there is none.
+        forbidden: (k, k) symmetric, which diagonals must not be used.
+        progress: called with the share that is done; may raise to stop.
+
+    Returns:
+        (k - 2, 3) indices from 0 to k - 1 in the orientation of the polygon; None if all triangulations have degenerate triangles
+        or forbidden diagonals.
+    """
+    n = len(points)
+    best = _BestParts(np.full((n, n), np.inf), np.full((n, n), np.inf), np.full((n, n), -1, dtype=np.int32), np.zeros((n, n, 3)))
+    for i in range(n - 1):
+        best.angle[i, i + 1] = best.area[i, i + 1] = 0.0
+    side_normals = np.zeros((n, 3))
+    _find_side_normals(points, opposite, side_normals)
+    span = 2
+    while span < n:
+        until = span
+        tried = 0
+        while until < n and (tried == 0 or tried < _BATCH):
+            tried += (n - until) * until
+            until += 1
+        _solve(points, side_normals, forbidden, span, until, best)
+        span = until
+        progress(span / n)
+    if best.split[0, n - 1] < 0:
+        return None
+    return _collect(best.split)
+
+
+@compiled
+def _find_side_normals(p: Floats, q: Floats, normals: Floats) -> None:
+    """Write the unit normals of the faces of the mesh at the sides, 0 where there is no face or it is degenerate."""
+    n = p.shape[0]
+    for i in range(n):
+        j = (i + 1) % n
+        x, y, z = _unit_normal(p[j, 0], p[j, 1], p[j, 2], p[i, 0], p[i, 1], p[i, 2], q[i, 0], q[i, 1], q[i, 2])[:3]
+        normals[i, 0], normals[i, 1], normals[i, 2] = x, y, z
+
+
+@compiled
+def _unit_normal(
+    ax: float, ay: float, az: float, bx: float, by: float, bz: float, cx: float, cy: float, cz: float
+) -> tuple[float, float, float, float]:
+    """The unit normal of the triangle and its doubled area; zeros if it is degenerate."""
+    ux, uy, uz = bx - ax, by - ay, bz - az
+    vx, vy, vz = cx - ax, cy - ay, cz - az
+    wx, wy, wz = cx - bx, cy - by, cz - bz
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    area = np.sqrt(nx * nx + ny * ny + nz * nz)
+    sum_of_squares = ux * ux + uy * uy + uz * uz + vx * vx + vy * vy + vz * vz + wx * wx + wy * wy + wz * wz
+    if not area > _THINNEST * sum_of_squares:
+        return 0.0, 0.0, 0.0, 0.0
+    return nx / area, ny / area, nz / area, area
+
+
+@compiled
+def _bend(ax: float, ay: float, az: float, b: Floats) -> float:
+    """1 - cos of the angle between two unit normals, which grows with the angle; 0 if the second normal is 0."""
+    if b[0] == 0.0 and b[1] == 0.0 and b[2] == 0.0:
+        return 0.0
+    cosine: float = ax * b[0] + ay * b[1] + az * b[2]
+    return 1.0 - cosine
+
+
+@compiled
+def _solve(p: Floats, side_normals: Floats, forbidden: Bools, span_from: int, span_to: int, best: _BestParts) -> None:
+    """Enter the best triangulations of all parts of the polygon with `span_from` to less than `span_to` sides."""
+    angle, area, split, normals = best
+    n = p.shape[0]
+    for span in range(span_from, span_to):
+        for i in range(n - span):
+            j = i + span
+            last = span == n - 1
+            if forbidden[i, j] and not last:
+                continue
+            best_angle, best_area, best_skew = np.inf, np.inf, n
+            for m in range(i + 1, j):
+                worst = max(angle[i, m], angle[m, j])
+                if worst > best_angle + _SAME or worst == np.inf:
+                    continue
+                x, y, z, doubled = _unit_normal(p[i, 0], p[i, 1], p[i, 2], p[m, 0], p[m, 1], p[m, 2], p[j, 0], p[j, 1], p[j, 2])
+                if doubled == 0.0:
+                    continue
+                worst = max(worst, _bend(x, y, z, side_normals[i] if m == i + 1 else normals[i, m]))
+                worst = max(worst, _bend(x, y, z, side_normals[m] if j == m + 1 else normals[m, j]))
+                if last:
+                    worst = max(worst, _bend(x, y, z, side_normals[j]))
+                total = area[i, m] + area[m, j] + doubled
+                if not _is_better(worst, total, abs(2 * m - i - j), best_angle, best_area, best_skew):
+                    continue
+                best_angle, best_area, best_skew = worst, total, abs(2 * m - i - j)
+                angle[i, j], area[i, j], split[i, j] = worst, total, m
+                normals[i, j, 0], normals[i, j, 1], normals[i, j, 2] = x, y, z
+
+
+@compiled
+def _is_better(angle: float, area: float, skew: int, best_angle: float, best_area: float, best_skew: int) -> bool:
+    """Whether a split is to replace the best so far: by angle, then by area, then for the evener one.
+
+    In a flat polygon all triangulations have the same angles and areas, and rounding would choose fans of needles.
+    """
+    if angle < best_angle - _SAME:
+        return True
+    if angle > best_angle + _SAME or area > best_area * (1.0 + _SAME_AREA):
+        return False
+    return area < best_area * (1.0 - _SAME_AREA) or skew < best_skew
+
+
+@compiled
+def _collect(split: Ints) -> Ints:
+    """The triangles (i, split[i, j], j), from the whole polygon down."""
+    n = split.shape[0]
+    triangles = np.empty((n - 2, 3), dtype=np.int32)
+    stack = np.empty((n, 2), dtype=np.int32)
+    stack[0, 0], stack[0, 1] = 0, n - 1
+    height, count = 1, 0
+    while height > 0:
+        height -= 1
+        i, j = stack[height, 0], stack[height, 1]
+        if j - i < 2:
+            continue
+        m = split[i, j]
+        triangles[count, 0], triangles[count, 1], triangles[count, 2] = i, m, j
+        count += 1
+        stack[height, 0], stack[height, 1] = m, j
+        stack[height + 1, 0], stack[height + 1, 1] = i, m
+        height += 2
+    return triangles
+
+
+def retriangulated(
+    triangles: Ints, chords: list[tuple[int, int]], points: Floats, opposite: Floats, forbidden: VertexPairs
+) -> Ints:
+    """The triangulation with the triangles around each chord triangulated anew, where that is better.
+
+    The `WINDOW` triangles nearest to a chord, by the number of edges crossed, form a polygon, since a triangulated polygon is a
+    tree of triangles. `minimal_triangulation` triangulates it anew, with the triangles around as neighbours, and its triangles
+    are taken if their (largest dihedral angle, area) is less.
+
+    Args:
+        triangles: (k - 2, 3) corners from 0 to k - 1, in the orientation of the polygon.
+        chords: the two corners of each.
+        points: (k, 3) the corners, with coordinates of ordinary size.
+        opposite: (k, 3) the third vertex of the face of the mesh at the side from i to i + 1; NaN if there is none.
+        forbidden: which diagonals must not be used.
+    """
+    if not chords:
+        return triangles
+    n = len(points)
+    rows = triangles.copy()
+    holder = {(int(row[k]), int(row[(k + 1) % 3])): t for t, row in enumerate(rows) for k in range(3)}
+    for a, b in chords:
+        first = holder.get((a, b))
+        if first is None:
+            continue  # no longer an edge
+        chosen = _nearest(rows, holder, first)
+        corners = np.unique(rows[chosen]).astype(np.int32)
+        across = np.full((len(corners), 3), np.nan)
+        for i, (u, v) in enumerate(zip(corners.tolist(), np.roll(corners, -1).tolist(), strict=True)):
+            t = holder.get((v, u))
+            across[i] = opposite[u] if t is None else points[int(rows[t].sum()) - u - v]
+        better = minimal_triangulation(points[corners], across, forbidden.among(corners), ignore_progress)
+        if better is None:
+            continue
+        before = np.searchsorted(corners, rows[chosen]).astype(np.int32)
+        if _is_less(_energy(points[corners], across, better), _energy(points[corners], across, before)):
+            for t in chosen:
+                for k in range(3):
+                    del holder[int(rows[t, k]), int(rows[t, (k + 1) % 3])]
+            rows[chosen] = corners[better]
+            for t in chosen:
+                for k in range(3):
+                    holder[int(rows[t, k]), int(rows[t, (k + 1) % 3])] = t
+    assert len(holder) == 3 * (n - 2)
+    return rows
+
+
+def _nearest(rows: Ints, holder: dict[tuple[int, int], int], first: int) -> list[int]:
+    """The triangles that are fewest edges away from the first, in ascending order."""
+    near, queue = {first}, deque([first])
+    while queue and len(near) < WINDOW:
+        row = rows[queue.popleft()].tolist()
+        for k in range(3):
+            t = holder.get((row[(k + 1) % 3], row[k]))
+            if t is not None and t not in near and len(near) < WINDOW:
+                near.add(t)
+                queue.append(t)
+    return sorted(near)
+
+
+def _energy(points: Floats, across: Floats, triangles: Ints) -> tuple[float, float]:
+    """The largest angle of the triangles with each other and the faces across the sides, as 1 - cos, and their doubled area."""
+    n = len(points)
+    normals = cross_products(points, triangles)
+    areas = np.linalg.norm(normals, axis=1)
+    if (areas == 0.0).any():
+        return np.inf, np.inf
+    normals /= areas[:, None]
+    sides = np.arange(n)
+    beyond = np.cross(points[sides] - points[(sides + 1) % n], across - points[(sides + 1) % n])
+    lengths = np.linalg.norm(beyond, axis=1)
+    owner = {(int(row[k]), int(row[(k + 1) % 3])): t for t, row in enumerate(triangles) for k in range(3)}
+    worst = 0.0
+    for (u, v), t in owner.items():
+        other = owner.get((v, u))
+        if other is not None:
+            worst = max(worst, 1.0 - float(normals[t] @ normals[other]))
+        elif lengths[u] > 0.0:
+            worst = max(worst, 1.0 - float(normals[t] @ beyond[u]) / float(lengths[u]))
+    return worst, float(areas.sum())
+
+
+def _is_less(one: tuple[float, float], other: tuple[float, float]) -> bool:
+    return one[0] < other[0] - _SAME or (one[0] <= other[0] + _SAME and one[1] < other[1])

@@ -1,4 +1,4 @@
-"""Pairs of the vertices of a rim that a patch must not join, in memory that grows with the pairs."""
+"""Pairs of vertices of a rim that a patch must not join, as sorted keys."""
 
 from typing import NamedTuple
 
@@ -21,7 +21,7 @@ class VertexPairs(NamedTuple):
     keys: Longs
 
     def restricted(self, chosen: Ints) -> "VertexPairs":
-        """The pairs of which both are chosen, each of them given once, in the numbers of their places there."""
+        """The pairs within `chosen`, distinct numbers, as places in `chosen`."""
         place = np.full(self.size, -1, dtype=np.int64)
         place[chosen] = np.arange(len(chosen))
         first, second = place[self.keys // self.size], place[self.keys % self.size]
@@ -29,7 +29,7 @@ class VertexPairs(NamedTuple):
         return vertex_pairs(len(chosen), first[both], second[both])
 
     def among(self, chosen: Ints) -> Bools:
-        """(k, k) which two of the chosen numbers, each of them given once, are a pair."""
+        """(k, k) which two of `chosen`, distinct numbers, are a pair."""
         inner = self.restricted(chosen)
         dense = np.zeros((len(chosen), len(chosen)), dtype=np.bool_)
         dense.ravel()[inner.keys] = True
@@ -41,7 +41,7 @@ class VertexPairs(NamedTuple):
 
     def has(self, i: int, j: int) -> bool:
         """Whether (i, j) is one of the pairs."""
-        return bool(is_pair(self.keys, self.size, i, j))
+        return bool(is_pair(self, i, j))
 
 
 def vertex_pairs(count: int, first: ArrayLike = (), second: ArrayLike = ()) -> VertexPairs:
@@ -51,9 +51,10 @@ def vertex_pairs(count: int, first: ArrayLike = (), second: ArrayLike = ()) -> V
 
 
 @compiled
-def is_pair(keys: Longs, count: int, i: int, j: int) -> bool:
-    """Whether the ascending keys have i count + j."""
-    key = i * count + j
+def is_pair(pairs: VertexPairs, i: int, j: int) -> bool:
+    """Whether (i, j) is one of the pairs."""
+    keys = pairs.keys
+    key = i * pairs.size + j
     low, high = 0, keys.shape[0]
     while low < high:
         middle = (low + high) // 2
@@ -65,7 +66,7 @@ def is_pair(keys: Longs, count: int, i: int, j: int) -> bool:
 
 
 class ForbiddenEdges(NamedTuple):
-    """Which vertices 0 to k - 1 of its rim a patch must not join.
+    """The edges between vertices 0 to k - 1 of its rim that a patch must not have.
 
     Attributes:
         pairs: pairs that are joined outside the patch.

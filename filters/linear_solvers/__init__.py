@@ -1,10 +1,9 @@
 """Sparse linear systems: direct and iterative solvers, factors of shifted matrices, residuals in twice the precision."""
 
-from .cholesky import Cholesky
-from .compensated import laplacian_power
-from .conjugate_gradients import conjugate_gradients, preconditioned_norm
+from .conjugate_gradients import CompressedRows, conjugate_gradients, preconditioned_norm
+from .direct import Cholesky
 from .nested_dissection import nested_dissection
-from .refined_solution import DirectMethod, RefinedSolution, refined_solution
+from .refined_solution import DirectMethod, RefinedSolution, laplacian_power, refined_solution
 from .shifted_factors import ShiftedFactors
 from .smoothed_aggregation import SmoothedAggregation
 from .spd_solver import FINEST_TOLERANCE, SpdSolver
@@ -12,6 +11,7 @@ from .spd_solver import FINEST_TOLERANCE, SpdSolver
 __all__ = [
     "FINEST_TOLERANCE",
     "Cholesky",
+    "CompressedRows",
     "DirectMethod",
     "RefinedSolution",
     "ShiftedFactors",

@@ -6,21 +6,38 @@ Written here because SciPy's take one right-hand side and are slower; docs/solve
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
+from ..compilation import compiled, prange
 from ..execution import Progress, ignore_progress, threads_for
 from ..libraries import sparse
-from ..mesh import Floats
-from .conjugate_gradient_steps import descend, inner_products, multiply, next_direction
+from ..mesh import Floats, Ints
 
 #: Maps a residual (n, 3) to an approximate solution (n, 3): a symmetric positive definite approximation of the inverse.
 Preconditioner: TypeAlias = Callable[[Floats], Floats]
+#: Rows in a block. Smaller blocks are shared more evenly among threads, larger ones cost less.
+_BLOCK = 4096
+#: Indices in kernels are unsigned: for signed ones the compiler adds a test whether they count from the end.
+Index: Any = np.uint64
+
+
+class CompressedRows(NamedTuple):
+    """A sparse matrix for kernels: the entries of row i are data[indptr[i]:indptr[i + 1]], in the columns `indices` there."""
+
+    indptr: Ints
+    indices: Ints
+    data: Floats
+
+    @classmethod
+    def of(cls, matrix: sparse.csr_matrix) -> CompressedRows:
+        """The arrays of a matrix, not copied."""
+        return cls(matrix.indptr, matrix.indices, matrix.data)
 
 
 class Descent(NamedTuple):
-    """Where conjugate gradients ended.
+    """The result of conjugate gradients.
 
     Attributes:
         values: (n, 3) the approximate solution.
@@ -59,18 +76,18 @@ def conjugate_gradients(
         precondition: None divides by the diagonal (Jacobi).
         progress: called at every iteration; may raise to stop.
     """
-    arrays = matrix.indptr, matrix.indices, matrix.data
+    rows = CompressedRows.of(matrix)
     scale = 1.0 / matrix.diagonal() if precondition is None else np.ones(matrix.shape[0])
     residual = np.array(right_side, order="C")
     x = np.zeros_like(residual) if start is None else np.array(start, order="C")
     product = np.empty_like(residual)
     with threads_for(len(x)):
         if start is not None:
-            multiply(*arrays, x, product)
+            multiply(rows, x, product)
             residual -= product
 
         def preconditioned(squares: Floats) -> tuple[Floats, Floats]:
-            """The residual after the preconditioner, z = B r, and the three r^T z, given r^T diag(scale) r."""
+            """The residual after the preconditioner, z = B r, and the three r^T z, from r^T diag(scale) r."""
             if precondition is None:
                 return residual, squares
             z = precondition(residual)
@@ -84,7 +101,7 @@ def conjugate_gradients(
             if norm <= target or iteration == max_iterations:
                 break
             progress(_share_done(first, norm, target))
-            curvature = multiply(*arrays, direction, product)
+            curvature = multiply(rows, direction, product)
             indefinite = not (curvature >= 0.0).all()
             if indefinite:
                 break
@@ -112,3 +129,92 @@ def _share_done(first: float, norm: float, target: float) -> float:
     if not 0.0 < target < norm <= first < np.inf:
         return 0.0
     return float(np.log(first / norm) / np.log(first / target))
+
+
+@compiled
+def _add_up(parts: Floats) -> Floats:
+    total = np.zeros(3)
+    for b in range(parts.shape[0]):
+        for c in range(3):
+            total[c] += parts[b, c]
+    return total
+
+
+@compiled(parallel=True)
+def multiply(matrix: CompressedRows, p: Floats, q: Floats) -> Floats:
+    """Computes q = A p in place; returns the three p^T q."""
+    n = p.shape[0]
+    parts = np.zeros(((n + _BLOCK - 1) // _BLOCK, 3))
+    for b in prange(parts.shape[0]):
+        s0, s1, s2 = 0.0, 0.0, 0.0
+        for i in range(Index(b * _BLOCK), Index(min(n, (b + 1) * _BLOCK))):
+            a0, a1, a2 = row_product(matrix, i, p)
+            q[i, 0], q[i, 1], q[i, 2] = a0, a1, a2
+            s0 += a0 * p[i, 0]
+            s1 += a1 * p[i, 1]
+            s2 += a2 * p[i, 2]
+        parts[b, 0], parts[b, 1], parts[b, 2] = s0, s1, s2
+    return _add_up(parts)
+
+
+@compiled(parallel=True)
+def descend(steps: Floats, p: Floats, q: Floats, x: Floats, r: Floats, scale: Floats) -> Floats:
+    """Computes x += steps p and r -= steps q in place; returns the three r^T diag(scale) r."""
+    n = p.shape[0]
+    t0, t1, t2 = steps[0], steps[1], steps[2]
+    parts = np.zeros(((n + _BLOCK - 1) // _BLOCK, 3))
+    for b in prange(parts.shape[0]):
+        s0, s1, s2 = 0.0, 0.0, 0.0
+        for i in range(Index(b * _BLOCK), Index(min(n, (b + 1) * _BLOCK))):
+            x[i, 0] += t0 * p[i, 0]
+            x[i, 1] += t1 * p[i, 1]
+            x[i, 2] += t2 * p[i, 2]
+            r0 = r[i, 0] - t0 * q[i, 0]
+            r1 = r[i, 1] - t1 * q[i, 1]
+            r2 = r[i, 2] - t2 * q[i, 2]
+            r[i, 0], r[i, 1], r[i, 2] = r0, r1, r2
+            s0 += r0 * r0 * scale[i]
+            s1 += r1 * r1 * scale[i]
+            s2 += r2 * r2 * scale[i]
+        parts[b, 0], parts[b, 1], parts[b, 2] = s0, s1, s2
+    return _add_up(parts)
+
+
+@compiled(parallel=True)
+def next_direction(shares: Floats, z: Floats, scale: Floats, p: Floats) -> None:
+    """Computes p = diag(scale) z + shares p in place."""
+    n = p.shape[0]
+    t0, t1, t2 = shares[0], shares[1], shares[2]
+    for b in prange((n + _BLOCK - 1) // _BLOCK):
+        for i in range(Index(b * _BLOCK), Index(min(n, (b + 1) * _BLOCK))):
+            p[i, 0] = scale[i] * z[i, 0] + t0 * p[i, 0]
+            p[i, 1] = scale[i] * z[i, 1] + t1 * p[i, 1]
+            p[i, 2] = scale[i] * z[i, 2] + t2 * p[i, 2]
+
+
+@compiled(parallel=True)
+def inner_products(r: Floats, z: Floats) -> Floats:
+    """The three r^T z."""
+    n = r.shape[0]
+    parts = np.zeros(((n + _BLOCK - 1) // _BLOCK, 3))
+    for b in prange(parts.shape[0]):
+        s0, s1, s2 = 0.0, 0.0, 0.0
+        for i in range(Index(b * _BLOCK), Index(min(n, (b + 1) * _BLOCK))):
+            s0 += r[i, 0] * z[i, 0]
+            s1 += r[i, 1] * z[i, 1]
+            s2 += r[i, 2] * z[i, 2]
+        parts[b, 0], parts[b, 1], parts[b, 2] = s0, s1, s2
+    return _add_up(parts)
+
+
+@compiled
+def row_product(matrix: CompressedRows, i: int, x: Floats) -> tuple[float, float, float]:
+    """(A x)_i for x of shape (n, 3), the terms added in their order in the row; i is unsigned."""
+    indptr, indices, data = matrix
+    a0, a1, a2 = 0.0, 0.0, 0.0
+    for k in range(Index(indptr[i]), Index(indptr[i + Index(1)])):
+        j, w = Index(indices[k]), data[k]
+        a0 += w * x[j, 0]
+        a1 += w * x[j, 1]
+        a2 += w * x[j, 2]
+    return a0, a1, a2

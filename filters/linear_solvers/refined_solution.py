@@ -1,4 +1,4 @@
-"""Iterative refinement, for powers of Laplace operators, whose conditioning leaves few digits to any other solver."""
+"""Iterative refinement with residuals in twice the precision, for ill-conditioned powers of Laplace operators."""
 
 from __future__ import annotations
 
@@ -10,19 +10,21 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from ..checks import ConvergenceError
-from ..execution import Progress, ignore_progress
+from ..compilation import compiled, prange
+from ..execution import Progress, ignore_progress, threads_for
 from ..libraries import sparse
 from ..mesh import Floats
-from .cholesky import Cholesky
-from .spd_system import SpdSystem
-from .superlu import SuperLU
+from .conjugate_gradients import CompressedRows
+from .direct import Cholesky, SuperLU
+from .spd_solver import SpdSystem
 
 DirectMethod: TypeAlias = Literal["superlu", "cholesky"]
-
 #: Corrections are made until the next is predicted below this share of the extent, at most this many.
 _REFINED, _MOST_REFINEMENTS = 1e-11, 12
 #: The refinement has failed if its last correction is above this share of the extent.
 _UNREFINED = 1e-6
+# Veltkamp's constant 2^27 + 1 splits a double into two halves whose products are exact.
+_SPLITTER = 134217729.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,3 +105,77 @@ def _scaled_factors(system: SpdSystem, method: DirectMethod, progress: Progress)
 def _length(values: Floats) -> float:
     """The norm, by numpy's own sum: that of the library behind `norm` depends on its threads and waits for them."""
     return math.sqrt(float(np.square(values).sum()))
+
+
+def laplacian_power(
+    matrix: sparse.csr_matrix, inverse_mass: Floats, order: int, values: Floats, more: Floats | None = None
+) -> Floats:
+    """(S M^-1)^(order - 1) S x, computed with about 32 digits and rounded once.
+
+    The rows of S count as summing to 0 exactly: its diagonal is not read. In ordinary precision each application loses the digits
+    that differences between neighbours lose, at order 3 and 100,000 vertices nearly all of 16; of 32 enough are left. Sums and
+    products carry their rounding errors along as a second double [dekker1971].
+
+    Args:
+        matrix: S, (n, n) symmetric; S or -S is semidefinite.
+        inverse_mass: (n,) the diagonal of M^-1.
+        order: the power, at least 1.
+        values: x, (n, 3).
+        more: (n, 3) added to x without rounding; None for 0.
+
+    Returns:
+        (n, 3).
+    """
+    high, low = np.ascontiguousarray(values), np.zeros(values.shape) if more is None else np.ascontiguousarray(more)
+    rows = CompressedRows(matrix.indptr.astype(np.int64), matrix.indices.astype(np.int32), matrix.data)
+    with threads_for(len(values)):
+        for step in range(order):
+            high_product, low_product = np.empty(values.shape), np.empty(values.shape)
+            factors = inverse_mass if step < order - 1 else np.ones(len(values))
+            _apply(rows, factors, high, low, high_product, low_product)
+            high, low = high_product, low_product
+    return high
+
+
+@compiled
+def _two_sum(a: float, b: float) -> tuple[float, float]:
+    s = a + b
+    t = s - a
+    return s, (a - (s - t)) + (b - t)
+
+
+@compiled
+def _two_product(a: float, b: float) -> tuple[float, float]:
+    p = a * b
+    t = _SPLITTER * a
+    a_high = t - (t - a)
+    a_low = a - a_high
+    t = _SPLITTER * b
+    b_high = t - (t - b)
+    b_low = b - b_high
+    return p, ((a_high * b_high - p) + a_high * b_low + a_low * b_high) + a_low * b_low
+
+
+@compiled(parallel=True)
+def _apply(matrix: CompressedRows, factors: Floats, high: Floats, low: Floats, out_high: Floats, out_low: Floats) -> None:
+    """out_i = factors_i sum_j S_ij (x_j - x_i), every number a sum of a high and a low double."""
+    indptr, indices, data = matrix
+    for i in prange(indptr.shape[0] - 1):
+        for c in range(high.shape[1]):
+            total, rest = 0.0, 0.0
+            for k in range(indptr[i], indptr[i + 1]):
+                j = indices[k]
+                if j == i:
+                    continue
+                difference, error = _two_sum(high[j, c], -high[i, c])
+                more, rest_of_more = _two_sum(low[j, c], -low[i, c])
+                difference, lost = _two_sum(difference, more)
+                difference, error = _two_sum(difference, error + lost + rest_of_more)
+                product, lost = _two_product(data[k], difference)
+                lost += data[k] * error
+                total, carried = _two_sum(total, product)
+                rest += carried + lost
+            total, rest = _two_sum(total, rest)
+            product, lost = _two_product(factors[i], total)
+            lost += factors[i] * rest
+            out_high[i, c], out_low[i, c] = _two_sum(product, lost)

@@ -32,7 +32,7 @@ class ShiftedFactors:
     one; docs/solvers.md compares their times.
 
     Attributes:
-        shift: what was subtracted, close to what was asked for.
+        shift: the shift of the factors, close to the one that was to be taken.
         below: how many eigenvalues of A, counted with multiplicity, lie below the shift.
     """
 

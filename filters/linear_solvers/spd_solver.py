@@ -1,4 +1,4 @@
-"""Sparse symmetric positive definite systems by the method that is fastest for them; docs/solvers.md has the measured times.
+"""Sparse symmetric positive definite systems by Jacobi, multigrid or Cholesky; docs/solvers.md has the times.
 
 The diagonal is the preconditioner where the matrix is close to it, multigrid elsewhere: its cost depends neither on the time step
 nor, per row, on the size. Cholesky's factors serve repeated solves of moderate size, and as the last resort.
@@ -6,19 +6,18 @@ nor, per row, on the size. Cholesky's factors serve repeated solves of moderate 
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from ..checks import ConvergenceError
+from ..checks import ConvergenceError, FilterInputError
 from ..execution import Progress, ignore_progress, part_of
 from ..libraries import sparse
 from ..mesh import Floats
 from .conjugate_gradients import Preconditioner, conjugate_gradients, preconditioned_norm
-from .factorisation import Factorisation
+from .direct import Cholesky
 from .smoothed_aggregation import SmoothedAggregation
-from .solution import Method, Solution
-from .spd_system import SpdSystem
 
 #: No solution is asked to be more exact than this, relative to its own energy norm: rounding would not allow it.
 FINEST_TOLERANCE = 1e-12
@@ -31,10 +30,15 @@ _FEW_STEPS, _JACOBI_STEPS = 100, 250
 _MULTIGRID_STEPS = 300
 #: Cholesky's factors pay from this many solves on, up to the size that they take a second for.
 _MANY_SOLVES, _QUICK_FACTORS = 4, 100_000
+Method: TypeAlias = Literal["jacobi", "multigrid", "cholesky"]
+#: A direct solution must reach this backward error, which leaves room for ill-posed systems.
+_DIRECT_ROUNDING = 1e-12
+#: Beyond this size the factors outgrow their 32-bit indices and the memory of most machines.
+_LARGEST_FACTORS = 3_000_000
 
 
 class SpdSolver:
-    """Solves systems with one matrix, keeping what was prepared for the next."""
+    """Solves systems with one matrix; multigrid and factors are kept for the next right-hand side."""
 
     def __init__(self, matrix: sparse.csr_matrix, *, solves: int = 1) -> None:
         """Prepares nothing yet.
@@ -68,7 +72,7 @@ class SpdSolver:
             right_side: b, (n,) or (n, k). Columns are solved for in groups of three, which share one measure of error.
             tolerance: the estimated energy norm of the error, as a share of the reference. Larger is faster and less exact.
             reference: an energy norm sqrt(x^T A x) that counts as 1; None takes that of the group's own solution. An error
-                below `FINEST_TOLERANCE` of the latter is not asked for.
+                below `FINEST_TOLERANCE` of the latter is no aim.
             start: a first guess, of the shape of b.
             progress: called every few steps; may raise to stop.
 
@@ -171,3 +175,114 @@ def _padded(columns: Floats) -> Floats:
     if columns.shape[1] == 3:
         return np.ascontiguousarray(columns)
     return np.ascontiguousarray(np.pad(columns, ((0, 0), (0, 3 - columns.shape[1]))))
+
+
+class SpdSystem(NamedTuple):
+    """The left-hand side of A x = b.
+
+    Attributes:
+        matrix: A, (n, n) CSR with sorted indices, finite, with a positive diagonal.
+        scale: (n,) 1 / sqrt(A_ii); D = diag(scale) makes D A D the matrix of unit diagonal.
+        norm: the largest row sum of |D A D|, a bound of its largest eigenvalue.
+        smoothness: the Rayleigh quotient 1^T A 1 / 1^T diag(A) 1, an upper bound of the smallest eigenvalue of D A D; near it for
+            a Laplace operator plus a mass, whose smoothest vector is the constant one.
+    """
+
+    matrix: sparse.csr_matrix
+    scale: Floats
+    norm: float
+    smoothness: float
+
+    @classmethod
+    def of(cls, matrix: sparse.csr_matrix) -> SpdSystem:
+        """Measures A, which is kept, not copied; its symmetry is not checked.
+
+        Raises:
+            FilterInputError: A is not square, not finite, or has a diagonal entry that is not positive.
+        """
+        csr = sparse.csr_matrix(matrix)
+        if csr.shape[0] != csr.shape[1]:
+            raise FilterInputError(f"the matrix of a system must be square, got {csr.shape}")
+        csr.sort_indices()
+        diagonal = csr.diagonal()
+        bad = np.flatnonzero(~(diagonal > 0.0))
+        if len(bad) or not np.isfinite(csr.data).all():
+            what = f"diagonal entry {bad[0]} is {diagonal[bad[0]]}" if len(bad) else "an entry is not finite"
+            raise FilterInputError(f"the matrix of a system must be positive definite, but {what}; leave such unknowns out")
+        scale = 1.0 / np.sqrt(diagonal)
+        sizes = sparse.csr_matrix((np.abs(csr.data), csr.indices, csr.indptr), shape=csr.shape)
+        norm = float((scale * (sizes @ scale)).max(initial=0.0))
+        total = float(diagonal.sum())
+        smoothness = float((csr @ np.ones(len(scale))).sum()) / total if total > 0.0 else 1.0
+        return cls(csr, scale, norm, max(smoothness, np.finfo(float).tiny))
+
+    def columns(self, right_side: Floats) -> Floats:
+        """The right-hand side as (n, k), C-contiguous.
+
+        Raises:
+            FilterInputError: it has another number of rows, or is not finite.
+        """
+        n = self.matrix.shape[0]
+        b = np.asarray(right_side, dtype=np.float64)
+        if b.ndim not in (1, 2) or len(b) != n or not np.isfinite(b).all():
+            raise FilterInputError(f"a system of {n} equations takes a finite right-hand side of {n} rows, got shape {b.shape}")
+        return np.ascontiguousarray(b[:, None] if b.ndim == 1 else b)
+
+    def backward_error(self, x: Floats, b: Floats) -> float:
+        """|D r| / (|D A D| |x / D| + |D b|) for r = b - A x, of (n, k) columns together; 0 if x and b are."""
+        scale = self.scale[:, None]
+        size = self.norm * np.linalg.norm(x / scale) + np.linalg.norm(scale * b)
+        return float(np.linalg.norm(scale * (b - self.matrix @ x)) / size) if size > 0.0 else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """The solution of A x = b, its errors and its method.
+
+    Attributes:
+        values: x, of the shape of b.
+        error: an estimate of the energy norm sqrt(e^T A e) of the error e, over all columns; not estimated, 0, by "cholesky".
+        backward_error: |r| / (|A| |x| + |b|) for r = b - A x, after scaling A to unit diagonal so that large rows hide nothing: x
+            solves exactly a system that differs by this share. The largest over the groups of columns solved for together.
+        iterations: products with the matrix.
+        method: what gave x.
+    """
+
+    values: Floats
+    error: float
+    backward_error: float
+    iterations: int
+    method: Method
+
+
+class Factorisation:
+    """Cholesky's factors and one step of refinement, for many right-hand sides or as the last resort."""
+
+    def __init__(self, matrix: sparse.csr_matrix) -> None:
+        """Factorises; see `Cholesky` for how long that takes, which cannot be interrupted.
+
+        Args:
+            matrix: (n, n) symmetric positive definite.
+
+        Raises:
+            FilterInputError: not square, not finite.
+            ConvergenceError: not positive definite to rounding, or too large.
+        """
+        self._system = SpdSystem.of(matrix)
+        if matrix.shape[0] > _LARGEST_FACTORS:
+            raise ConvergenceError(f"{matrix.shape[0]} rows are more than the {_LARGEST_FACTORS} that can be factorised")
+        self._factors = Cholesky(self._system.matrix)
+
+    def solve(self, right_side: Floats) -> Solution:
+        """Solves for (n,) or (n, k) right-hand sides.
+
+        Raises:
+            ConvergenceError: the matrix is so near to singular that the factors are worth nothing.
+        """
+        b = self._system.columns(right_side)
+        x = self._factors.solve(b)
+        x += self._factors.solve(b - self._system.matrix @ x)
+        backward = self._system.backward_error(x, b)
+        if not backward <= _DIRECT_ROUNDING:
+            raise ConvergenceError(f"Cholesky's factors solve {len(b)} equations with a backward error of {backward:.3g} only")
+        return Solution(x.reshape(right_side.shape), 0.0, backward, 2, "cholesky")

@@ -1,8 +1,7 @@
-"""A mesh as arrays: its types, the checks of what comes in, its place, size and order."""
+"""A mesh as arrays: types, checks of input, normalised meshes, orders of vertices."""
 
 from .arrays import Bools, Floats, Ints, Longs, check_edges, check_mesh, check_movable, check_points, check_vertex_mask
-from .box import bounding_box, check_healthy, scaled_to_unit, spikes, unit_scale
-from .normalised import NormalisedMesh, Whole, normalised_mesh
+from .normalised import NormalisedMesh, Whole, bounding_box, check_healthy, normalised_mesh, scaled_to_unit, spikes, unit_scale
 from .ordering import order_by_place, worth_reordering
 
 __all__ = [

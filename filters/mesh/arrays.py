@@ -1,4 +1,4 @@
-"""A mesh as arrays: the types that every technique speaks, and the check of what comes in."""
+"""A mesh as arrays: their types, and the checks of input."""
 
 from typing import TypeAlias
 
@@ -85,7 +85,7 @@ def check_points(vertices: ArrayLike) -> Floats:
 
 
 def check_movable(movable: ArrayLike | None, n_vertices: int) -> Bools:
-    """(n,) which vertices may move: all of them if that was not said.
+    """(n,) which vertices may move: all of them for None.
 
     Raises:
         FilterInputError: not a truth value for every vertex.
@@ -93,18 +93,18 @@ def check_movable(movable: ArrayLike | None, n_vertices: int) -> Bools:
     return np.ones(n_vertices, dtype=np.bool_) if movable is None else check_vertex_mask("movable", movable, n_vertices)
 
 
-def check_vertex_mask(name: str, given: ArrayLike, n_vertices: int) -> Bools:
-    """(n,) the truth values that were given for the vertices.
+def check_vertex_mask(name: str, values: ArrayLike, n_vertices: int) -> Bools:
+    """(n,) one truth value for each vertex.
 
     Args:
         name: the parameter's name, for the error.
-        given: one truth value a vertex.
+        values: one truth value a vertex.
         n_vertices: how many there are.
 
     Raises:
         FilterInputError: not a truth value for every vertex.
     """
-    mask = np.asarray(given)
+    mask = np.asarray(values)
     if mask.dtype != np.bool_ or mask.shape != (n_vertices,):
         raise FilterInputError(
             f"{name} must be a boolean array of {n_vertices} values, one a vertex, got shape {mask.shape} of {mask.dtype}"

@@ -1,4 +1,4 @@
-"""The entrance of every filter of vertices: the mesh as techniques compute on it."""
+"""Normalised meshes: about the origin, of ordinary size, without unused vertices; every filter of vertices begins with one."""
 
 import math
 from dataclasses import dataclass, replace
@@ -7,19 +7,21 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..checks import FilterInputError
 from ..compilation import compiled, prange
 from ..execution import threads_for
 from .arrays import Bools, Floats, Ints, Longs, check_movable
-from .box import bounding_box, refuse_spike, unit_scale
 from .ordering import faces_by_place, order_by_place
 
 #: Points whose furthest move is found together.
 _BLOCK = 4096
+#: diagonals of a mesh that a vertex may be moved by; nothing that smooths, fairs or denoises has a reason to go as far
+FURTHEST = 2.0
 
 
 @dataclass(frozen=True, eq=False)
 class Whole:
-    """The mesh that a part was cut from, as far as the part has to know it to give the same bits.
+    """What a part needs of the mesh that it was cut from to give the same bits.
 
     Attributes:
         low: (3,) the lowest coordinates of the vertices that its cells use.
@@ -38,7 +40,7 @@ class Whole:
 
 @dataclass(frozen=True, eq=False)
 class NormalisedMesh:
-    """The vertices that a face or an edge uses, about the origin, of ordinary size, in an order of choice.
+    """The vertices that a face or an edge uses, about the origin, of ordinary size, in any order.
 
     Point k is ``(vertices[order[k]] - middle) * scale``. Vertices that nothing uses have no point: wherever they lie, they change
     no bit of the result. Squares and fourth powers of lengths of the points are ordinary numbers, and a mesh far from the origin
@@ -72,7 +74,7 @@ class NormalisedMesh:
         return self.new_points()
 
     def new_points(self) -> Floats:
-        """(k, 3) the points in an array of the caller's own."""
+        """(k, 3) the points in a new array."""
         points = np.empty((len(self), 3))
         with threads_for(len(points)):
             _normalise(self.vertices, self.middle, self.scale, self._listed, points)
@@ -84,7 +86,7 @@ class NormalisedMesh:
         return self.numbered_cells()
 
     def numbered_cells(self) -> Ints:
-        """The cells for a caller who needs them once."""
+        """`cells`, not kept."""
         if self.order is None:
             return self.cells_in_vertices
         number = np.empty(len(self.vertices), dtype=np.int32)
@@ -126,13 +128,13 @@ class NormalisedMesh:
         return replace(self, order=places if self.order is None else self.order[places])
 
     def restored(self, points: Floats) -> Floats:
-        """(n, 3) the vertices, moved as their points have moved to the (k, 3) given ones.
+        """(n, 3) the vertices, moved as far as their points lie from the (k, 3) new ones.
 
         Coordinates whose point has not moved keep every bit. The others are rounded once: far from the origin that is all that is
         lost.
 
         Raises:
-            FilterInputError: a point has moved by more than `box.FURTHEST` diagonals, or to nowhere.
+            FilterInputError: a point has moved by more than `FURTHEST` diagonals, or is not finite.
         """
         everything_moves = len(self) == len(self.vertices)
         result = np.empty_like(self.vertices) if everything_moves else self.vertices.copy()
@@ -193,7 +195,7 @@ def _mark_used(cells: Ints, used: Bools) -> None:
         for k in range(1, width):
             proper &= cells[f, k - 1] != cells[f, k]
         for k in range(width):
-            used[cells[f, k]] |= proper  # without a branch, which nobody could foretell
+            used[cells[f, k]] |= proper  # without a branch, which would be unpredictable
 
 
 @compiled(parallel=True)
@@ -222,7 +224,7 @@ def _restore(
     furthest: Longs,
     squares: Floats,
 ) -> None:
-    """Writes the vertices; and of every block of points the one that moves furthest, or the first to nowhere, and its way."""
+    """Writes the vertices; for every block the point that moves furthest, or the first that is not finite, and its square."""
     for block in prange(squares.shape[0]):
         for k in range(block * _BLOCK, min((block + 1) * _BLOCK, after.shape[0])):
             i = order[k] if order.shape[0] else np.int32(k)
@@ -234,3 +236,79 @@ def _restore(
                 result[i, c] = vertices[i, c] + moved / scale if moved != 0.0 else vertices[i, c]
             if not squared <= squares[block] and squares[block] == squares[block]:
                 furthest[block], squares[block] = k, squared
+
+
+def scaled_to_unit(vertices: Floats) -> tuple[Floats, float]:
+    """The vertices times a power of two that brings the longest side of their box to between 1/4 and 1, and that power.
+
+    A power of two changes no digit of a coordinate. A mesh without extent keeps its size.
+
+    Args:
+        vertices: (n, 3) finite coordinates.
+    """
+    scale = unit_scale(*bounding_box(vertices)) if len(vertices) else 1.0
+    return (vertices, 1.0) if scale == 1.0 else (vertices * scale, scale)
+
+
+def unit_scale(low: Floats, high: Floats) -> float:
+    """The power of two of `scaled_to_unit`, for a box between two corners."""
+    # Halved first: the extent of coordinates near the largest number would overflow.
+    half = float((high * 0.5 - low * 0.5).max())
+    if half == 0.0:
+        return 1.0
+    return math.ldexp(1.0, min(max(-math.frexp(half)[1] - 1, -1000), 1000))
+
+
+def bounding_box(vertices: Floats) -> tuple[Floats, Floats]:
+    """(3,) the lowest and (3,) the highest coordinates of (n, 3) vertices, n at least 1."""
+    low, high = vertices[0].copy(), vertices[0].copy()
+    _widen(vertices, low, high)
+    return low, high
+
+
+def check_healthy(before: Floats, after: Floats, diagonal: float, numbers: Ints | None = None, advice: str = "") -> None:
+    """Refuse a result in which a vertex lies further than `FURTHEST` diagonals from where it was: a spike.
+
+    Args:
+        before: (n, 3) where the vertices were, of ordinary size.
+        after: (n, 3) where they are.
+        diagonal: of the box of what they belong to, 0 for any distance.
+        numbers: (n,) the numbers of the vertices in messages; None for 0, 1, 2 ...
+        advice: what to do, after "; ".
+
+    Raises:
+        FilterInputError: one moves too far, or is not finite; the message names it.
+    """
+    squares = np.square(after - before).sum(axis=1)
+    k = int(squares.argmax()) if len(squares) else 0  # the first NaN, if there is one
+    refuse_spike(k, math.sqrt(squares[k]) if len(squares) else 0.0, diagonal, numbers, advice)
+
+
+def refuse_spike(k: int, length: float, diagonal: float, numbers: Ints | None = None, advice: str = "") -> None:
+    """Raises the error of `check_healthy` if vertex k, which moves furthest, moves too far by `length`."""
+    if diagonal == 0.0 or length <= FURTHEST * diagonal:
+        return
+    raise FilterInputError(
+        f"vertex {k if numbers is None else int(numbers[k])} would be moved by {length / diagonal:.3g} diagonals of the mesh "
+        f"({FURTHEST:g} are the most), as the triangles around it are too irregular; "
+        f"{advice or 'improve them first, or smooth less'}"
+    )
+
+
+def spikes(before: Floats, after: Floats, diagonal: float) -> Bools:
+    """(n,) which vertices `check_healthy` refuses."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.asarray(~(np.linalg.norm(after - before, axis=1) <= FURTHEST * diagonal))
+
+
+@compiled
+def _widen(vertices: Floats, low: Floats, high: Floats) -> None:
+    # Three scalars each: numpy reduces along rows of three an order of magnitude more slowly.
+    x0, y0, z0 = low
+    x1, y1, z1 = high
+    for i in range(vertices.shape[0]):
+        x, y, z = vertices[i, 0], vertices[i, 1], vertices[i, 2]
+        x0, y0, z0 = min(x0, x), min(y0, y), min(z0, z)
+        x1, y1, z1 = max(x1, x), max(y1, y), max(z1, z)
+    low[0], low[1], low[2] = x0, y0, z0
+    high[0], high[1], high[2] = x1, y1, z1

@@ -1,4 +1,4 @@
-"""Whether the vertices of a mesh lie near their neighbours in memory, and an order in which they do."""
+"""Orders of the vertices of a mesh in which neighbours lie near each other in memory."""
 
 import math
 from typing import Any

@@ -2,9 +2,8 @@
 
 from .cells import CellTree, Nearest, cells_within, offer_cells, reaching_out
 from .kd_tree import LEAF, build_tree, tree_scale
-from .nearest import check_cloud, leaf_ranges, nearest_neighbours
+from .nearest import check_cloud, leaf_ranges, nearest_neighbours, search_leaves
 from .touching_balls import touching_balls
-from .tree_search import search_leaves
 
 __all__ = [
     "LEAF",

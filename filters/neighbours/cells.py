@@ -1,7 +1,7 @@
-"""Neighbours beyond a part of a cloud: the cells that can hold them, and the nearer ones of what these hold.
+"""Neighbours of the points of a tile in other cells of the cloud.
 
 A cloud that does not fit into memory is cut into cells, each with its box. The points of a part (a tile) have been compared with
-each other; here they are compared with the points of other cells. Points are ordered as in `tree_search`: by computed squared
+each other; here they are compared with the points of other cells. They are ordered as in `nearest_neighbours`: by squared
 distance, then by number. The computed distance to a box is never larger than that to a point in it, nor that to its farthest
 corner smaller, because rounding is monotonic; so no cell that matters is left out, also among ties.
 
@@ -15,8 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..compilation import compiled
 from ..mesh import Bools, Floats, Ints, Longs
-from .cell_walks import list_cells, mark_reaching, offer, shrink_bounds
+from .kd_tree import STACK
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,12 +50,12 @@ class CellTree:
 
 
 class Nearest(NamedTuple):
-    """The k nearest points found so far of each of a points, by squared distance, then by number.
+    """The k nearest of the points compared so far, for each of a points, by squared distance, then by number.
 
     Attributes:
-        squared: (a, k), infinite where none has been found.
+        squared: (a, k), infinite where there are fewer.
         numbers: (a, k) which points they are.
-        slots: (a, k) where they are stored.
+        slots: (a, k) their places in storage.
     """
 
     squared: Floats
@@ -87,7 +88,7 @@ def cells_within(
     """The cells outside of a tile that can hold one of the k nearest of each point.
 
     `bounds` shrink in place to what the boxes alone guarantee: a box with more than k points has k others within its farthest
-    corner. So a point far from everything does not ask for all cells that it is not much farther from.
+    corner. So a point far from everything does not get all cells at about the same distance.
 
     Args:
         points: (n, 3) coordinates.
@@ -109,9 +110,9 @@ def cells_within(
         fit = max(1, int(np.searchsorted(offsets, most, "right")) - 1)
         offsets = offsets[: fit + 1]
     listed = len(offsets) - 1
-    found: Ints = np.empty(int(offsets[-1]), np.int32)
-    list_cells(points[:listed], bounds[:listed], cells.boxes, first, last, counts[1:], offsets, found)
-    return offsets, found
+    numbers: Ints = np.empty(int(offsets[-1]), np.int32)
+    list_cells(points[:listed], bounds[:listed], cells.boxes, first, last, counts[1:], offsets, numbers)
+    return offsets, numbers
 
 
 def offer_cells(
@@ -126,7 +127,7 @@ def offer_cells(
     """Put the points of some cells among the nearest, in place.
 
     Args:
-        points: (a, 3) coordinates of those who ask.
+        points: (a, 3) coordinates.
         numbers: (a,) their own numbers; no point is a neighbour of itself.
         nearest: of them.
         asked: of `cells_within`.
@@ -134,7 +135,142 @@ def offer_cells(
         rows: (c, 2) for every cell where its points begin and end in what is offered; both 0 if it is not.
         offered: (r, 3) coordinates, (r,) numbers and (r,) slots.
     """
-    squared, found, slots = nearest
-    offsets, wanted = asked
-    places, theirs, at = offered
-    offer(points, numbers, squared, found, slots, offsets, wanted, cells.boxes, rows, places, theirs, at)
+    _offer(points, numbers, nearest, asked, cells.boxes, rows, offered)
+
+
+@compiled(nogil=True)
+def _gap_to(box: Floats, x: float, y: float, z: float) -> float:
+    """The squared distance of a box."""
+    dx = max(max(box[0, 0] - x, x - box[1, 0]), 0.0)
+    dy = max(max(box[0, 1] - y, y - box[1, 1]), 0.0)
+    dz = max(max(box[0, 2] - z, z - box[1, 2]), 0.0)
+    squared: float = dx * dx + dy * dy + dz * dz
+    return squared
+
+
+@compiled(nogil=True)
+def _farthest_of(box: Floats, x: float, y: float, z: float) -> float:
+    """The squared distance of the farthest corner of a box."""
+    dx = max(abs(box[0, 0] - x), abs(box[1, 0] - x))
+    dy = max(abs(box[0, 1] - y), abs(box[1, 1] - y))
+    dz = max(abs(box[0, 2] - z), abs(box[1, 2] - z))
+    squared: float = dx * dx + dy * dy + dz * dz
+    return squared
+
+
+@compiled(nogil=True)
+def _covered(node: int, width: int, first: int, last: int) -> bool:
+    """Whether all cells of a node belong to the tile."""
+    low, high = node, node + 1
+    while low < width:
+        low, high = 2 * low, 2 * high
+    return low - width >= first and high - width <= last
+
+
+@compiled(nogil=True)
+def mark_reaching(points: Floats, bounds: Floats, boxes: Floats, first: int, last: int, reach: Bools) -> None:
+    """Marks the points within whose bound a box outside of the tile lies."""
+    width = boxes.shape[0] // 2
+    stack = np.empty(STACK, np.int64)
+    for p in range(points.shape[0]):
+        x, y, z = points[p, 0], points[p, 1], points[p, 2]
+        reach[p] = False
+        stack[0], top = 1, 1
+        while top > 0:
+            top -= 1
+            node = stack[top]
+            if _gap_to(boxes[node], x, y, z) > bounds[p] or _covered(node, width, first, last):
+                continue
+            if node >= width:
+                reach[p] = True
+                break
+            stack[top], stack[top + 1] = 2 * node, 2 * node + 1
+            top += 2
+
+
+@compiled(nogil=True)
+def shrink_bounds(points: Floats, bounds: Floats, boxes: Floats, counts: Longs, k: int) -> None:
+    """Lowers bounds to what boxes with more than k points guarantee."""
+    width = boxes.shape[0] // 2
+    stack = np.empty(STACK, np.int64)
+    for p in range(points.shape[0]):
+        x, y, z = points[p, 0], points[p, 1], points[p, 2]
+        stack[0], top = 1, 1
+        while top > 0:
+            top -= 1
+            node = stack[top]
+            if counts[node] <= k or _gap_to(boxes[node], x, y, z) > bounds[p]:
+                continue
+            bounds[p] = min(bounds[p], _farthest_of(boxes[node], x, y, z))
+            if node < width:
+                left, right = 2 * node, 2 * node + 1
+                if _gap_to(boxes[left], x, y, z) < _gap_to(boxes[right], x, y, z):
+                    left, right = right, left
+                stack[top], stack[top + 1] = left, right  # the nearer one is looked at first
+                top += 2
+
+
+@compiled(nogil=True)
+def list_cells(
+    points: Floats, bounds: Floats, boxes: Floats, first: int, last: int, counts: Longs, offsets: Longs, numbers: Ints
+) -> None:
+    """Counts the cells of each point; with `offsets` writes their numbers."""
+    width = boxes.shape[0] // 2
+    stack = np.empty(STACK, np.int64)
+    for p in range(points.shape[0]):
+        x, y, z = points[p, 0], points[p, 1], points[p, 2]
+        count = 0
+        stack[0], top = 1, 1
+        while top > 0:
+            top -= 1
+            node = stack[top]
+            if _gap_to(boxes[node], x, y, z) > bounds[p] or _covered(node, width, first, last):
+                continue
+            if node >= width:
+                if offsets.shape[0]:
+                    numbers[offsets[p] + count] = node - width
+                count += 1
+                continue
+            stack[top], stack[top + 1] = 2 * node, 2 * node + 1
+            top += 2
+        counts[p] = count
+
+
+@compiled(nogil=True)
+def _offer(
+    points: Floats,
+    own: Longs,
+    nearest: Nearest,
+    asked: tuple[Longs, Ints],
+    boxes: Floats,
+    rows: Longs,
+    offered: tuple[Floats, Longs, Longs],
+) -> None:
+    """Inserts the points of cells among the nearest of the points for which the cells are listed."""
+    squared, numbers, slots = nearest
+    offsets, cells = asked
+    coordinates, their_numbers, their_slots = offered
+    width = boxes.shape[0] // 2
+    k = squared.shape[1]
+    for p in range(points.shape[0]):
+        x, y, z = points[p, 0], points[p, 1], points[p, 2]
+        for a in range(offsets[p], offsets[p + 1]):
+            cell = cells[a]
+            if _gap_to(boxes[width + cell], x, y, z) > squared[p, k - 1]:
+                continue
+            for r in range(rows[cell, 0], rows[cell, 1]):
+                dx, dy, dz = coordinates[r, 0] - x, coordinates[r, 1] - y, coordinates[r, 2] - z
+                distance = dx * dx + dy * dy + dz * dz
+                place = k
+                number = their_numbers[r]
+                if number == own[p]:
+                    continue
+                while place > 0 and (
+                    distance < squared[p, place - 1] or (distance == squared[p, place - 1] and number < numbers[p, place - 1])
+                ):
+                    place -= 1
+                if place == k:
+                    continue
+                for i in range(k - 1, place, -1):
+                    squared[p, i], numbers[p, i], slots[p, i] = squared[p, i - 1], numbers[p, i - 1], slots[p, i - 1]
+                squared[p, place], numbers[p, place], slots[p, place] = distance, number, their_slots[r]

@@ -9,14 +9,13 @@ children the two halves of that range, and every leaf but the last is full.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from ..compilation import compiled
 from ..execution import Progress, in_parallel, part_of
 from ..mesh import Floats, Ints, Longs
-from .selection import partition
 
 #: Points in a leaf, compiled into the kernels: 8 and 32 are slower.
 LEAF = 16
@@ -26,14 +25,19 @@ _SUBTREE = 4096
 STACK = 64
 #: The column of the index, which is exact in a float64 and so moves with the coordinates.
 _INDEX = 3
+#: Beyond any squared distance of a tree's coordinates, and below the infinite distance of a point to itself.
+FAR = 1e300
+#: Above every index: no candidate at the bound itself counts any more.
+ANY_INDEX = 2**62
+#: Guesses at a threshold before the exact selection takes over: with ties no guess succeeds.
+_GUESSES = 6
 
 
-@dataclass(frozen=True, eq=False)
-class KdTree:
+class KdTree(NamedTuple):
     """The points in the order of the tree; a "position" counts in that order, an "index" in the caller's.
 
     Attributes:
-        count: the number of points n.
+        size: the number of points n.
         scale: the power of two that the caller's coordinates are divided by, so that no squared distance overflows or vanishes.
         coordinates: (leaves, 3, LEAF), NaN after the last point.
         indices: (leaves * LEAF,) the index of the point at each position.
@@ -41,7 +45,7 @@ class KdTree:
         lowest: (nodes,) the smallest index of each node's points.
     """
 
-    count: int
+    size: int
     scale: float
     coordinates: Floats
     indices: Ints
@@ -132,3 +136,107 @@ def _split(rows: Floats, node: int, first: int, last: int, boxes: Floats, lowest
     if last - first > 1:
         # Points that all coincide are halved by index, so that a search finds the lowest ones first and can stop there.
         partition(rows, start, stop, (first + last) // 2 * LEAF, axis if high[axis] > low[axis] else _INDEX)
+
+
+@compiled(nogil=True)
+def partition(rows: Floats, start: int, stop: int, middle: int, column: int) -> None:
+    """Moves the rows from `start` to before `stop` so that none before `middle` is above one after it."""
+    low, high = start, stop - 1
+    seed = np.uint64(start + stop)
+    while low < high:
+        # The median of three at pseudo-random places: the patterns in a scan's order make fixed places take quadratic time.
+        seed = seed * np.uint64(6364136223846793005) + np.uint64(1442695040888963407)
+        size = np.uint64(high - low + 1)
+        a = rows[low + np.int64((seed >> np.uint64(43)) % size), column]
+        b = rows[low + np.int64((seed >> np.uint64(22) & np.uint64(0x1FFFFF)) % size), column]
+        c = rows[(low + high) // 2, column]
+        pivot = max(min(a, b), min(max(a, b), c))
+        i, j = low, high
+        while i <= j:
+            while rows[i, column] < pivot:
+                i += 1
+            while rows[j, column] > pivot:
+                j -= 1
+            if i <= j:
+                for d in range(4):
+                    rows[i, d], rows[j, d] = rows[j, d], rows[i, d]
+                i += 1
+                j -= 1
+        low, high = _side_of_middle(low, high, i, j, middle)
+
+
+@compiled(nogil=True)
+def keep_nearest(distances: Floats, positions: Ints, count: int, k: int, bound: float, indices: Ints) -> tuple[float, int]:
+    """Moves the k nearest of `count` candidates to the front; returns their bound and the index below which a tie counts."""
+    if count == k:
+        return bound, ANY_INDEX
+    # Guess the distance of the k-th as if all were spread evenly, and count: that is faster than sorting.
+    low, high = 0.0, bound
+    n_low, n_high = 0, count
+    if bound == FAR:
+        high = 0.0
+        for i in range(count):
+            high = distances[i] if distances[i] > high else high
+    for _ in range(_GUESSES):
+        guess = low + (high - low) * ((k - n_low) / (n_high - n_low))
+        n = 0
+        for i in range(count):
+            n += 1 if distances[i] <= guess else 0
+        if n in (n_low, n_high):
+            break  # probably ties
+        if n > k:
+            high, n_high = guess, n
+        else:
+            low, n_low = guess, n
+        if n == k:
+            break
+    if n_low == k:
+        _move_to_front(distances, positions, count, low)
+        return low, ANY_INDEX
+    _move_to_front(distances, positions, count, high)
+    if n_low > 0:
+        _move_to_front(distances, positions, n_high, low)
+    _select(distances, positions, n_low, n_high, k - 1, indices)
+    return distances[k - 1], int(indices[positions[k - 1]])
+
+
+@compiled(nogil=True)
+def _move_to_front(distances: Floats, positions: Ints, count: int, limit: float) -> None:
+    """Moves the candidates up to a distance to the front, without a branch."""
+    front = 0
+    for i in range(count):
+        distance, at = distances[i], positions[i]
+        distances[i], positions[i] = distances[front], positions[front]
+        distances[front], positions[front] = distance, at
+        front += 1 if distance <= limit else 0
+
+
+@compiled(nogil=True)
+def _select(distances: Floats, positions: Ints, low: int, high: int, middle: int, indices: Ints) -> None:
+    """Moves the nearer ones of the candidates from `low` to before `high` to before the `middle`."""
+    high -= 1
+    while low < high:
+        pivot = distances[(low + high) // 2]
+        pivot_index = indices[positions[(low + high) // 2]]
+        i, j = low, high
+        while i <= j:
+            while distances[i] < pivot or (distances[i] == pivot and indices[positions[i]] < pivot_index):
+                i += 1
+            while distances[j] > pivot or (distances[j] == pivot and indices[positions[j]] > pivot_index):
+                j -= 1
+            if i <= j:
+                distances[i], distances[j] = distances[j], distances[i]
+                positions[i], positions[j] = positions[j], positions[i]
+                i += 1
+                j -= 1
+        low, high = _side_of_middle(low, high, i, j, middle)
+
+
+@compiled(nogil=True)
+def _side_of_middle(low: int, high: int, i: int, j: int, middle: int) -> tuple[int, int]:
+    """The part that still has to be split around the `middle`, after a split into `low` to j and i to `high`; else no part."""
+    if middle <= j:
+        return low, j
+    if middle >= i:
+        return i, high
+    return middle, middle

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,8 +12,7 @@ from ..checks import FilterInputError, check_whole_number
 from ..compilation import compiled
 from ..execution import Progress, ignore_progress, in_parallel, part_of
 from ..mesh import Floats, Ints
-from .kd_tree import LEAF, KdTree, build_tree
-from .tree_search import search_leaves
+from .kd_tree import ANY_INDEX, FAR, LEAF, STACK, KdTree, build_tree, keep_nearest
 
 #: The share of the time that building the tree takes, roughly.
 _BUILDING = 0.2
@@ -42,8 +42,8 @@ def nearest_neighbours(points: ArrayLike, k: int, *, progress: Progress = ignore
     """
     cloud, k = check_cloud(points, k)
     tree = build_tree(cloud, part_of(progress, 0.0, _BUILDING))
-    distances: Floats = np.empty((tree.count, k))
-    indices: Ints = np.empty((tree.count, k), np.int32)
+    distances: Floats = np.empty((tree.size, k))
+    indices: Ints = np.empty((tree.size, k), np.int32)
 
     def find(first: int, last: int) -> None:
         positions, squared = search_leaves(tree, first, last, k)
@@ -95,14 +95,124 @@ def _sort_rows(
 ) -> None:
     """Writes the rows found for the positions from `start` on to the rows of their points, by distance, then by index."""
     k = positions.shape[1]
-    found = np.empty(k, np.int32)
+    row_indices = np.empty(k, np.int32)
     for r in range(positions.shape[0]):
         row = index_at[start + r]
         for i in range(k):
-            found[i] = index_at[positions[r, i]]
+            row_indices[i] = index_at[positions[r, i]]
         for i in range(k):
             # Counting the nearer ones uses vector instructions, which is faster than sorting for up to hundreds of neighbours.
             place = 0
             for j in range(k):
-                place += (squared[r, j] < squared[r, i]) | ((squared[r, j] == squared[r, i]) & (found[j] < found[i]))
-            distances[row, place], indices[row, place] = math.sqrt(squared[r, i]) * scale, found[i]
+                place += (squared[r, j] < squared[r, i]) | ((squared[r, j] == squared[r, i]) & (row_indices[j] < row_indices[i]))
+            distances[row, place], indices[row, place] = math.sqrt(squared[r, i]) * scale, row_indices[i]
+
+
+def search_leaves(tree: KdTree, first: int, last: int, k: int) -> tuple[Ints, Floats]:
+    """The k < n nearest other points of every point in the leaves from `first` to before `last`.
+
+    Returns:
+        (rows, k) positions and (rows, k) squared distances in the tree's scale, each row in no particular but a fixed order.
+    """
+    rows = min(last * LEAF, tree.size) - first * LEAF
+    positions: Ints = np.empty((rows, k), np.int32)
+    squared: Floats = np.empty((rows, k))
+    _search(tree, first, positions, squared)
+    return positions, squared
+
+
+@compiled(nogil=True)
+def _search(tree: KdTree, first: int, positions: Ints, squared: Floats) -> None:
+    coordinates, boxes, lowest = tree.coordinates, tree.boxes, tree.lowest
+    rows, k = positions.shape
+    candidates = np.empty((LEAF, 2 * k + LEAF))
+    candidates_at = np.empty((LEAF, 2 * k + LEAF), np.int32)
+    counts = np.empty(LEAF, np.int64)
+    bounds = np.empty(LEAF)
+    ties = np.empty(LEAF, np.int64)
+    state = candidates, candidates_at, counts, bounds, ties, np.empty(LEAF), np.empty(LEAF)
+    stack = np.empty((STACK, 3), np.int64)
+    stack_gaps = np.empty(STACK)
+    box = np.empty((2, 3))
+    for leaf in range(first, first + (rows + LEAF - 1) // LEAF):
+        start = (leaf - first) * LEAF
+        asking = min(LEAF, rows - start)
+        for d in range(3):
+            box[0, d] = coordinates[leaf, d, :asking].min()
+            box[1, d] = coordinates[leaf, d, :asking].max()
+        counts[:], bounds[:], ties[:] = 0, FAR, ANY_INDEX
+        bound, tie = FAR, ANY_INDEX  # the largest of the leaf
+        stack[0, 0], stack[0, 1], stack[0, 2], stack_gaps[0] = 1, 0, coordinates.shape[0], 0.0
+        top = 1
+        while top > 0:
+            top -= 1
+            node, a, b, gap = stack[top, 0], stack[top, 1], stack[top, 2], stack_gaps[top]
+            # Down to the nearest leaf; the farther child of every node goes onto the stack. If all points coincide the left child
+            # has the lower indices.
+            while b - a > 1 and _within(gap, lowest[node], bound, tie):
+                middle = (a + b) // 2
+                left_gap, right_gap = _gap(box, boxes[2 * node]), _gap(box, boxes[2 * node + 1])
+                if left_gap <= right_gap:
+                    stack[top, 0], stack[top, 1], stack[top, 2], stack_gaps[top] = 2 * node + 1, middle, b, right_gap
+                    node, b, gap = 2 * node, middle, left_gap
+                else:
+                    stack[top, 0], stack[top, 1], stack[top, 2], stack_gaps[top] = 2 * node, a, middle, left_gap
+                    node, a, gap = 2 * node + 1, middle, right_gap
+                top += 1
+            if _within(gap, lowest[node], bound, tie) and _offer(tree, node, leaf, asking, a, k, state):
+                bound, tie = 0.0, 0
+                for q in range(asking):
+                    if bounds[q] > bound or (bounds[q] == bound and ties[q] > tie):
+                        bound, tie = bounds[q], ties[q]
+        for q in range(asking):
+            keep_nearest(candidates[q], candidates_at[q], counts[q], k, bounds[q], tree.indices)
+            for i in range(k):
+                squared[start + q, i], positions[start + q, i] = candidates[q, i], candidates_at[q, i]
+
+
+@compiled(nogil=True)
+def _offer(tree: KdTree, node: int, leaf: int, asking: int, other: int, k: int, state: tuple[Any, ...]) -> bool:
+    """Adds the points of the leaf `other`, at that node, to the candidates of a leaf; returns whether a bound has shrunk."""
+    coordinates, box, lowest = tree.coordinates, tree.boxes[node], tree.lowest[node]
+    candidates, candidates_at, counts, bounds, ties, gaps, distances = state
+    shrunk = False
+    gaps[:] = 0.0
+    for d in range(3):
+        for q in range(LEAF):
+            outside = max(max(box[0, d] - coordinates[leaf, d, q], coordinates[leaf, d, q] - box[1, d]), 0.0)
+            gaps[q] += outside * outside
+    for q in range(asking):
+        if not _within(gaps[q], lowest, bounds[q], ties[q]):
+            continue
+        x, y, z = coordinates[leaf, 0, q], coordinates[leaf, 1, q], coordinates[leaf, 2, q]
+        for i in range(LEAF):
+            dx, dy, dz = coordinates[other, 0, i] - x, coordinates[other, 1, i] - y, coordinates[other, 2, i] - z
+            distances[i] = dx * dx + dy * dy + dz * dz
+        if other == leaf:
+            distances[q] = np.inf  # a point is no neighbour of itself
+        count = counts[q]
+        for i in range(LEAF):
+            candidates[q, count], candidates_at[q, count] = distances[i], other * LEAF + i
+            count += 1 if distances[i] <= bounds[q] else 0  # no branch to predict
+        if count > 2 * k:
+            bounds[q], ties[q] = keep_nearest(candidates[q], candidates_at[q], count, k, bounds[q], tree.indices)
+            count = k
+            shrunk = True
+        counts[q] = count
+    return shrunk
+
+
+@compiled(nogil=True)
+def _within(gap: float, lowest: int, bound: float, tie: int) -> bool:
+    """Whether a box at the squared distance `gap`, with that lowest index, can hold a candidate."""
+    return gap < bound or (gap == bound and lowest < tie)
+
+
+@compiled(nogil=True)
+def _gap(one: Floats, other: Floats) -> float:
+    """The squared distance between two boxes."""
+    total = 0.0
+    for d in range(3):
+        outside = max(max(other[0, d] - one[1, d], one[0, d] - other[1, d]), 0.0)
+        total += outside * outside
+    return total

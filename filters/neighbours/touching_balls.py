@@ -1,4 +1,4 @@
-"""How thick a body is at each point of its surface: the largest ball inside that touches the surface there."""
+"""Thickness of a body at the points of its surface: the largest ball inside that touches the surface there."""
 
 import numpy as np
 

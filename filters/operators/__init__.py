@@ -1,13 +1,20 @@
-"""Laplace operators, one a module, all of the form L = M^-1 C with the stiffness C negative semidefinite."""
+"""Laplace operators, all of the form L = M^-1 C with the stiffness C negative semidefinite."""
 
-from .build import OPERATOR_NAMES, OperatorName, build_laplacian
-from .choice import SURFACE_OPERATORS, ChosenLaplacian, SurfaceOperatorName, surface_laplacian
+from .build import (
+    CURVE_OPERATOR,
+    OPERATOR_NAMES,
+    SURFACE_OPERATORS,
+    ChosenLaplacian,
+    OperatorName,
+    SurfaceOperatorName,
+    build_laplacian,
+    curve_laplacian,
+    surface_laplacian,
+)
 from .cotangent import cotangent_laplacian, halved_cotangents, laplace_beltrami
-from .curves import CURVE_OPERATOR, curve_laplacian
-from .inverse_length import SHORTEST_EDGE
+from .edge_weights import SHORTEST_EDGE, uniform_laplacian
 from .laplacian import Laplacian
 from .mass import mixed_share, mixed_voronoi_areas
-from .uniform import uniform_laplacian
 
 __all__ = [
     "CURVE_OPERATOR",

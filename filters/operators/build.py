@@ -1,18 +1,34 @@
-"""The operators by name."""
+"""Laplace operators by name, of meshes, clouds and polylines."""
 
-from typing import Literal, TypeAlias, get_args
+from typing import Literal, NamedTuple, TypeAlias, get_args
+
+import numpy as np
 
 from ..checks import FilterInputError, check_choice
 from ..mesh import Floats, Ints
+from ..topology import non_manifold_edges
 from .cotangent import cotangent_laplacian, laplace_beltrami
-from .inverse_length import inverse_length_laplacian
+from .edge_weights import inverse_length_laplacian, scale_dependent_laplacian, uniform_laplacian
 from .laplacian import Laplacian
 from .robust import robust_cloud_laplacian, robust_mesh_laplacian
-from .scale_dependent import scale_dependent_laplacian
-from .uniform import uniform_laplacian
 
 OperatorName: TypeAlias = Literal["uniform", "inverse_length", "scale_dependent", "cotangent", "laplace_beltrami", "robust"]
 OPERATOR_NAMES: tuple[OperatorName, ...] = get_args(OperatorName)
+SurfaceOperatorName: TypeAlias = Literal["auto", "cotangent", "robust"]
+SURFACE_OPERATORS: tuple[SurfaceOperatorName, ...] = get_args(SurfaceOperatorName)
+#: A mesh needs the robust operator if the doubled area of a triangle is a smaller share than this of its squared edges: its
+#: cotangents spread the spectrum so far that the lowest eigenvalues drown in the rounding of the highest.
+_SLIVER = 1e-5
+#: The operator of curves for each of surfaces. Inverse lengths on a polyline are linear finite elements, as cotangents are on
+#: triangles; the scale-dependent operator is the second derivative by arc length, which has the unit of Laplace-Beltrami.
+CURVE_OPERATOR: dict[OperatorName, Literal["uniform", "inverse_length", "scale_dependent"]] = {
+    "uniform": "uniform",
+    "inverse_length": "inverse_length",
+    "cotangent": "inverse_length",
+    "scale_dependent": "scale_dependent",
+    "laplace_beltrami": "scale_dependent",
+    "robust": "scale_dependent",
+}
 
 
 def build_laplacian(vertices: Floats, faces: Ints, operator: OperatorName) -> Laplacian:
@@ -43,3 +59,64 @@ def build_laplacian(vertices: Floats, faces: Ints, operator: OperatorName) -> La
     if operator == "laplace_beltrami":
         return laplace_beltrami(vertices, faces)
     return robust_mesh_laplacian(vertices, faces)
+
+
+class ChosenLaplacian(NamedTuple):
+    """A Laplace-Beltrami operator and its name."""
+
+    laplacian: Laplacian
+    operator: Literal["cotangent", "robust"]
+
+
+def surface_laplacian(points: Floats, faces: Ints, operator: SurfaceOperatorName = "auto") -> ChosenLaplacian:
+    """The Laplace-Beltrami operator of a surface, in one over squared mesh units.
+
+    Args:
+        points: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        operator: "cotangent": linear finite elements with mixed Voronoi areas as lumped mass [meyer2003]. "robust": the same on
+            the intrinsic Delaunay triangulation of the tufted cover [sharp2020]. "auto": "robust" for meshes that are not
+            manifold or have triangles with next to no area, "cotangent" for all others.
+
+    Raises:
+        FilterInputError: an unknown operator.
+    """
+    check_choice("operator", operator, SURFACE_OPERATORS)
+    if operator == "robust" or (operator == "auto" and _needs_robust_operator(points, faces)):
+        return ChosenLaplacian(robust_mesh_laplacian(points, faces), "robust")
+    return ChosenLaplacian(laplace_beltrami(points, faces), "cotangent")
+
+
+def _needs_robust_operator(points: Floats, faces: Ints) -> bool:
+    return len(non_manifold_edges(faces)) > 0 or _thinnest_triangle(points, faces) < _SLIVER
+
+
+def _thinnest_triangle(points: Floats, faces: Ints) -> float:
+    """The least doubled area of a triangle as a share of its summed squared edges, 0.29 if it is equilateral."""
+    a, b, c = faces.T
+    proper = (a != b) & (b != c) & (c != a)
+    if not proper.any():
+        return np.inf
+    u, v = points[b[proper]] - points[a[proper]], points[c[proper]] - points[a[proper]]
+    size = np.maximum(np.abs(u).max(axis=1), np.abs(v).max(axis=1))
+    if not (size > 0.0).all():
+        return 0.0
+    u, v = u / size[:, None], v / size[:, None]
+    squares = (u * u).sum(axis=1) + (v * v).sum(axis=1) + ((u - v) ** 2).sum(axis=1)
+    return float((np.linalg.norm(np.cross(u, v), axis=1) / squares).min())
+
+
+def curve_laplacian(vertices: Floats, edges: Ints, operator: OperatorName) -> Laplacian:
+    """The operator of `CURVE_OPERATOR` on the polylines that the edges form, for example the borders of a mesh.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        edges: (e, 2) edges; the rows of vertices that none of them touches are 0.
+        operator: the operator of the surface.
+    """
+    curve = CURVE_OPERATOR[operator]
+    if curve == "uniform":
+        return uniform_laplacian(edges, len(vertices))
+    if curve == "inverse_length":
+        return inverse_length_laplacian(vertices, edges)
+    return scale_dependent_laplacian(vertices, edges)

@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
-from ..compilation import compiled
+from ..compilation import compiled, prange
 from ..execution import threads_for
 from ..libraries import sparse
-from ..mesh import Floats, Ints, scaled_to_unit
-from ..topology import ring_ends
-from .cotangent_rows import NEVER_ZERO, SMALLEST_AREA, count_entries, fill_rows, sum_sizes
+from ..mesh import Floats, Ints, Longs, scaled_to_unit
+from ..topology import position, ring_ends, sort_slice
 from .laplacian import Laplacian, csr_of_rows, row_starts
+from .mass import mixed_share
+
+#: A triangle whose doubled area is below this share of the sum of its squared edges is given that area in the cotangents, which
+#: keeps them below 1e10. A triangle of three coincident vertices contributes nothing.
+SMALLEST_AREA = 1e-10
+NEVER_ZERO = 1e-300
+# Comparing all ends of a vertex with each other takes quadratic time; above so many they are sorted.
+_FEW = 48
 
 
 def cotangent_stiffness(vertices: Floats, faces: Ints) -> sparse.csr_matrix:
@@ -90,3 +98,130 @@ def halved_cotangents(
     smallest = SMALLEST_AREA * (uu + vv + (dx * dx + dy * dy + dz * dz)) + NEVER_ZERO
     half = 0.5 / max(math.sqrt(cx * cx + cy * cy + cz * cz), smallest)
     return -(ux * dx + uy * dy + uz * dz) * half, (vx * dx + vy * dy + vz * dz) * half
+
+
+@compiled(parallel=True)
+def count_entries(end_offsets: Longs, ends: Ints, sizes: Longs) -> None:
+    """Writes the number of entries of every row, the neighbours and the diagonal, to ``sizes[i + 1]``."""
+    for i in prange(end_offsets.shape[0] - 1):
+        start, stop = end_offsets[i], end_offsets[i + 1]
+        count = 1
+        if stop - start <= _FEW:
+            for k in range(start, stop):
+                repeated = False
+                for m in range(start, k):
+                    repeated |= ends[m] == ends[k]
+                count += not repeated
+        else:
+            ring = ends[start:stop].copy()
+            sort_slice(ring, 0, stop - start)
+            for k in range(stop - start):
+                count += k == 0 or ring[k] != ring[k - 1]
+        sizes[i + 1] = count
+
+
+@compiled(parallel=True)
+def fill_rows(points: Floats, end_offsets: Longs, ends: Ints, starts: Any, columns: Any, data: Floats, areas: Floats) -> None:
+    """Writes the columns, ascending, and the values of every row, and the areas if there is room for them.
+
+    Args:
+        points: (n, 3) coordinates of ordinary size.
+        end_offsets: with `ends` as `ring_ends` gives them.
+        ends: the other two vertices of each triangle at a vertex.
+        starts: (n + 1,) where the rows begin.
+        columns: one a row's entry.
+        data: as many.
+        areas: (n,) the mixed Voronoi areas, or (0,).
+    """
+    for i in prange(end_offsets.shape[0] - 1):
+        first, last = starts[i], starts[i + 1]
+        _write_columns(i, ends, end_offsets[i], end_offsets[i + 1], columns, first)
+        for k in range(first, last):
+            data[k] = 0.0
+        area = 0.0
+        for k in range(end_offsets[i], end_offsets[i + 1], 2):
+            a, b = ends[k], ends[k + 1]
+            ux, uy, uz = points[a, 0] - points[i, 0], points[a, 1] - points[i, 1], points[a, 2] - points[i, 2]
+            vx, vy, vz = points[b, 0] - points[i, 0], points[b, 1] - points[i, 1], points[b, 2] - points[i, 2]
+            dx, dy, dz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
+            doubled = _doubled_area(points, i, a, b)
+            # Each product the same to the bit as where the other end of the edge computes it.
+            data[position(columns, first, last, b)] += 0.5 * -(ux * dx + uy * dy + uz * dz) / doubled
+            data[position(columns, first, last, a)] += 0.5 * (vx * dx + vy * dy + vz * dz) / doubled
+            if areas.shape[0]:
+                area += mixed_share(ux, uy, uz, ux * ux + uy * uy + uz * uz, vx, vy, vz, vx * vx + vy * vy + vz * vz)
+        if areas.shape[0]:
+            areas[i] = area
+        total = 0.0
+        diagonal = first
+        for k in range(first, last):
+            if columns[k] == i:
+                diagonal = k
+            else:
+                total += data[k]
+        data[diagonal] = -total
+
+
+@compiled(parallel=True)
+def sum_sizes(starts: Any, columns: Any, data: Floats, sums: Floats) -> None:
+    """For every row the sum of the sizes of its entries off the diagonal."""
+    for i in prange(sums.shape[0]):
+        total = 0.0
+        for k in range(starts[i], starts[i + 1]):
+            if columns[k] != i:
+                total += abs(data[k])
+        sums[i] = total
+
+
+@compiled
+def _write_columns(i: int, ends: Ints, start: int, stop: int, columns: Any, first: int) -> None:
+    """Writes i and its neighbours from `first` on, ascending, each once."""
+    columns[first] = i
+    count = 1
+    if stop - start > _FEW:
+        ring = ends[start:stop].copy()
+        sort_slice(ring, 0, stop - start)
+        at = first
+        placed = False
+        for k in range(stop - start):
+            if k == 0 or ring[k] != ring[k - 1]:
+                if ring[k] > i and not placed:
+                    columns[at] = i
+                    placed = True
+                    at += 1
+                columns[at] = ring[k]
+                at += 1
+        if not placed:
+            columns[at] = i
+        return
+    for k in range(start, stop):
+        j = ends[k]
+        m = first + count
+        while m > first and columns[m - 1] > j:
+            m -= 1
+        if m > first and columns[m - 1] == j:
+            continue
+        for later in range(first + count, m, -1):
+            columns[later] = columns[later - 1]
+        columns[m] = j
+        count += 1
+
+
+@compiled
+def _doubled_area(points: Floats, a: int, b: int, c: int) -> float:
+    """Twice the area of a triangle, at least `SMALLEST_AREA` of its squares, the same to the bit for its corners in any order.
+
+    On a thin cap the rounding of three cross products taken at its three corners differs by more than its smallest height allows:
+    only one area for all three cotangents keeps the stiffness semidefinite.
+    """
+    i, j, k = np.int64(a), np.int64(b), np.int64(c)  # numba makes a float of an unsigned and a signed integer
+    low, middle = (i, j) if i < j else (j, i)
+    middle, high = (middle, k) if middle < k else (k, middle)
+    low, middle = (low, middle) if low < middle else (middle, low)
+    ux, uy, uz = points[middle, 0] - points[low, 0], points[middle, 1] - points[low, 1], points[middle, 2] - points[low, 2]
+    vx, vy, vz = points[high, 0] - points[low, 0], points[high, 1] - points[low, 1], points[high, 2] - points[low, 2]
+    dx, dy, dz = vx - ux, vy - uy, vz - uz
+    cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    squares = (ux * ux + uy * uy + uz * uz) + (vx * vx + vy * vy + vz * vz) + (dx * dx + dy * dy + dz * dz)
+    doubled: float = max(math.sqrt(cx * cx + cy * cy + cz * cz), SMALLEST_AREA * squares + NEVER_ZERO)
+    return doubled

@@ -29,7 +29,7 @@ def mixed_voronoi_areas(vertices: Floats, faces: Ints) -> Floats:
 
 @compiled
 def mixed_share(ux: float, uy: float, uz: float, uu: float, vx: float, vy: float, vz: float, vv: float) -> float:
-    """The mixed Voronoi area that corner 0 owns of the triangle (0, u, v), given also the squared lengths of u and v."""
+    """The mixed Voronoi area at corner 0 of the triangle (0, u, v), given also the squared lengths of u and v."""
     cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
     doubled = math.sqrt(cx * cx + cy * cy + cz * cz)
     if doubled == 0.0:

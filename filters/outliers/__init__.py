@@ -1,10 +1,17 @@
-"""Points that do not belong to the surface, found by the distances to their neighbours."""
+"""Outliers of point clouds and of reconstructions, by the distances to their neighbours."""
 
-from .factors import SPREAD_BLOCK, compare, compare_rows, probabilities_of, spread_of, standard_distances
 from .far_from_points import far_from_points
-from .local_outlier_probability import local_outlier_probability, outlier_factors
-from .stray_points import JOINED, StrayRule, stray_points
-from .surface_links import NO_LINK, cut_links, linked_parts, linked_to, part_sums, thicknesses
+from .local_outlier_probability import (
+    SPREAD_BLOCK,
+    compare,
+    compare_rows,
+    local_outlier_probability,
+    outlier_factors,
+    probabilities_of,
+    spread_of,
+    standard_distances,
+)
+from .stray_points import JOINED, NO_LINK, StrayRule, cut_links, linked_parts, linked_to, part_sums, stray_points, thicknesses
 
 __all__ = [
     "JOINED",

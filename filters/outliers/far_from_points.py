@@ -1,4 +1,4 @@
-"""Vertices far from all points of a cloud: where a reconstruction has made up a surface that nobody measured."""
+"""Vertices of a reconstruction far from all points of its cloud: surface without data."""
 
 from __future__ import annotations
 
@@ -37,5 +37,5 @@ def far_from_points(vertices: ArrayLike, points: ArrayLike, *, spacings: float =
     distances, _ = nearest_neighbours(cloud, _NEIGHBOURS)
     spacing = float(np.median(distances.mean(axis=1)))
     middle = cloud.mean(axis=0)
-    found, _ = spatial.cKDTree(cloud - middle).query(queries - middle)
-    return np.asarray(found > reach * spacing)
+    gaps, _ = spatial.cKDTree(cloud - middle).query(queries - middle)
+    return np.asarray(gaps > reach * spacing)

@@ -1,17 +1,28 @@
-"""LoOP: how likely each point of a cloud is an outlier [kriegel2009]."""
+"""LoOP, the local outlier probability of each point of a cloud [kriegel2009]."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import check_positive
+from ..compilation import compiled
 from ..execution import Progress, ignore_progress, in_parallel, part_of
+from ..libraries import special
 from ..mesh import Floats, Ints
 from ..neighbours import LEAF, build_tree, check_cloud, leaf_ranges, search_leaves
-from .factors import SPREAD_BLOCK, compare, probabilities_of, spread_of, standard_distances
+
+#: factors that are summed at a time for their spread
+SPREAD_BLOCK = 1 << 16
+#: The difference that rounding makes between equal distances, in the unit of a tree, where the largest coordinate is 1/2 to 1.
+_ROUNDING = 32 * np.finfo(np.float64).eps
+#: And at most this share of the distance, since a cloud may be finer than that around the origin.
+_ALIKE = 1e-6
+#: the smallest exponent of a float64
+_LOWEST = -1074
 
 
 def local_outlier_probability(
@@ -55,29 +66,130 @@ def local_outlier_probability(
 
 def outlier_factors(points: ArrayLike, *, neighbors: int, progress: Progress = ignore_progress) -> Floats:
     """(n,) the probabilistic local outlier factors PLOF of `local_outlier_probability`: at least -1, above 0 where a point is
-    farther from its neighbours than they are from theirs, and infinite as said there.
+    farther from its neighbours than they are from theirs, and infinite as there.
     """
     cloud, k = check_cloud(points, neighbors, "neighbors")
     tree = build_tree(cloud, part_of(progress, 0.0, 0.2))
-    distances: Floats = np.empty(tree.count)
-    positions: Ints = np.empty((tree.count, k), np.int32)
-    factors: Floats = np.empty(tree.count)
+    distances: Floats = np.empty(tree.size)
+    positions: Ints = np.empty((tree.size, k), np.int32)
+    factors: Floats = np.empty(tree.size)
 
     def find(first: int, last: int) -> None:
-        found, squared = search_leaves(tree, first, last, k)
-        rows = slice(first * LEAF, first * LEAF + len(found))
-        positions[rows] = found
+        nearest, squared = search_leaves(tree, first, last, k)
+        rows = slice(first * LEAF, first * LEAF + len(nearest))
+        positions[rows] = nearest
         distances[rows] = standard_distances(squared)
 
     def judge(first: int, last: int) -> None:
-        compare(distances, positions, first * LEAF, min(last * LEAF, tree.count), factors)
+        compare(distances, positions, first * LEAF, min(last * LEAF, tree.size), factors)
 
     in_parallel(find, leaf_ranges(tree, k), part_of(progress, 0.2, 0.9))
     in_parallel(judge, leaf_ranges(tree, k), part_of(progress, 0.9, 1.0))
-    by_index: Floats = np.empty(tree.count)
-    by_index[tree.indices[: tree.count]] = factors
+    by_index: Floats = np.empty(tree.size)
+    by_index[tree.indices[: tree.size]] = factors
     return by_index
 
 
 def _blocks(factors: Floats) -> Iterator[Floats]:
     return (factors[first : first + SPREAD_BLOCK] for first in range(0, len(factors), SPREAD_BLOCK))
+
+
+def standard_distances(squared: Floats) -> Floats:
+    """(n,) the root of the mean of each row of (n, k) squared distances; the order within a row does not matter."""
+    distances: Floats = np.sqrt(_row_sums(squared) / squared.shape[1])
+    return distances
+
+
+def compare(distances: Floats, positions: Ints, start: int, stop: int, factors: Floats) -> None:
+    """Compute PLOF of the points at the positions from `start` to before `stop`, in place.
+
+    Args:
+        distances: (n,) the standard distance of every point, in the unit of a tree.
+        positions: (n, k) the neighbours.
+        start: the first point.
+        stop: the point after the last.
+        factors: (n,) PLOF.
+    """
+    _compare(distances, positions, start, stop, factors)
+
+
+def compare_rows(own: Floats, theirs: Floats) -> Floats:
+    """(a,) PLOF, from the standard distances of the points and the (a, k) ones of their neighbours, in the unit of a tree."""
+    factors: Floats = np.empty(len(own))
+    _compare_rows(own, theirs, factors)
+    return factors
+
+
+def spread_of(blocks: Callable[[], Iterable[Floats]], extent: float) -> float:
+    """nPLOF: `extent` times the root mean square of the finite factors of a cloud.
+
+    Args:
+        blocks: gives the factors in the order of the points, `SPREAD_BLOCK` at a time and the rest at the end; called twice.
+        extent: lambda.
+    """
+    largest, count = 0.0, 0
+    for block in blocks():
+        finite = block[np.isfinite(block)]
+        largest, count = max(largest, float(np.abs(finite).max(initial=0.0))), count + len(finite)
+    scale = largest or 1.0  # so that no square overflows
+    total = math.fsum(float(np.sum((block[np.isfinite(block)] / scale) ** 2)) for block in blocks())
+    return extent * scale * math.sqrt(total / count) if count else 0.0
+
+
+def probabilities_of(factors: Floats, spread: float) -> Floats:
+    """LoOP of factors, in clouds of the given nPLOF."""
+    if spread == 0.0:
+        return (factors > 0.0).astype(np.float64)
+    probabilities: Floats = np.maximum(0.0, special.erf(factors / (np.sqrt(2.0) * spread)))
+    return probabilities
+
+
+@compiled(nogil=True)
+def _row_sums(values: Floats) -> Floats:
+    sums = np.empty(values.shape[0])
+    for r in range(values.shape[0]):
+        sums[r] = _sum(values[r])
+    return sums
+
+
+@compiled(nogil=True)
+def _sum(values: Floats) -> float:
+    """The sum of numbers of at least 0, as whole multiples of a tiny part of the largest, which add up alike in any order."""
+    largest = 0.0
+    for value in values:
+        largest = max(largest, value)
+    if not 0.0 < largest < np.inf:
+        return largest
+    digits = 61
+    while (values.shape[0] >> (61 - digits)) > 0:
+        digits -= 1
+    unit = math.ldexp(1.0, max(math.frexp(largest)[1] - digits, _LOWEST))
+    total = np.int64(0)
+    for value in values:
+        total += np.int64(value / unit)
+    return total * unit
+
+
+@compiled(nogil=True)
+def _factor(distance: float, others: Floats) -> float:
+    mean = _sum(others) / others.shape[0]
+    difference = distance - mean
+    if abs(difference) <= min(_ROUNDING, _ALIKE * mean):
+        return 0.0
+    return difference / mean if mean > 0.0 else np.inf
+
+
+@compiled(nogil=True)
+def _compare(distances: Floats, positions: Ints, start: int, stop: int, factors: Floats) -> None:
+    k = positions.shape[1]
+    others = np.empty(k)
+    for p in range(start, stop):
+        for i in range(k):
+            others[i] = distances[positions[p, i]]
+        factors[p] = _factor(distances[p], others)
+
+
+@compiled(nogil=True)
+def _compare_rows(own: Floats, theirs: Floats, factors: Floats) -> None:
+    for p in range(own.shape[0]):
+        factors[p] = _factor(own[p], theirs[p])

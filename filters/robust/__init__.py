@@ -1,8 +1,6 @@
 """M-estimators and the robust statistics made of them."""
 
-from .exponential import exponential
-from .kernel_weights import KERNEL_CODES, KERNEL_NAMES, KernelName, kernel_weight, weigh
-from .m_estimators import kernel_code, psi, rho, weight
+from .m_estimators import KERNEL_CODES, KERNEL_NAMES, KernelName, exponential, kernel_code, kernel_weight, psi, rho, weigh, weight
 from .statistics import SIGMA_IN_DEVIATIONS, Line, robust_deviation, robust_line, robust_mean
 
 __all__ = [

@@ -7,8 +7,7 @@ from numpy.typing import ArrayLike
 
 from ..checks import FilterInputError, check_choice
 from ..mesh import Floats
-from .kernel_weights import KERNEL_NAMES, KernelName
-from .m_estimators import weight
+from .m_estimators import KERNEL_NAMES, KernelName, weight
 
 #: The median of |x| for a standard normal x is 1 / 1.4826: the median size of residuals times this is their standard deviation.
 _MEDIAN_TO_DEVIATION = 1.4826022185056018

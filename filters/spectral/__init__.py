@@ -1,9 +1,8 @@
-"""Spectral filters: a surface with some of its wavelengths removed, kept or made stronger."""
+"""Spectral filters: wavelengths of a surface removed, kept or amplified; modes and spectra."""
 
 from .detail_enhancement import EnhancedDetails, enhance_details
 from .eigenpairs import lowest_eigenpairs
-from .harmonics import ManifoldHarmonics, manifold_harmonics
-from .one_harmonic import OneHarmonic, one_harmonic
+from .harmonics import ManifoldHarmonics, OneHarmonic, manifold_harmonics, one_harmonic
 from .problem import SPECTRAL_OPERATORS, SpectralOperator, SpectralProblem, spectral_problem
 from .responses import DEFAULT_ORDER, ORDERS, RESPONSE_NAMES, Response, ResponseName, band_pass, enhance, low_pass
 from .spectral_filter import SPECTRAL_METHODS, SpectralMethod, SpectralResult, spectral_filter

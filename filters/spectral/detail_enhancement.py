@@ -1,6 +1,9 @@
-"""Relief made higher on a shape that stays: waves of a band, along the normals, held at borders, bounded by the thickness."""
+"""Detail enhancement: relief of a band of wavelengths amplified along the normals of a shape that stays."""
+
+from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,8 +17,8 @@ from ..neighbours import touching_balls
 from ..topology import border_vertices, edges
 from .eigenvector_free import filter_without_eigenvectors
 from .problem import SpectralOperator, spectral_problem
-from .relief_band import OCTAVES, ReliefBand, relief_band
 from .responses import cutoff_frequency, low_pass
+from .spectrum import spectrum
 
 #: Thickness is measured up to that at which the bound takes 2 % of the displacement: 1 - tanh(x) / x for x = 1/4.
 _FREE = 4.0
@@ -23,6 +26,16 @@ _FREE = 4.0
 _NONE = 1e-3
 # Of the low passes: differences of what they leave are taken.
 _TOLERANCE = 1e-12
+#: The longest wave of the relief in shortest ones: two octaves.
+OCTAVES = 4.0
+#: Waves shorter than this many mean edges are never relief: triangles do not show them.
+SHORTEST = 5.0
+#: A band whose energy is this many times that of noise is signal: three parts of four of it.
+SIGNAL = 4.0
+# Noise shows where waves are this many mean edges long; shorter ones belong to no regular triangles.
+_NOISE_FROM, _NOISE_TO = 2.5, 4.0
+# Enough for bands down to ten edges; the long waves of the shape are not resolved, and not needed.
+_STEPS = 300
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +93,7 @@ def enhance_details(
             may meet.
         operator: "cotangent", "robust", or "auto": robust where the mesh is not manifold.
         movable: (n,) bool, which vertices may move, None for all.
-        progress: told the share that is done; may raise to stop.
+        progress: called with the share that is done; may raise to stop.
 
     Returns:
         The coordinates and the band. Vertices that do not move keep every bit: those on borders, those of no face with an area,
@@ -120,28 +133,28 @@ def enhance_details(
     reach = float(np.abs(wanted).max())
     if mesh.movable is not None:
         wanted[~mesh.movable[problem.vertices]] = 0.0
-    found = wanted
+    displacement = wanted
     if reach > 0.0:
         largest = np.maximum(_FREE / (2.0 * most) * np.maximum(np.abs(wanted), _NONE * reach), 0.5 * band.longest)
         inside = touching_balls(shape, normals, largest=largest, progress=part_of(progress, 0.6, 0.8))
         outside = touching_balls(shape, -normals, largest=largest, progress=part_of(progress, 0.8, 1.0))
         bound = most * 2.0 * np.minimum(inside, outside)
-        found = bound * np.tanh(_eased(2.0 * inside / band.longest) * wanted / bound)
+        displacement = bound * np.tanh(_eased(2.0 * inside / band.longest) * wanted / bound)
     after = mesh.points.copy()
-    after[problem.vertices] += found[:, None] * normals
+    after[problem.vertices] += displacement[:, None] * normals
     progress(1.0)
     return EnhancedDetails(
         mesh.restored(after),
         band.shortest / mesh.scale,
         band.longest / mesh.scale,
         float(np.sqrt((heights**2).mean())) / mesh.scale,
-        float(np.abs(found).max()) / mesh.scale,
-        float((np.abs(found) < 0.5 * np.abs(wanted)).mean()),
+        float(np.abs(displacement).max()) / mesh.scale,
+        float((np.abs(displacement) < 0.5 * np.abs(wanted)).mean()),
     )
 
 
 def _band(mesh: NormalisedMesh, detail_size: float | None, largest_size: float | None) -> ReliefBand:
-    """The band asked for, or measured, in the unit of the points."""
+    """The band, measured where no size is set, in the unit of the points."""
     if detail_size is None:
         shortest = relief_band(mesh.points, mesh.cells, mean_edge_length(mesh.points, mesh.cells)).shortest
     else:
@@ -170,3 +183,37 @@ def _eased(x: Floats) -> Floats:
     """3 x^2 - 2 x^3, and 1 above 1."""
     share = np.minimum(x, 1.0)
     return np.asarray(share**2 * (3.0 - 2.0 * share))
+
+
+class ReliefBand(NamedTuple):
+    """Two wavelengths, in mesh units: those of the shortest and of the longest waves of the relief."""
+
+    shortest: float
+    longest: float
+
+
+def relief_band(vertices: Floats, faces: Ints, mean_edge: float) -> ReliefBand:
+    """Finds the band of the relief in the spectrum of a surface.
+
+    Noise that is independent at each vertex has the same energy in every mode, so that its energy in a band of a third of an
+    octave grows with the square of the frequency. Its level is taken from waves of 2.5 to 4 mean edges, which show little else.
+    The relief begins a third of an octave above the shortest band that has `SIGNAL` times as much energy as such noise would, at
+    `SHORTEST` edges at least, and ends two octaves above.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles, at least one with an area.
+        mean_edge: of the mesh, above 0.
+    """
+    # In mean edges, since the edges of bands are the same numbers for all meshes.
+    measured = spectrum(vertices / mean_edge, faces, modes=0, steps=_STEPS)
+    edges = measured.band_edges
+    wavelengths = 2.0 * np.pi / np.sqrt(edges[1:] * edges[:-1])
+    energies, squares = measured.band_energies, wavelengths**-2.0
+    noisy = (wavelengths > _NOISE_FROM) & (wavelengths < _NOISE_TO)
+    level = energies[noisy].sum() / max(squares[noisy].sum(), 1e-300)
+    signal = (wavelengths > _NOISE_FROM) & (energies > 0.0) & (energies >= SIGNAL * level * squares)
+    shortest = SHORTEST
+    if noisy.any() and signal.any():
+        shortest = max(SHORTEST, 2.0 ** (1.0 / 3.0) * float(wavelengths[signal].min()))
+    return ReliefBand(shortest * mean_edge, OCTAVES * shortest * mean_edge)

@@ -4,12 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..checks import check_whole_number
-from ..execution import Progress, ignore_progress, part_of, threads_for
-from ..libraries import one_blas_thread, sparse
+from ..checks import ConvergenceError, check_whole_number
+from ..execution import Progress, abandonable, ignore_progress, part_of, threads_for
+from ..libraries import blas, one_blas_thread, sparse
+from ..linear_solvers import ShiftedFactors, nested_dissection
 from ..mesh import Floats
-from .component_modes import component_modes
 from .problem import SpectralProblem
+from .spectrum_slicing import groups, lowest_modes, sparse_product
+
+#: The matrix is dense up to this many vertices, and up to the limit if more than one in `_DENSE_SHARE` modes is computed.
+_DENSE, _DENSE_SHARE, _DENSE_LIMIT = 600, 8, 4000
+#: Dense matrices of at most this many rows are solved without a thread of their own.
+_AT_ONCE = 200
+#: A dense solver is exact to rounding of the highest eigenvalue. If that exceeds this, in the unit in which the first ones are of
+#: the order of 1, they drown. Slicing, whose factors are exact row by row, then finds up to one in `_SLICED_SHARE` modes.
+_TOO_GRADED, _SLICED_SHARE = 1e10, 2
+#: The largest residuals that are accepted as rounding, and the largest deviation of modes from orthonormality.
+_LARGEST_FLOOR = 1e-6
 
 
 def lowest_eigenpairs(
@@ -71,8 +82,8 @@ def _united(problem: SpectralProblem, count: int, skipped: int, tolerance: float
         weight = asked * sizes
         shares = np.concatenate([[0.0], np.cumsum(weight)]) / weight.sum()
         for c in range(parts):
-            found = solved[c]
-            if found is None or len(found[0]) < asked[c]:
+            pair_of_c = solved[c]
+            if pair_of_c is None or len(pair_of_c[0]) < asked[c]:
                 partial = part_of(progress, float(shares[c]), float(shares[c + 1]))
                 block = _block(dirichlet, int(ends[c] - sizes[c]), int(ends[c]))
                 with threads_for(10 * int(sizes[c])):
@@ -106,3 +117,124 @@ def _block(matrix: sparse.csr_matrix, start: int, end: int) -> sparse.csr_matrix
     entries = slice(matrix.indptr[start], matrix.indptr[end])
     pointers = matrix.indptr[start : end + 1] - matrix.indptr[start]
     return sparse.csr_matrix((matrix.data[entries], matrix.indices[entries] - start, pointers), shape=(end - start, end - start))
+
+
+def component_modes(
+    part: sparse.csr_matrix, area: Floats, count: int, tolerance: float, progress: Progress
+) -> tuple[Floats, Floats]:
+    """The lowest modes of one component, with the residuals checked, in a unit of area in which the component has 4 pi.
+
+    Args:
+        part: S of the component, (n, n).
+        area: (n,) the diagonal of its M.
+        count: how many, from 1 to n.
+        tolerance: see `lowest_eigenpairs`.
+        progress: called several times a second; may raise to stop.
+
+    Returns:
+        kappa, (count,), and V, (n, count), the first column of which is constant.
+
+    Raises:
+        ConvergenceError: the tolerance is not reached.
+    """
+    unit = area.sum() / (4.0 * np.pi)
+    root = np.sqrt(area / unit)
+    n = len(root)
+    if count == 1:
+        return np.zeros(1), np.full((n, 1), 1.0 / np.sqrt(area.sum()), order="F")
+    # Symmetric, so that its rows are its columns.
+    data = part.data / (np.repeat(root, np.diff(part.indptr)) * root[part.indices])
+    operator = sparse.csc_matrix((data, part.indices, part.indptr), shape=part.shape)
+    kernel = root / np.linalg.norm(root)
+    # The largest sum of a column is a bound of the highest eigenvalue.
+    highest = float(np.bincount(part.indices, np.abs(data), n).max())
+    dense = n <= _DENSE or (n <= _DENSE_LIMIT and count * _DENSE_SHARE > n)
+    sliceable = count * _SLICED_SHARE + 20 <= n
+    modes = None
+    if dense and not (sliceable and highest > _TOO_GRADED):
+        modes = _by_dense_matrix(operator, kernel, count, progress)
+        if sliceable and not modes.good(tolerance, 0.0):
+            modes = None
+    if modes is None:
+        modes = _by_slicing(operator, kernel, count, tolerance, highest, progress)
+    if not modes.good(tolerance, highest):
+        raise ConvergenceError(
+            f"the {count} lowest modes of a component of {n} vertices drown in rounding: mode "
+            f"{int(modes.residuals.argmax())} has a residual of {modes.residuals.max():.3g} of its eigenvalue, "
+            f"{tolerance:.3g} is the tolerance, and the highest eigenvalue is {highest / modes.kappa[1]:.3g} times the first: "
+            "triangles differ too much in size or shape; take fewer modes, filter without eigenvectors, or remesh"
+        )
+    order = np.argsort(modes.kappa, kind="stable")
+    kappa, vectors = modes.kappa[order], modes.vectors[:, order]
+    random = np.random.default_rng(0).normal(size=n)
+    random[:] = np.where(random @ vectors[:, 0] < 0.0, -random, random)
+    signs = np.where(random @ vectors < 0.0, -1.0, 1.0)
+    vectors *= signs
+    vectors /= root[:, None]
+    vectors /= np.sqrt(unit)
+    return kappa / unit, vectors
+
+
+class _Checked:
+    """Orthonormal vectors, the first of which spans the kernel, with their Rayleigh quotients and residuals.
+
+    Attributes:
+        vectors: (n, count).
+        kappa: (count,) the quotients.
+        residuals: (count,) |A x - kappa x| as a share of kappa.
+    """
+
+    def __init__(self, operator: sparse.csc_matrix, kernel: Floats, vectors: Floats, progress: Progress) -> None:
+        """Measures the vectors, which it may overwrite; the first is set to the kernel."""
+        count = vectors.shape[1]
+        self.vectors = np.asfortranarray(vectors)
+        self.vectors[:, 0] = kernel
+        self.kappa, rest = np.empty(count), np.empty(count)
+        for group in groups(count, progress, 0.99):
+            some = self.vectors[:, group]
+            applied = sparse_product(operator, some)
+            self.kappa[group] = np.einsum("ij,ij->j", some, applied) / np.einsum("ij,ij->j", some, some)
+            rest[group] = np.linalg.norm(applied - some * self.kappa[group], axis=0)
+        self.kappa[0] = 0.0
+        self.least = max(float(self.kappa[1]), float(np.finfo(float).tiny))
+        self.residuals = rest / np.maximum(self.kappa, self.least)
+        # V^T V w = w for a random w if V^T V = I.
+        weights = np.random.default_rng(1).normal(size=count) / np.sqrt(count)
+        again = blas.dgemv(1.0, self.vectors, blas.dgemv(1.0, self.vectors, weights), trans=1)
+        self._deviation = float(np.abs(again - weights).max())
+
+    def good(self, tolerance: float, highest: float) -> bool:
+        """Whether the residuals are within the tolerance, or within rounding if that is larger, up to a limit."""
+        floor = min(4e-15 * highest / self.least, _LARGEST_FLOOR)
+        return bool(self.residuals.max() <= max(tolerance, floor) and self._deviation <= _LARGEST_FLOOR)
+
+
+def _by_dense_matrix(operator: sparse.csc_matrix, kernel: Floats, count: int, progress: Progress) -> _Checked:
+    def solved() -> Floats:  # by numpy, since it lets other threads run
+        return np.asarray(np.linalg.eigh(operator.toarray())[1])
+
+    progress(0.0)
+    vectors = solved() if len(kernel) <= _AT_ONCE else abandonable(solved, progress, 0.5)
+    return _Checked(operator, kernel, vectors[:, :count], progress)
+
+
+def _by_slicing(
+    operator: sparse.csc_matrix, kernel: Floats, count: int, tolerance: float, highest: float, progress: Progress
+) -> _Checked:
+    places = nested_dissection(operator)
+    dissected = sparse.csc_matrix(operator[places][:, places])
+    _, ordered = lowest_modes(dissected, kernel[places], count, tolerance=tolerance, progress=progress)
+    vectors = np.empty_like(ordered)
+    vectors[places] = ordered
+    modes = _Checked(operator, kernel, vectors, progress)
+    if not modes.good(tolerance, highest):
+        # Products at tiny triangles have rounding of high frequencies only, which hardly affects the modes: measure it in the
+        # energy norm.
+        factors = ShiftedFactors(dissected, -modes.least, progress, 0.99)
+        for group in groups(count, progress, 0.99):
+            some = np.asfortranarray(modes.vectors[places, group])
+            rest = sparse_product(dissected, some) - some * modes.kappa[group]
+            energy = np.einsum("ij,ij->j", rest, factors.solve(np.asfortranarray(rest)))
+            share = np.sqrt(np.maximum(energy, 0.0) / np.maximum(modes.kappa[group], modes.least))
+            modes.residuals[group] = np.minimum(modes.residuals[group], share)
+    return modes

@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import FilterInputError, check_choice
+from ..checks import FilterInputError, check_choice, check_whole_number
 from ..execution import Progress, ignore_progress
 from ..libraries import one_blas_thread
 from ..mesh import Floats
@@ -107,14 +107,14 @@ class ManifoldHarmonics:
             with Path(path).open("rb") as file, np.load(file, allow_pickle=False) as data:
                 if str(data["format"]) != _FORMAT:
                     raise FilterInputError(f"{path} holds {str(data['format'])!r}, not {_FORMAT!r}")
-                found = ManifoldHarmonics(data["modes"], data["eigenvalues"], data["mass"])
+                harmonics = ManifoldHarmonics(data["modes"], data["eigenvalues"], data["mass"])
         except (KeyError, ValueError, TypeError, AttributeError, EOFError, zipfile.BadZipFile) as error:
             if isinstance(error, FilterInputError):
                 raise
             raise FilterInputError(f"{path} is no file of manifold harmonics: {error}") from error
-        if found.modes.ndim != 2 or found.modes.shape != (*found.mass.shape, *found.eigenvalues.shape):
+        if harmonics.modes.ndim != 2 or harmonics.modes.shape != (*harmonics.mass.shape, *harmonics.eigenvalues.shape):
             raise FilterInputError(f"{path} is damaged: its arrays do not fit together")
-        return found
+        return harmonics
 
     def _of_vertices(self, values: ArrayLike) -> Floats:
         f = np.asarray(values, dtype=np.float64)
@@ -147,3 +147,61 @@ def manifold_harmonics(
     problem = spectral_problem(vertices, faces, operator=operator)
     eigenvalues, modes = lowest_eigenpairs(problem, count, progress=progress)
     return ManifoldHarmonics(problem.on_mesh(modes), eigenvalues, problem.on_mesh(problem.mass))
+
+
+@dataclass(frozen=True, eq=False)
+class OneHarmonic:
+    """A mode, of mean square 1 over the whole surface.
+
+    Attributes:
+        values: (n,) at the vertices; 0 on other components and at vertices that are part of no surface.
+        eigenvalue: kappa, in one over squared mesh units.
+        share_of_area: of the components where it is not 0, in the area of all.
+        n_components: how many components the surface has.
+    """
+
+    values: Floats
+    eigenvalue: float
+    share_of_area: float
+    n_components: int
+
+
+def one_harmonic(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    mode: int,
+    *,
+    operator: SpectralOperator = "auto",
+    progress: Progress = ignore_progress,
+) -> OneHarmonic:
+    """Mode 0 is constant on the whole surface, mode k the k-th wave by rising frequency over all components [vallet2008].
+
+    Where several waves have one frequency, as on a sphere, a mode is one of their combinations, the same in every run.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        mode: its number, from 0. Larger has shorter waves.
+        operator: see `spectral_problem`.
+        progress: called with the share that is done; may raise to stop.
+
+    Raises:
+        FilterInputError: not a mesh, or no such mode.
+        ConvergenceError: the modes cannot be computed.
+    """
+    mode = check_whole_number("mode", mode)
+    problem = spectral_problem(vertices, faces, operator=operator)
+    last = len(problem.mass) - problem.n_components
+    if len(problem.mass) == 0:
+        raise FilterInputError(f"mode {mode} does not exist: no triangle of this mesh has an area")
+    if mode > last:
+        raise FilterInputError(f"mode {mode} does not exist: this mesh has modes 0 to {last}")
+    area = float(problem.mass.sum())
+    if mode == 0:
+        progress(1.0)
+        return OneHarmonic(problem.on_mesh(np.ones(len(problem.mass))), 0.0, 1.0, problem.n_components)
+    kappa, modes = lowest_eigenpairs(problem, mode, constants=False, progress=progress)
+    shape = modes[:, -1]
+    component = problem.components[np.abs(shape).argmax()]
+    share = float(problem.mass[problem.components == component].sum()) / area
+    return OneHarmonic(problem.on_mesh(shape * np.sqrt(area)), float(kappa[-1]), share, problem.n_components)

@@ -47,7 +47,7 @@ class SpectralProblem:
 
     @property
     def n_components(self) -> int:
-        """How many connected components there are."""
+        """The number of connected components."""
         return int(self.components.max(initial=-1)) + 1
 
     def on_mesh(self, values: Floats) -> Floats:
@@ -77,13 +77,15 @@ def spectral_problem(vertices: ArrayLike, faces: ArrayLike, *, operator: Spectra
 
 
 def check_size(size: float) -> None:
-    """Refuses sizes of meshes of which areas, or eigenvalues, one over squares of lengths, are no ordinary numbers.
+    """Refuses sizes of meshes whose areas or eigenvalues, one over squared lengths, leave the range of numbers.
 
     Raises:
-        FilterInputError: it is one.
+        FilterInputError: the size is out of range.
     """
     if not _SMALLEST < size < _LARGEST:
-        raise FilterInputError(f"the mesh is about {size:.0e} large, which leaves no numbers for its spectrum; scale it first")
+        raise FilterInputError(
+            f"the mesh is about {size:.0e} large, so that the squares of its lengths are out of range: scale it first"
+        )
 
 
 def _usable(laplacian: Laplacian, components: Ints, operator: SpectralOperator) -> Bools:

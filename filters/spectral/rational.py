@@ -3,7 +3,7 @@
 With R = sigma (S + sigma M)^-1 M a mode of eigenvalue kappa is multiplied by mu = sigma / (kappa + sigma), which lies in (0, 1]
 however large kappa gets. A response with a limit for short waves is a smooth function of mu, and its Chebyshev series in
 t = 2 mu - 1 is summed as that of `polynomial`, with a solve in place of a product: about 30 of them for the default low pass and
-1e-6, whatever the mesh. All systems have the same symmetric positive definite matrix; nothing is complex [guttel2013].
+1e-6, on any mesh. All systems have the same symmetric positive definite matrix; nothing is complex [guttel2013].
 """
 
 from __future__ import annotations
@@ -19,9 +19,8 @@ from ..libraries import sparse
 from ..linear_solvers import FINEST_TOLERANCE, Cholesky, SpdSolver
 from ..mesh import Floats
 from .chebyshev import ChebyshevSeries, chebyshev_series
-from .polynomial import Applied
+from .polynomial import Applied, nearby_order, put_back
 from .responses import Response
-from .row_order import nearby_order, put_back
 
 #: The poles that are tried go from the lowest squared cutoff times the first factor to the highest times the second.
 _LOWEST_POLE, _HIGHEST_POLE, _POLES = 0.2, 30.0, 40

@@ -5,15 +5,16 @@ Written here because ARPACK, in SciPy, searches about one shift and does not cou
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from ..checks import ConvergenceError
+from ..compilation import compiled, prange
 from ..execution import Progress
-from ..libraries import linalg, sparse
-from ..linear_solvers import ShiftedFactors
+from ..libraries import blas, linalg, sparse
+from ..linear_solvers import CompressedRows, ShiftedFactors
 from ..mesh import Floats
-from .columnwise import combined, groups, inner_products, remove, sparse_product
-from .shifted_lanczos import modes_near
 
 #: Modes of a band: with more, keeping the basis orthogonal costs more; with fewer, more factorisations are needed.
 _BAND, _BAND_OF_LARGE, _LARGE = 100, 160, 50_000
@@ -21,6 +22,17 @@ _BAND, _BAND_OF_LARGE, _LARGE = 100, 160, 50_000
 _GUARD = 6
 _ROUNDS = 10_000
 _POLISHES = 3
+#: Columns that the factors solve for at once. Eigenvalues of a higher multiplicity take a second search.
+BLOCK = 8
+#: Convergence is tested from a basis of the first factor times the number of wanted modes on, and then at every growth by the
+#: second, up to the limit.
+_FIRST_LOOK, _GROWTH, _LIMIT = 1.6, 1.1, 8.0
+#: Vectors added to these sizes, for small numbers of modes.
+_SMALL = 40
+#: Blocks after which locked modes are removed again: rounding brings them back, slowly.
+_RENEWAL = 2
+#: Columns in a group.
+_TOGETHER = 16
 
 
 def lowest_modes(
@@ -48,16 +60,16 @@ def lowest_modes(
     kappa, modes = np.zeros(1), np.asfortranarray(kernel[:, None])
     spacing = 1.0
     for round_ in range(_ROUNDS):
-        known = len(kappa)
-        done = min(1.0, known / (count + _GUARD))
-        if known >= count + _GUARD:
+        so_far = len(kappa)
+        done = min(1.0, so_far / (count + _GUARD))
+        if so_far >= count + _GUARD:
             gap = count - 1 + int(np.diff(kappa[count - 1 :]).argmax())
             factors = ShiftedFactors(operator, 0.5 * (kappa[gap] + kappa[gap + 1]), progress, 0.99)
             below, above = factors.below - int((kappa < factors.shift).sum()), 0
             if below == 0:
                 return kappa[:count], modes[:, :count]
         else:
-            band = min(widest, count + _GUARD - known)
+            band = min(widest, count + _GUARD - so_far)
             factors = _placed(operator, kappa, spacing * 0.5 * band, band, progress, done)
             below = factors.below - int((kappa < factors.shift).sum())
             above = max(band - below, 0)
@@ -66,17 +78,17 @@ def lowest_modes(
             progress(min(0.99, start + share * part / (count + _GUARD)))
 
         locked = modes[:, np.argsort(np.abs(kappa - factors.shift), kind="stable")[: widest + 1]]
-        found, vectors = modes_near(
+        new, vectors = modes_near(
             factors, np.asfortranarray(locked), below=below, above=above, tolerance=tolerance, seed=round_, progress=partial
         )
-        if len(found) == 0:
+        if len(new) == 0:
             continue
         # Modes near the edge of an earlier band contain a share of their neighbours there, their residual divided by the gap.
-        for group in groups(len(found), partial):
+        for group in groups(len(new), partial):
             remove(modes, vectors[:, group])
-        found, vectors = _polished(operator, factors, found, vectors, 0.7 * tolerance, partial)
-        spacing = max(float(found[-1] - kappa[-1]), 0.0) / len(found) or spacing
-        kappa, modes = np.concatenate([kappa, found]), np.hstack([modes, vectors])
+        new, vectors = _polished(operator, factors, new, vectors, 0.7 * tolerance, partial)
+        spacing = max(float(new[-1] - kappa[-1]), 0.0) / len(new) or spacing
+        kappa, modes = np.concatenate([kappa, new]), np.hstack([modes, vectors])
         order = np.argsort(kappa, kind="stable")
         kappa, modes = kappa[order], np.asfortranarray(modes[:, order])
     raise ConvergenceError(f"{count} modes are not complete after {_ROUNDS} bands")
@@ -99,9 +111,9 @@ def _polished(
         if len(bad) == 0:
             break
         for group in groups(len(bad), progress):
-            given = np.asfortranarray(vectors[:, bad[group]])
-            better = factors.solve(given)
-            better += factors.solve(given - (sparse_product(operator, better) - factors.shift * better))
+            before = np.asfortranarray(vectors[:, bad[group]])
+            better = factors.solve(before)
+            better += factors.solve(before - (sparse_product(operator, better) - factors.shift * better))
             vectors[:, bad[group]] = better / np.linalg.norm(better, axis=0)
         energy = np.empty((len(kappa), len(kappa)))
         for group in groups(len(kappa), progress):
@@ -118,7 +130,7 @@ def _polished(
 def _placed(
     operator: sparse.csc_matrix, kappa: Floats, step: float, band: int, progress: Progress, done: float
 ) -> ShiftedFactors:
-    """Factors for a shift above all known eigenvalues, with between an eighth of a band and a band of unknown ones below it."""
+    """Factors for a shift above all eigenvalues so far, with an eighth of a band to a band of new ones below it."""
     low, high = 0.0, np.inf
     factors = ShiftedFactors(operator, float(kappa[-1]) + step, progress, done)
     for _ in range(40):
@@ -135,3 +147,119 @@ def _placed(
             break
         factors = ShiftedFactors(operator, float(kappa[-1]) + step, progress, done)
     return factors
+
+
+def modes_near(
+    factors: ShiftedFactors, locked: Floats, *, below: int, above: int, tolerance: float, seed: int, progress: Progress
+) -> tuple[Floats, Floats]:
+    """The `below` modes of A nearest below the shift, and at least `above` of those nearest above it, without the locked ones.
+
+    Block Lanczos [grimes1994] with (A - shift I)^-1, every new block made orthogonal to all earlier ones. One inverse iteration
+    improves the Ritz vectors; it needs no solve, since the last block contains it. The residual in A is then the Ritz residual in
+    the inverse times (kappa - shift)^2.
+
+    Args:
+        factors: of A - shift I.
+        locked: (n, l) orthonormal modes found before; the search is orthogonal to them.
+        below: how many to find below; there must be exactly as many.
+        above: how many to find above.
+        tolerance: of the residual |A x - kappa x| as a share of kappa.
+        seed: of the random block to start from.
+        progress: called at every step with a growing share; may raise to stop.
+
+    Returns:
+        (k,) eigenvalues, ascending, complete but for the locked modes, and (n, k) orthonormal modes.
+    """
+    n, wanted = len(locked), below + above
+    limit = min(n - locked.shape[1], int(_LIMIT * wanted) + 10 * _SMALL) // BLOCK * BLOCK
+    basis = np.empty((n, min(limit, int(2.5 * wanted) + 2 * _SMALL) + BLOCK), order="F")
+    projected = np.zeros((limit, limit))
+    block = factors.solve(np.asfortranarray(np.random.default_rng(seed).normal(size=(n, BLOCK))))
+    remove(locked, block)
+    basis[:, :BLOCK] = linalg.qr(block, mode="economic", check_finite=False)[0]
+    size, look = 0, int(_FIRST_LOOK * wanted) + _SMALL
+    while True:
+        now = basis[:, size : size + BLOCK]
+        block = factors.solve(now)
+        progress(min(1.0, size / (2.0 * wanted + _SMALL)))
+        # First against the last two blocks, where nearly all of the overlap is: then one pass over the whole basis is exact.
+        coarse = remove(basis[:, max(0, size - BLOCK) : size + BLOCK], block)
+        size += BLOCK
+        share = remove(basis[:, :size], block)
+        if size // BLOCK % _RENEWAL == 0:
+            remove(locked, block)
+        share[-len(coarse) :] += coarse
+        projected[:size, size - BLOCK : size] = share
+        following, coupling = linalg.qr(block, mode="economic", check_finite=False)
+        if size + BLOCK > basis.shape[1]:
+            larger = np.empty((n, min(limit + BLOCK, int(1.5 * basis.shape[1]))), order="F")
+            larger[:, :size] = basis[:, :size]
+            basis = larger
+        basis[:, size : size + BLOCK] = following
+        if size < look and size + BLOCK <= limit:
+            continue
+        look = int(size * _GROWTH)
+        square = np.triu(projected[:size, :size])
+        theta, vectors = linalg.eigh(square + np.triu(square, 1).T, check_finite=False)
+        error = np.linalg.norm(coupling @ vectors[-BLOCK:], axis=0) / np.abs(theta)
+        kappa = factors.shift + 1.0 / theta
+        good = error * np.abs(kappa - factors.shift) <= 0.1 * tolerance * np.abs(kappa)
+        upper = np.flatnonzero(theta > 0.0)[::-1]
+        converged = int(good[upper].argmin()) if not good[upper].all() else len(upper)
+        if good[:below].all() and below <= int((theta < 0.0).sum()) and converged >= above:
+            chosen = np.concatenate([np.arange(below)[::-1], upper[:converged]]).astype(np.int64)
+            order = chosen[np.argsort(kappa[chosen], kind="stable")]
+            weights = np.vstack([vectors[:, order], coupling @ vectors[-BLOCK:, order] / theta[order]])
+            return kappa[order], combined(basis[:, : size + BLOCK], weights, progress)
+        if size + BLOCK > limit:
+            raise ConvergenceError(
+                f"{wanted} modes about the eigenvalue {factors.shift:.6g} have not converged in a basis of {size} vectors"
+            )
+
+
+def groups(count: int, progress: Progress, done: float = 1.0) -> Iterator[slice]:
+    """The columns from 0 to `count` in groups; calls `progress` with `done` before each."""
+    for first in range(0, count, _TOGETHER):
+        progress(done)
+        yield slice(first, min(first + _TOGETHER, count))
+
+
+def sparse_product(operator: sparse.csc_matrix, columns: Floats) -> Floats:
+    """A X, (n, k), for a symmetric A, on all threads with the same bits for any number of them."""
+    made = np.empty(columns.shape, order="F")
+    _product(CompressedRows.of(operator), columns, made)
+    return made
+
+
+def combined(columns: Floats, weights: Floats, progress: Progress) -> Floats:
+    """X W, (n, k)."""
+    made = np.empty((len(columns), weights.shape[1]), order="F")
+    for group in groups(weights.shape[1], progress):
+        made[:, group] = blas.dgemm(1.0, columns, np.asfortranarray(weights[:, group]))
+    return made
+
+
+def inner_products(left: Floats, right: Floats, progress: Progress) -> Floats:
+    """X^T Y, (k, l)."""
+    made = np.empty((left.shape[1], right.shape[1]), order="F")
+    for group in groups(right.shape[1], progress):
+        made[:, group] = blas.dgemm(1.0, left, right[:, group], trans_a=True)
+    return made
+
+
+def remove(directions: Floats, block: Floats) -> Floats:
+    """Makes the block orthogonal to orthonormal directions, in place; returns its components along them."""
+    share = blas.dgemm(1.0, directions, block, trans_a=True)
+    blas.dgemm(-1.0, directions, share, 1.0, block, overwrite_c=True)
+    return np.asarray(share)
+
+
+@compiled(parallel=True)
+def _product(matrix: CompressedRows, columns: Floats, made: Floats) -> None:
+    starts, rows, values = matrix
+    for c in prange(columns.shape[1]):
+        for i in range(columns.shape[0]):
+            total = 0.0
+            for p in range(starts[i], starts[i + 1]):
+                total += values[p] * columns[rows[p], c]
+            made[i, c] = total

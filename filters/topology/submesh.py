@@ -1,4 +1,4 @@
-"""The part of a mesh that a region's equations depend on: its free vertices and some rings of fixed vertices around them."""
+"""The submesh of a region's equations: its free vertices and some rings of fixed vertices around them."""
 
 from typing import NamedTuple
 
@@ -17,7 +17,7 @@ class Submesh(NamedTuple):
         faces: (m, 3) triangles of these vertices by their index here, in the order of the mesh.
         points: (n, 3) coordinates.
         free: (n,) which of them are free: no border vertex is.
-        border: (n,) which of them lie on the border of the mesh; false on the outermost ring, where it is not known.
+        border: (n,) which of them lie on the border of the mesh; false on the outermost ring.
     """
 
     vertices: Ints
@@ -68,11 +68,11 @@ def _touching(faces: Ints, marked: Bools) -> Longs:
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         if (marked[a] or marked[b] or marked[c]) and a != b and b != c and c != a:
             count += 1
-    found = np.empty(count, dtype=np.int64)
+    rows = np.empty(count, dtype=np.int64)
     at = 0
     for f in range(faces.shape[0]):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         if (marked[a] or marked[b] or marked[c]) and a != b and b != c and c != a:
-            found[at] = f
+            rows[at] = f
             at += 1
-    return found
+    return rows

@@ -4,15 +4,21 @@ At a manifold vertex they form a closed ring, or on the border a fan from one bo
 triangles of every edge then visits each neighbour once.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ..compilation import compiled, prange
 from ..execution import threads_for
 from ..mesh import Ints, Longs
-from .lists_by_vertex import ring_ends
-from .star_lists import find_ends, write_stars
-from .star_order import IRREGULAR, OPEN, Kinds, measure_irregular, order_ends
+from .rings import ring_ends, sort_slice
+
+Kinds: TypeAlias = NDArray[np.uint8]
+#: the kinds of star: no triangle; a closed ring; a fan from border to border; anything else
+NO_STAR, CLOSED, OPEN, IRREGULAR = 0, 1, 2, 3
+# Sorting the triangles round a vertex takes quadratic time; the hub of a fan larger than this counts as irregular.
+_LARGEST_WALK = 64
 
 
 class Stars(NamedTuple):
@@ -71,7 +77,7 @@ def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
             the numbers of the vertices. Vertices that are numbered anew and keep their names keep their stars.
     """
     ring_offsets, ring = ring_ends(faces, n_vertices)
-    del faces  # a list that nobody else holds makes room for what follows
+    del faces  # frees the memory for the arrays below, if the caller holds no reference
     kinds: Kinds = np.empty(n_vertices, dtype=np.uint8)
     sizes: Ints = np.empty(n_vertices, dtype=np.int32)
     with threads_for(n_vertices):
@@ -87,3 +93,137 @@ def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
     ends = np.empty(end_offsets[-1], dtype=np.int64)
     find_ends(irregular, ring_offsets, ring, offsets[irregular], neighbours, end_offsets, ends)
     return Stars(kinds, offsets, neighbours, irregular, end_offsets, ends)
+
+
+@compiled(parallel=True)
+def write_stars(end_offsets: Longs, ends: Ints, kinds: Kinds, names: Ints, offsets: Longs, neighbours: Ints) -> None:
+    """The stars of all vertices; low and high vertices are those of low and high names, or numbers if there are no names."""
+    for i in prange(kinds.shape[0]):
+        _write_star(ends, end_offsets[i], end_offsets[i + 1], kinds[i], names, neighbours, offsets[i], offsets[i + 1])
+
+
+@compiled
+def find_ends(
+    vertices: Ints, end_offsets: Longs, ends: Ints, starts: Longs, neighbours: Ints, place_offsets: Longs, places: Longs
+) -> None:
+    """The index of every end of the listed vertices in `neighbours`, where their stars begin at `starts`."""
+    for k in range(vertices.shape[0]):
+        start, stop = end_offsets[vertices[k]], end_offsets[vertices[k] + 1]
+        ring = distinct_ends(ends, start, stop)
+        place = np.empty(ring.shape[0], dtype=np.int64)
+        for m in range(ring.shape[0]):
+            place[np.searchsorted(ring, neighbours[starts[k] + m])] = starts[k] + m
+        for m in range(start, stop):
+            places[place_offsets[k] + m - start] = place[np.searchsorted(ring, ends[m])]
+
+
+@compiled
+def _name(names: Ints, i: int) -> int:
+    return names[i] if names.shape[0] else i
+
+
+@compiled
+def _write_star(ends: Ints, start: int, stop: int, kind: int, names: Ints, neighbours: Ints, at: int, end: int) -> None:
+    """Write the neighbours of one vertex, whose pairs are ordered, from `at` to `end`, in the order that `Stars` states."""
+    if kind == CLOSED:
+        lowest = start
+        for k in range(start, stop, 2):
+            if _name(names, ends[k]) < _name(names, ends[lowest]):
+                lowest = k
+        before = lowest - 2 if lowest > start else stop - 2
+        forward = _name(names, ends[lowest + 1]) <= _name(names, ends[before])
+        k = lowest
+        for m in range(at, end):
+            neighbours[m] = ends[k]
+            k += 2 if forward else -2
+            if k == stop:
+                k = start
+            elif k < start:
+                k = stop - 2
+    elif kind == OPEN:
+        forward = _name(names, ends[start]) < _name(names, ends[stop - 1])
+        for m in range(at, end - 1):
+            neighbours[m] = ends[start + 2 * (m - at)] if forward else ends[stop - 1 - 2 * (m - at)]
+        neighbours[end - 1] = ends[stop - 1] if forward else ends[start]
+    elif kind == IRREGULAR:
+        ring = distinct_ends(ends, start, stop)
+        if names.shape[0]:
+            ring = ring[np.argsort(names[ring])]
+        for m in range(at, end):
+            neighbours[m] = ring[m - at]
+
+
+@compiled(parallel=True)
+def order_ends(end_offsets: Longs, ends: Ints, kinds: Kinds, sizes: Ints) -> None:
+    """Order the pairs at every vertex in place; write the kinds of the stars, and the number of neighbours unless irregular."""
+    for i in prange(kinds.shape[0]):
+        start, stop = end_offsets[i], end_offsets[i + 1]
+        if stop == start:
+            kinds[i] = NO_STAR
+            sizes[i] = 0
+            continue
+        kind = IRREGULAR
+        if stop - start <= 2 * _LARGEST_WALK:
+            kind = _chain(ends, start, stop)
+        kinds[i] = kind
+        if kind == CLOSED:
+            sizes[i] = (stop - start) // 2
+        elif kind == OPEN:
+            sizes[i] = (stop - start) // 2 + 1
+
+
+@compiled
+def _chain(ends: Ints, start: int, stop: int) -> int:
+    """Order the pairs from `start` to `stop` as a walk ab, bc, cd ... in place; the kind of the star."""
+    reversed_once = False
+    k = start + 2
+    while k < stop:
+        end = ends[k - 1]
+        m = k
+        while m < stop and ends[m] != end and ends[m + 1] != end:
+            m += 2
+        if m < stop:
+            a, b = ends[m], ends[m + 1]
+            ends[m], ends[m + 1] = ends[k], ends[k + 1]
+            if a == end:
+                ends[k], ends[k + 1] = a, b
+            else:
+                ends[k], ends[k + 1] = b, a
+            k += 2
+        elif not reversed_once:
+            # The walk has reached a border: reverse it, and extend it at its other end.
+            for j in range((k - start) // 2):
+                ends[start + j], ends[k - 1 - j] = ends[k - 1 - j], ends[start + j]
+            reversed_once = True
+        else:
+            return IRREGULAR
+    for k in range(start, stop, 2):
+        for m in range(start, k, 2):
+            if ends[m] == ends[k]:
+                return IRREGULAR
+    if ends[start] == ends[stop - 1] and stop - start > 2:
+        return CLOSED
+    for m in range(start, stop, 2):
+        if ends[m] == ends[stop - 1]:
+            return IRREGULAR
+    return OPEN
+
+
+@compiled
+def measure_irregular(end_offsets: Longs, ends: Ints, irregular: Ints, sizes: Ints) -> None:
+    """Write the number of neighbours of the vertices with an irregular star."""
+    for i in irregular:
+        sizes[i] = distinct_ends(ends, end_offsets[i], end_offsets[i + 1]).shape[0]
+
+
+@compiled
+def distinct_ends(ends: Ints, start: int, stop: int) -> Ints:
+    """The vertices in ``ends[start:stop]``, each once, ascending."""
+    ring = ends[start:stop].copy()
+    sort_slice(ring, 0, ring.shape[0])
+    count = 0
+    for end in ring:
+        if count == 0 or end != ring[count - 1]:
+            ring[count] = end
+            count += 1
+    return ring[:count]

@@ -1,4 +1,4 @@
-"""Surfaces as smooth as possible: all of a mesh, along the surface alone, in a selected region, between two rims."""
+"""Fairing: of a whole mesh, tangential, of a selected region, between two rims."""
 
 from .bilaplacian import apply_coord_bilaplacian_smoothing
 from .bridging import meshing_bridge_rims_by_fairing

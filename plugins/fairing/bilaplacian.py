@@ -15,8 +15,16 @@ from pymeshfair.filters.fairing import (
     weight_of_detail_size,
 )
 
-from ..moving_vertices import MOVES_VERTICES, Border, Selected, detail_size_parameter, no_amount, smoothed_by_size
-from .displacement import displacement, irregular_note
+from ..moving_vertices import (
+    MOVES_VERTICES,
+    Border,
+    Selected,
+    detail_size_parameter,
+    displacement,
+    irregular_note,
+    no_amount,
+    smoothed_by_size,
+)
 
 Features: TypeAlias = Literal["none", "curvature", "scalar"]
 FEATURES: tuple[Features, ...] = get_args(Features)
@@ -89,7 +97,7 @@ def apply_coord_bilaplacian_smoothing(
     if weight:  # as a length, whose fourth power may leave the range of numbers
         detail_size = 2.0 * math.pi * layer.mean_edge / weight**0.25
     if detail_size == 0.0:
-        raise FilterInputError("the mean edge has no length, so that a weight in mean edges says nothing; give a detail size")
+        raise FilterInputError("the mean edge has no length, so that a weight in mean edges has no meaning; give a detail size")
     if detail_size < 0.0 and weights is not None:
         raise FilterInputError("detail_size 'auto' knows no features: give a size such as '6edge', or features='none'")
     notes: set[str] = set()

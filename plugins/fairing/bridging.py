@@ -10,7 +10,7 @@ from pymeshfair.declaration import Bool, Edit, FilterClass, Layer, MeshElement, 
 from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.fairing import blend_parts
 
-from .energy import FairingEnergy
+from .region import FairingEnergy
 
 
 @mesh_filter(

@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, TypeAlias
 
 import numpy as np
 
-from pymeshfair.declaration import Bool, Bools, Edit, FilterClass, Int, Layer, MeshElement, mesh_filter
+from pymeshfair.declaration import Bool, Bools, Edit, Enum, FilterClass, Int, Layer, MeshElement, mesh_filter
 from pymeshfair.errors import MeshError
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.execution import Progress, ignore_progress
-from pymeshfair.filters.fairing import Energy, fair_region
+from pymeshfair.filters.fairing import ENERGIES, Energy, fair_region
 from pymeshfair.filters.holes import remesh_region
 
-from ..moving_vertices import MOVES_VERTICES
-from .displacement import irregular_note
-from .energy import FairingEnergy
+from ..moving_vertices import MOVES_VERTICES, irregular_note
 
-# A note says so if the area of a region falls below this share.
+# A note is given if the area of a region falls below this share.
 _SHRUNK = 1 / 3
+FairingEnergy: TypeAlias = Annotated[
+    Energy,
+    Enum(
+        label="Energy",
+        choices=ENERGIES,
+        help="'membrane' spans it like a soap film, and meets its surroundings with a crease; 'thin_plate' bends least and "
+        "continues their tangent planes; 'minimum_variation' continues their curvatures too, so that what is round stays round.",
+    ),
+]
 
 
 @mesh_filter(
@@ -76,7 +83,7 @@ def apply_coord_region_fairing(
         ) from None
     if chosen.all():
         raise FilterInputError(
-            "all vertices are selected, so that nothing around them says how the surface goes on: select the part that is to be "
+            "all vertices are selected, so that no surroundings are left to continue: select the part that is to be "
             "faired and leave its surroundings (to smooth a whole mesh take Bi-Laplacian Smoothing)"
         )
     if remesh:
@@ -88,29 +95,29 @@ def apply_coord_region_fairing(
         def part(done: float, before: int = i) -> None:
             progress((before + done) / iterations)
 
-        found = fair_region(vertices, layer.faces, chosen, energy=energy, progress=part)
-        vertices = found.vertices
-        area_share *= found.area_share
-    moved = int(found.free.sum())
+        faired = fair_region(vertices, layer.faces, chosen, energy=energy, progress=part)
+        vertices = faired.vertices
+        area_share *= faired.area_share
+    moved = int(faired.free.sum())
     notes = []
     if stayed := int(chosen.sum()) - moved:
         notes.append(
             f"{stayed:,} of the {int(chosen.sum()):,} selected vertices lie on an open border or have no triangle, and stay."
         )
-    if found.irregular:
-        notes.append(irregular_note(found.irregular))
+    if faired.irregular:
+        notes.append(irregular_note(faired.irregular))
     if area_share < _SHRUNK:
         notes.append(
             f"The region's area shrank to {area_share:.2g} of what it was: the vertices that stay around it span less than it "
             "covered. Select less if it was to keep its size."
         )
     return Edit(
-        vertices=found.vertices,
+        vertices=faired.vertices,
         values={
             "moved": moved,
-            "backward_error": found.backward_error,
-            "last_correction": found.last_correction,
-            "refinements": found.refinements,
+            "backward_error": faired.backward_error,
+            "last_correction": faired.last_correction,
+            "refinements": faired.refinements,
         },
         notes=tuple(notes),
     )

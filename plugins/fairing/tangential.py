@@ -11,8 +11,7 @@ from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.fairing import improve_triangles, tangential_smoothing
 from pymeshfair.filters.inspection import surface_measures
 
-from ..moving_vertices import MOVES_VERTICES, Selected, movable_vertices
-from .displacement import displacement
+from ..moving_vertices import MOVES_VERTICES, Selected, displacement, movable_vertices
 
 
 @mesh_filter(
@@ -94,7 +93,7 @@ def apply_coord_tangential_smoothing(
 
 
 def _replacement(layer: Layer, faces: Ints, replaced: Bools) -> dict[str, Any]:
-    """What an `Edit` says of triangles that give way to others, which are selected as those in their rows were."""
+    """The fields of an `Edit` that replace triangles; new ones are selected if those in their rows were."""
     new = int(replaced.sum())
     if new == 0:
         return {}

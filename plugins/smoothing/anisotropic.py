@@ -1,4 +1,4 @@
-"""Anisotropic diffusion of what the vertices of a mesh carry."""
+"""Anisotropic diffusion of scalars and colours of vertices."""
 
 from __future__ import annotations
 

@@ -5,13 +5,40 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any
 
-from pymeshfair.declaration import Bools, Edit, Enum, Equivalent, FilterClass, Floats, Int, Ints, Layer, MeshElement, mesh_filter
+from pymeshfair.declaration import (
+    Bools,
+    Edit,
+    Enum,
+    Equivalent,
+    FilterClass,
+    Float,
+    Floats,
+    Int,
+    Ints,
+    Layer,
+    MeshElement,
+    mesh_filter,
+)
 from pymeshfair.filters.choosing import PASSES
 from pymeshfair.filters.diffusion import TAUBIN_OPERATORS, TaubinOperator, taubin_fairing
 from pymeshfair.filters.execution import Progress, ignore_progress
 
 from ..moving_vertices import MOVES_VERTICES, Border, Selected, smoothed_by_amount
-from ..taubin_steps import taubin_mu, taubin_pass_band, taubin_step
+
+
+def taubin_step(help: str) -> Float:
+    """The step lambda, which smooths."""
+    return Float(label="Step (lambda)", minimum=0, maximum=1, help=help)
+
+
+def taubin_mu(help: str) -> Float:
+    """The step mu, which goes back."""
+    return Float(label="Step back (mu)", minimum=-1.5, maximum=0, help=help)
+
+
+def taubin_pass_band(help: str) -> Float:
+    """The pass band, which gives mu for a lambda."""
+    return Float(label="Pass band", minimum=0, maximum=2, help=help)
 
 
 def taubin_smooth_of_meshlab(values: Mapping[str, Any]) -> Equivalent | None:

@@ -10,7 +10,7 @@ from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.spectral import SpectralOperator, enhance_details
 
 from ..moving_vertices import MOVES_VERTICES, Selected, movable_vertices
-from .operator_parameter import OPERATOR
+from .filtering import OPERATOR
 
 
 @mesh_filter(
@@ -71,7 +71,7 @@ def apply_coord_detail_enhancement(
     the height of the relief as it was (root mean square), the largest displacement, and the share of the vertices that the
     thickness has held back by half or more.
     """
-    found = enhance_details(
+    enhanced = enhance_details(
         layer.vertices,
         layer.faces,
         gain=gain,
@@ -83,11 +83,12 @@ def apply_coord_detail_enhancement(
         progress=progress,
     )
     notes: tuple[str, ...] = ("nothing was enhanced: no triangle has an area",)
-    if found.detail_size > 0.0:
+    if enhanced.detail_size > 0.0:
         edge = layer.mean_edge
         notes = (
-            f"the relief is taken to be waves of {found.detail_size / edge:.3g} to {found.largest_size / edge:.3g} mean edges, "
-            f"{found.height / edge:.2g} mean edges high; no vertex moved by more than {found.largest_displacement / edge:.2g}",
+            f"the relief is taken to be waves of {enhanced.detail_size / edge:.3g} to {enhanced.largest_size / edge:.3g} mean "
+            f"edges, {enhanced.height / edge:.2g} mean edges high; no vertex moved by more than "
+            f"{enhanced.largest_displacement / edge:.2g}",
         )
-    report = {f.name: getattr(found, f.name) for f in fields(found) if f.name != "vertices"}
-    return Edit(vertices=found.vertices, values=report, notes=notes)
+    report = {f.name: getattr(enhanced, f.name) for f in fields(enhanced) if f.name != "vertices"}
+    return Edit(vertices=enhanced.vertices, values=report, notes=notes)

@@ -26,6 +26,7 @@ from pymeshfair.filters.spectral import (
     ORDERS,
     RESPONSE_NAMES,
     SPECTRAL_METHODS,
+    SPECTRAL_OPERATORS,
     ResponseName,
     SpectralMethod,
     SpectralOperator,
@@ -40,7 +41,14 @@ from ..moving_vertices import (
     no_amount,
     smoothed_by_size,
 )
-from .operator_parameter import OPERATOR
+
+OPERATOR = Enum(
+    label="Operator",
+    choices=SPECTRAL_OPERATORS,
+    advanced=True,
+    help="'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same for slivers and non-manifold meshes; "
+    "'auto' takes the robust one where it is needed.",
+)
 
 
 @mesh_filter(
@@ -135,11 +143,11 @@ def apply_coord_spectral_filter(
         raise FilterInputError(
             f"detail_size 'auto' is for the response 'low_pass', not {response!r}: give a size such as '6edge'"
         )
-    found: SpectralResult | None = None
+    filtered: SpectralResult | None = None
 
     def smooth(points: Floats, faces: Ints, size: float, movable: Bools | None, tell: Progress) -> Floats:
-        nonlocal found
-        found = spectral_filter(
+        nonlocal filtered
+        filtered = spectral_filter(
             points,
             faces,
             response=response,
@@ -153,18 +161,18 @@ def apply_coord_spectral_filter(
             movable=movable,
             progress=tell,
         )
-        return found.vertices
+        return filtered.vertices
 
     done = smoothed_by_size(layer, 0.0 if modes else detail_size, smooth, selected=selected, progress=progress)
-    if found is None or not (modes or done.amount):
+    if filtered is None or not (modes or done.amount):
         return Edit(vertices=done.vertices, values=done.values, notes=done.notes)
-    report = {f.name: getattr(found, f.name) for f in fields(found) if f.name not in ("vertices", "explanation")}
-    return Edit(vertices=found.vertices, values={**report, **done.values}, notes=(_in_words(response, found),))
+    report = {f.name: getattr(filtered, f.name) for f in fields(filtered) if f.name not in ("vertices", "explanation")}
+    return Edit(vertices=filtered.vertices, values={**report, **done.values}, notes=(_in_words(response, filtered),))
 
 
-def _in_words(response: ResponseName, found: SpectralResult) -> str:
+def _in_words(response: ResponseName, filtered: SpectralResult) -> str:
     """What was done to the shape; how it was computed is reported in numbers."""
-    if found.route == "none":
-        return found.explanation
+    if filtered.route == "none":
+        return filtered.explanation
     did = {"low_pass": "waves shorter than {} were removed", "band_pass": "waves from {} on were kept"}
-    return did.get(response, "waves from {} on were made stronger or weaker").format(f"{found.detail_size:.4g}")
+    return did.get(response, "waves from {} on were made stronger or weaker").format(f"{filtered.detail_size:.4g}")

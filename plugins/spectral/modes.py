@@ -1,4 +1,4 @@
-"""The modes of a surface: one of them as a scalar, and how much each has of the shape."""
+"""The modes of a surface: one of them as a scalar, and the spectrum of the shape."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from pymeshfair.filters.spectral import (
     spectrum,
 )
 
-from .operator_parameter import OPERATOR
+from .filtering import OPERATOR
 
 
 @mesh_filter(
@@ -55,20 +55,20 @@ def compute_scalar_by_manifold_harmonic_per_vertex(
     surface is 1, its sign is arbitrary but always the same; it is 0 at vertices without a triangle and on other components.
     Returns its frequency (radians per mesh unit), its wavelength (2 pi / frequency) and its eigenvalue (the frequency squared).
     """
-    found = one_harmonic(layer.vertices, layer.faces, mode, operator=operator, progress=progress)
-    frequency = math.sqrt(max(found.eigenvalue, 0.0))
+    harmonic = one_harmonic(layer.vertices, layer.faces, mode, operator=operator, progress=progress)
+    frequency = math.sqrt(max(harmonic.eigenvalue, 0.0))
     notes: tuple[str, ...] = ()
-    if found.share_of_area < 0.5:
+    if harmonic.share_of_area < 0.5:
         notes = (
-            f"this mode lives on one of {found.n_components} components, with {100.0 * found.share_of_area:.2g} % of the area: "
-            "take another mode, or remove small components first",
+            f"this mode lives on one of {harmonic.n_components} components, with {100.0 * harmonic.share_of_area:.2g} % of the "
+            "area: take another mode, or remove small components first",
         )
     return Edit(
-        vertex_scalars=found.values,
+        vertex_scalars=harmonic.values,
         values={
             "frequency": frequency,
             "wavelength": 2.0 * math.pi / frequency if frequency > 0.0 else math.inf,
-            "eigenvalue": found.eigenvalue,
+            "eigenvalue": harmonic.eigenvalue,
         },
         notes=notes,
     )
@@ -102,8 +102,8 @@ def get_surface_spectrum(
     components, in squared mesh units; a frequency is 2 pi over a wavelength, in radians per mesh unit. Returns the frequencies
     and energies of the lowest modes, and the energies of bands of a third of an octave up to the finest waves of the mesh.
     """
-    found = spectrum(layer.vertices, layer.faces, modes=modes, operator=operator, progress=progress)
+    energies = spectrum(layer.vertices, layer.faces, modes=modes, operator=operator, progress=progress)
     # Lists, not arrays: a run hands them over whole.
-    report = {f.name: getattr(found, f.name) for f in fields(found)}
+    report = {f.name: getattr(energies, f.name) for f in fields(energies)}
     values = {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in report.items()}
     return Edit(values={**values, "diagonal": layer.diagonal, "mean_edge": layer.mean_edge})

@@ -16,7 +16,7 @@ from tests.contracts.variants import Variant, each_variant, outcome_of
 def test_two_threads_give_the_same_bits(variant: Variant, monkeypatch: pytest.MonkeyPatch) -> None:
     """As one thread does, on which so small a mesh is usually filtered."""
     expected = outcome_of(variant)
-    monkeypatch.setattr("pymeshfair.filters.execution.threads.SERIAL_BELOW", 0)
+    monkeypatch.setattr("pymeshfair.filters.execution.SERIAL_BELOW", 0)
     for name, module in list(sys.modules.items()):
         if name.startswith("pymeshfair.filters.") and hasattr(module, "FITS_IN_CACHE"):
             monkeypatch.setattr(module, "FITS_IN_CACHE", 0)

@@ -9,10 +9,8 @@ import numpy as np
 import pytest
 
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.fairing import bridge, spans
-from pymeshfair.filters.fairing.blend import blend_parts
-from pymeshfair.filters.fairing.bridge import bridge_rims
-from pymeshfair.filters.fairing.facing_rims import facing_rims
+from pymeshfair.filters.fairing import blend
+from pymeshfair.filters.fairing.blend import blend_parts, bridge_rims, facing_rims
 from pymeshfair.filters.fairing.region import Energy
 from pymeshfair.filters.mesh import Bools
 from pymeshfair.filters.topology import edge_face_counts
@@ -300,13 +298,13 @@ def test_long_rims_tell_how_far_they_are_and_too_long_ones_are_refused(monkeypat
     """Shares rise from 0 to 1 in many steps, and stop the work when they raise; above the largest grid of spans it is said."""
     mesh = two_tubes(400, 300, gap=0.3)
     shares: list[float] = []
-    monkeypatch.setattr(spans, "_SPANS_AT_A_TIME", 10_000)
+    monkeypatch.setattr(blend, "_SPANS_AT_A_TIME", 10_000)
     blend_parts(*mesh, progress=shares.append)
     assert len(shares) > 50
     assert shares == sorted(shares)
     assert 0.0 <= shares[0] <= shares[-1] <= 1.0
     assert shares[-1] > 0.9
-    monkeypatch.setattr(bridge, "MOST_SPANS", 400 * 300 - 1)
+    monkeypatch.setattr(blend, "MOST_SPANS", 400 * 300 - 1)
     with pytest.raises(FilterInputError, match=r"the rims have [34]00 and [34]00 edges: a band is searched"):
         blend_parts(*mesh)
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pymeshfair.filters.checks import ConvergenceError, FilterInputError
 from pymeshfair.filters.fairing.region import fair_region
-from pymeshfair.filters.holes.close_holes import HoleEnergy, HoleFilling, close_holes
+from pymeshfair.filters.holes import HoleEnergy, HoleFilling, close_holes
 from pymeshfair.filters.topology import (
     CLOSED,
     IRREGULAR,
@@ -367,7 +367,7 @@ def test_a_hole_stays_open_if_its_island_cannot_be_joined(way: str, monkeypatch:
         moved[island[1::2]] = moved[island[:-1:2]][: len(island[1::2])]
         vertices = moved
     else:
-        monkeypatch.setattr("pymeshfair.filters.holes.patches.triangulate_polygon", lambda *_: None)
+        monkeypatch.setattr("pymeshfair.filters.holes.closing.triangulate_polygon", lambda *_: None)
     filling = close_holes(vertices, faces)
     assert filling.closed == ()
     assert sorted(rim.reason for rim in filling.left_open) == ["island", way]
@@ -450,7 +450,7 @@ def test_a_degenerate_patch_does_not_stop_the_others(monkeypatch: pytest.MonkeyP
             raise ConvergenceError("too ill-conditioned")
         return fair_region(points, triangles, free, **options)
 
-    monkeypatch.setattr("pymeshfair.filters.holes.patch_fairing.fair_region", fair)
+    monkeypatch.setattr("pymeshfair.filters.holes.closing.fair_region", fair)
     filling = close_holes(*mesh, energy="minimum_variation")
     at_top = [bool(vertices[rim, 2].mean() > 0.8) for rim in filling.closed]
     assert sum(at_top) == 1

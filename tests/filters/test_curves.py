@@ -13,7 +13,7 @@ from pymeshfair.filters.curves.curve_smoothing import CURVE_METHODS, CURVE_WEIGH
 from pymeshfair.filters.diffusion.implicit import time_step_of_detail_size
 from pymeshfair.filters.diffusion.taubin import mu_of_pass_band, transfer_function
 from pymeshfair.filters.operators import uniform_laplacian
-from pymeshfair.filters.operators.inverse_length import inverse_length_laplacian
+from pymeshfair.filters.operators.edge_weights import inverse_length_laplacian
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]

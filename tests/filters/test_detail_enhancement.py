@@ -10,7 +10,7 @@ from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.neighbours import touching_balls
 from pymeshfair.filters.spectral import enhance, enhance_details
-from pymeshfair.filters.spectral.relief_band import SHORTEST, relief_band
+from pymeshfair.filters.spectral.detail_enhancement import SHORTEST, relief_band
 from pymeshfair.filters.topology import border_vertices
 from tests.meshes import Mesh, grid, icosphere, torus
 

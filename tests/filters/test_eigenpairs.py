@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 import time
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from threadpoolctl import threadpool_limits
 
 from pymeshfair.filters.checks import ConvergenceError, FilterInputError
 from pymeshfair.filters.linear_solvers import ShiftedFactors
-from pymeshfair.filters.spectral import component_modes, shifted_lanczos, spectrum_slicing
+from pymeshfair.filters.spectral import eigenpairs, spectrum_slicing
 from pymeshfair.filters.spectral.eigenpairs import lowest_eigenpairs
 from pymeshfair.filters.spectral.problem import SpectralProblem, spectral_problem
 from tests.meshes import Mesh, book, grid, icosphere, irregular_grid, noisy, renumbered, sample, torus, tube, two_spheres
@@ -104,8 +105,8 @@ MESHES: dict[str, Mesh] = {
 def test_no_eigenvalue_is_left_out(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The eigenvalues are the lowest of LAPACK's, with the orthonormality and the residual promised, also in small bands."""
     monkeypatch.setattr(spectrum_slicing, "_BAND", 30)
-    monkeypatch.setattr(component_modes, "_DENSE", 0)
-    monkeypatch.setattr(component_modes, "_DENSE_LIMIT", 0)
+    monkeypatch.setattr(eigenpairs, "_DENSE", 0)
+    monkeypatch.setattr(eigenpairs, "_DENSE_LIMIT", 0)
     problem = spectral_problem(*MESHES[name])
     kappa, modes = lowest_eigenpairs(problem, 120)
     np.testing.assert_allclose(kappa, dense(problem)[:120], rtol=1e-8, atol=1e-9 * kappa[-1])
@@ -115,11 +116,11 @@ def test_no_eigenvalue_is_left_out(name: str, monkeypatch: pytest.MonkeyPatch) -
 
 def test_a_search_that_misses_modes_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
     """When a band's search passes over an eigenvalue above its shift, the count of the next notices and it is searched for."""
-    searched = shifted_lanczos.modes_near
+    searched = spectrum_slicing.modes_near
     dropped: list[int] = []
 
-    def careless(factors: ShiftedFactors, locked: np.ndarray, **rest: object) -> tuple[np.ndarray, np.ndarray]:
-        kappa, modes = searched(factors, locked, **rest)  # type: ignore[arg-type]
+    def careless(factors: ShiftedFactors, locked: np.ndarray, **rest: Any) -> tuple[np.ndarray, np.ndarray]:
+        kappa, modes = searched(factors, locked, **rest)
         above = np.flatnonzero(kappa > factors.shift)
         if not dropped and len(above) > 3:
             dropped.append(int(above[2]))
@@ -137,7 +138,7 @@ def test_a_search_that_misses_modes_is_found_out(monkeypatch: pytest.MonkeyPatch
 
 def test_multiplicity_above_the_block_takes_a_second_search(monkeypatch: pytest.MonkeyPatch) -> None:
     """With blocks of two vectors the eightfold eigenvalues of a torus are complete nevertheless."""
-    monkeypatch.setattr(shifted_lanczos, "BLOCK", 2)
+    monkeypatch.setattr(spectrum_slicing, "BLOCK", 2)
     kappa, modes = lowest_eigenpairs(flat_torus(30), 60)
     wave = 4 * np.sin(np.pi * np.arange(30) / 30) ** 2
     np.testing.assert_allclose(kappa, np.sort(np.add.outer(wave, wave).ravel())[:60], rtol=1e-9, atol=1e-12)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.fairing import half_factors
-from pymeshfair.filters.fairing.energy import bilaplacian_smoothing, weight_of_detail_size
+from pymeshfair.filters.fairing import bilaplacian
+from pymeshfair.filters.fairing.bilaplacian import bilaplacian_smoothing, weight_of_detail_size
 from pymeshfair.filters.operators import laplace_beltrami
 from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy, border_vertices
 from tests.meshes import AWKWARD, Floats, Ints, grid, icosphere, irregular_grid, noisy, two_spheres
@@ -227,7 +227,7 @@ def test_multigrid_and_factors_lead_to_the_same_surface(
     for movable in (None, np.random.default_rng(0).random(len(vertices)) < 0.9):
         results = []
         for most in (10**9, 0):
-            monkeypatch.setattr(half_factors, "_QUICK_FACTORS", most)
+            monkeypatch.setattr(bilaplacian, "_QUICK_FACTORS", most)
             results.append(bilaplacian_smoothing(vertices, faces, detail_size=edges, border=border, movable=movable))
         assert np.abs(results[0] - results[1]).max() < 1e-10 * np.linalg.norm(np.ptp(vertices, axis=0))
 
@@ -236,23 +236,23 @@ def test_factors_take_over_from_cycles_that_stall(monkeypatch: pytest.MonkeyPatc
     """Where too few iterations are allowed for multigrid, the same surface comes out."""
     vertices, faces = noisy(icosphere(4), 0.02)
     expected = bilaplacian_smoothing(vertices, faces, detail_size=0.5)
-    monkeypatch.setattr(half_factors, "_QUICK_FACTORS", 0)
-    monkeypatch.setattr(half_factors, "_MOST_ITERATIONS", 13)
-    taken = []
-    factorise = half_factors.Halves.factorise
+    monkeypatch.setattr(bilaplacian, "_QUICK_FACTORS", 0)
+    monkeypatch.setattr(bilaplacian, "_MOST_ITERATIONS", 13)
+    taken: list[bool] = []
+    factorise = bilaplacian.Halves.factorise
 
-    def noted(halves: half_factors.Halves) -> bool:
+    def noted(halves: bilaplacian.Halves) -> bool:
         taken.append(factorise(halves))
         return taken[-1]
 
-    monkeypatch.setattr(half_factors.Halves, "factorise", noted)
+    monkeypatch.setattr(bilaplacian.Halves, "factorise", noted)
     assert np.abs(bilaplacian_smoothing(vertices, faces, detail_size=0.5) - expected).max() < 1e-9
     assert taken[0]
 
 
 def test_a_large_mesh_can_be_left_at_every_iteration(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without factors the progress is called at every iteration, and what it raises ends the work."""
-    monkeypatch.setattr(half_factors, "_QUICK_FACTORS", 0)
+    monkeypatch.setattr(bilaplacian, "_QUICK_FACTORS", 0)
     calls = []
 
     def stop(share: float) -> None:

@@ -11,9 +11,14 @@ from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.diffusion.backward_euler import BackwardEulerStep
 from pymeshfair.filters.diffusion.explicit import explicit_smoothing
-from pymeshfair.filters.diffusion.implicit import Flow, ImplicitOperator, implicit_fairing, time_step_of_detail_size
+from pymeshfair.filters.diffusion.implicit import (
+    BackwardEulerStep,
+    Flow,
+    ImplicitOperator,
+    implicit_fairing,
+    time_step_of_detail_size,
+)
 from pymeshfair.filters.execution import ignore_progress
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.operators import Laplacian, OperatorName, build_laplacian, curve_laplacian

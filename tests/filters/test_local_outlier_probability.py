@@ -15,8 +15,8 @@ from PyNomaly import loop
 from scipy.special import erf
 from scipy.stats import rankdata
 
+from pymeshfair.filters import execution as threads
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.execution import tasks as threads
 from pymeshfair.filters.neighbours import nearest_neighbours
 from pymeshfair.filters.outliers.local_outlier_probability import local_outlier_probability, outlier_factors
 

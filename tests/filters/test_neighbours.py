@@ -13,9 +13,9 @@ from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from pymeshfair.filters import execution as threads
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.execution import ignore_progress
-from pymeshfair.filters.execution import tasks as threads
 from pymeshfair.filters.neighbours import LEAF, build_tree, nearest_neighbours
 
 Floats = NDArray[np.float64]

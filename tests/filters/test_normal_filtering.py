@@ -271,7 +271,7 @@ def test_the_size_of_the_unit_makes_no_difference() -> None:
 @pytest.mark.parametrize("settings", EVERY_METHOD)
 def test_threads_make_no_difference(settings: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
     """One thread and two give the same bytes."""
-    monkeypatch.setattr("pymeshfair.filters.execution.threads.SERIAL_BELOW", 0)
+    monkeypatch.setattr("pymeshfair.filters.execution.SERIAL_BELOW", 0)
     before = allowed_threads()
     results = []
     try:

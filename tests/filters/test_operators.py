@@ -26,8 +26,7 @@ from pymeshfair.filters.operators import (
     uniform_laplacian,
 )
 from pymeshfair.filters.operators.cotangent import cotangent_stiffness
-from pymeshfair.filters.operators.inverse_length import inverse_length_laplacian
-from pymeshfair.filters.operators.scale_dependent import scale_dependent_laplacian
+from pymeshfair.filters.operators.edge_weights import inverse_length_laplacian, scale_dependent_laplacian
 from tests.meshes import (
     AWKWARD,
     Mesh,

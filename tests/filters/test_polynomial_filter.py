@@ -16,12 +16,16 @@ from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.compilation import allowed_threads, set_threads
 from pymeshfair.filters.spectral.chebyshev import chebyshev_series
 from pymeshfair.filters.spectral.eigenpairs import lowest_eigenpairs
-from pymeshfair.filters.spectral.eigenvector_free import Filtered, filter_without_eigenvectors
-from pymeshfair.filters.spectral.largest_eigenvalue import gershgorin_bound, lanczos_bound, symmetric_form
-from pymeshfair.filters.spectral.polynomial import polynomial_filter, polynomial_series
+from pymeshfair.filters.spectral.eigenvector_free import Filtered, RouteName, filter_without_eigenvectors
+from pymeshfair.filters.spectral.polynomial import (
+    gershgorin_bound,
+    lanczos_bound,
+    polynomial_filter,
+    polynomial_series,
+    symmetric_form,
+)
 from pymeshfair.filters.spectral.problem import SpectralProblem, spectral_problem
 from pymeshfair.filters.spectral.responses import Response, band_pass, enhance, low_pass
-from pymeshfair.filters.spectral.routes import RouteName
 from tests.meshes import Floats, Mesh, book, grid, icosphere, irregular_grid, torus, two_spheres, with_caps
 
 MESHES = {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import inspect
+import pkgutil
 import re
 import subprocess
 import sys
@@ -13,7 +14,8 @@ from typing import Any, get_origin
 import pytest
 
 PROJECT = Path(__file__).parents[2]
-PACKAGES = sorted(file.parent.name for file in (PROJECT / "filters").glob("*/__init__.py"))
+#: the rooms of the mathematics, packages and single modules
+PACKAGES = sorted(room.name for room in pkgutil.iter_modules([str(PROJECT / "filters")]))
 PROMISED = Path(__file__).with_name("public_names.txt").read_text(encoding="utf-8").split()
 #: what users read and copy from; plugins import as those of others would
 SHOWN = [

@@ -8,9 +8,8 @@ from numpy.typing import NDArray
 
 from pymeshfair.filters.execution import ignore_progress
 from pymeshfair.filters.geometry import mean_edge_length
-from pymeshfair.filters.holes.grading import MOST_VERTICES, SLOPE, Growth, uniform_width
-from pymeshfair.filters.holes.patches import Patches
-from pymeshfair.filters.holes.refinement import Patch, refined_patch
+from pymeshfair.filters.holes.closing import Patches
+from pymeshfair.filters.holes.refinement import MOST_VERTICES, SLOPE, Growth, Patch, refined_patch, uniform_width
 from pymeshfair.filters.holes.triangulation import triangulate_rim
 from pymeshfair.filters.holes.vertex_pairs import nothing_forbidden, vertex_pairs
 from pymeshfair.filters.topology import border_edges, boundary_loops, edges, face_adjacency, non_manifold_edges

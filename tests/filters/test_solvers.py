@@ -16,9 +16,8 @@ from scipy.sparse.linalg import spsolve
 from pymeshfair.filters.checks import ConvergenceError, FilterInputError
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.linear_solvers import SpdSolver, conjugate_gradients
-from pymeshfair.filters.linear_solvers.factorisation import Factorisation
 from pymeshfair.filters.linear_solvers.smoothed_aggregation import SmoothedAggregation
-from pymeshfair.filters.linear_solvers.solution import Solution
+from pymeshfair.filters.linear_solvers.spd_solver import Factorisation, Solution
 from pymeshfair.filters.operators import laplace_beltrami
 from tests.meshes import Floats, Mesh, icosphere, irregular_grid, noisy
 
@@ -244,11 +243,11 @@ _DIGEST = """
 import hashlib
 from pymeshfair.filters.compilation import allowed_threads
 import numpy as np
-from pymeshfair.filters.execution import threads
+from pymeshfair.filters import execution
 from pymeshfair.filters.diffusion.implicit import implicit_fairing
 from tests.meshes import irregular_grid
 
-threads.SERIAL_BELOW = 0
+execution.SERIAL_BELOW = 0
 vertices, faces = irregular_grid(150, 150)
 vertices[:, 2] = np.random.default_rng(0).normal(size=len(vertices))
 print(allowed_threads())

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 import pytest
 
+from pymeshfair.filters import execution as parallel
 from pymeshfair.filters import topology
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.execution import threads as parallel
-from pymeshfair.filters.spectral import eigenvector_filter
 from pymeshfair.filters.spectral.spectral_filter import spectral_filter
 from tests.meshes import AWKWARD, Floats, Mesh, diagonal, grid, icosphere, noisy, renumbered, rotation, torus, two_spheres
 
@@ -271,7 +271,7 @@ def test_modes_that_memory_does_not_hold_are_refused() -> None:
 
 def test_auto_does_without_modes_that_memory_does_not_hold(monkeypatch: pytest.MonkeyPatch) -> None:
     """The same call takes the smooth response at Weyl's wavelength, and says so."""
-    monkeypatch.setattr(eigenvector_filter, "LARGEST_BASIS", 1000)
+    monkeypatch.setattr(import_module("pymeshfair.filters.spectral.spectral_filter"), "LARGEST_BASIS", 1000)
     found = spectral_filter(*icosphere(3), modes=50)
     assert found.route in ("polynomial", "rational")
     assert "50 modes reach this wavelength by Weyl's law" in found.explanation

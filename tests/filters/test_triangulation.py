@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pymeshfair.filters.holes.retriangulation import retriangulated
-from pymeshfair.filters.holes.triangulation import triangulate_rim
+from pymeshfair.filters.holes.triangulation import retriangulated, triangulate_rim
 from pymeshfair.filters.holes.vertex_pairs import VertexPairs, vertex_pairs
 from tests.meshes import area, rotation
 

@@ -11,8 +11,8 @@ import pytest
 
 import pymeshfair
 from pymeshfair.declaration import Filter
+from pymeshfair.filters.fairing.bilaplacian import bilaplacian_smoothing
 from pymeshfair.filters.fairing.blend import blend_parts
-from pymeshfair.filters.fairing.energy import bilaplacian_smoothing
 from pymeshfair.filters.fairing.feature_weights import feature_weights, scalar_feature_weights
 from pymeshfair.filters.fairing.region import ENERGIES, Energy, fair_region
 from pymeshfair.filters.fairing.tangential import improve_triangles, tangential_smoothing

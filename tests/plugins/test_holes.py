@@ -186,7 +186,7 @@ def test_a_lower_energy_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
             raise ConvergenceError("too ill-conditioned")
         return fair_region(*mesh, **options)
 
-    monkeypatch.setattr("pymeshfair.filters.holes.patch_fairing.fair_region", fair)
+    monkeypatch.setattr("pymeshfair.filters.holes.closing.fair_region", fair)
     meshes, notes = mesh_set(cut_ball())
     values = meshes.meshing_close_holes_by_fairing(energy="minimum_variation")
     assert values is not None

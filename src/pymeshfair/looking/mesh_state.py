@@ -10,7 +10,7 @@ from typing import Any
 from ..declaration import Bools
 from ..files.formats import ATTRIBUTES, attributes_of
 from ..filters.denoising import estimate_noise
-from ..filters.holes.islands import outer_borders
+from ..filters.holes.rims import outer_borders
 from ..filters.inspection import SharpEdges, sharp_edges
 from ..filters.topology import boundary_loops
 from ..mesh_data import MeshData

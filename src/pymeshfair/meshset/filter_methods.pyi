@@ -1123,10 +1123,10 @@ class FilterMethods:
                 mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
             outliers: Vertices that stand out from all around them, as those of stray measurements: 'keep' filters them like the
                 others, 'replace' puts them first where the others expect them, 'only' moves nothing but them. Filters that keep
-                edges keep such spikes too. 'auto' keeps them where the filter is said in full.
+                edges keep such spikes too. 'auto' keeps them where all parameters of the filter are given.
             relaxation: How many pairs of Taubin's steps come before, of 0.5 and -0.53. More calm noise that turns faces over,
-                and round edges, which the filter sharpens again. -1: automatic, 0 where the filter is said in full. Takes a
-                whole number from -1 to 10000.
+                and round edges, which the filter sharpens again. -1: automatic, 0 where all parameters of the filter are given.
+                Takes a whole number from -1 to 10000.
             relaxation_direction: Where these steps go: 'all' directions, which evens out noise along the surface too, or along
                 the 'normal' alone, so that no vertex slides.
             choice: How what is not given is found. 'held_out': some 140 settings are tried on the mesh, or on patches of a

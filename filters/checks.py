@@ -1,0 +1,148 @@
+"""What every filter refuses, in the same words: the errors, and the checks of single parameters.
+
+Every check returns the value as a plain Python object, so that what follows computes with the type it expects. Whole numbers are
+taken from `int` and NumPy's integers only: 2.0 is refused like 2.5. Truth values are no numbers. The message of each error is the
+name of the parameter, the value, the allowed ones and a note, if any.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from numbers import Integral, Real
+from typing import Any
+
+import numpy as np
+
+
+class PymeshfairError(Exception):
+    """Base of all errors of pymeshfair that a caller may want to catch; `pymeshfair.errors` has it, too."""
+
+    def __reduce__(self) -> tuple[Any, ...]:  # unpickling would otherwise call the class with the message alone
+        return _restored, (type(self), self.args, self.__dict__)
+
+
+def _restored(kind: type[PymeshfairError], arguments: tuple[Any, ...], attributes: dict[str, Any]) -> PymeshfairError:
+    error = kind.__new__(kind, *arguments)
+    error.__dict__.update(attributes)
+    return error
+
+
+class FilterInputError(PymeshfairError, ValueError):
+    """The technique is not defined for this mesh or parameter; the message has the value, the reason and the remedy."""
+
+
+class UnstableStepError(FilterInputError):
+    """An explicit step is longer than the operator's spectrum allows.
+
+    Attributes:
+        largest_stable: the longest step that does not amplify any mode, in the unit of the step.
+    """
+
+    def __init__(self, message: str, *, largest_stable: float) -> None:
+        super().__init__(message)
+        self.largest_stable = largest_stable
+
+
+class ConvergenceError(PymeshfairError, RuntimeError):
+    """An iterative solver ended above its tolerance; the message gives the residual that it reached."""
+
+
+def check_whole_number(name: str, value: object, *, least: int = 0, most: int | None = None, note: str = "") -> int:
+    """The value as an `int`.
+
+    Args:
+        name: the parameter's name, as in "iterations is 2.5: it is a whole number of at least 0".
+        value: the value.
+        least: the smallest value that is allowed.
+        most: the largest value that is allowed; None for any.
+        note: appended to the message: what the value means, or what to give instead. Begins with its own punctuation.
+
+    Raises:
+        FilterInputError: not an integer, or out of range.
+    """
+    if isinstance(value, Integral) and not isinstance(value, bool):
+        number = int(value)
+        if number >= least and (most is None or number <= most):
+            return number
+    allowed = f"of at least {least}" if most is None else f"from {least} to {most}"
+    written = f", written {value:.0f}" if isinstance(value, float | np.floating) and float(value).is_integer() else ""
+    raise FilterInputError(f"{name} is {_shown(value)}: it is a whole number {allowed}{written}{note}")
+
+
+def check_finite(name: str, value: object, *, least: float | None = None, most: float | None = None, note: str = "") -> float:
+    """The value as a `float` that is finite and within the bounds, which are allowed themselves.
+
+    Args:
+        name: the parameter's name, as in "time_step nan is not finite and at least 0".
+        value: the value.
+        least: the lower bound; None for none.
+        most: the upper bound, only together with a lower one; None for none.
+        note: as for `check_whole_number`.
+
+    Raises:
+        FilterInputError: not a real number, not finite, or out of range.
+    """
+    number = _real(value)
+    low, high = -math.inf if least is None else least, math.inf if most is None else most
+    if math.isfinite(number) and low <= number <= high:
+        return number
+    allowed = "finite" if least is None else f"finite and at least {least:g}" if most is None else f"from {least:g} to {most:g}"
+    raise FilterInputError(f"{name} {_shown(value)} is not {allowed}{note}")
+
+
+def check_positive(name: str, value: object, *, most: float | None = None, note: str = "") -> float:
+    """The value as a finite `float` above 0.
+
+    Args:
+        name: the parameter's name, as in "detail_size 0.0 is not finite and above 0".
+        value: the value.
+        most: the largest value that is allowed; None for any that is finite.
+        note: as for `check_whole_number`.
+
+    Raises:
+        FilterInputError: not a real number, not finite, or out of range.
+    """
+    number = _real(value)
+    if 0.0 < number < math.inf and (most is None or number <= most):
+        return number
+    allowed = "finite and above 0" if most is None else f"above 0 and at most {most:g}"
+    raise FilterInputError(f"{name} {_shown(value)} is not {allowed}{note}")
+
+
+def check_choice(name: str, value: object, allowed: Sequence[str], *, note: str = "") -> None:
+    """Nothing, if the value is one of the names that are allowed.
+
+    Args:
+        name: the parameter's name, as in "border 'open' is not one of 'fixed', 'along', 'free'".
+        value: the value.
+        allowed: all names, in the order in which the message lists them.
+        note: as for `check_whole_number`.
+
+    Raises:
+        FilterInputError: another name, or no string.
+    """
+    if not (isinstance(value, str) and value in allowed):
+        raise FilterInputError(f"{name} {_shown(value)} is not one of {', '.join(map(repr, allowed))}{note}")
+
+
+def _real(value: object) -> float:
+    """The value as a float; NaN if it is no real number."""
+    return float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
+
+
+def _shown(value: object) -> str:
+    """The value as a message shows it: without NumPy's type around a number, and no longer than a line takes."""
+    return repr(value.item() if isinstance(value, np.generic) else value)[:80]
+
+
+__all__ = [
+    "ConvergenceError",
+    "FilterInputError",
+    "PymeshfairError",
+    "UnstableStepError",
+    "check_choice",
+    "check_finite",
+    "check_positive",
+    "check_whole_number",
+]

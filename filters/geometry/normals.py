@@ -1,0 +1,148 @@
+"""Normals of faces and vertices; areas and centres of faces."""
+
+import math
+
+import numpy as np
+
+from ..compilation import compiled
+from ..execution import over_range
+from ..mesh import Floats, Ints
+from ..topology import face_adjacency
+from .measures import cross_product
+
+#: The columns of the table of `measure_faces`: the unit normal, the area, the centre; the last is not used.
+NORMAL, AREA, CENTRE = slice(0, 3), 3, slice(4, 7)
+
+
+def measure_faces(vertices: Floats, faces: Ints, table: Floats | None = None) -> Floats:
+    """(m, 8) the unit normal, the area and the centre of every face, and one 0.
+
+    A row fills one cache line, so a sweep over neighbouring faces loads one line for each. A face without area has the normal 0.
+
+    Args:
+        vertices: (n, 3) coordinates of ordinary size, such as the points of a `NormalisedMesh`.
+        faces: (m, 3) triangles.
+        table: (m, 8) a table to overwrite and return; None for a new one.
+    """
+    table = np.zeros((len(faces), 8)) if table is None else table
+    over_range(_measure, len(faces), vertices, faces, table)
+    return table
+
+
+def face_normals(vertices: Floats, faces: Ints) -> Floats:
+    """(m, 3) the unit normals of the faces; 0 where a face has no area."""
+    return np.ascontiguousarray(measure_faces(vertices, faces)[:, NORMAL])
+
+
+def normal_differences(vertices: Floats, faces: Ints) -> Floats:
+    """(k,) |n_f - n_g| of the unit normals of the adjacent faces f, g: 0 of flush ones, 2 of a fold."""
+    pairs, _ = face_adjacency(faces)
+    sides = face_normals(vertices, faces)[pairs]
+    return np.asarray(np.linalg.norm(sides[:, 0] - sides[:, 1], axis=1))
+
+
+def cross_products(vertices: Floats, faces: Ints) -> Floats:
+    """(m, 3) (b - a) x (c - a) of the faces (a, b, c): normal to them, and twice their area long."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    return np.asarray(np.cross(b - a, c - a))
+
+
+def seen_from_one_side(vertices: Floats, faces: Ints) -> float:
+    """|sum A n| / sum A over the faces of area A and normal n: 1 of a plane, 0 of any closed surface and of one without area."""
+    crosses = cross_products(vertices, faces)
+    total = float(np.linalg.norm(crosses, axis=1).sum())
+    return float(np.linalg.norm(crosses.sum(axis=0))) / total if total > 0.0 else 0.0
+
+
+@compiled(nogil=True)
+def turned_faces(before: Floats, after: Floats, faces: Ints) -> int:
+    """How many faces look more than a right angle away from where they did.
+
+    Args:
+        before: (n, 3) coordinates of ordinary size.
+        after: (n, 3) those of the same vertices later.
+        faces: (m, 3) triangles.
+    """
+    count = 0
+    for f in range(len(faces)):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        x, y, z = cross_product(before, a, b, c)
+        u, v, w = cross_product(after, a, b, c)
+        if x * u + y * v + z * w < 0.0:
+            count += 1
+    return count
+
+
+@compiled(nogil=True)
+def _measure(vertices: Floats, faces: Ints, table: Floats, first: int, last: int) -> None:
+    for f in range(first, last):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        x, y, z = cross_product(vertices, a, b, c)
+        length = np.sqrt(x * x + y * y + z * z)
+        if length > 0.0:
+            table[f, 0], table[f, 1], table[f, 2] = x / length, y / length, z / length
+        else:
+            table[f, 0] = table[f, 1] = table[f, 2] = 0.0
+        table[f, 3] = 0.5 * length
+        for k in range(3):
+            table[f, 4 + k] = (vertices[a, k] + vertices[b, k] + vertices[c, k]) / 3.0
+
+
+def vertex_normals_by_area(points: Floats, faces: Ints) -> Floats:
+    """(n, 3) the unit normals of the vertices, means of those of their faces by area; 0 where there is no face.
+
+    Args:
+        points: (n, 3) coordinates of ordinary size.
+        faces: (m, 3) triangles.
+    """
+    columns = cross_products(points, faces).T
+    normals = np.stack([np.bincount(faces.ravel(), np.repeat(column, 3), len(points)) for column in columns], axis=1)
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    return np.asarray(normals / np.where(lengths > 0.0, lengths, 1.0))
+
+
+def vertex_normals_by_angle(vertices: Floats, faces: Ints) -> Floats:
+    """(n, 3) the unit normals of the vertices, means of those of their faces by the angle there [thurmer1998]; 0 without faces.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+    """
+    normals = np.zeros((len(vertices), 3))
+    _add_by_angle(vertices, faces, normals)
+    return normals
+
+
+@compiled
+def _add_by_angle(vertices: Floats, faces: Ints, normals: Floats) -> None:
+    sides = np.empty((3, 3))
+    for f in range(faces.shape[0]):
+        for k in range(3):
+            a, b = faces[f, k], faces[f, (k + 1) % 3]
+            x, y, z = (vertices[b, 0] - vertices[a, 0], vertices[b, 1] - vertices[a, 1], vertices[b, 2] - vertices[a, 2])
+            largest = max(abs(x), abs(y), abs(z))
+            if largest > 0.0:
+                x, y, z = x / largest, y / largest, z / largest
+            length = math.sqrt(x * x + y * y + z * z)
+            if length > 0.0:
+                x, y, z = x / length, y / length, z / length
+            sides[k, 0], sides[k, 1], sides[k, 2] = x, y, z
+        x = sides[0, 1] * sides[1, 2] - sides[0, 2] * sides[1, 1]
+        y = sides[0, 2] * sides[1, 0] - sides[0, 0] * sides[1, 2]
+        z = sides[0, 0] * sides[1, 1] - sides[0, 1] * sides[1, 0]
+        length = math.sqrt(x * x + y * y + z * z)
+        if length == 0.0:
+            continue
+        for k in range(3):
+            before = (k + 2) % 3
+            cosine = -(sides[k, 0] * sides[before, 0] + sides[k, 1] * sides[before, 1] + sides[k, 2] * sides[before, 2])
+            angle = math.acos(min(max(cosine, -1.0), 1.0)) / length
+            i = faces[f, k]
+            normals[i, 0] += angle * x
+            normals[i, 1] += angle * y
+            normals[i, 2] += angle * z
+    for i in range(normals.shape[0]):
+        length = math.sqrt(normals[i, 0] ** 2 + normals[i, 1] ** 2 + normals[i, 2] ** 2)
+        if length > 0.0:
+            for c in range(3):
+                normals[i, c] /= length

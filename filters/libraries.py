@@ -1,0 +1,76 @@
+"""Libraries, each imported when it is first used: together they take half a second, and no filter uses them all."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+
+class ImportedWhenUsed:
+    """A module that is imported when one of its attributes is first used.
+
+    Unlike `importlib.util.LazyLoader` it may be used by several threads, before Python 3.12 too, and knows submodules.
+    """
+
+    def __init__(self, name: str) -> None:
+        """See the class; `name` is that of the module."""
+        self._name = name
+
+    def __getattr__(self, attribute: str) -> Any:
+        """The attribute of the module, or its submodule of that name."""
+        if attribute.startswith("__"):
+            raise AttributeError(attribute)  # inspection, as by a debugger, is no use of the module
+        module = importlib.import_module(self._name)
+        try:
+            value = getattr(module, attribute)
+        except AttributeError:
+            value = importlib.import_module(f"{self._name}.{attribute}")
+        setattr(self, attribute, value)
+        return value
+
+
+if TYPE_CHECKING:
+    import cholespy
+    import igl
+    import robust_laplacian
+    import threadpoolctl
+    from scipy import fft, linalg, optimize, sparse, spatial, special
+    from scipy.linalg import blas
+else:
+    blas = ImportedWhenUsed("scipy.linalg.blas")
+    cholespy = ImportedWhenUsed("cholespy")
+    fft = ImportedWhenUsed("scipy.fft")
+    igl = ImportedWhenUsed("igl")
+    linalg = ImportedWhenUsed("scipy.linalg")
+    optimize = ImportedWhenUsed("scipy.optimize")
+    robust_laplacian = ImportedWhenUsed("robust_laplacian")
+    sparse = ImportedWhenUsed("scipy.sparse")
+    spatial = ImportedWhenUsed("scipy.spatial")
+    special = ImportedWhenUsed("scipy.special")
+    threadpoolctl = ImportedWhenUsed("threadpoolctl")
+
+
+@contextmanager
+def one_blas_thread() -> Iterator[None]:
+    """A context in which matrix products take one thread: with several their bits depend on how many there are."""
+    blas.dgemm  # noqa: B018 - loads scipy's library, which the limit would miss if it were loaded later
+    with threadpoolctl.threadpool_limits(limits=1, user_api="blas"):
+        yield
+
+
+__all__ = [
+    "blas",
+    "cholespy",
+    "fft",
+    "igl",
+    "linalg",
+    "one_blas_thread",
+    "optimize",
+    "robust_laplacian",
+    "sparse",
+    "spatial",
+    "special",
+    "threadpoolctl",
+]
