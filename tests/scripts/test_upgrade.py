@@ -17,6 +17,7 @@ from pymeshfair.scripts.relative import relative_script
 from pymeshfair.scripts.suggestions import same_but_case
 from tests.scripts.texts import one_filter, script
 
+SAMPLES = Path(pymeshlab.__file__).parent / "tests/sample_meshes"
 POISSON = "Surface Reconstruction: Screened Poisson"
 REPAIR = "Repair non Manifold Edges"
 
@@ -152,12 +153,29 @@ def test_parameters_follow_their_new_names_and_kinds() -> None:
     move = "Transform: Move, Translate, Center"
     assert values(one_filter(move, param("centerFlag", "true"))) == {"traslmethod": "Center on Layer BBox"}
     assert values(one_filter(move, param("centerFlag", "false"))) == {}
-    assert values(one_filter("Set Texture", '<Param type="RichInt" name="textDim" value="512"/>')) == {
-        "use_dummy_texture": True,
-        "dummy_img_size": 512,
-    }
     assert upgraded(one_filter("Convex Hull", param("reorient", "true"))).warnings == ()
     assert len(upgraded(one_filter("Convex Hull", param("reorient", "false"))).warnings) == 1
+
+
+def test_a_texture_that_exists_is_set_as_ever(tmp_path: Path) -> None:
+    """`Set Texture` with the size of a picture to paint takes the one that is there, and plain pymeshlab saves the result.
+
+    That none is painted where there is none is said.
+    """
+    picture = SAMPLES / "TextureDouble_A.png"
+    params = [
+        f'<Param type="RichString" name="textName" value="{picture}"/>',
+        '<Param type="RichInt" name="textDim" value="64"/>',
+    ]
+    found = upgraded(one_filter("Set Texture", *params))
+    assert ["the picture has to exist" in warning for warning in found.warnings] == [True]
+    (tmp_path / "new.mlx").write_text(format_script(found.script, known_mesh=False), encoding="utf-8")
+    meshes = pymeshlab.MeshSet()
+    meshes.load_new_mesh(str(SAMPLES / "bunny10k_textured.obj"))
+    meshes.load_filter_script(str(tmp_path / "new.mlx"))
+    meshes.apply_filter_script()
+    assert [Path(name).name for name in meshes.current_mesh().textures()] == [picture.name]
+    meshes.save_current_mesh(str(tmp_path / "out.obj"))
 
 
 def test_the_old_poisson_filter_is_the_unscreened_one_of_today() -> None:
@@ -352,4 +370,4 @@ def test_every_fact_about_a_parameter_leads_to_one_of_today() -> None:
             today = {p.xml_name for p in find_filter(former.now).parameters}
             turned = {name for cases in former.turns.values() for case in cases.values() for name in case}
             assert {*former.renames.values(), *former.sets, *turned} <= today
-            assert not {*former.renames, *former.drops, *former.turns} & today
+            assert not {*former.renames, *former.drops, *former.loses, *former.turns} & today

@@ -10,6 +10,8 @@ from .changes import Change
 from .elements import FilterElement, ParamElement
 from .param_types import WHOLE, parsed, type_complaints
 
+_GONE = "is left out, as MeshLab has dropped it"
+
 
 def upgraded_params(element: FilterElement, known: Filter, facts: Sequence[Former]) -> tuple[list[ParamElement], list[Change]]:
     """The parameters that today's filter takes, and what was changed; what is not known stays as it is."""
@@ -64,7 +66,9 @@ def _fact(
             neutral = former.drops[name]
             same = neutral is None or value.strip().lower() == neutral or (parsed(value) is not None and _equal(value, neutral))
             meaning = "" if same else f"MeshLab has no such parameter any more and does what {neutral} did"
-            return Change(line=param.line, filter="", what="is left out, as MeshLab has dropped it", meaning=meaning)
+            return Change(line=param.line, filter="", what=_GONE, meaning=meaning)
+        if name in former.loses:
+            return Change(line=param.line, filter="", what=_GONE, meaning=former.loses[name])
     by_case = [xml for xml, p in declared.items() if name.casefold() == xml.casefold() or name == p.name]
     return by_case[0] if len(by_case) == 1 else name
 
