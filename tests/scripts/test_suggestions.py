@@ -50,7 +50,7 @@ def test_a_wrong_filter_leads_to_the_right_one_or_to_none(name: str, suggestion:
         ("Select Crease Edges", "AngleDeg", None, "AngleDegNeg and AngleDegPos says that now"),
         ("Transform: Rotate", "ToAll", "allLayers", "called 'allLayers' now"),
         ("Convex Hull", "reorient", None, "MeshLab has dropped it"),
-        ("Surface Reconstruction: Screened Poisson", "OctDepth", "depth", "called 'depth' now"),
+        ("Surface Reconstruction: Screened Poisson", "SamplesPerNode", "samplesPerNode", "called 'samplesPerNode' now"),
     ],
 )
 def test_a_wrong_parameter_leads_to_the_right_one_or_to_none(
