@@ -11,6 +11,7 @@ from ..declaration import Filter, Layer, Length, Percentage
 from ..errors import ParameterError, UnknownNameError
 from .aftermath import BASE, after_failure
 from .errors import FilterParameterError, UnknownFilterError
+from .lock import MESHLAB
 from .values import for_meshlab, from_meshlab
 
 
@@ -57,17 +58,19 @@ class BuiltinFilters:
     def call(self, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
         """Call pymeshlab's filter of that name; what it reports."""
         self._changing()
-        try:
-            result: dict[str, Any] = BASE.apply_filter(self._meshset, name, **values)
-        except Exception:
-            after_failure(self._meshset, verbose=self.verbose)
-            raise
-        BASE.clear_filter_script(self._meshset)  # MeshLab's own list of filters
+        with MESHLAB:
+            try:
+                result: dict[str, Any] = BASE.apply_filter(self._meshset, name, **values)
+            except Exception:
+                after_failure(self._meshset, verbose=self.verbose)
+                raise
+            BASE.clear_filter_script(self._meshset)  # MeshLab's own list of filters
         return result
 
     def ask(self, name: str, **values: Any) -> Mapping[str, Any]:
         """All values that pymeshlab's filter of that name would run with on the current layer."""
-        told: Mapping[str, Any] = BASE.filter_parameter_values(self._meshset, name, **values)
+        with MESHLAB:
+            told: Mapping[str, Any] = BASE.filter_parameter_values(self._meshset, name, **values)
         return told
 
     def effective(self, known: Filter, given: Mapping[str, Any]) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from typing import Any
 import pymeshlab
 
 from ..meshlab.aftermath import after_failure
+from ..meshlab.lock import MESHLAB
 from ..scripts.script import Step
 from .conveniences import Conveniences
 from .exchange import as_meshlab
@@ -206,12 +207,13 @@ class MeshSet(Conveniences, FilterMethods, pymeshlab.MeshSet):  # type: ignore[m
 def _settled(meshes: MeshSet, original: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
     """What pymeshlab's method gives, after MeshLab has been told everything."""
     meshes._layers.settle()
-    try:
-        return original(meshes, *args, **kwargs)
-    except Exception:
-        if meshes._layers.bench.verbose:
-            after_failure(meshes, verbose=True)
-        raise
+    with MESHLAB:
+        try:
+            return original(meshes, *args, **kwargs)
+        except Exception:
+            if meshes._layers.bench.verbose:
+                after_failure(meshes, verbose=True)
+            raise
 
 
 def _settling(name: str) -> Callable[..., Any]:
