@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from typing import Any
 
 from ..recipe import load_recipe
 from ..scripts import Script, Step
-from .exchange import to_meshio, to_open3d, to_trimesh
+from .exchange import Arrays, of_meshlab
+from .giving import to_meshio, to_open3d, to_pyvista, to_trimesh
 from .script_log import ScriptLog
 from .showing import layers_table, layers_text
 
@@ -51,20 +53,30 @@ class Conveniences:
         return results
 
     def to_trimesh(self) -> Any:
-        """The current mesh as a `trimesh.Trimesh`, or a `trimesh.PointCloud` if it has no faces, with its vertex colours."""
-        return to_trimesh(self._current())
+        """The current mesh as a `trimesh.Trimesh`, without faces as a `Path3D` or a `PointCloud`, with colours and values.
+
+        What trimesh does not take is named by a warning of the logger ``pymeshfair``; so by the next three.
+        """
+        return self._given(to_trimesh)
 
     def to_open3d(self) -> Any:
         """The current mesh as an `open3d.geometry.TriangleMesh`, or a `PointCloud`, with vertex normals and colours."""
-        return to_open3d(self._current())
+        return self._given(to_open3d)
 
     def to_meshio(self) -> Any:
-        """The current mesh as a `meshio.Mesh` of triangles and lines, with the vertex normals as point data."""
-        return to_meshio(self._current())
+        """The current mesh as a `meshio.Mesh` of triangles and lines, with normals, colours and values of points and cells."""
+        return self._given(to_meshio)
 
-    def _current(self) -> Any:
+    def to_pyvista(self) -> Any:
+        """The current mesh as a `pyvista.PolyData` with normals, colours, texture coordinates and values of points and cells."""
+        return self._given(to_pyvista)
+
+    def _given(self, make: Callable[[Arrays], Any]) -> Any:
         meshes: Any = self
-        return meshes.current_mesh()
+        arrays = of_meshlab(meshes.current_mesh(), meshes._layers.bench)
+        made = make(arrays)
+        meshes._filters.plugins.tell_losses(arrays.lost)
+        return made
 
     def __str__(self) -> str:
         return layers_text(self)

@@ -13,12 +13,13 @@ from ..meshlab.aftermath import after_failure
 from ..meshlab.lock import MESHLAB
 from ..scripts.script import Step
 from .conveniences import Conveniences
-from .exchange import as_meshlab
+from .exchange import add_values, as_meshlab
 from .filter_methods import FilterMethods
 from .filter_runner import FilterRunner
 from .layers import Layers
 from .listing import filter_list
 from .script_log import ScriptLog
+from .taking import taken
 
 _BASE = pymeshlab.MeshSet
 
@@ -173,8 +174,20 @@ class MeshSet(Conveniences, FilterMethods, pymeshlab.MeshSet):  # type: ignore[m
         _BASE.set_current_mesh(self, new_curr_id)
 
     def add_mesh(self, mesh: Any, mesh_name: str = "", set_as_current: bool = True) -> Any:
-        """Add a mesh as a layer: pymeshlab's, or one of trimesh, Open3D or meshio; see `to_trimesh` for the way back."""
-        return _settled(self, _BASE.add_mesh, as_meshlab(mesh), mesh_name, set_as_current)
+        """Add a mesh as a layer: pymeshlab's, or one of trimesh, Open3D, meshio or PyVista; see `to_trimesh` for the way back.
+
+        What MeshLab does not take of another package's mesh is named by a warning of the logger ``pymeshfair``.
+
+        Raises:
+            ForeignMeshError: it is no mesh of these packages, or has cells that are no triangles, quads, lines or vertices.
+        """
+        if isinstance(mesh, pymeshlab.Mesh):
+            return _settled(self, _BASE.add_mesh, mesh, mesh_name, set_as_current)
+        arrays = taken(mesh)
+        told = _settled(self, _BASE.add_mesh, as_meshlab(arrays), mesh_name, set_as_current)
+        add_values(max(_BASE.__iter__(self), key=lambda layer: int(layer.id())), arrays)
+        self._filters.plugins.tell_losses(arrays.lost)
+        return told
 
     def save_current_mesh(self, file_name: str, *args: Any, **kwargs: Any) -> None:
         """Save the current mesh as pymeshlab does; a note says so if it has edges that are not in the file.
@@ -184,9 +197,8 @@ class MeshSet(Conveniences, FilterMethods, pymeshlab.MeshSet):  # type: ignore[m
         _settled(self, _BASE.save_current_mesh, file_name, *args, **kwargs)
         edges = self.current_mesh().edge_number()
         if edges and not str(file_name).lower().endswith(".obj"):
-            self._filters.plugins.tell(
-                f"MeshLab does not write the {edges:,} edges of the mesh into {str(file_name)!r}; into an .obj file it does"
-            )
+            text = f"MeshLab does not write the {edges:,} edges of the mesh into {str(file_name)!r}; into an .obj file it does"
+            self._filters.plugins.tell_losses([text])
 
     def clear(self) -> None:
         """Remove all layers; the filter script stays."""

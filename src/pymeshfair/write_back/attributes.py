@@ -142,6 +142,13 @@ def clear_beyond(bench: Workbench, mesh: Any, element: Element, kept: int) -> No
             bench.apply(f"compute_new_custom_scalar_attribute_per_{element}", name=name, expr=new)
 
 
+def custom_attributes(bench: Workbench, mesh: Any) -> Iterator[tuple[Element, str, Floats]]:
+    """The custom attributes of the current layer, `mesh`, with their names and values: (n,) or, of points, (n, 3)."""
+    for element, _, points, name in _own(bench, mesh):
+        if name is not None:
+            yield element, name, _reader(mesh, element, points=points)(name)
+
+
 def _own(bench: Workbench, mesh: Any) -> Iterator[tuple[Element, str, bool, str | None]]:
     """The custom attributes that are not helpers: of what, as MeshLab tells them, whether of points, and their names if found."""
     for element in ELEMENTS:
