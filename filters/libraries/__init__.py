@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from .imported_when_used import ImportedWhenUsed
+
 if TYPE_CHECKING:
     import cholespy
     import igl
@@ -14,8 +16,6 @@ if TYPE_CHECKING:
     from scipy import fft, linalg, optimize, sparse, spatial, special
     from scipy.linalg import blas
 else:
-    from .imported_when_used import ImportedWhenUsed
-
     blas = ImportedWhenUsed("scipy.linalg.blas")
     cholespy = ImportedWhenUsed("cholespy")
     fft = ImportedWhenUsed("scipy.fft")
@@ -38,6 +38,7 @@ def one_blas_thread() -> Iterator[None]:
 
 
 __all__ = [
+    "ImportedWhenUsed",
     "blas",
     "cholespy",
     "fft",

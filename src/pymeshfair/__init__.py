@@ -9,17 +9,24 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from . import errors
     from .authoring import Recipe, run
+    from .errors import PymeshfairError
     from .meshset import MeshSet
     from .meshset.listing import filter_list, print_filter_list, print_filter_parameter_list, search
+    from .meshset.pymeshlab_classes import *  # noqa: F403
     from .registry import reload_plugins
+    from .running.job import RunResult
 
     __version__: str
 
 __all__ = [
     "MeshSet",
+    "PymeshfairError",
     "Recipe",
+    "RunResult",
     "__version__",
+    "errors",
     "filter_list",
     "print_filter_list",
     "print_filter_parameter_list",
@@ -32,12 +39,18 @@ _OURS = {
     "MeshSet": "meshset",
     "Recipe": "authoring",
     "run": "authoring",
+    "RunResult": "running.job",
+    "PymeshfairError": "errors",
     "reload_plugins": "registry",
     **dict.fromkeys(("filter_list", "print_filter_list", "print_filter_parameter_list", "search"), "meshset.listing"),
 }
 
 
-def __getattr__(name: str) -> Any:
+def _from_elsewhere(name: str) -> Any:
+    if name == "errors":
+        import importlib
+
+        return importlib.import_module(".errors", __name__)
     if name == "__version__":
         import importlib.metadata
 
@@ -55,6 +68,10 @@ def __getattr__(name: str) -> Any:
         if hasattr(pymeshlab, name):
             return getattr(pymeshlab, name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+if not TYPE_CHECKING:  # or no name would be wrong
+    __getattr__ = _from_elsewhere
 
 
 def __dir__() -> list[str]:

@@ -244,4 +244,4 @@ def test_a_bare_number_for_a_length_is_answered_with_what_it_may_mean() -> None:
     meshes.add_mesh(pymeshlab.Mesh(*icosphere(2)))
     said = r"'detail_size' is a length.*'6edge' for 6 mean edges, '6%' .* or '6' in quotes"
     with pytest.raises(pymeshlab.PyMeshLabException, match=said):
-        meshes.apply_coord_implicit_fairing(detail_size=6)
+        meshes.apply_coord_implicit_fairing(detail_size=6)  # type: ignore[arg-type]

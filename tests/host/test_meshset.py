@@ -280,7 +280,7 @@ def test_unknown_names_get_a_suggestion() -> None:
         assert isinstance(caught.value, pymeshlab.PyMeshLabException)
         assert caught.value.suggestion == meant
     with pytest.raises(AttributeError, match="did you mean 'apply_coord_taubin_fairing'"):
-        meshes.apply_coord_taubin_fairng()
+        meshes.apply_coord_taubin_fairng()  # type: ignore[attr-defined]
     with pytest.raises(UnknownFilterError, match="did you mean"):
         meshes.filter_parameter_values("apply_coord_taubin_fairng")
 

@@ -53,7 +53,20 @@ class BuiltinFilters:
             for name in given:
                 _check_name(known, name)
             raise
+        except RuntimeError:
+            self._check_types(known, given, values)
+            raise
         return result, effective
+
+    def _check_types(self, known: Filter, given: Mapping[str, Any], values: Mapping[str, Any]) -> None:
+        """Raise the error that names the parameter of which pymeshlab cannot read the value; its own says a C++ type '?'."""
+        for name, value in values.items():
+            try:
+                self.ask(known.python_name, **{name: value})
+            except RuntimeError:  # noqa: PERF203
+                allowed = known.parameter(name).describe_allowed()
+                text = f"{known.python_name}: parameter {name!r} takes {allowed}, got {given[name]!r}"
+                raise FilterParameterError(text) from None
 
     def call(self, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
         """Call pymeshlab's filter of that name; what it reports."""

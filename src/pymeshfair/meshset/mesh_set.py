@@ -5,26 +5,35 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pymeshlab
 
-from ..meshlab.aftermath import after_failure
+from ..filters.libraries import ImportedWhenUsed
 from ..meshlab.lock import MESHLAB
-from ..scripts.script import Step
 from .conveniences import Conveniences
-from .exchange import add_values, as_meshlab
-from .filter_methods import FilterMethods
-from .filter_runner import FilterRunner
-from .layers import Layers
-from .listing import filter_list
-from .script_log import ScriptLog
-from .taking import taken
+from .filter_methods import FilterMethods, LateMethods
 
 _BASE = pymeshlab.MeshSet
+if TYPE_CHECKING:
+    from ..meshlab import aftermath
+    from ..scripts.script import Step
+    from . import exchange, filter_runner, layers, listing, script_log, taking
+    from .pymeshlab_classes import _MeshSet as _Typed
+else:  # importing them takes longer than importing pymeshlab
+    _Typed = pymeshlab.MeshSet
+    aftermath = ImportedWhenUsed("pymeshfair.meshlab.aftermath")
+    exchange, filter_runner, layers, listing, script_log, taking = (
+        ImportedWhenUsed(f"pymeshfair.meshset.{name}")
+        for name in ("exchange", "filter_runner", "layers", "listing", "script_log", "taking")
+    )
 
 
-class MeshSet(Conveniences, FilterMethods, pymeshlab.MeshSet):  # type: ignore[misc]
+class _MeshSetType(LateMethods, type(pymeshlab.MeshSet)):  # type: ignore[misc]
+    """Both its own type and that of pymeshlab's class."""
+
+
+class MeshSet(Conveniences, FilterMethods, _Typed, metaclass=_MeshSetType):
     """A set of meshes that filters are applied to, a drop-in for `pymeshlab.MeshSet`.
 
     Filters of plugins, pymeshfair's own among them, behave as MeshLab's do: each is a method, a name for `apply_filter`, and a
@@ -35,13 +44,16 @@ class MeshSet(Conveniences, FilterMethods, pymeshlab.MeshSet):  # type: ignore[m
     of layers made later skip numbers. Scripts do not count them.
     """
 
-    filter_list = staticmethod(filter_list)
+    @staticmethod
+    def filter_list() -> list[str]:
+        """The Python names of all filters, MeshLab's and the plugins', sorted."""
+        return listing.filter_list()
 
     def __init__(self, verbose: bool = False) -> None:
         _BASE.__init__(self, verbose)
-        self._layers = Layers(self, verbose=verbose)
-        self._filters = FilterRunner(self._layers)
-        self._script = ScriptLog()
+        self._layers = layers.Layers(self, verbose=verbose)
+        self._filters = filter_runner.FilterRunner(self._layers)
+        self._script = script_log.ScriptLog()
 
     # ---------------------------------------------------------------------------------------------------------- filters
 
@@ -90,7 +102,7 @@ class MeshSet(Conveniences, FilterMethods, pymeshlab.MeshSet):  # type: ignore[m
         """
         return self._filters.on_mesh(step) if mesh_units else self._filters.effective(step)
 
-    def filter_parameter_values(self, filter_name: str, **kwargs: Any) -> dict[str, Any]:
+    def filter_parameter_values(self, filter_name: str, /, **kwargs: Any) -> dict[str, Any]:
         """The values that a filter would run with on the current mesh, lengths in mesh units, given some of them.
 
         Also those of saving a file, given its extension.
@@ -183,9 +195,9 @@ class MeshSet(Conveniences, FilterMethods, pymeshlab.MeshSet):  # type: ignore[m
         """
         if isinstance(mesh, pymeshlab.Mesh):
             return _settled(self, _BASE.add_mesh, mesh, mesh_name, set_as_current)
-        arrays = taken(mesh)
-        told = _settled(self, _BASE.add_mesh, as_meshlab(arrays), mesh_name, set_as_current)
-        add_values(max(_BASE.__iter__(self), key=lambda layer: int(layer.id())), arrays)
+        arrays = taking.taken(mesh)
+        told = _settled(self, _BASE.add_mesh, exchange.as_meshlab(arrays), mesh_name, set_as_current)
+        exchange.add_values(max(_BASE.__iter__(self), key=lambda layer: int(layer.id())), arrays)
         self._filters.plugins.tell_losses(arrays.lost)
         return told
 
@@ -224,7 +236,7 @@ def _settled(meshes: MeshSet, original: Callable[..., Any], *args: Any, **kwargs
             return original(meshes, *args, **kwargs)
         except Exception:
             if meshes._layers.bench.verbose:
-                after_failure(meshes, verbose=True)
+                aftermath.after_failure(meshes, verbose=True)
             raise
 
 
