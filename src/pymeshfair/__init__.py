@@ -1,6 +1,8 @@
 """Reproducible clean-up of 3D scans for MeshLab and Python.
 
-`MeshSet` is a drop-in for pymeshlab's, and `Recipe` a chain of filters as an object. What else pymeshlab offers is here too, so
+`MeshSet` is a drop-in for pymeshlab's with more filters, `Recipe` a chain of filters as an object, `run` cleans a file in its own
+process and gives a `RunResult`; every error is a `PymeshfairError`, `errors` has the kinds. `search` finds filters by words,
+and ``help(pymeshfair.MeshSet.apply_coord_implicit_fairing)`` explains one. What else pymeshlab offers is here too, so
 ``import pymeshfair as ml`` serves a program that had ``import pymeshlab as ml``. Importing this package alone loads neither.
 """
 
@@ -34,6 +36,17 @@ __all__ = [
     "run",
     "search",
 ]
+
+
+class _Public(list[str]):
+    """The public names; ``help(pymeshfair)`` leaves out the classes that have a method for each of 300 filters."""
+
+    def __contains__(self, name: object) -> bool:
+        return name not in ("MeshSet", "Recipe") and super().__contains__(name)
+
+
+if not TYPE_CHECKING:
+    __all__ = _Public(__all__)
 
 _OURS = {
     "MeshSet": "meshset",

@@ -233,6 +233,7 @@ def test_a_mesh_set_says_what_is_in_it() -> None:
         "  0    <ball>: 42 vertices, 80 faces",
         "  1*   cloud: 162 vertices",
     ]
+    assert repr(meshes) == "<MeshSet of 2 layers, current 1 'cloud': 162 vertices>"
     table = meshes._repr_html_()
     assert "&lt;ball&gt;" in table
     assert "<b>cloud</b>" in table

@@ -53,6 +53,12 @@ def test_errors_are_there_by_name() -> None:
     assert run(program) == "True RunResult"
 
 
+def test_help_on_the_package_is_short() -> None:
+    """The classes with a method for each filter have manuals of their own; a star import has them all the same."""
+    assert len(run("import pymeshfair; help(pymeshfair)")) < 15_000
+    assert run("from pymeshfair import *; print(MeshSet.__name__, Recipe.__name__)") == "MeshSet Recipe"
+
+
 def test_the_version_is_that_of_the_installed_package() -> None:
     """__version__ comes from the package's metadata."""
     assert run("import pymeshfair, importlib.metadata as m; print(pymeshfair.__version__ == m.version('pymeshfair'))") == "True"

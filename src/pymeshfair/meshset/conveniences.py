@@ -86,5 +86,8 @@ class Conveniences:
     def __str__(self) -> str:
         return showing.layers_text(self)
 
+    def __repr__(self) -> str:
+        return showing.layers_line(self)
+
     def _repr_html_(self) -> str:
         return showing.layers_table(self)
