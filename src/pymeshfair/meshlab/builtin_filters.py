@@ -9,9 +9,9 @@ import pymeshlab
 
 from ..declaration import Filter, Layer, Length, Percentage
 from ..errors import ParameterError, UnknownNameError
-from .aftermath import BASE, after_failure
+from .aftermath import after_failure
+from .base import BASE, MESHLAB
 from .errors import FilterParameterError, UnknownFilterError
-from .lock import MESHLAB
 from .values import for_meshlab, from_meshlab
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import pymeshlab
 
 from ..filters.libraries import ImportedWhenUsed
+from ..meshlab.base import BASE
 
 if TYPE_CHECKING:
     from .. import registry
@@ -70,7 +71,7 @@ class _MadeWhenAskedFor:
 
     def __get__(self, instance: object | None, owner: type) -> Any:
         known = listing.known_filter(self._name)
-        method: Any = getattr(pymeshlab.MeshSet, self._name) if known is None else methods.filter_method(known)
+        method: Any = getattr(BASE, self._name) if known is None else methods.filter_method(known)
         setattr(FilterMethods, self._name, method)
         return method if instance is None else MethodType(method, instance)
 
@@ -78,10 +79,10 @@ class _MadeWhenAskedFor:
 @functools.cache
 def _add_plugin_methods() -> None:
     for known in registry.custom_filters():
-        if not hasattr(pymeshlab.MeshSet, known.python_name):  # a method of pymeshlab's that is no filter keeps its name
+        if not hasattr(BASE, known.python_name):  # a method of pymeshlab's that is no filter keeps its name
             setattr(FilterMethods, known.python_name, _MadeWhenAskedFor(known.python_name))
 
 
 for _name in pymeshlab.filter_list():
-    if hasattr(pymeshlab.MeshSet, _name):
+    if hasattr(BASE, _name):
         setattr(FilterMethods, _name, _MadeWhenAskedFor(_name))

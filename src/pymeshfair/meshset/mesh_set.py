@@ -10,18 +10,17 @@ from typing import TYPE_CHECKING, Any
 import pymeshlab
 
 from ..filters.libraries import ImportedWhenUsed
-from ..meshlab.lock import MESHLAB
+from ..meshlab.base import BASE, MESHLAB
 from .conveniences import Conveniences
 from .filter_methods import FilterMethods, LateMethods
 
-_BASE = pymeshlab.MeshSet
 if TYPE_CHECKING:
     from ..meshlab import aftermath
     from ..scripts.script import Step
     from . import exchange, filter_runner, layers, listing, script_log, taking
     from .pymeshlab_classes import _MeshSet as _Typed
 else:  # importing them takes longer than importing pymeshlab
-    _Typed = pymeshlab.MeshSet
+    _Typed = BASE
     aftermath = ImportedWhenUsed("pymeshfair.meshlab.aftermath")
     exchange, filter_runner, layers, listing, script_log, taking = (
         ImportedWhenUsed(f"pymeshfair.meshset.{name}")
@@ -29,7 +28,7 @@ else:  # importing them takes longer than importing pymeshlab
     )
 
 
-class _MeshSetType(LateMethods, type(pymeshlab.MeshSet)):  # type: ignore[misc]
+class _MeshSetType(LateMethods, type(BASE)):  # type: ignore[misc]
     """Both its own type and that of pymeshlab's class."""
 
 
@@ -50,7 +49,7 @@ class MeshSet(Conveniences, FilterMethods, _Typed, metaclass=_MeshSetType):
         return listing.filter_list()
 
     def __init__(self, verbose: bool = False) -> None:
-        _BASE.__init__(self, verbose)
+        BASE.__init__(self, verbose)
         self._layers = layers.Layers(self, verbose=verbose)
         self._filters = filter_runner.FilterRunner(self._layers)
         self._script = script_log.ScriptLog()
@@ -183,7 +182,7 @@ class MeshSet(Conveniences, FilterMethods, _Typed, metaclass=_MeshSetType):
         """
         self._layers.settle()
         self._layers.check(new_curr_id)
-        _BASE.set_current_mesh(self, new_curr_id)
+        BASE.set_current_mesh(self, new_curr_id)
 
     def add_mesh(self, mesh: Any, mesh_name: str = "", set_as_current: bool = True) -> Any:
         """Add a mesh as a layer: pymeshlab's, or one of trimesh, Open3D, meshio or PyVista; see `to_trimesh` for the way back.
@@ -194,10 +193,10 @@ class MeshSet(Conveniences, FilterMethods, _Typed, metaclass=_MeshSetType):
             ForeignMeshError: it is no mesh of these packages, or has cells that are no triangles, quads, lines or vertices.
         """
         if isinstance(mesh, pymeshlab.Mesh):
-            return _settled(self, _BASE.add_mesh, mesh, mesh_name, set_as_current)
+            return _settled(self, BASE.add_mesh, mesh, mesh_name, set_as_current)
         arrays = taking.taken(mesh)
-        told = _settled(self, _BASE.add_mesh, exchange.as_meshlab(arrays), mesh_name, set_as_current)
-        exchange.add_values(max(_BASE.__iter__(self), key=lambda layer: int(layer.id())), arrays)
+        told = _settled(self, BASE.add_mesh, exchange.as_meshlab(arrays), mesh_name, set_as_current)
+        exchange.add_values(max(BASE.__iter__(self), key=lambda layer: int(layer.id())), arrays)
         self._filters.plugins.tell_losses(arrays.lost)
         return told
 
@@ -206,7 +205,7 @@ class MeshSet(Conveniences, FilterMethods, _Typed, metaclass=_MeshSetType):
 
         MeshLab writes edges into .obj files alone. A run writes them into .ply files, too.
         """
-        _settled(self, _BASE.save_current_mesh, file_name, *args, **kwargs)
+        _settled(self, BASE.save_current_mesh, file_name, *args, **kwargs)
         edges = self.current_mesh().edge_number()
         if edges and not str(file_name).lower().endswith(".obj"):
             text = f"MeshLab does not write the {edges:,} edges of the mesh into {str(file_name)!r}; into an .obj file it does"
@@ -215,16 +214,16 @@ class MeshSet(Conveniences, FilterMethods, _Typed, metaclass=_MeshSetType):
     def clear(self) -> None:
         """Remove all layers; the filter script stays."""
         self._layers.clear()
-        _BASE.clear(self)
+        BASE.clear(self)
 
     def set_verbosity(self, verbosity: bool) -> None:
         """Whether filters tell on the screen what they do."""
-        _BASE.set_verbosity(self, verbosity)
+        BASE.set_verbosity(self, verbosity)
         self._layers.bench.verbose = verbosity
 
     def set_parameter_verbosity(self, verbosity: bool) -> None:
         """Whether the parameters of filters are printed."""
-        _BASE.set_parameter_verbosity(self, verbosity)
+        BASE.set_parameter_verbosity(self, verbosity)
         self._layers.bench.tells_parameters = verbosity
 
 
@@ -242,7 +241,7 @@ def _settled(meshes: MeshSet, original: Callable[..., Any], *args: Any, **kwargs
 
 def _settling(name: str) -> Callable[..., Any]:
     """Pymeshlab's method of that name, which first lets MeshLab be told everything."""
-    original = getattr(_BASE, name)
+    original = getattr(BASE, name)
 
     @functools.wraps(original)
     def method(self: MeshSet, *args: Any, **kwargs: Any) -> Any:

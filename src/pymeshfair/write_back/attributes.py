@@ -17,7 +17,7 @@ import pymeshlab
 
 from ..declaration import Floats
 from ..errors import MeshError
-from ..meshlab.aftermath import BASE
+from ..meshlab.base import BASE
 from .arrays import read_array
 from .refill import refill_faces, refill_vertices
 from .workbench import Workbench

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..meshlab.aftermath import BASE, after_failure
-from ..meshlab.lock import MESHLAB
+from ..meshlab.aftermath import after_failure
+from ..meshlab.base import BASE, MESHLAB
 
 
 class Workbench:
