@@ -31,6 +31,8 @@ class ImportedWhenUsed:
         return value
 
 
+from .imported_when_used import ImportedWhenUsed
+
 if TYPE_CHECKING:
     import cholespy
     import igl
@@ -61,6 +63,7 @@ def one_blas_thread() -> Iterator[None]:
 
 
 __all__ = [
+    "ImportedWhenUsed",
     "blas",
     "cholespy",
     "fft",

@@ -69,7 +69,7 @@ def test_wrong_steps_are_refused_when_they_are_added() -> None:
     recipe = built()
     before = recipe.script
     with pytest.raises(AttributeError, match="did you mean 'meshing_close_holes'"):
-        recipe.meshing_close_hole()
+        recipe.meshing_close_hole()  # type: ignore[attr-defined]
     with pytest.raises(UnknownNameError, match="did you mean 'maxholesize'"):
         recipe.meshing_close_holes(maxholesiz=3)  # type: ignore[call-arg]
     with pytest.raises(ParameterError, match="takes a length such as '1%'"):

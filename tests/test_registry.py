@@ -131,7 +131,7 @@ def test_a_filter_of_a_plugin_that_fails_is_not_there_for_a_reason_that_is_told(
         assert str(caught.value) == f"filter {name!r} is not there: {cause}"
         assert (caught.value.cause, caught.value.suggestion) == (cause, None)
     with pytest.raises(AttributeError, match=f"no attribute 'apply_coord_scan_lab_nothing'; {re.escape(cause)}$"):
-        pymeshfair.MeshSet().apply_coord_scan_lab_nothing()
+        pymeshfair.MeshSet().apply_coord_scan_lab_nothing()  # type: ignore[attr-defined]
     script = tmp_path / "nothing.mlx"
     script.write_text('<FilterScript>\n<filter name="Scan Lab Nothing"/>\n</FilterScript>\n')
     assert f":2: filter 'Scan Lab Nothing': there is no filter of that name: {cause}\n" in invoke("check", script).stdout

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pymeshlab
@@ -22,6 +23,7 @@ def test_a_file_goes_through_a_recipe_with_its_settings_and_record(tmp_path: Pat
     assert result.output.is_file()
     assert result.provenance.is_file()
     assert recipe.script == before
+    assert re.fullmatch(r"<RunResult '.*clean.ply': 3 steps.*, 642 -> 642 vertices, \d+\.\d s>", repr(result))
     assert result.record["recipe"]["name"] == "denoise_meshlab_only"
     assert result.record["measures"]["after"]["vertices"] == result.after["vertices"] == 642
     assert len(result.steps) == len(result.record["steps"]) == 3

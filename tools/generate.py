@@ -16,6 +16,7 @@ import kernel_list
 import meshlab_table
 import pages
 import public_names
+import pymeshlab_stubs
 import stubs
 
 from pymeshfair.errors import PymeshfairError
@@ -23,7 +24,7 @@ from pymeshfair.registry import broken_plugins
 
 #: by target, the files with the text that each should have
 TARGETS: Mapping[str, Callable[[], dict[Path, str]]] = {
-    "stubs": lambda: {stubs.STUB: stubs.format_stub()},
+    "stubs": lambda: {stubs.STUB: stubs.format_stub(), pymeshlab_stubs.STUB: pymeshlab_stubs.format_stub()},
     "pages": lambda: {pages.DOCS / name: page() for name, page in pages.PAGES.items()},
     "public-names": lambda: {public_names.LIST: public_names.list_text()},
     "kernels": lambda: {kernel_list.LIST: kernel_list.list_text()},

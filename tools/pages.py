@@ -139,8 +139,9 @@ a run lists it among the warnings of its record. Written by `python tools/genera
 
 Besides names, an upgrade turns `<xmlfilter>` into `<filter>`, gives every value the type of its parameter (`RichPoint3f` is
 `RichPosition` or `RichDirection` today), mends the case of names, and leaves a second document type out. The tables know
-every filter in MeshLab's sources since 2009; capital letters and blanks in names do not count. Three things cannot be seen in
-the names:
+every filter in MeshLab's sources since 2009; capital letters and blanks in names do not count. What MeshLab never did stays
+undone: a value without a type is left out, as MeshLab drops it (`--mend` sets it), and so is a parameter that no version has,
+which has to be accepted. Three things cannot be seen in the names:
 
 * In MeshLab 2016 Screened Poisson, Poisson-disk Sampling and Montecarlo Sampling left the current layer alone; today their
   result is current. A Delete Current Mesh right behind them deleted the input and would delete the result: it is left out.
@@ -205,6 +206,7 @@ def _old_parameters(former: Former) -> list[tuple[str, str]]:
             sets = ", ".join(f"`{name}={'VALUE' if text == '*' else text}`" for name, text in new.items()) or "nothing"
             said.append(sets if value == "*" else f"{value}: {sets}")
         rows.append((old, "; ".join(said)))
+    rows += [(old, f"gone: {change}") for old, change in former.loses.items()]
     rows += [(old, "gone" if same is None else f"gone; today as with {same}") for old, same in former.drops.items()]
     return rows
 

@@ -23,10 +23,11 @@ from typing import Any, Literal
 
 from .methods import ColorLike, LengthLike, MatrixLike, PointLike
 
-class FilterMethods:
-    """One method for each filter, MeshLab's and pymeshfair's."""
+class LateMethods(type): ...
 
-    def __getattr__(self, name: str) -> Any: ...
+class FilterMethods(metaclass=LateMethods):
+    """One method for each filter, MeshLab's and pymeshfair's; those of other plugins are given to `apply_filter`."""
+
 '''
 
 
@@ -39,7 +40,7 @@ def format_stub() -> str:
 
 def method_text(known: Filter) -> Iterator[str]:
     """The lines of a filter's method within the class."""
-    reports = "dict[str, Any] | None" if not known.is_builtin else "dict[str, Any]" if measures(known) else "Any"
+    reports = "dict[str, Any]" if measures(known) else "Any" if known.is_builtin else "dict[str, Any] | None"
     if known.parameters:
         yield f"    def {known.python_name}("
         yield "        self,"
@@ -58,7 +59,7 @@ def method_text(known: Filter) -> Iterator[str]:
 
 
 def measures(known: Filter) -> bool:
-    """Whether a filter of MeshLab's always reports something; of the others no table says it."""
+    """Whether a filter always reports something; of MeshLab's others no table says it."""
     return FilterClass.MEASURE in known.classes and known.python_name.startswith("get_")
 
 

@@ -1,6 +1,8 @@
 """Reproducible clean-up of 3D scans for MeshLab and Python.
 
-`MeshSet` is a drop-in for pymeshlab's, and `Recipe` a chain of filters as an object. What else pymeshlab offers is here too, so
+`MeshSet` is a drop-in for pymeshlab's with more filters, `Recipe` a chain of filters as an object, `run` cleans a file in its own
+process and gives a `RunResult`; every error is a `PymeshfairError`, `errors` has the kinds. `search` finds filters by words,
+and ``help(pymeshfair.MeshSet.apply_coord_implicit_fairing)`` explains one. What else pymeshlab offers is here too, so
 ``import pymeshfair as ml`` serves a program that had ``import pymeshlab as ml``. Importing this package alone loads neither.
 """
 
@@ -9,17 +11,24 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from . import errors
     from .authoring import Recipe, run
+    from .errors import PymeshfairError
     from .meshset import MeshSet
     from .meshset.listing import filter_list, print_filter_list, print_filter_parameter_list, search
+    from .meshset.pymeshlab_classes import *  # noqa: F403
     from .registry import reload_plugins
+    from .running.job import RunResult
 
     __version__: str
 
 __all__ = [
     "MeshSet",
+    "PymeshfairError",
     "Recipe",
+    "RunResult",
     "__version__",
+    "errors",
     "filter_list",
     "print_filter_list",
     "print_filter_parameter_list",
@@ -28,16 +37,33 @@ __all__ = [
     "search",
 ]
 
+
+class _Public(list[str]):
+    """The public names; ``help(pymeshfair)`` leaves out the classes that have a method for each of 300 filters."""
+
+    def __contains__(self, name: object) -> bool:
+        return name not in ("MeshSet", "Recipe") and super().__contains__(name)
+
+
+if not TYPE_CHECKING:
+    __all__ = _Public(__all__)
+
 _OURS = {
     "MeshSet": "meshset",
     "Recipe": "authoring",
     "run": "authoring",
+    "RunResult": "running.job",
+    "PymeshfairError": "errors",
     "reload_plugins": "registry",
     **dict.fromkeys(("filter_list", "print_filter_list", "print_filter_parameter_list", "search"), "meshset.listing"),
 }
 
 
-def __getattr__(name: str) -> Any:
+def _from_elsewhere(name: str) -> Any:
+    if name == "errors":
+        import importlib
+
+        return importlib.import_module(".errors", __name__)
     if name == "__version__":
         import importlib.metadata
 
@@ -55,6 +81,10 @@ def __getattr__(name: str) -> Any:
         if hasattr(pymeshlab, name):
             return getattr(pymeshlab, name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+if not TYPE_CHECKING:  # or no name would be wrong
+    __getattr__ = _from_elsewhere
 
 
 def __dir__() -> list[str]:

@@ -23,7 +23,7 @@ from .files.errors import ContentsError
 from .files.reading import Reading
 from .mesh_data import MeshData, Source, Texture
 from .mesh_data.mesh_data import FACE_ATTRIBUTES, VERTEX_ATTRIBUTES, diagonal_of, mean_edge_of
-from .meshlab.aftermath import BASE
+from .meshlab.base import BASE
 from .meshlab.builtin_filters import BuiltinFilters, constant_defaults
 from .meshlab.unrepeatable import LEAVES_STATE
 from .processes.worker import use_up

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 import typer
 from typer.core import TyperGroup
+from typer.testing import CliRunner
 
 from pymeshfair import recipe
 from pymeshfair.commands.app import app
@@ -43,6 +44,24 @@ def all_commands() -> dict[str, Any]:
         else:
             found[name] = command
     return found
+
+
+def test_colours_are_left_out_where_that_is_asked_for() -> None:
+    """With NO_COLOR no error and no mark has any, on a terminal too."""
+    for arguments in (["check", "nothing.mlx"], ["run", "nothing", "a.ply", "-o", "b.ply"]):
+        plain = CliRunner().invoke(app, arguments, color=True, env={"NO_COLOR": "1"})
+        assert "\x1b" not in plain.output
+        assert "error" in plain.output or "cannot be read" in plain.output
+    assert "\x1b" in CliRunner().invoke(app, ["run", "nothing", "a.ply", "-o", "b.ply"], color=True).output
+
+
+@pytest.mark.parametrize(("shell", "mark"), [("bash", "complete "), ("zsh", "#compdef"), ("fish", "complete --command")])
+def test_commands_are_completed_by_the_shell(shell: str, mark: str) -> None:
+    """The script for each shell is there, and gives the commands that begin so."""
+    environment = {"_PYMESHFAIR_COMPLETE": f"source_{shell}"}
+    assert mark in CliRunner().invoke(app, [], prog_name="pymeshfair", env=environment).output
+    asked = {"_PYMESHFAIR_COMPLETE": "complete_bash", "COMP_WORDS": "pymeshfair ex", "COMP_CWORD": "1"}
+    assert CliRunner().invoke(app, [], prog_name="pymeshfair", env=asked).output.split() == ["export"]
 
 
 def test_help_imports_nothing_heavy() -> None:

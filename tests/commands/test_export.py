@@ -17,6 +17,7 @@ from pymeshfair.scripts.value_text import parse_value
 
 from .command_line import document, invoke
 
+SAMPLES = Path(pymeshlab.__file__).parent / "tests/sample_meshes"
 RELATIVE = """<!DOCTYPE FilterScript>
 <FilterScript>
   <filter name="Remove Isolated pieces (wrt Diameter)">
@@ -60,6 +61,33 @@ def test_lengths_are_mesh_units_of_the_mesh_and_every_parameter_is_there(recipe:
     by_script.apply_filter_script()
     by_calls.apply_coord_taubin_smoothing()
     assert np.array_equal(by_script.current_mesh().vertex_matrix(), by_calls.current_mesh().vertex_matrix())
+
+
+SCALED = """<!DOCTYPE FilterScript>
+<FilterScript>
+  <filter name="Transform: Scale, Normalize"><Param type="RichFloat" name="axisX" value="10"/></filter>
+  <filter name="Merge Close Vertices">
+    <Param type="RichAbsPerc" name="Threshold" value="1" min="0" max="100" relative="1%"/>
+  </filter>
+</FilterScript>
+"""
+
+
+def test_lengths_are_those_of_the_mesh_that_the_step_meets(tmp_path: Path) -> None:
+    """Behind a step that makes the mesh ten times larger 1 % is ten times as long, and plain pymeshlab gives what a run gives."""
+    recipe, plain, bone = tmp_path / "scaled.mlx", tmp_path / "plain.mlx", SAMPLES / "bone.ply"
+    recipe.write_text(SCALED, encoding="utf-8")
+    done = invoke("export", recipe, "-o", plain, "--for", bone)
+    assert done.exit_code == 0, done.stderr
+    ours, theirs = MeshSet(), pymeshlab.MeshSet()
+    for meshes, script in ((ours, recipe), (theirs, plain)):
+        meshes.load_new_mesh(str(bone))
+        before = meshes.current_mesh().vertex_number()
+        meshes.load_filter_script(str(script))
+        meshes.apply_filter_script()
+    found = theirs.current_mesh().vertex_matrix()
+    assert len(found) < before
+    np.testing.assert_array_equal(found, ours.current_mesh().vertex_matrix())
 
 
 def test_relative_lengths_need_a_mesh(recipe: Path, tmp_path: Path) -> None:

@@ -20,13 +20,21 @@ def test_filters_are_all_there() -> None:
     assert {f["origin"] for f in listed} == {"MeshLab", "pymeshfair"}
 
 
-def test_table_has_one_line_a_filter_where_stdout_is_no_terminal() -> None:
-    """What reads a pipe finds both names and the summary of a filter on one line."""
-    lines = invoke("list", "filters").stdout.splitlines()
+def test_a_filter_is_its_name_and_lines_that_fit() -> None:
+    """Its Python name has a line for itself, names and summary stand below, and no line is wider than a terminal."""
+    printed = invoke("list", "filters").stdout
+    lines = printed.splitlines()
+    assert max(map(len, lines)) <= 100
     for known in custom_filters():
-        [line] = [line for line in lines if line.startswith(f"{known.python_name} ")]
-        assert known.name in line
-        assert known.summary in line
+        assert known.python_name in lines
+        assert known.summary in " ".join(printed.split())
+
+
+def test_several_words_narrow_the_list() -> None:
+    """All of them must be there, in any order, and need no quotes."""
+    listed = document(invoke("list", "filters", "fairing", "hole", "--json").stdout)["filters"]
+    assert "meshing_close_holes_by_fairing" in {f["python_name"] for f in listed}
+    assert len(listed) < 10
 
 
 @pytest.mark.parametrize("origin", ["pymeshfair", "meshlab", "MeshLab"])

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 from types import ModuleType, SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pymeshlab
 import pytest
 import trimesh
+from PIL import Image
 
 from pymeshfair import MeshSet
 from pymeshfair.errors import UnknownNameError
@@ -95,7 +98,7 @@ def test_meshio_meshes_give_triangles_quads_and_lines(monkeypatch: pytest.Monkey
     with pytest.raises(ForeignMeshError, match="'tetra'"):
         taken(SimpleNamespace(points=square, cells=[("tetra", np.array([[0, 1, 2, 3]]))]))
     meshio = ModuleType("meshio")
-    meshio.Mesh = lambda points, cells, point_data: (points, cells, point_data)  # type: ignore[attr-defined]
+    meshio.Mesh = lambda points, cells, point_data, cell_data: (points, cells, point_data)  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "meshio", meshio)
     meshes = MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(*icosphere(0)))
@@ -104,9 +107,103 @@ def test_meshio_meshes_give_triangles_quads_and_lines(monkeypatch: pytest.Monkey
     assert [(kind, len(rows)) for kind, rows in cells] == [("triangle", 20)]
 
 
+def test_values_of_trimesh_are_kept_both_ways() -> None:
+    """Attributes of vertices and faces become MeshLab's custom ones, under names that its expressions can hold, and come back."""
+    vertices, faces = icosphere(1)
+    height: dict[str, Any] = {"height": vertices[:, 2], "my flow": vertices, "x": vertices[:, 0]}
+    mesh = trimesh.Trimesh(vertices, faces, process=False, vertex_attributes=height, face_attributes={"part": np.arange(80.0)})
+    meshes = MeshSet()
+    meshes.add_mesh(mesh)
+    meshes.compute_scalar_by_function_per_vertex(q="height + x_")
+    back = meshes.to_trimesh()
+    np.testing.assert_array_equal(back.vertex_attributes["scalar"], vertices[:, 2] + vertices[:, 0])
+    np.testing.assert_array_equal(np.column_stack([back.vertex_attributes[f"my_flow_{axis}"] for axis in "xyz"]), vertices)
+    np.testing.assert_array_equal(back.face_attributes["part"], np.arange(80.0))
+    again = taken(back)
+    np.testing.assert_array_equal(again.vertex_scalar_array(), vertices[:, 2] + vertices[:, 0])
+
+
+def test_paths_of_trimesh_keep_their_edges() -> None:
+    """A polyline is a mesh of edges, and comes back as a path."""
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [1, 1, 1]])
+    path = trimesh.path.Path3D([trimesh.path.entities.Line([0, 1, 2, 3])], points, process=False)  # type: ignore[no-untyped-call]
+    meshes = MeshSet()
+    meshes.add_mesh(path)
+    assert meshes.current_mesh().edge_matrix().tolist() == [[0, 1], [1, 2], [2, 3]]
+    back = meshes.to_trimesh()
+    np.testing.assert_array_equal(back.vertices, points)
+    assert back.vertex_nodes.tolist() == [[0, 1], [1, 2], [2, 3]]
+
+
+def test_a_scene_is_one_mesh_with_its_parts_in_their_places(caplog: pytest.LogCaptureFixture) -> None:
+    """Every .glb is a scene: its parts are moved to where they are, and that they are one mesh now is said."""
+    ball = trimesh.Trimesh(*icosphere(1), process=False)
+    scene = trimesh.Scene()
+    scene.add_geometry(ball)
+    scene.add_geometry(ball, transform=trimesh.transformations.translation_matrix([5.0, 0, 0]))  # type: ignore[no-untyped-call]
+    found = taken(scene)
+    assert (found.vertex_number(), found.face_number()) == (84, 160)
+    assert found.bounding_box().max()[0] == pytest.approx(6.0)
+    assert "the 2 parts of the scene are one mesh" in caplog.text
+    with pytest.raises(ForeignMeshError, match="no geometry"):
+        MeshSet().add_mesh(trimesh.Scene())
+
+
+def test_what_another_package_does_not_take_is_named(caplog: pytest.LogCaptureFixture) -> None:
+    """The texture of a mesh stays in MeshLab, and a picture of trimesh's does not get there: a warning says each."""
+    meshes = MeshSet()
+    meshes.load_new_mesh(str(Path(pymeshlab.__file__).parent / "tests/sample_meshes/bunny10k_textured.obj"))
+    meshes.to_trimesh()
+    assert "the texture stays in MeshLab" in caplog.text
+    vertices, faces = icosphere(1)
+    image = Image.new("RGB", (2, 2))
+    looks = trimesh.visual.TextureVisuals(uv=np.zeros((len(vertices), 2)), image=image)  # type: ignore[no-untyped-call]
+    taken(trimesh.Trimesh(vertices, faces, process=False, visual=looks))
+    assert "without their texture" in caplog.text
+
+
+def test_meshio_keeps_values_of_points_and_cells() -> None:
+    """Those of a quad go to both of its triangles; they come back with colours and scalars."""
+    meshio = pytest.importorskip("meshio")
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    cells = [("quad", np.array([[0, 1, 2, 3]])), ("line", np.array([[0, 2]]))]
+    mesh = meshio.Mesh(points, cells, point_data={"heat": np.arange(4.0)}, cell_data={"part": [np.array([7.0]), np.array([8.0])]})
+    meshes = MeshSet()
+    meshes.add_mesh(mesh)
+    back = meshes.to_meshio()
+    np.testing.assert_array_equal(back.point_data["heat"], np.arange(4.0))
+    np.testing.assert_array_equal(back.cell_data["part"][0], [7.0, 7.0])
+    assert [block.type for block in back.cells] == ["triangle", "line"]
+
+
+def test_pyvista_meshes_keep_everything_both_ways() -> None:
+    """Triangles, lines, colours, texture coordinates, and values of points and cells."""
+    pyvista = pytest.importorskip("pyvista")
+    vertices, faces = icosphere(1)
+    mesh = pyvista.PolyData.from_regular_faces(vertices, faces)
+    colors = np.random.default_rng(5).integers(0, 256, size=(len(vertices), 4), dtype=np.uint8)
+    uv = np.random.default_rng(6).random((len(vertices), 2)).astype(np.float32)
+    mesh.point_data["heat"], mesh.point_data["RGBA"] = vertices[:, 0], colors
+    mesh.cell_data["part"] = np.arange(80.0)
+    mesh.active_texture_coordinates = uv
+    meshes = MeshSet()
+    meshes.add_mesh(mesh)
+    back = meshes.to_pyvista()
+    np.testing.assert_array_equal(back.points, vertices)
+    np.testing.assert_array_equal(back.regular_faces, faces)
+    np.testing.assert_array_equal(back.point_data["heat"], vertices[:, 0])
+    np.testing.assert_array_equal(back.point_data["RGBA"], colors)
+    np.testing.assert_array_equal(back.cell_data["part"], np.arange(80.0))
+    np.testing.assert_array_equal(back.active_texture_coordinates, uv)
+    line = pyvista.PolyData(vertices[:3], lines=[3, 0, 1, 2])
+    meshes.add_mesh(line)
+    assert meshes.current_mesh().edge_matrix().tolist() == [[0, 1], [1, 2]]
+    np.testing.assert_array_equal(meshes.to_pyvista().lines, [2, 0, 1, 2, 1, 2])
+
+
 def test_what_is_no_mesh_is_refused_by_its_type() -> None:
     """The message names the type and the packages that are known."""
-    with pytest.raises(TypeError, match=r"trimesh, Open3D or meshio, got a builtins\.str"):
+    with pytest.raises(TypeError, match=r"trimesh, Open3D, meshio or PyVista, got a builtins\.str"):
         MeshSet().add_mesh("scan.ply")
 
 
@@ -136,6 +233,7 @@ def test_a_mesh_set_says_what_is_in_it() -> None:
         "  0    <ball>: 42 vertices, 80 faces",
         "  1*   cloud: 162 vertices",
     ]
+    assert repr(meshes) == "<MeshSet of 2 layers, current 1 'cloud': 162 vertices>"
     table = meshes._repr_html_()
     assert "&lt;ball&gt;" in table
     assert "<b>cloud</b>" in table
@@ -147,4 +245,4 @@ def test_a_bare_number_for_a_length_is_answered_with_what_it_may_mean() -> None:
     meshes.add_mesh(pymeshlab.Mesh(*icosphere(2)))
     said = r"'detail_size' is a length.*'6edge' for 6 mean edges, '6%' .* or '6' in quotes"
     with pytest.raises(pymeshlab.PyMeshLabException, match=said):
-        meshes.apply_coord_implicit_fairing(detail_size=6)
+        meshes.apply_coord_implicit_fairing(detail_size=6)  # type: ignore[arg-type]

@@ -25,6 +25,15 @@ def test_importing_the_package_loads_nothing_heavy() -> None:
     assert run(program) == "[]"
 
 
+@pytest.mark.parametrize("name", ["MeshSet", "Recipe"])
+def test_the_classes_take_hardly_longer_to_import_than_pymeshlab(name: str) -> None:
+    """Neither plugins, nor scripts, nor the table of MeshLab's filters are loaded before a method is asked for."""
+    program = f"import sys, pymeshlab; before = set(sys.modules); from pymeshfair import {name}"
+    loaded = run(f"{program}; print(*sorted(set(sys.modules) - before))").split()
+    assert len(loaded) < 30, loaded
+    assert not [m for m in loaded if m.startswith(("pymeshfair.plugins", "pymeshfair.scripts.", "numba", "scipy"))]
+
+
 def test_the_package_serves_as_pymeshlab() -> None:
     """Every public name of pymeshlab is there and is pymeshlab's own, but for the ones that know filters of plugins, too."""
     names = {name for name in dir(pymeshlab) if not name.startswith("_")}
@@ -35,7 +44,19 @@ def test_the_package_serves_as_pymeshlab() -> None:
     assert issubclass(MeshSet, pymeshlab.MeshSet)
     assert pymeshfair.reload_plugins is reload_plugins
     with pytest.raises(AttributeError, match="no attribute 'Meshset'"):
-        pymeshfair.Meshset  # noqa: B018
+        pymeshfair.Meshset  # type: ignore[attr-defined]  # noqa: B018
+
+
+def test_errors_are_there_by_name() -> None:
+    """A program that imported nothing else can catch what pymeshfair raises."""
+    program = "import pymeshfair as p; print(issubclass(p.errors.ParameterError, p.PymeshfairError), p.RunResult.__name__)"
+    assert run(program) == "True RunResult"
+
+
+def test_help_on_the_package_is_short() -> None:
+    """The classes with a method for each filter have manuals of their own; a star import has them all the same."""
+    assert len(run("import pymeshfair; help(pymeshfair)")) < 15_000
+    assert run("from pymeshfair import *; print(MeshSet.__name__, Recipe.__name__)") == "MeshSet Recipe"
 
 
 def test_the_version_is_that_of_the_installed_package() -> None:

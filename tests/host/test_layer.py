@@ -28,7 +28,7 @@ def test_arrays_are_those_of_the_mesh() -> None:
     meshes.compute_color_by_function_per_face(r="fi", g="1", b="2", a="3")
     meshes.compute_selection_by_condition_per_vertex(condselect="vi > 10")
     layer: Layer = meshes._layers.current()
-    expected = {
+    expected: dict[str, tuple[Any, Any]] = {
         "vertices": (mesh.vertex_matrix(), np.float64),
         "faces": (mesh.face_matrix(), np.int32),
         "edges": (mesh.edge_matrix(), np.int32),

@@ -7,12 +7,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeAlias
 
+import numpy as np
 import pymeshlab
 import pytest
 
 from pymeshfair.files.provenance import sha256_of
+from pymeshfair.running.job import Job
+from pymeshfair.running.supervise import run_job
 
-from .runs import SAMPLES, TETRAHEDRON, names_in, ply_bytes, session_report, staged_files, xyz
+from .runs import SAMPLES, TETRAHEDRON, names_in, ply_bytes, recipe_of, session_report, staged_files, xyz
 
 Maker: TypeAlias = Callable[[Path, str], Path]
 IMAGE = SAMPLES / "TextureDouble_A.png"
@@ -124,3 +127,17 @@ def test_a_painted_texture_is_written_anew(tmp_path: Path) -> None:
     assert painted
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in painted)
     assert names_in(tmp_path / "out") == {"stage-b.obj"}
+
+
+@pytest.mark.parametrize("make", [textured_obj, textured_ply])
+def test_a_step_that_reads_the_picture_finds_it(tmp_path: Path, make: Maker) -> None:
+    """Colours taken from the texture are those that plain pymeshlab takes, whatever the format of the input."""
+    source = make(tmp_path, "t.png")
+    shutil.copy(IMAGE, tmp_path / "t.png")
+    output = tmp_path / "colored.ply"
+    run_job(Job(recipe_of(("compute_color_from_texture_per_vertex", {})), source, output))
+    plain, ours = pymeshlab.MeshSet(), pymeshlab.MeshSet()
+    plain.load_new_mesh(str(source))
+    plain.compute_color_from_texture_per_vertex()
+    ours.load_new_mesh(str(output))
+    np.testing.assert_array_equal(ours.current_mesh().vertex_color_matrix(), plain.current_mesh().vertex_color_matrix())

@@ -47,10 +47,10 @@ def test_a_wrong_filter_leads_to_the_right_one_or_to_none(name: str, suggestion:
         (DECIMATION, "PlanarSimp", None, "it has TargetFaceNum"),
         (DECIMATION, "targetfacenum", "TargetFaceNum", "it has"),
         (DECIMATION, "BondaryWeight", "BoundaryWeight", "it has"),
-        ("Set Texture", "textDim", None, "dummy_img_size and use_dummy_texture says that now"),
+        ("Select Crease Edges", "AngleDeg", None, "AngleDegNeg and AngleDegPos says that now"),
         ("Transform: Rotate", "ToAll", "allLayers", "called 'allLayers' now"),
         ("Convex Hull", "reorient", None, "MeshLab has dropped it"),
-        ("Surface Reconstruction: Screened Poisson", "OctDepth", "depth", "called 'depth' now"),
+        ("Surface Reconstruction: Screened Poisson", "SamplesPerNode", "samplesPerNode", "called 'samplesPerNode' now"),
     ],
 )
 def test_a_wrong_parameter_leads_to_the_right_one_or_to_none(

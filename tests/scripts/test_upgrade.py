@@ -17,6 +17,7 @@ from pymeshfair.scripts.relative import relative_script
 from pymeshfair.scripts.suggestions import same_but_case
 from tests.scripts.texts import one_filter, script
 
+SAMPLES = Path(pymeshlab.__file__).parent / "tests/sample_meshes"
 POISSON = "Surface Reconstruction: Screened Poisson"
 REPAIR = "Repair non Manifold Edges"
 
@@ -152,12 +153,36 @@ def test_parameters_follow_their_new_names_and_kinds() -> None:
     move = "Transform: Move, Translate, Center"
     assert values(one_filter(move, param("centerFlag", "true"))) == {"traslmethod": "Center on Layer BBox"}
     assert values(one_filter(move, param("centerFlag", "false"))) == {}
-    assert values(one_filter("Set Texture", '<Param type="RichInt" name="textDim" value="512"/>')) == {
-        "use_dummy_texture": True,
-        "dummy_img_size": 512,
-    }
     assert upgraded(one_filter("Convex Hull", param("reorient", "true"))).warnings == ()
     assert len(upgraded(one_filter("Convex Hull", param("reorient", "false"))).warnings) == 1
+
+
+def test_a_texture_that_exists_is_set_as_ever(tmp_path: Path) -> None:
+    """`Set Texture` with the size of a picture to paint takes the one that is there, and plain pymeshlab saves the result.
+
+    That none is painted where there is none is said.
+    """
+    picture = SAMPLES / "TextureDouble_A.png"
+    params = [
+        f'<Param type="RichString" name="textName" value="{picture}"/>',
+        '<Param type="RichInt" name="textDim" value="64"/>',
+    ]
+    found = upgraded(one_filter("Set Texture", *params))
+    assert ["the picture has to exist" in warning for warning in found.warnings] == [True]
+    (tmp_path / "new.mlx").write_text(format_script(found.script, known_mesh=False), encoding="utf-8")
+    meshes = pymeshlab.MeshSet()
+    meshes.load_new_mesh(str(SAMPLES / "bunny10k_textured.obj"))
+    meshes.load_filter_script(str(tmp_path / "new.mlx"))
+    meshes.apply_filter_script()
+    assert [Path(name).name for name in meshes.current_mesh().textures()] == [picture.name]
+    meshes.save_current_mesh(str(tmp_path / "out.obj"))
+
+
+def test_parameters_of_the_unscreened_reconstruction_mean_it_under_every_name() -> None:
+    """`OctDepth` is of the old filter alone, so that a name that no MeshLab had means with it what its sister means."""
+    depth = '<Param type="RichInt" name="OctDepth" value="9"/>'
+    assert values(one_filter("Poisson Reconstruction", depth)) == values(one_filter("Surface Reconstruction: Poisson", depth))
+    assert values(one_filter("Poisson Reconstruction", depth.replace("OctDepth", "depth"))) == {"depth": 9}
 
 
 def test_the_old_poisson_filter_is_the_unscreened_one_of_today() -> None:
@@ -191,7 +216,6 @@ def test_xmlfilters_get_the_types_of_their_parameters() -> None:
     [
         ('type="RichPoint3f" name="viewPos" x="1" y="2" z="3"', (1.0, 2.0, 3.0)),
         ('type="RichInt" name="k" value="7"', 7),
-        ('name="K" value="7"', 7),
         ('type="RichFloat" name="K" value="7"', 7),
         ('type="RichBool" name="flipFlag" value="True"', True),
     ],
@@ -200,6 +224,29 @@ def test_types_case_and_missing_attributes_are_mended(param: str, value: Any) ->
     """A value that can be read in the type of its parameter gets that type; capital letters do not matter."""
     (got,) = values(one_filter("Compute Normals for Point Sets", f"<Param {param}/>")).values()
     assert got == value
+
+
+def test_a_value_without_a_type_stays_without_effect_unless_it_is_mended() -> None:
+    """Every MeshLab drops it and takes its default: so does the upgraded script, and `mend` sets it, as a change of meaning."""
+    data = one_filter("Compute Normals for Point Sets", '<Param name="K" value="7"/>')
+    found = upgraded(data)
+    assert dict(found.script.steps[0].values) == {}
+    assert "it has no type" in str(found.changes[-1])
+    assert not found.warnings
+    mended = upgrade_script(data, "old.mlx", mend=True)
+    assert dict(mended.script.steps[0].values) == {"k": 7}
+    assert mended.warnings
+
+
+@pytest.mark.parametrize(
+    ("name", "warned"), [("Taubin Smooth", 1), ("Laplacian smooth (surface preserve)", 0)], ids=["of today", "of old"]
+)
+def test_a_value_that_meshlab_reads_otherwise_today_is_a_change_of_meaning(name: str, warned: int) -> None:
+    """In a filter of today a wrong type is read as 0, so that setting the value is a change; a filter of old is not run."""
+    known = find_filter(former.now if (former := former_filter(name)) and former.now else name)
+    number = next(p.xml_name for p in known.parameters if p.xml_type in ("RichInt", "RichDynamicFloat", "RichFloat"))
+    found = upgraded(one_filter(name, f'<Param type="RichBool" name="{number}" value="3"/>'))
+    assert len([text for text in found.warnings if "reads another value" in text]) == warned
 
 
 def test_a_second_document_type_is_left_out() -> None:
@@ -212,17 +259,27 @@ def test_a_second_document_type_is_left_out() -> None:
 
 
 def test_what_nothing_is_known_of_is_refused_as_ever() -> None:
-    """A value that no type can read, an unknown parameter and an unknown filter keep their problems and their lines."""
+    """A value that no type can read and an unknown filter keep their problems and their lines."""
     data = script(
         '<filter name="Taubin Smooth">',
         '<Param type="RichInt" name="stepSmoothNum" value="three"/>',
-        '<Param type="RichInt" name="steps" value="3"/>',
         "</filter>",
         '<filter name="Make It Nice"/>',
     )
     with pytest.raises(ScriptError) as caught:
         upgrade_script(data, "old.mlx")
-    assert [problem.line for problem in caught.value.problems] == [4, 5, 7]
+    assert [problem.line for problem in caught.value.problems] == [4, 6]
+
+
+def test_a_parameter_that_no_version_has_is_left_out_as_a_change_of_meaning() -> None:
+    """Plain MeshLab warns of it and goes on: so does the upgraded script once that is accepted, and the nearest name is said."""
+    decimate = "Quadric Edge Collapse Decimation"
+    param = '<Param type="RichFloat" name="{}" value="1"/>'.format
+    found = upgraded(one_filter(decimate, param("BoundaryValue"), param("BoundaryWeigth")))
+    assert dict(found.script.steps[0].values) == {}
+    first, second = found.warnings
+    assert "no version of MeshLab has such a parameter" in first
+    assert "'BoundaryWeight'" in second
 
 
 def old_poisson(*after: str) -> bytes:
@@ -352,4 +409,4 @@ def test_every_fact_about_a_parameter_leads_to_one_of_today() -> None:
             today = {p.xml_name for p in find_filter(former.now).parameters}
             turned = {name for cases in former.turns.values() for case in cases.values() for name in case}
             assert {*former.renames.values(), *former.sets, *turned} <= today
-            assert not {*former.renames, *former.drops, *former.turns} & today
+            assert not {*former.renames, *former.drops, *former.loses, *former.turns} & today

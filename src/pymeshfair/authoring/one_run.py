@@ -5,9 +5,12 @@ from __future__ import annotations
 import copy
 import os
 from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
-from ..running.job import Event, RunResult
 from .recipe import Recipe
+
+if TYPE_CHECKING:
+    from ..running.job import Event, RunResult
 
 
 def run(

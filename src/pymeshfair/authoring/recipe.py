@@ -6,22 +6,32 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from .. import recipe as named
-from ..meshset import MeshSet
+from ..filters.libraries import ImportedWhenUsed
 from ..meshset.filter_methods import FilterMethods
-from ..registry import find_filter
-from ..running.job import Event, Job, RunResult
-from ..running.read import inspect_mesh
-from ..running.supervise import run_job
-from ..scripts import Change, Script, Step, write_script
-from ..scripts.overrides import override
-from ..scripts.settings import Setting
-from ..scripts.warnings import script_warnings
-from .building import check_name, with_limits, with_step, with_tag
-from .differences import differences
-from .table import recipe_table
+
+if TYPE_CHECKING:
+    from .. import recipe as named
+    from .. import registry, scripts
+    from ..meshset import MeshSet
+    from ..running import job, read, supervise
+    from ..running.job import Event, RunResult
+    from ..scripts import Change, Step, overrides, warnings
+    from . import building, table
+    from . import differences as comparing
+else:  # importing them takes longer than importing pymeshlab, and a program may only ask for this class
+    building = ImportedWhenUsed("pymeshfair.authoring.building")
+    comparing = ImportedWhenUsed("pymeshfair.authoring.differences")
+    job = ImportedWhenUsed("pymeshfair.running.job")
+    named = ImportedWhenUsed("pymeshfair.recipe")
+    overrides = ImportedWhenUsed("pymeshfair.scripts.overrides")
+    read = ImportedWhenUsed("pymeshfair.running.read")
+    registry = ImportedWhenUsed("pymeshfair.registry")
+    scripts = ImportedWhenUsed("pymeshfair.scripts")
+    supervise = ImportedWhenUsed("pymeshfair.running.supervise")
+    table = ImportedWhenUsed("pymeshfair.authoring.table")
+    warnings = ImportedWhenUsed("pymeshfair.scripts.warnings")
 
 
 class Recipe(FilterMethods):
@@ -50,7 +60,7 @@ class Recipe(FilterMethods):
             comment: the words at the head of the script, whose first line is the title.
         """
         self.name = name
-        self._script = Script((), comment)
+        self._script = scripts.Script((), comment)
         self._changes: tuple[Change, ...] = ()
 
     @classmethod
@@ -81,7 +91,7 @@ class Recipe(FilterMethods):
             UnknownNameError: no such filter or parameter; the message gives the nearest name.
             ParameterError: a value that the filter does not take.
         """
-        self._script = with_step(self._script, find_filter(filter_name), kwargs)
+        self._script = building.with_step(self._script, registry.find_filter(filter_name), kwargs)
         return {}
 
     def setting(self, name: str, default: str, *, unit: str = "", description: str = "") -> Any:
@@ -96,8 +106,8 @@ class Recipe(FilterMethods):
         Raises:
             ParameterError: the name has other characters.
         """
-        check_name(name, "the name of a setting")
-        return Setting(name, str(default), unit, description)
+        building.check_name(name, "the name of a setting")
+        return scripts.Setting(name, str(default), unit, description)
 
     def tag(self, name: str, step: int = -1) -> None:
         """Give a step a tag, by which ``TAG.PARAM=VALUE`` finds it; several steps may have the same.
@@ -109,7 +119,7 @@ class Recipe(FilterMethods):
         Raises:
             ParameterError: the name has other characters, or there is no such step.
         """
-        self._script = with_tag(self._script, step, name)
+        self._script = building.with_tag(self._script, step, name)
 
     def set(self, *texts: str, **settings: object) -> None:
         """Put other values over those of the recipe: settings by name, or texts ``STEP.PARAM=VALUE`` as of the command line.
@@ -118,7 +128,7 @@ class Recipe(FilterMethods):
             UnknownNameError: no setting, step or parameter is called so.
             ParameterError: a value that is not allowed; nothing is changed.
         """
-        self._script = override(self._script, [*texts, *(f"{name}={value}" for name, value in settings.items())])
+        self._script = overrides.override(self._script, [*texts, *(f"{name}={value}" for name, value in settings.items())])
 
     def limit(self, **limits: str) -> None:
         """Set what a result of `run` must not do, as of the command line: ``limit(max_displacement="5%")``.
@@ -126,10 +136,10 @@ class Recipe(FilterMethods):
         Raises:
             ParameterError: there is no such limit, or the text is none of what it takes.
         """
-        self._script = with_limits(self._script, limits)
+        self._script = building.with_limits(self._script, limits)
 
     @property
-    def script(self) -> Script:
+    def script(self) -> scripts.Script:
         """The steps with their values, the settings, the comment and the limits, as they are now."""
         return self._script
 
@@ -163,11 +173,11 @@ class Recipe(FilterMethods):
         return f"<Recipe {self.name!r}: {', '.join(step.filter.python_name for step in self) or 'no steps'}>"
 
     def _repr_html_(self) -> str:
-        return recipe_table(self.name, self._script)
+        return table.recipe_table(self.name, self._script)
 
     def differences(self, other: Recipe) -> list[str]:
         """What `other` does that this recipe does not, or with other values, one sentence each; empty if they do the same."""
-        return differences(self._script, other._script)
+        return comparing.differences(self._script, other._script)
 
     def check(self, mesh: MeshSet | str | os.PathLike[str] | None = None, *, layers: int = 1) -> list[str]:
         """What the recipe may surprise with, one sentence each; its steps and values are valid in any case.
@@ -181,11 +191,11 @@ class Recipe(FilterMethods):
         """
         if mesh is None:
             diagonal = None
-        elif isinstance(mesh, MeshSet):
+        elif not isinstance(mesh, str | os.PathLike):
             diagonal = float(mesh.current_mesh().bounding_box().diagonal())
         else:
-            diagonal = inspect_mesh(Path(mesh))["diagonal"]
-        return script_warnings(self._script, layers=layers, diagonal=diagonal)
+            diagonal = read.inspect_mesh(Path(mesh))["diagonal"]
+        return warnings.script_warnings(self._script, layers=layers, diagonal=diagonal)
 
     def apply(self, meshes: MeshSet) -> list[dict[str, Any]]:
         """Apply all steps to the current mesh of a mesh set, and add them to its filter script; what each of them reports.
@@ -225,7 +235,7 @@ class Recipe(FilterMethods):
             PymeshfairError: the run failed; see `pymeshfair.running.supervise.run_job` for the kinds.
         """
         meaning = (str(change) for change in self._changes if not change.same_meaning)
-        job = Job(
+        order = job.Job(
             named.Recipe(self.name, self._script, self._changes),
             Path(input),
             Path(output),
@@ -234,9 +244,9 @@ class Recipe(FilterMethods):
             timeout=timeout,
             measures=measures,
             unit=unit,
-            warnings=(*meaning, *script_warnings(self._script, layers=1 + len(others))),
+            warnings=(*meaning, *warnings.script_warnings(self._script, layers=1 + len(others))),
         )
-        return run_job(job, on_event)
+        return supervise.run_job(order, on_event)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the recipe as an .mlx script, in place of one that is there; the file appears whole or not at all.
@@ -244,4 +254,4 @@ class Recipe(FilterMethods):
         Raises:
             PymeshfairError: it cannot be written, or there is something else than a file whose name ends with .mlx.
         """
-        write_script(self._script, Path(path), overwrite=True)
+        scripts.write_script(self._script, Path(path), overwrite=True)

@@ -19,7 +19,6 @@ app = typer.Typer(
     name="pymeshfair",
     cls=CommandGroup,
     invoke_without_command=True,
-    add_completion=False,
     rich_markup_mode=None,  # plain help: rich's would double the time until the first letter
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
@@ -44,7 +43,7 @@ app.command()(doctor.doctor)
 @app.callback()
 def pymeshfair(
     context: typer.Context,
-    version: Annotated[bool, typer.Option("--version", help="Show the version.")] = False,
+    version: Annotated[bool, typer.Option("--version", "-V", help="Show the version.")] = False,
     debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")] = False,
 ) -> None:
     """Reproducible clean-up of 3D scans with MeshLab's filters and those that it lacks.

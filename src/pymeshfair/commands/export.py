@@ -34,14 +34,16 @@ def export(
 
     check_script(output, overwrite=overwrite, json=json)
     script = load_recipe(recipe).script
-    facts = None
+    facts, lengths = None, []
     if mesh is not None:
+        from ..authoring.lengths import lengths_on_mesh
         from ..running.read import inspect_mesh
 
         measures = inspect_mesh(mesh)
         edge = measures["mean_edge"] or measures["mean_spacing"] or 0.0
         facts = MeshFacts(measures["diagonal"], edge, closed=measures["closed"])
-    exported, replaced = export_script(script, mesh=facts)
+        lengths = lengths_on_mesh(script, mesh)
+    exported, replaced = export_script(script, mesh=facts, lengths=lengths)
     save_script(exported, output, overwrite=overwrite)
     if json:
         print_document({"recipe": recipe, "output": output, "steps": len(script.steps), "replaced": replaced})

@@ -50,7 +50,8 @@ class Failure:
 
     def show(self, *, json: bool) -> None:
         """Print the message on stderr and, with `json`, the document on stdout."""
-        typer.echo(f"{typer.style('error:', fg='red')} {printable(self.message)}", err=True)
+        color = False if os.environ.get("NO_COLOR") else None  # no context is open any more
+        typer.echo(f"{typer.style('error:', fg='red')} {printable(self.message)}", err=True, color=color)
         if json:
             print_document({"error": self.document()})
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import traceback
 from collections.abc import Sequence
@@ -33,6 +34,8 @@ class CommandGroup(TyperGroup):
         arguments = list(sys.argv[1:] if args is None else args)
         options = arguments[: arguments.index("--")] if "--" in arguments else arguments
         secure_streams()
+        if os.environ.get("NO_COLOR"):
+            extra["color"] = False
         try:
             code = super().main(arguments, prog_name or "pymeshfair", complete_var, False, windows_expand_args, **extra)
             failure = INTERRUPTED if code == INTERRUPTED.exit_code else None

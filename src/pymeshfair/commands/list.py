@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from ..declaration import Filter
     from ..recipe import RecipeHead
 
+#: characters of a line
+_WIDTH = 80
 #: what stands before the words about a recipe
 _MARGIN = " " * 24
 
@@ -26,7 +28,9 @@ app = typer.Typer(help="List filters or recipes.", rich_markup_mode=None)
 
 @app.command()
 def filters(
-    text: Annotated[str, typer.Argument(help="Words that the names or the summary must contain.")] = "",
+    words: Annotated[
+        list[str] | None, typer.Argument(metavar="WORDS", help="Words that the names or the summary must contain.")
+    ] = None,
     origin: Annotated[str, typer.Option(help="Only filters of pymeshfair, of meshlab or of another package of plugins.")] = "",
     json: Json = False,
     debug: Debug = False,
@@ -36,19 +40,19 @@ def filters(
 
     for broken in broken_plugins():
         warn(broken)
+    text = " ".join(words or ())
     found = [f for f in _of_origin(all_filters(), origin) if _contains(f"{f.python_name} {f.name} {f.summary}", text)]
     if json:
         rows = [{"python_name": f.python_name, "name": f.name, "origin": f.origin, "summary": f.summary} for f in found]
         print_document({"filters": rows})
         return
-    from .tables import console, table
-
     if not found:
         typer.echo(f"no filter contains {text!r}", err=True)
         return
-    console().print(
-        table(["Python name", "MeshLab name", "origin", "summary"], [(f.python_name, f.name, f.origin, f.summary) for f in found])
-    )
+    for known in found:
+        typer.echo(known.python_name)
+        for line in (f"{known.name} ({known.origin})", known.summary):
+            typer.echo(textwrap.fill(line, _WIDTH, initial_indent="    ", subsequent_indent="    "))
 
 
 @app.command()
@@ -78,17 +82,17 @@ def recipes(json: Json = False, debug: Debug = False) -> None:
 
 
 def _by_task(heads: Iterable[RecipeHead]) -> Iterator[str]:
-    """The recipes in lines of 80 characters, under the tasks that they are for."""
+    """The recipes in lines, under the tasks that they are for."""
     task = None
     for head in heads:
         if head.info.task != task:
             yield f"{'' if task is None else chr(10)}{head.info.task}"
             task = head.info.task
-        yield textwrap.fill(f"  {head.name:<21} {head.info.title}", 80, subsequent_indent=_MARGIN)
-        yield textwrap.fill(head.info.purpose, 80, initial_indent=_MARGIN, subsequent_indent=_MARGIN)
+        yield textwrap.fill(f"  {head.name:<21} {head.info.title}", _WIDTH, subsequent_indent=_MARGIN)
+        yield textwrap.fill(head.info.purpose, _WIDTH, initial_indent=_MARGIN, subsequent_indent=_MARGIN)
         if head.settings:
             names = f"settings: {', '.join(s.name for s in head.settings)}"
-            yield textwrap.fill(names, 80, initial_indent=_MARGIN, subsequent_indent=_MARGIN)
+            yield textwrap.fill(names, _WIDTH, initial_indent=_MARGIN, subsequent_indent=_MARGIN)
 
 
 def _of_origin(known: Iterable[Filter], origin: str) -> list[Filter]:

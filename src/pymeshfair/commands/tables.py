@@ -13,13 +13,13 @@ from rich.text import Text
 
 from .streams import printable
 
-#: characters; where the output is a file or a pipe a row is one line, which programs read more easily
-_UNFOLDED = 500
+#: characters of a line where the output is a file or a pipe; programs read --json
+_WIDTH = 100
 
 
 def console() -> Console:
     """The console on stdout."""
-    width = None if sys.stdout.isatty() or "COLUMNS" in os.environ else _UNFOLDED
+    width = None if sys.stdout.isatty() or "COLUMNS" in os.environ else _WIDTH
     return Console(width=width, highlight=False, markup=False, emoji=False, soft_wrap=True)
 
 

@@ -19,6 +19,7 @@ def upgrade(
     script: Annotated[Path, typer.Argument(metavar="OLD.mlx", help="A script of any MeshLab since 2010.")],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="NEW.mlx", help="The script to write; - is standard output.")],
     accept: Annotated[bool, typer.Option("--accept", help="Write it even if its meaning changes.")] = False,
+    mend: Annotated[bool, typer.Option("--mend", help="Set values that lack a type, which MeshLab drops.")] = False,
     relative_to: Annotated[
         Path | None,
         typer.Option("--relative-to", metavar="MESH", help="Lengths were meant for that mesh; make them relative to its size."),
@@ -37,7 +38,7 @@ def upgrade(
     from ..scripts.write import NOMINAL_DIAGONAL
 
     check_script(output, overwrite=overwrite, json=json)
-    upgraded = upgrade_file(script)
+    upgraded = upgrade_file(script, mend=mend)
     found, diagonal = upgraded.script, NOMINAL_DIAGONAL
     if relative_to is not None:
         from ..running.read import inspect_mesh

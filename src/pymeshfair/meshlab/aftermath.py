@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pymeshlab
 
-#: pymeshlab's own class: a program may put `pymeshfair.MeshSet` in its place later.
-BASE: Any = pymeshlab.MeshSet
+from .base import BASE
+
 #: A mesh set that is kept as long as the process runs.
 _KEEPER: list[Any] = []
 #: Mesh sets that MeshLab still holds pointers to.

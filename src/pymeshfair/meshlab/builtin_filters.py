@@ -9,7 +9,8 @@ import pymeshlab
 
 from ..declaration import Filter, Layer, Length, Percentage
 from ..errors import ParameterError, UnknownNameError
-from .aftermath import BASE, after_failure
+from .aftermath import after_failure
+from .base import BASE, MESHLAB
 from .errors import FilterParameterError, UnknownFilterError
 from .values import for_meshlab, from_meshlab
 
@@ -52,22 +53,37 @@ class BuiltinFilters:
             for name in given:
                 _check_name(known, name)
             raise
+        except RuntimeError:
+            self._check_types(known, given, values)
+            raise
         return result, effective
+
+    def _check_types(self, known: Filter, given: Mapping[str, Any], values: Mapping[str, Any]) -> None:
+        """Raise the error that names the parameter of which pymeshlab cannot read the value; its own says a C++ type '?'."""
+        for name, value in values.items():
+            try:
+                self.ask(known.python_name, **{name: value})
+            except RuntimeError:  # noqa: PERF203
+                allowed = known.parameter(name).describe_allowed()
+                text = f"{known.python_name}: parameter {name!r} takes {allowed}, got {given[name]!r}"
+                raise FilterParameterError(text) from None
 
     def call(self, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
         """Call pymeshlab's filter of that name; what it reports."""
         self._changing()
-        try:
-            result: dict[str, Any] = BASE.apply_filter(self._meshset, name, **values)
-        except Exception:
-            after_failure(self._meshset, verbose=self.verbose)
-            raise
-        BASE.clear_filter_script(self._meshset)  # MeshLab's own list of filters
+        with MESHLAB:
+            try:
+                result: dict[str, Any] = BASE.apply_filter(self._meshset, name, **values)
+            except Exception:
+                after_failure(self._meshset, verbose=self.verbose)
+                raise
+            BASE.clear_filter_script(self._meshset)  # MeshLab's own list of filters
         return result
 
     def ask(self, name: str, **values: Any) -> Mapping[str, Any]:
         """All values that pymeshlab's filter of that name would run with on the current layer."""
-        told: Mapping[str, Any] = BASE.filter_parameter_values(self._meshset, name, **values)
+        with MESHLAB:
+            told: Mapping[str, Any] = BASE.filter_parameter_values(self._meshset, name, **values)
         return told
 
     def effective(self, known: Filter, given: Mapping[str, Any]) -> dict[str, Any]:

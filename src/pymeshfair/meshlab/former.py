@@ -24,6 +24,7 @@ class Former:
         turns: by old parameter and value (``*`` for any), the values that say the same today; ``*`` stands for the old value and
             ``-*`` for minus the old value.
         drops: parameters that are gone, with the value that does what MeshLab does today; None if no value matters.
+        loses: parameters that are gone and whose work no value does today, with what changes.
         relabelled: parameters whose choices have other words today, while their numbers do what they did.
         layers: ``"left"`` if the filter once left the current layer alone and its result is current today; ``"current"`` if
             its result was current in every version.
@@ -38,6 +39,7 @@ class Former:
     renames: Mapping[str, str] = field(default_factory=dict)
     turns: Mapping[str, Mapping[str, Mapping[str, str]]] = field(default_factory=dict)
     drops: Mapping[str, str | None] = field(default_factory=dict)
+    loses: Mapping[str, str] = field(default_factory=dict)
     relabelled: Sequence[str] = ()
     layers: Literal["left", "current", ""] = ""
     note: str = ""

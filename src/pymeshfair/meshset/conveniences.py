@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 import os
-from typing import Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
-from ..recipe import load_recipe
-from ..scripts import Script, Step
-from .exchange import to_meshio, to_open3d, to_trimesh
-from .script_log import ScriptLog
-from .showing import layers_table, layers_text
+from ..filters.libraries import ImportedWhenUsed
+
+if TYPE_CHECKING:
+    from .. import recipe
+    from ..scripts import Script, Step
+    from . import exchange, giving, script_log, showing
+else:  # importing them takes longer than importing pymeshlab
+    recipe = ImportedWhenUsed("pymeshfair.recipe")
+    exchange, giving, script_log, showing = (
+        ImportedWhenUsed(f"pymeshfair.meshset.{name}") for name in ("exchange", "giving", "script_log", "showing")
+    )
 
 
 class Conveniences:
@@ -29,7 +36,7 @@ class Conveniences:
             ScriptError: something in the script is wrong; lists every problem.
             ScriptStepFailedError: a step failed; the mesh is as the last complete step left it.
         """
-        found = load_recipe(name_or_path).override([f"{name}={value}" for name, value in settings.items()])
+        found = recipe.load_recipe(name_or_path).override([f"{name}={value}" for name, value in settings.items()])
         return self.apply_script(found.script)
 
     def apply_script(self, script: Script) -> list[dict[str, Any]]:
@@ -47,27 +54,40 @@ class Conveniences:
             meshes._script.steps.append(done)
 
         with meshes.deferred():
-            ScriptLog(script).apply(apply)
+            script_log.ScriptLog(script).apply(apply)
         return results
 
     def to_trimesh(self) -> Any:
-        """The current mesh as a `trimesh.Trimesh`, or a `trimesh.PointCloud` if it has no faces, with its vertex colours."""
-        return to_trimesh(self._current())
+        """The current mesh as a `trimesh.Trimesh`, without faces as a `Path3D` or a `PointCloud`, with colours and values.
+
+        What trimesh does not take is named by a warning of the logger ``pymeshfair``; so by the next three.
+        """
+        return self._given(giving.to_trimesh)
 
     def to_open3d(self) -> Any:
         """The current mesh as an `open3d.geometry.TriangleMesh`, or a `PointCloud`, with vertex normals and colours."""
-        return to_open3d(self._current())
+        return self._given(giving.to_open3d)
 
     def to_meshio(self) -> Any:
-        """The current mesh as a `meshio.Mesh` of triangles and lines, with the vertex normals as point data."""
-        return to_meshio(self._current())
+        """The current mesh as a `meshio.Mesh` of triangles and lines, with normals, colours and values of points and cells."""
+        return self._given(giving.to_meshio)
 
-    def _current(self) -> Any:
+    def to_pyvista(self) -> Any:
+        """The current mesh as a `pyvista.PolyData` with normals, colours, texture coordinates and values of points and cells."""
+        return self._given(giving.to_pyvista)
+
+    def _given(self, make: Callable[[exchange.Arrays], Any]) -> Any:
         meshes: Any = self
-        return meshes.current_mesh()
+        arrays = exchange.of_meshlab(meshes.current_mesh(), meshes._layers.bench)
+        made = make(arrays)
+        meshes._filters.plugins.tell_losses(arrays.lost)
+        return made
 
     def __str__(self) -> str:
-        return layers_text(self)
+        return showing.layers_text(self)
+
+    def __repr__(self) -> str:
+        return showing.layers_line(self)
 
     def _repr_html_(self) -> str:
-        return layers_table(self)
+        return showing.layers_table(self)

@@ -1,139 +1,164 @@
-"""Meshes of trimesh, Open3D and meshio, taken and given back; none of these packages is needed unless its mesh is asked for."""
+"""Between MeshLab's meshes and the arrays that other packages take and give: what is kept, and in words what is not."""
 
 from __future__ import annotations
 
-import importlib
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import pymeshlab
+from numpy.typing import NDArray
 
 from ..declaration import Floats, Ints
-from ..meshlab.errors import ForeignMeshError
+from ..write_back import Workbench, custom_attributes
 
-#: cells of meshio: each row of corners becomes these triangles
-_TRIANGLES = {"triangle": ((0, 1, 2),), "quad": ((0, 1, 2), (0, 2, 3))}
+#: what a scalar of MeshLab's is called among the values of another package
+SCALAR = "scalar"
+#: what values are called that follow from the faces
+NORMALS = frozenset({"normals", "normal"})
+#: names that hide what MeshLab calls so in its expressions
+_VARIABLES = frozenset(
+    ["x", "y", "z", "nx", "ny", "nz", "r", "g", "b", "a", "q", "rad", "vi", "fi", "vsel", "fsel", "vtu", "vtv", "ti"]
+)
 
 
-def as_meshlab(mesh: Any) -> Any:
-    """A mesh of another package as a `pymeshlab.Mesh`; one of pymeshlab's as it is.
+@dataclass(eq=False)
+class Arrays:
+    """A mesh on its way from one package to another.
 
-    Taken are vertices, triangles, edges of meshio, colours, the normals of Open3D's clouds and the texture coordinates of
-    trimesh's vertices. The packages are known by what their meshes look like: none is imported.
-
-    Raises:
-        ForeignMeshError: it is no mesh of these packages, or has cells that are no triangles, quads, lines or vertices.
+    Attributes:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        edges: (k, 2) edges that are no faces'.
+        normals: (n, 3) of the vertices; None if they follow from the faces.
+        colors: (n, 4) of the vertices, from 0 to 1, or None.
+        face_colors: (m, 4), or None.
+        uv: (n, 2) texture coordinates of the vertices, or None.
+        of_vertices: by name, values of the vertices, (n,) or (n, 3).
+        of_faces: the same of the faces.
+        lost: what the other side does not take, in words.
     """
-    if isinstance(mesh, pymeshlab.Mesh):
-        return mesh
-    if hasattr(mesh, "to_legacy"):  # Open3D's tensors
-        mesh = mesh.to_legacy()
-    if hasattr(mesh, "points") and hasattr(mesh, "cells"):
-        return _from_meshio(mesh)
-    if hasattr(mesh, "vertices") and (hasattr(mesh, "faces") or hasattr(mesh, "colors")):
-        return _from_trimesh(mesh)
-    if hasattr(mesh, "triangles") or (hasattr(mesh, "points") and hasattr(mesh, "normals")):
-        return _from_open3d(mesh)
-    kind = f"{type(mesh).__module__}.{type(mesh).__qualname__}"
-    raise ForeignMeshError(f"add_mesh takes a pymeshlab.Mesh, or a mesh or cloud of trimesh, Open3D or meshio, got a {kind}")
+
+    vertices: Floats
+    faces: Ints = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int32))
+    edges: Ints = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int32))
+    normals: Floats | None = None
+    colors: Floats | None = None
+    face_colors: Floats | None = None
+    uv: Floats | None = None
+    of_vertices: dict[str, NDArray[Any]] = field(default_factory=dict)
+    of_faces: dict[str, NDArray[Any]] = field(default_factory=dict)
+    lost: list[str] = field(default_factory=list)
+
+    def lose(self, package: str, **what: object) -> None:
+        """Note what of this a package has no place for; the names are the words, with _ for a blank."""
+        gone = [words.replace("_", " ") for words, there in what.items() if (len(there) if hasattr(there, "__len__") else there)]
+        if gone:
+            self.lost.append(f"a mesh of {package} does not take its {', '.join(gone)}")
 
 
-def _from_trimesh(mesh: Any) -> Any:
-    vertices = _coordinates(mesh.vertices)
-    if not hasattr(mesh, "faces"):  # a PointCloud
-        return pymeshlab.Mesh(vertices, **_colored("v_color_matrix", getattr(mesh, "colors", ()), len(vertices)))
-    visual: Any = getattr(mesh, "visual", None)
-    faces, kind = _indices(mesh.faces), getattr(visual, "kind", None)
-    more: dict[str, Any] = {}
-    if kind == "vertex":
-        more = _colored("v_color_matrix", visual.vertex_colors, len(vertices))
-    elif kind == "face":
-        more = _colored("f_color_matrix", visual.face_colors, len(faces))
-    elif kind == "texture" and getattr(visual, "uv", None) is not None:
-        more = {"v_tex_coords_matrix": _coordinates(visual.uv)}
+def as_meshlab(arrays: Arrays) -> Any:
+    """The arrays as a `pymeshlab.Mesh`, which lacks the values but for the scalars; see `add_values`."""
+    vertices, faces = arrays.vertices, arrays.faces
+    given = {
+        "v_normals_matrix": arrays.normals if not len(faces) else None,  # those of meshes follow from their faces
+        "v_color_matrix": arrays.colors,
+        "f_color_matrix": arrays.face_colors,
+        "v_tex_coords_matrix": arrays.uv,
+        "v_scalar_array": _scalar(arrays.of_vertices),
+        "f_scalar_array": _scalar(arrays.of_faces),
+    }
+    more: dict[str, Any] = {name: values for name, values in given.items() if values is not None and len(values)}
+    if len(arrays.edges):
+        more["edge_matrix"] = arrays.edges
     return pymeshlab.Mesh(vertices, faces, **more)
 
 
-def _from_open3d(mesh: Any) -> Any:
-    cloud = not hasattr(mesh, "triangles")
-    vertices = _coordinates(mesh.points if cloud else mesh.vertices)
-    more = _colored("v_color_matrix", mesh.colors if cloud else mesh.vertex_colors, len(vertices))
-    if cloud and len(mesh.normals) == len(vertices) > 0:  # those of meshes follow from their faces
-        more["v_normals_matrix"] = _coordinates(mesh.normals)
-    return pymeshlab.Mesh(vertices, **more) if cloud else pymeshlab.Mesh(vertices, _indices(mesh.triangles), **more)
+def add_values(mesh: Any, arrays: Arrays) -> None:
+    """Give a mesh of a mesh set the values as custom attributes: one that is added with them has them in freed memory.
+
+    What MeshLab does not take is added to `lost`.
+    """
+    for element, values in (("vertex", arrays.of_vertices), ("face", arrays.of_faces)):
+        add = getattr(mesh, f"add_{element}_custom_scalar_attribute")
+        for name, array in values.items():
+            if (name == SCALAR and array.ndim == 1) or name.lower() in NORMALS:
+                continue
+            if array.dtype.kind not in "fiub" or array.shape[1:] not in ((), (3,)):
+                arrays.lost.append(f"MeshLab does not take the {element} values {name!r} of shape {array.shape}")
+            elif array.ndim == 1:
+                add(coordinates(array), word(name))
+            else:  # MeshLab's expressions read freed memory beside an attribute of points
+                for axis, column in zip("xyz", array.T, strict=True):
+                    add(coordinates(column), word(f"{name}_{axis}"))
 
 
-def _from_meshio(mesh: Any) -> Any:
-    points = _coordinates(mesh.points)
-    if points.shape[1] == 2:
-        points = np.column_stack([points, np.zeros(len(points))])
-    faces, edges = [np.zeros((0, 3), dtype=np.int32)], [np.zeros((0, 2), dtype=np.int32)]
-    for block in mesh.cells:
-        kind, cells = (block.type, block.data) if hasattr(block, "type") else block
-        if kind in _TRIANGLES:
-            faces += [_indices(np.asarray(cells)[:, corners]) for corners in _TRIANGLES[kind]]
-        elif kind == "line":
-            edges.append(_indices(cells))
-        elif kind != "vertex":
-            raise ForeignMeshError(
-                f"the meshio mesh has cells of type {kind!r}; taken are triangles, quads (as two of them) and lines"
-            )
-    return pymeshlab.Mesh(points, np.concatenate(faces), edge_matrix=np.concatenate(edges))
-
-
-def to_trimesh(mesh: Any) -> Any:
-    """A `trimesh.Trimesh`, or a `trimesh.PointCloud` of a mesh without faces, with the colours of the vertices if it has any."""
-    trimesh = importlib.import_module("trimesh")
-    colors = (255.0 * mesh.vertex_color_matrix()).round().astype(np.uint8) if mesh.has_vertex_color() else None
-    if mesh.face_number() == 0:
-        return trimesh.PointCloud(mesh.vertex_matrix(), colors=colors)
-    return trimesh.Trimesh(mesh.vertex_matrix(), mesh.face_matrix(), vertex_colors=colors, process=False)
-
-
-def to_open3d(mesh: Any) -> Any:
-    """An `open3d.geometry.TriangleMesh`, or a `PointCloud` of a mesh without faces, with vertex normals and colours."""
-    o3d = importlib.import_module("open3d")
-    vectors = o3d.utility.Vector3dVector
-    cloud = mesh.face_number() == 0
-    made = o3d.geometry.PointCloud() if cloud else o3d.geometry.TriangleMesh()
-    setattr(made, "points" if cloud else "vertices", vectors(mesh.vertex_matrix()))
-    setattr(made, "normals" if cloud else "vertex_normals", vectors(_unit_normals(mesh)))
-    if mesh.has_vertex_color():
-        setattr(made, "colors" if cloud else "vertex_colors", vectors(mesh.vertex_color_matrix()[:, :3]))
-    if not cloud:
-        made.triangles = o3d.utility.Vector3iVector(mesh.face_matrix())
-    return made
-
-
-def to_meshio(mesh: Any) -> Any:
-    """A `meshio.Mesh` with triangles and lines, or vertices where there are neither, and the vertex normals as point data."""
-    meshio = importlib.import_module("meshio")
+def of_meshlab(mesh: Any, bench: Workbench) -> Arrays:
+    """The arrays of the current layer, `mesh`; pymeshlab does not hand out the pictures of textures."""
     points = mesh.vertex_matrix()
-    cells = [(kind, found) for kind, found in (("triangle", mesh.face_matrix()), ("line", mesh.edge_matrix())) if len(found)]
-    cells = cells or [("vertex", np.arange(len(points)).reshape(-1, 1))]
-    return meshio.Mesh(points, cells, point_data={"normals": _unit_normals(mesh)})
+    found = Arrays(points, mesh.face_matrix(), mesh.edge_matrix(), unit_normals(mesh))
+    if mesh.has_vertex_color():
+        found.colors = mesh.vertex_color_matrix()
+    if len(found.faces) and mesh.has_face_color():
+        found.face_colors = mesh.face_color_matrix()
+    if mesh.has_vertex_tex_coord():
+        found.uv = mesh.vertex_tex_coord_matrix()
+    if mesh.has_vertex_scalar():
+        found.of_vertices[SCALAR] = mesh.vertex_scalar_array()
+    if len(found.faces) and mesh.has_face_scalar():
+        found.of_faces[SCALAR] = mesh.face_scalar_array()
+    for element, name, values in custom_attributes(bench, mesh):
+        (found.of_vertices if element == "vertex" else found.of_faces)[name] = values
+    if mesh.has_wedge_tex_coord() or mesh.texture_number():
+        found.lost.append("the texture stays in MeshLab: save a file with it")
+    return found
 
 
-def _unit_normals(mesh: Any) -> Floats:
+def unit_normals(mesh: Any) -> Floats:
     """(n, 3) the vertex normals, of length 1 or 0; MeshLab's are as long as their faces are large."""
-    normals = _coordinates(mesh.vertex_normal_matrix())
+    normals = coordinates(mesh.vertex_normal_matrix())
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     return np.asarray(normals / np.where(lengths > 0.0, lengths, 1.0))
 
 
-def _coordinates(values: Any) -> Floats:
+def coordinates(values: Any) -> Floats:
+    """The values as MeshLab takes them."""
     return np.ascontiguousarray(values, dtype=np.float64)
 
 
-def _indices(values: Any) -> Ints:
+def indices(values: Any) -> Ints:
+    """The rows of indices as MeshLab takes them."""
     return np.ascontiguousarray(values, dtype=np.int32)
 
 
-def _colored(name: str, colors: Any, count: int) -> dict[str, Any]:
-    """The argument of `pymeshlab.Mesh` for these colours, with opacity and from 0 to 1; none if there are not so many."""
+def rgba(colors: Any, count: int) -> Floats | None:
+    """(count, 4) these colours with opacity and from 0 to 1; None if there are not so many."""
     found = np.asarray(colors)
     if found.ndim != 2 or len(found) != count or count == 0:
-        return {}
+        return None
     scaled = found / 255.0 if found.dtype.kind in "ui" else found.astype(np.float64)
-    opaque = scaled if scaled.shape[1] == 4 else np.column_stack([scaled[:, :3], np.ones(count)])
-    return {name: np.ascontiguousarray(opaque)}
+    return np.ascontiguousarray(scaled if scaled.shape[1] == 4 else np.column_stack([scaled[:, :3], np.ones(count)]))
+
+
+def bytes_of(colors: Floats) -> NDArray[np.uint8]:
+    """Colours from 0 to 1 in eight bits."""
+    return (255.0 * colors).round().astype(np.uint8)
+
+
+def arrays_of(values: Any) -> dict[str, NDArray[Any]]:
+    """A package's values by name as arrays."""
+    pairs: Iterable[tuple[Any, Any]] = values.items() if values is not None and hasattr(values, "items") else ()
+    return {str(name): np.asarray(array) for name, array in pairs}
+
+
+def word(name: str) -> str:
+    """A name that MeshLab's expressions can hold: its filters by function fail on a mesh with any other."""
+    plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
+    return f"{plain}_" if plain in _VARIABLES else plain if re.match(r"[A-Za-z]", plain) else f"a_{plain}"
+
+
+def _scalar(values: dict[str, NDArray[Any]]) -> Floats | None:
+    found = values.get(SCALAR)
+    return coordinates(found) if found is not None and found.ndim == 1 else None

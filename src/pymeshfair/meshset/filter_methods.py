@@ -1,51 +1,88 @@
-"""The filters as methods, for `MeshSet` to inherit. Type checkers read ``filter_methods.pyi``, which is generated."""
+"""The filters as methods, for `MeshSet` to inherit. Type checkers read ``filter_methods.pyi``, which is generated.
+
+Plugins and the table of MeshLab's filters are loaded when a method is asked for, not when the class is made.
+"""
 
 from __future__ import annotations
 
 import functools
 from types import MethodType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pymeshlab
 
-from ..declaration import Filter
-from ..meshlab.errors import UnknownFilterError
-from ..meshlab.facts import meshlab_filters
-from ..registry import custom_filters
-from .listing import known_filter
-from .methods import filter_method
+from ..filters.libraries import ImportedWhenUsed
+from ..meshlab.base import BASE
+
+if TYPE_CHECKING:
+    from .. import registry
+    from ..meshlab import errors
+    from . import listing, methods
+else:  # importing them takes longer than importing pymeshlab
+    errors, registry = ImportedWhenUsed("pymeshfair.meshlab.errors"), ImportedWhenUsed("pymeshfair.registry")
+    listing, methods = ImportedWhenUsed("pymeshfair.meshset.listing"), ImportedWhenUsed("pymeshfair.meshset.methods")
 
 
-class FilterMethods:
+class LateMethods(type):
+    """The type of a class that learns of the plugins' filters when it is asked for one, or for all of its methods."""
+
+    def __getattr__(cls, name: str) -> Any:
+        if not name.startswith("_"):
+            _add_plugin_methods()
+            if name in vars(FilterMethods):
+                return getattr(cls, name)
+        raise AttributeError(f"type object {cls.__name__!r} has no attribute {name!r}")
+
+    def __dir__(cls) -> list[str]:
+        _add_plugin_methods()
+        return super().__dir__()
+
+
+class FilterMethods(metaclass=LateMethods):
     """One method for each filter, MeshLab's and the plugins'; each calls `apply_filter` of the class that inherits it."""
 
     def __getattr__(self, name: str) -> Any:
-        # Filters of plugins that were installed after the class was made; any other name gets a reason or a suggestion.
         text = f"{type(self).__name__!r} object has no attribute {name!r}"
         if name.startswith("_"):
             raise AttributeError(text)
+        _add_plugin_methods()
+        if name in vars(FilterMethods):
+            return getattr(self, name)
+        # Filters of plugins that were installed meanwhile; any other name gets a reason or a suggestion.
         try:
-            known = known_filter(name)
-        except UnknownFilterError as error:
+            known = listing.known_filter(name)
+        except errors.UnknownFilterError as error:
             hint = f"; {error.cause}" if error.cause else f"; did you mean {error.suggestion!r}?" if error.suggestion else ""
             raise AttributeError(f"{text}{hint}") from None
         if known is None or known.python_name != name:
             raise AttributeError(text)
-        return functools.partial(filter_method(known), self)
+        return functools.partial(methods.filter_method(known), self)
+
+    def __dir__(self) -> list[str]:
+        _add_plugin_methods()
+        return list(super().__dir__())
 
 
 class _MadeWhenAskedFor:
     """Stands for the method of a filter until somebody asks for it: to document all three hundred takes a tenth of a second."""
 
-    def __init__(self, known: Filter) -> None:
-        self._known = known
+    def __init__(self, name: str) -> None:
+        self._name = name
 
     def __get__(self, instance: object | None, owner: type) -> Any:
-        method = filter_method(self._known)
-        setattr(FilterMethods, self._known.python_name, method)
+        known = listing.known_filter(self._name)
+        method: Any = getattr(BASE, self._name) if known is None else methods.filter_method(known)
+        setattr(FilterMethods, self._name, method)
         return method if instance is None else MethodType(method, instance)
 
 
-for _known in (*meshlab_filters(), *custom_filters()):
-    if _known.is_builtin == hasattr(pymeshlab.MeshSet, _known.python_name):  # a method that MeshLab lacks, or one of its filters
-        setattr(FilterMethods, _known.python_name, _MadeWhenAskedFor(_known))
+@functools.cache
+def _add_plugin_methods() -> None:
+    for known in registry.custom_filters():
+        if not hasattr(BASE, known.python_name):  # a method of pymeshlab's that is no filter keeps its name
+            setattr(FilterMethods, known.python_name, _MadeWhenAskedFor(known.python_name))
+
+
+for _name in pymeshlab.filter_list():
+    if hasattr(BASE, _name):
+        setattr(FilterMethods, _name, _MadeWhenAskedFor(_name))

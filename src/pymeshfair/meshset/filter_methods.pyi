@@ -5,10 +5,11 @@ from typing import Any, Literal
 
 from .methods import ColorLike, LengthLike, MatrixLike, PointLike
 
-class FilterMethods:
-    """One method for each filter, MeshLab's and pymeshfair's."""
+class LateMethods(type): ...
 
-    def __getattr__(self, name: str) -> Any: ...
+class FilterMethods(metaclass=LateMethods):
+    """One method for each filter, MeshLab's and pymeshfair's; those of other plugins are given to `apply_filter`."""
+
     def apply_cameras_extrinsics_transformation(
         self,
         *,
@@ -5665,7 +5666,7 @@ class FilterMethods:
             What the filter reports, by name; None if it reports nothing.
         """
 
-    def get_surface_measures(self) -> dict[str, Any] | None:
+    def get_surface_measures(self) -> dict[str, Any]:
         """Counts, topology, size, roughness and triangle quality of the mesh.
 
         Counts vertices, faces, edges, border edges, non-manifold edges and vertices, degenerate faces and components; says
@@ -5685,7 +5686,7 @@ class FilterMethods:
         *,
         modes: int = 50,
         operator: Literal["auto", "cotangent", "robust"] = "auto",
-    ) -> dict[str, Any] | None:
+    ) -> dict[str, Any]:
         """How much of the shape lies at which frequency: where it ends and where noise begins.
 
         The energy of a frequency is what its waves add to the mean squared distance of the surface from the centroids of its

@@ -12,10 +12,9 @@ import pymeshlab
 from ..declaration import Edit, Filter, Layer
 from ..declaration import Mesh as MeshParameter
 from ..mesh_data import adds, adds_or_removes
+from ..meshlab.base import BASE
 from ..meshlab.errors import UnknownLayerError
 from ..write_back import MeshLayer, Workbench, write_edit
-
-_BASE = pymeshlab.MeshSet
 
 
 class Layers:
@@ -62,7 +61,7 @@ class Layers:
     def has_current(self) -> bool:
         """Whether the mesh set has a current layer."""
         try:
-            _BASE.current_mesh_id(self.meshset)
+            BASE.current_mesh_id(self.meshset)
         except pymeshlab.PyMeshLabException:
             return False
         return True
@@ -71,7 +70,7 @@ class Layers:
         """The current layer, results that still wait included; an empty one if there is none."""
         if self._layer is not None:
             return self._layer
-        layer = self._read(_BASE.current_mesh(self.meshset) if self.has_current() else None)
+        layer = self._read(BASE.current_mesh(self.meshset) if self.has_current() else None)
         if self._deferring:
             self._layer = layer
         return layer
@@ -95,9 +94,9 @@ class Layers:
 
     def check(self, mesh_id: int, where: str = "") -> None:
         """Raise `UnknownLayerError`, its message beginning with `where`, if there is no layer of that id."""
-        if mesh_id >= 0 and _BASE.mesh_id_exists(self.meshset, mesh_id):
+        if mesh_id >= 0 and BASE.mesh_id_exists(self.meshset, mesh_id):
             return
-        there = ", ".join(f"{m.id()} {m.label()!r}" for m in _BASE.__iter__(self.meshset)) or "none"
+        there = ", ".join(f"{m.id()} {m.label()!r}" for m in BASE.__iter__(self.meshset)) or "none"
         gaps = "; ids skip numbers, see current_mesh_id() after a layer is made" if self.bench.helper_ids else ""
         raise UnknownLayerError(f"{where}there is no layer {mesh_id} in the mesh set (it has {there}{gaps})")
 
@@ -113,6 +112,6 @@ class Layers:
 
     def _other(self, mesh_id: int) -> Layer:
         self.check(mesh_id)
-        if self.has_current() and mesh_id == _BASE.current_mesh_id(self.meshset):
+        if self.has_current() and mesh_id == BASE.current_mesh_id(self.meshset):
             return self.current()
-        return self._read(_BASE.mesh(self.meshset, mesh_id))
+        return self._read(BASE.mesh(self.meshset, mesh_id))

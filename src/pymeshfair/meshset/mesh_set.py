@@ -5,24 +5,34 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pymeshlab
 
-from ..meshlab.aftermath import after_failure
-from ..scripts.script import Step
+from ..filters.libraries import ImportedWhenUsed
+from ..meshlab.base import BASE, MESHLAB
 from .conveniences import Conveniences
-from .exchange import as_meshlab
-from .filter_methods import FilterMethods
-from .filter_runner import FilterRunner
-from .layers import Layers
-from .listing import filter_list
-from .script_log import ScriptLog
+from .filter_methods import FilterMethods, LateMethods
 
-_BASE = pymeshlab.MeshSet
+if TYPE_CHECKING:
+    from ..meshlab import aftermath
+    from ..scripts.script import Step
+    from . import exchange, filter_runner, layers, listing, script_log, taking
+    from .pymeshlab_classes import _MeshSet as _Typed
+else:  # importing them takes longer than importing pymeshlab
+    _Typed = BASE
+    aftermath = ImportedWhenUsed("pymeshfair.meshlab.aftermath")
+    exchange, filter_runner, layers, listing, script_log, taking = (
+        ImportedWhenUsed(f"pymeshfair.meshset.{name}")
+        for name in ("exchange", "filter_runner", "layers", "listing", "script_log", "taking")
+    )
 
 
-class MeshSet(Conveniences, FilterMethods, pymeshlab.MeshSet):  # type: ignore[misc]
+class _MeshSetType(LateMethods, type(BASE)):  # type: ignore[misc]
+    """Both its own type and that of pymeshlab's class."""
+
+
+class MeshSet(Conveniences, FilterMethods, _Typed, metaclass=_MeshSetType):
     """A set of meshes that filters are applied to, a drop-in for `pymeshlab.MeshSet`.
 
     Filters of plugins, pymeshfair's own among them, behave as MeshLab's do: each is a method, a name for `apply_filter`, and a
@@ -33,13 +43,16 @@ class MeshSet(Conveniences, FilterMethods, pymeshlab.MeshSet):  # type: ignore[m
     of layers made later skip numbers. Scripts do not count them.
     """
 
-    filter_list = staticmethod(filter_list)
+    @staticmethod
+    def filter_list() -> list[str]:
+        """The Python names of all filters, MeshLab's and the plugins', sorted."""
+        return listing.filter_list()
 
     def __init__(self, verbose: bool = False) -> None:
-        _BASE.__init__(self, verbose)
-        self._layers = Layers(self, verbose=verbose)
-        self._filters = FilterRunner(self._layers)
-        self._script = ScriptLog()
+        BASE.__init__(self, verbose)
+        self._layers = layers.Layers(self, verbose=verbose)
+        self._filters = filter_runner.FilterRunner(self._layers)
+        self._script = script_log.ScriptLog()
 
     # ---------------------------------------------------------------------------------------------------------- filters
 
@@ -88,7 +101,7 @@ class MeshSet(Conveniences, FilterMethods, pymeshlab.MeshSet):  # type: ignore[m
         """
         return self._filters.on_mesh(step) if mesh_units else self._filters.effective(step)
 
-    def filter_parameter_values(self, filter_name: str, **kwargs: Any) -> dict[str, Any]:
+    def filter_parameter_values(self, filter_name: str, /, **kwargs: Any) -> dict[str, Any]:
         """The values that a filter would run with on the current mesh, lengths in mesh units, given some of them.
 
         Also those of saving a file, given its extension.
@@ -169,54 +182,66 @@ class MeshSet(Conveniences, FilterMethods, pymeshlab.MeshSet):  # type: ignore[m
         """
         self._layers.settle()
         self._layers.check(new_curr_id)
-        _BASE.set_current_mesh(self, new_curr_id)
+        BASE.set_current_mesh(self, new_curr_id)
 
     def add_mesh(self, mesh: Any, mesh_name: str = "", set_as_current: bool = True) -> Any:
-        """Add a mesh as a layer: pymeshlab's, or one of trimesh, Open3D or meshio; see `to_trimesh` for the way back."""
-        return _settled(self, _BASE.add_mesh, as_meshlab(mesh), mesh_name, set_as_current)
+        """Add a mesh as a layer: pymeshlab's, or one of trimesh, Open3D, meshio or PyVista; see `to_trimesh` for the way back.
+
+        What MeshLab does not take of another package's mesh is named by a warning of the logger ``pymeshfair``.
+
+        Raises:
+            ForeignMeshError: it is no mesh of these packages, or has cells that are no triangles, quads, lines or vertices.
+        """
+        if isinstance(mesh, pymeshlab.Mesh):
+            return _settled(self, BASE.add_mesh, mesh, mesh_name, set_as_current)
+        arrays = taking.taken(mesh)
+        told = _settled(self, BASE.add_mesh, exchange.as_meshlab(arrays), mesh_name, set_as_current)
+        exchange.add_values(max(BASE.__iter__(self), key=lambda layer: int(layer.id())), arrays)
+        self._filters.plugins.tell_losses(arrays.lost)
+        return told
 
     def save_current_mesh(self, file_name: str, *args: Any, **kwargs: Any) -> None:
         """Save the current mesh as pymeshlab does; a note says so if it has edges that are not in the file.
 
         MeshLab writes edges into .obj files alone. A run writes them into .ply files, too.
         """
-        _settled(self, _BASE.save_current_mesh, file_name, *args, **kwargs)
+        _settled(self, BASE.save_current_mesh, file_name, *args, **kwargs)
         edges = self.current_mesh().edge_number()
         if edges and not str(file_name).lower().endswith(".obj"):
-            self._filters.plugins.tell(
-                f"MeshLab does not write the {edges:,} edges of the mesh into {str(file_name)!r}; into an .obj file it does"
-            )
+            text = f"MeshLab does not write the {edges:,} edges of the mesh into {str(file_name)!r}; into an .obj file it does"
+            self._filters.plugins.tell_losses([text])
 
     def clear(self) -> None:
         """Remove all layers; the filter script stays."""
         self._layers.clear()
-        _BASE.clear(self)
+        BASE.clear(self)
 
     def set_verbosity(self, verbosity: bool) -> None:
         """Whether filters tell on the screen what they do."""
-        _BASE.set_verbosity(self, verbosity)
+        BASE.set_verbosity(self, verbosity)
         self._layers.bench.verbose = verbosity
 
     def set_parameter_verbosity(self, verbosity: bool) -> None:
         """Whether the parameters of filters are printed."""
-        _BASE.set_parameter_verbosity(self, verbosity)
+        BASE.set_parameter_verbosity(self, verbosity)
         self._layers.bench.tells_parameters = verbosity
 
 
 def _settled(meshes: MeshSet, original: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
     """What pymeshlab's method gives, after MeshLab has been told everything."""
     meshes._layers.settle()
-    try:
-        return original(meshes, *args, **kwargs)
-    except Exception:
-        if meshes._layers.bench.verbose:
-            after_failure(meshes, verbose=True)
-        raise
+    with MESHLAB:
+        try:
+            return original(meshes, *args, **kwargs)
+        except Exception:
+            if meshes._layers.bench.verbose:
+                aftermath.after_failure(meshes, verbose=True)
+            raise
 
 
 def _settling(name: str) -> Callable[..., Any]:
     """Pymeshlab's method of that name, which first lets MeshLab be told everything."""
-    original = getattr(_BASE, name)
+    original = getattr(BASE, name)
 
     @functools.wraps(original)
     def method(self: MeshSet, *args: Any, **kwargs: Any) -> Any:

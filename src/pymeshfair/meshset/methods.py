@@ -5,22 +5,26 @@ from __future__ import annotations
 import inspect
 import textwrap
 from collections.abc import Callable, Sequence
-from typing import Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
-import pymeshlab
 from numpy.typing import NDArray
 
 from .. import declaration
 from ..declaration import Bool, Enum, Filter, FilterClass, Length, Parameter
 
+if TYPE_CHECKING:
+    from .pymeshlab_classes import Color, PercentageValue, PureValue
+else:
+    from pymeshlab import Color, PercentageValue, PureValue
+
 #: What may be said for a length: ``"1%"`` of the diagonal, ``"0.5edge"``, ``"0.3"`` in mesh units, or an object that says so.
-LengthLike: TypeAlias = str | Length | pymeshlab.PercentageValue | pymeshlab.PureValue
+LengthLike: TypeAlias = str | Length | PercentageValue | PureValue
 
 #: What may be said for a point, a matrix and a colour.
 PointLike: TypeAlias = Sequence[float] | NDArray[np.float64]
 MatrixLike: TypeAlias = Sequence[Sequence[float]] | NDArray[np.float64]
-ColorLike: TypeAlias = Sequence[int] | pymeshlab.Color
+ColorLike: TypeAlias = Sequence[int] | Color
 
 _WIDTH = 120
 #: where the makers of MeshLab tell what each of its filters does

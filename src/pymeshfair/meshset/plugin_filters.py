@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from ..calling import StoppedError, call, check_needs, resolved
@@ -54,9 +54,10 @@ class PluginFilters:
             check_needs(known, layer)
         except MeshError as error:
             raise FilterFailedError(str(error)) from None
-        edit, notes = self._compute(known, values, layer)
-        for note in (*edit.notes, *notes):
+        edit, losses = self._compute(known, values, layer)
+        for note in edit.notes:
             self.tell(note)
+        self.tell_losses(losses)
         return dict(edit.values), values
 
     def on_mesh(self, known: Filter, checked: Mapping[str, Any]) -> dict[str, Any]:
@@ -64,11 +65,19 @@ class PluginFilters:
         return resolved(known, {**known.defaults, **checked}, self._layers.current())
 
     def tell(self, note: str) -> None:
-        """Pass on a sentence that the user should read."""
+        """Pass on a sentence of a filter."""
         if self.on_note is not None:
             self.on_note(note)
         else:
-            _LOG.warning("%s", note)
+            _LOG.info("%s", note)
+
+    def tell_losses(self, losses: Iterable[str]) -> None:
+        """Pass on what is not kept."""
+        for text in losses:
+            if self.on_note is not None:
+                self.on_note(text)
+            else:
+                _LOG.warning("%s", text)
 
     def _compute(self, known: Filter, values: Mapping[str, Any], layer: MeshLayer) -> tuple[Edit, tuple[str, ...]]:
         try:

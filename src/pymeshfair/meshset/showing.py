@@ -24,6 +24,14 @@ def layers_text(meshes: Any) -> str:
     return "\n".join([f"MeshSet of {count}", *(f"  {number:<4} {name}: {size}" for number, name, size in rows)])
 
 
+def layers_line(meshes: Any) -> str:
+    """The number of layers and the current one, for ``repr``."""
+    rows = layer_rows(meshes)
+    count = f"{len(rows)} {'layer' if len(rows) == 1 else 'layers'}"
+    current = [f", current {number.rstrip('*')} {name!r}: {size}" for number, name, size in rows if number.endswith("*")]
+    return f"<{type(meshes).__name__} of {count}{''.join(current)}>"
+
+
 def layers_table(meshes: Any) -> str:
     """The layers as a table of HTML; the current one is bold."""
     lines = ["<table>", "<tr><th>layer</th><th>name</th><th>size</th></tr>"]

@@ -225,6 +225,13 @@ class RunResult:
     maps: tuple[Path, ...] = ()
     displacement: Mapping[str, Any] | None = None
 
+    def __repr__(self) -> str:
+        sizes = [f"{measures['vertices']:,}" for measures in (self.before, self.after) if measures]
+        counts = ((len(self.steps), "step"), (len(self.warnings), "warning"), (len(self.breaches), "broken limit"))
+        said = [f"{count} {word}{'' if count == 1 else 's'}" for count, word in counts if count]
+        said += [f"{' -> '.join(sizes)} vertices"] if sizes else []
+        return f"<RunResult {str(self.output)!r}: {', '.join(said)}, {self.seconds:.1f} s>"
+
     @property
     def record(self) -> dict[str, Any]:
         """The provenance document, read from its file; empty if that is gone."""

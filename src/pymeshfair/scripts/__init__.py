@@ -4,6 +4,7 @@ from .changes import Change
 from .problems import Problem, ScriptError
 from .read import parse_script, read_script
 from .script import Script, Step
+from .settings import Setting
 from .upgrade import Upgrade, upgrade_file, upgrade_script
 from .write import format_script, write_script
 
@@ -12,6 +13,7 @@ __all__ = [
     "Problem",
     "Script",
     "ScriptError",
+    "Setting",
     "Step",
     "Upgrade",
     "format_script",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ..declaration import FilterClass, Length
@@ -28,7 +28,9 @@ class MeshFacts:
     closed: bool
 
 
-def export_script(script: Script, *, mesh: MeshFacts | None = None) -> tuple[str, tuple[str, ...]]:
+def export_script(
+    script: Script, *, mesh: MeshFacts | None = None, lengths: Sequence[Mapping[str, Length]] = ()
+) -> tuple[str, tuple[str, ...]]:
     """The script for MeshLab's desktop and plain pymeshlab.
 
     A filter of a plugin is replaced where it declares that one of MeshLab's does the same. Settings, tags and limits, which mean
@@ -38,6 +40,8 @@ def export_script(script: Script, *, mesh: MeshFacts | None = None) -> tuple[str
         script: the steps.
         mesh: the mesh that the script is for. Without it relative lengths cannot be mesh units, and a script that has any is
             refused, as is one with a filter that has an equal on closed meshes alone.
+        lengths: by step, lengths in mesh units by Python parameter name, in place of relative ones; what is not there is
+            relative to `mesh`.
 
     Returns:
         Its text; which filters were replaced, one sentence each.
@@ -57,6 +61,8 @@ def export_script(script: Script, *, mesh: MeshFacts | None = None) -> tuple[str
         problems += _relative_lengths(script, plain) if mesh is None else ()
         if plain is not step:
             replaced.append(f"step {number}, {step.filter.name!r}, is MeshLab's {plain.filter.name!r}, which does the same")
+        if plain is step and number <= len(lengths):
+            plain = plain.with_checked(lengths[number - 1])
         steps.append(plain if mesh is None else _in_mesh_units(plain, mesh))
         closed = closed and FilterClass.SMOOTHING in step.filter.classes  # any other step may open the mesh, or select
     if problems:

@@ -34,7 +34,8 @@ _REQUIRED: Mapping[str, Mapping[str, bool]] = {
     "RichEnum": {"enum_cardinality": True},
     "RichOpenFile": {"exts_cardinality": True},
 }
-_OLD_TYPES = frozenset({"RichPoint3f"})
+#: names that types once had
+OLD_TYPES = frozenset({"RichPoint3f"})
 #: MeshLab allocates as many words as a script announces
 _MOST_CHOICES = 1000
 
@@ -50,7 +51,7 @@ def type_complaints(parameter: Parameter, attributes: Attributes) -> Iterator[Co
         yield "the attribute type is missing; MeshLab would drop the parameter and take its default", parameter.xml_type
         return
     if written not in _ACCEPTED.get(parameter.xml_type, {parameter.xml_type}):
-        if written in _OLD_TYPES:
+        if written in OLD_TYPES:
             yield f"type {written!r} is an old name", parameter.xml_type
         else:
             yield (

@@ -74,7 +74,7 @@ def former_parameter_hint(former: Former, name: str) -> tuple[str, str | None]:
     if name in former.turns:
         values = " and ".join(sorted({new for case in former.turns[name].values() for new in case}))
         return f"{values} says that now; `pymeshfair upgrade` rewrites it", None
-    if name in former.drops:
+    if name in {*former.drops, *former.loses}:
         return "MeshLab has dropped it; `pymeshfair upgrade` leaves it out", None
     return "", None
 

@@ -44,17 +44,19 @@ class Upgrade:
         return tuple(str(change) for change in self.changes if not change.same_meaning)
 
 
-def upgrade_file(path: str | Path) -> Upgrade:
-    """The upgraded script in a file.
+def upgrade_file(path: str | Path, *, mend: bool = False) -> Upgrade:
+    """The upgraded script in a file; for `mend` see `upgrade_script`.
 
     Raises:
         ScriptError: the file cannot be read, or something is wrong that no upgrade cures; lists every problem.
     """
-    return upgrade_script(read_bytes(path), str(path), path=Path(path))
+    return upgrade_script(read_bytes(path), str(path), path=Path(path), mend=mend)
 
 
-def upgrade_script(data: bytes, name: str, *, path: Path | None = None) -> Upgrade:
+def upgrade_script(data: bytes, name: str, *, path: Path | None = None, mend: bool = False) -> Upgrade:
     """The upgraded script in the bytes of an .mlx file; `name` stands for the file in messages.
+
+    A value without a type, which every MeshLab drops, is left out; with `mend` it is set, as it was meant.
 
     Raises:
         ScriptError: something is wrong that no upgrade cures; lists every problem.
@@ -79,7 +81,7 @@ def upgrade_script(data: bytes, name: str, *, path: Path | None = None) -> Upgra
             if current.maker is not None:
                 result_stays_current.add(current.maker)
             continue
-        upgraded, found = _upgraded(element, values)
+        upgraded, found = _upgraded(element, values, mend=mend)
         for step in upgraded:
             current.go_on(step, values)
         changes += found
@@ -98,7 +100,7 @@ def _blank_second(match: re.Match[bytes]) -> bytes:
     return match[1] + b" " * (len(match[0]) - len(match[1]))
 
 
-def _upgraded(element: FilterElement, values: Mapping[str, str]) -> tuple[list[FilterElement], list[Change]]:
+def _upgraded(element: FilterElement, values: Mapping[str, str], *, mend: bool) -> tuple[list[FilterElement], list[Change]]:
     """The element of today, none if it is to be left out, and what was changed; `values` are those of its parameters."""
     name = element.name
     if name is None:
@@ -110,13 +112,13 @@ def _upgraded(element: FilterElement, values: Mapping[str, str]) -> tuple[list[F
         return [element], []
     changes = list(_named(element, name, known, former))
     facts = [f for f in (former, former_parameters(known.name)) if f is not None]
-    params, found = upgraded_params(element, known, facts)
+    params, found = upgraded_params(element, known, facts, mend=mend)
     written: set[str | None] = {p.attributes.get("name") for p in params}
     for parameter, text in ({} if former is None else former.sets).items():
         if parameter not in written:
             declared = next(p for p in known.parameters if p.xml_name == parameter)
             given = ParamElement({"type": declared.xml_type, "name": parameter, "value": text}, element.line)
-            more, _ = upgraded_params(replace(element, params=(given,)), known, [])
+            more, _ = upgraded_params(replace(element, params=(given,)), known, [], mend=False)
             params += more
     return [replace(element, kind="filter", name=known.name, params=tuple(params))], changes + found
 

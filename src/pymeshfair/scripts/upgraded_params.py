@@ -8,11 +8,22 @@ from ..declaration import Bool, Enum, FileOpen, Filter, Float, Parameter, Percen
 from ..meshlab.former import Former
 from .changes import Change
 from .elements import FilterElement, ParamElement
-from .param_types import WHOLE, parsed, type_complaints
+from .param_types import OLD_TYPES, WHOLE, parsed, type_complaints
+from .suggestions import close_spelling
+
+_GONE = "is left out, as MeshLab has dropped it"
+_UNHEARD_OF = "no version of MeshLab has such a parameter, and all go on without it"
+_UNTYPED = "is left out: it has no type, and every MeshLab drops such a value and takes its default (--mend sets it)"
+_MISREAD = "the MeshLab of today reads another value there, 0 or its default"
 
 
-def upgraded_params(element: FilterElement, known: Filter, facts: Sequence[Former]) -> tuple[list[ParamElement], list[Change]]:
-    """The parameters that today's filter takes, and what was changed; what is not known stays as it is."""
+def upgraded_params(
+    element: FilterElement, known: Filter, facts: Sequence[Former], *, mend: bool
+) -> tuple[list[ParamElement], list[Change]]:
+    """The parameters that today's filter takes, and what was changed; what is not known stays as it is.
+
+    A value without a type, which no MeshLab has read, is left out, or set with `mend`.
+    """
     params: dict[object, ParamElement] = {}
     changes: list[Change] = []
     old = element.name or ""
@@ -21,6 +32,9 @@ def upgraded_params(element: FilterElement, known: Filter, facts: Sequence[Forme
         name = param.attributes.get("name")
         if name is None:
             params[index] = param
+            continue
+        if not mend and element.kind != "xmlfilter" and "type" not in param.attributes:
+            changes.append(Change(line=param.line, filter=old, parameter=name, what=_UNTYPED))
             continue
         meant = name if name in declared else _fact(facts, name, param, declared)
         if isinstance(meant, Change):
@@ -32,20 +46,22 @@ def upgraded_params(element: FilterElement, known: Filter, facts: Sequence[Forme
             for new, text in meant.items():
                 params[new] = _typed(declared[new], {"name": new, "value": text}, param.line)
             continue
+        if meant not in declared:
+            near = close_spelling(name, [*declared])
+            meaning = _UNHEARD_OF + (f"; if it is to be {near!r}, write that" if near else "")
+            changes.append(Change(line=param.line, filter=old, parameter=name, what="is left out", meaning=meaning))
+            continue
         if meant != name:
             changes.append(Change(line=param.line, filter=old, parameter=name, what=f"is {meant!r} now"))
-        if meant in params and meant in declared:
+        if meant in params:
             meaning = "" if params[meant].attributes == param.attributes else "the last of the two values counts, as in MeshLab"
             changes.append(Change(line=param.line, filter=old, parameter=name, what="is given once", meaning=meaning))
-        typed = param
-        if meant in declared:
-            if any(meant in former.relabelled for former in facts) and (change := _relabelled(declared[meant], param, old)):
-                changes.append(change)
-                param = ParamElement({k: v for k, v in param.attributes.items() if not k.startswith("enum_val")}, param.line)
-            typed = _typed(declared[meant], {**param.attributes, "name": meant}, param.line)
-            if element.kind != "xmlfilter":
-                changes += _type_changes(declared[meant], param, typed, old)
-        params[meant] = typed
+        if any(meant in former.relabelled for former in facts) and (change := _relabelled(declared[meant], param, old)):
+            changes.append(change)
+            param = ParamElement({k: v for k, v in param.attributes.items() if not k.startswith("enum_val")}, param.line)
+        params[meant] = _typed(declared[meant], {**param.attributes, "name": meant}, param.line)
+        if element.kind != "xmlfilter":
+            changes += _type_changes(declared[meant], param, params[meant], element, runs_today=known.name == old)
     return list(params.values()), changes
 
 
@@ -64,7 +80,9 @@ def _fact(
             neutral = former.drops[name]
             same = neutral is None or value.strip().lower() == neutral or (parsed(value) is not None and _equal(value, neutral))
             meaning = "" if same else f"MeshLab has no such parameter any more and does what {neutral} did"
-            return Change(line=param.line, filter="", what="is left out, as MeshLab has dropped it", meaning=meaning)
+            return Change(line=param.line, filter="", what=_GONE, meaning=meaning)
+        if name in former.loses:
+            return Change(line=param.line, filter="", what=_GONE, meaning=former.loses[name])
     by_case = [xml for xml, p in declared.items() if name.casefold() == xml.casefold() or name == p.name]
     return by_case[0] if len(by_case) == 1 else name
 
@@ -116,12 +134,25 @@ def _relabelled(parameter: Parameter, param: ParamElement, filter_name: str) -> 
     return Change(line=param.line, filter=filter_name, parameter=parameter.xml_name, what=what)
 
 
-def _type_changes(parameter: Parameter, old: ParamElement, new: ParamElement, filter_name: str) -> Iterator[Change]:
-    """What was changed in the attributes of a parameter."""
+def _type_changes(
+    parameter: Parameter, old: ParamElement, new: ParamElement, element: FilterElement, *, runs_today: bool
+) -> Iterator[Change]:
+    """What was changed in the attributes of a parameter; `runs_today` if MeshLab still has the old step's filter."""
+    before, misread = old.attributes, _is_misread(parameter, old.attributes, new.attributes)
+    meaning = _MISREAD if (misread and runs_today) or "type" not in before else ""
     for attribute, text in new.attributes.items():
-        before = old.attributes.get(attribute)
-        if attribute != "name" and before != text:
-            written = "was missing" if before is None else f"was {before!r}"
-            yield Change(
-                line=old.line, filter=filter_name, parameter=parameter.xml_name, what=f"{attribute} is {text!r}, {written}"
-            )
+        if attribute != "name" and before.get(attribute) != text:
+            written = f"was {before[attribute]!r}" if attribute in before else "was missing"
+            what = f"{attribute} is {text!r}, {written}"
+            yield Change(line=old.line, filter=element.name or "", parameter=parameter.xml_name, what=what, meaning=meaning)
+            meaning = ""  # which is said once
+
+
+def _is_misread(parameter: Parameter, old: Mapping[str, str], new: Mapping[str, str]) -> bool:
+    """Whether the MeshLab of today reads another value in the old attributes than in the new ones."""
+    value = old.get("value", "")
+    if old.get("type") in OLD_TYPES:
+        return False
+    if any(type_complaints(parameter, old)):  # of a wrong type it reads 0
+        return new.get("value", "").lower() not in ("0", "0.0", "false") or new["type"] == old.get("type")
+    return isinstance(parameter, Bool) and value.lower() not in ("true", new["value"])

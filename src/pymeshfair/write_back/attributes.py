@@ -17,7 +17,7 @@ import pymeshlab
 
 from ..declaration import Floats
 from ..errors import MeshError
-from ..meshlab.aftermath import BASE
+from ..meshlab.base import BASE
 from .arrays import read_array
 from .refill import refill_faces, refill_vertices
 from .workbench import Workbench
@@ -140,6 +140,13 @@ def clear_beyond(bench: Workbench, mesh: Any, element: Element, kept: int) -> No
         else:
             new = f"{index}<{kept}?{name}:0"
             bench.apply(f"compute_new_custom_scalar_attribute_per_{element}", name=name, expr=new)
+
+
+def custom_attributes(bench: Workbench, mesh: Any) -> Iterator[tuple[Element, str, Floats]]:
+    """The custom attributes of the current layer, `mesh`, with their names and values: (n,) or, of points, (n, 3)."""
+    for element, _, points, name in _own(bench, mesh):
+        if name is not None:
+            yield element, name, _reader(mesh, element, points=points)(name)
 
 
 def _own(bench: Workbench, mesh: Any) -> Iterator[tuple[Element, str, bool, str | None]]:

@@ -12,7 +12,7 @@ import pymeshlab
 
 from ..declaration import Edit
 from ..errors import MeshError
-from ..meshlab.aftermath import BASE
+from ..meshlab.base import BASE
 from .addition import write_vertex_uv, write_wedge_uv
 from .arrays import EDITABLE, read_array
 from .growth import shrink

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..meshlab.aftermath import BASE, after_failure
+from ..meshlab.aftermath import after_failure
+from ..meshlab.base import BASE, MESHLAB
 
 
 class Workbench:
@@ -33,13 +34,13 @@ class Workbench:
 
     def apply(self, filter_name: str, /, **parameters: Any) -> dict[str, Any]:
         """Apply a filter of MeshLab to the current layer; what it reports."""
-        with self._silence():
+        with MESHLAB, self._silence():
             try:
                 told: dict[str, Any] = BASE.apply_filter(self.meshset, filter_name, **parameters)
             except Exception:
                 after_failure(self.meshset, verbose=False)
                 raise
-        BASE.clear_filter_script(self.meshset)
+            BASE.clear_filter_script(self.meshset)
         return told
 
     @contextmanager

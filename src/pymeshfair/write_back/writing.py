@@ -10,7 +10,7 @@ import pymeshlab
 from ..declaration import Edit, NewLayer
 from ..errors import MeshError
 from ..mesh_data import adds
-from ..meshlab.aftermath import BASE
+from ..meshlab.base import BASE
 from .addition import add_elements
 from .arrays import read_array
 from .attributes import ELEMENTS, explain

@@ -1,0 +1,41 @@
+"""The relative lengths of a script in mesh units, each on the mesh that its step meets."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from .. import recipe as named
+from ..declaration import Length
+from ..running.job import Job
+from ..running.supervise import run_job
+from ..scripts import Script, Step
+
+
+def lengths_on_mesh(script: Script, path: Path) -> list[Mapping[str, Length]]:
+    """By step, the relative lengths in mesh units, by Python parameter name.
+
+    The steps up to the last one that has any are run on the mesh, since they may change its size.
+
+    Raises:
+        PymeshfairError: the file cannot be read, or a step fails on it.
+    """
+    steps = script.with_defaults().steps
+    count = max((number for number, step in enumerate(steps, 1) if _relative(step)), default=0)
+    if count == 0:
+        return [{} for _ in steps]
+    first = replace(script, steps=script.steps[:count], guards=type(script.guards)())
+    with tempfile.TemporaryDirectory(prefix="pymeshfair-export-") as folder:
+        result = run_job(Job(named.Recipe("export", first), path, Path(folder) / "mesh.ply", measures=False))
+    done = [step.parameters for step in result.steps]
+    return [
+        {name: Length(done[index][name]) for name in _relative(step)} if index < count else {} for index, step in enumerate(steps)
+    ]
+
+
+def _relative(step: Step) -> list[str]:
+    """The parameters whose values depend on the size of the mesh."""
+    values = step.values.items()
+    return [name for name, value in values if isinstance(value, Length) and value.unit != "absolute" and value.amount]
