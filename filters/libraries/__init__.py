@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     import cholespy
-    import igl
     import robust_laplacian
     import threadpoolctl
     from scipy import fft, linalg, optimize, sparse, spatial, special
@@ -19,7 +18,6 @@ else:
     blas = ImportedWhenUsed("scipy.linalg.blas")
     cholespy = ImportedWhenUsed("cholespy")
     fft = ImportedWhenUsed("scipy.fft")
-    igl = ImportedWhenUsed("igl")
     linalg = ImportedWhenUsed("scipy.linalg")
     optimize = ImportedWhenUsed("scipy.optimize")
     robust_laplacian = ImportedWhenUsed("robust_laplacian")
@@ -41,7 +39,6 @@ __all__ = [
     "blas",
     "cholespy",
     "fft",
-    "igl",
     "linalg",
     "one_blas_thread",
     "optimize",

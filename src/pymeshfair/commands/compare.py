@@ -8,12 +8,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from .json_document import print_document
-from .options import AllowOutside, Debug, Json, Overwrite, Unchecked
+from .lengths import limits_in_mesh_units, tolerance_in_mesh_units
+from .options import AllowOutside, Debug, Json, Limits, Overwrite, Tolerance, Unchecked, Unit
 from .report_file import Report, Up, check_report, compared_files, report_page, say_report
 from .streams import warn
 
 if TYPE_CHECKING:
     from ..looking.comparison import Comparison
+
+#: areas out of tolerance that the text lists
+_AREAS = 20
 
 
 def compare(
@@ -22,6 +26,9 @@ def compare(
     self_intersections: Annotated[
         bool, typer.Option("--self-intersections/--no-self-intersections", help="Whether to look for faces that cut others.")
     ] = True,
+    tolerance: Tolerance = None,
+    limits: Limits = None,
+    unit: Unit = None,
     report: Report = None,
     up: Up = "y",
     allow_outside: AllowOutside = False,
@@ -30,9 +37,9 @@ def compare(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Tell what lies between two meshes or clouds: what moved and how far, what was kept, lost, added and removed.
+    """Tell what lies between two meshes or clouds: how far apart they are, what was kept, lost, added and removed.
 
-    They may have different vertices and faces.
+    They may have different vertices and faces. With --tolerance the exit code is 1 if a place of one lies further from the other.
     """
     from ..files.writing import write_file
     from ..looking.comparison import compare as compare_states
@@ -49,12 +56,14 @@ def compare(
     for warning in warnings:
         warn(warning)
     first, second = (state_of(mesh) for mesh in meshes)
+    allowed = tolerance_in_mesh_units(tolerance, unit, first.diagonal, first.mean_edge)
+    ends = limits_in_mesh_units(limits, unit, first.diagonal, first.mean_edge)
     if report is None:
-        found, _ = compare_states(first, second)
+        found, _ = compare_states(first, second, tolerance=allowed)
     else:
-        compared, left_out = compared_files(first, second)
+        compared, left_out = compared_files(first, second, tolerance=allowed)
         found = compared.found
-    numbers = {"files": {"before": before, "after": after}, "comparison": found, "warnings": warnings}
+    numbers = {"files": {"before": before, "after": after}, "unit": unit, "comparison": found, "warnings": warnings}
     if report is not None:
         page = report_page(
             compared,
@@ -64,6 +73,7 @@ def compare(
             up=up,
             warnings=warnings,
             left_out=left_out,
+            limits=ends,
         )
         write_file(report, page, overwrite=overwrite)
         say_report(report)
@@ -71,16 +81,22 @@ def compare(
         print_document(numbers)
     else:
         _show(found)
+    if found.passed is False:
+        raise typer.Exit(1)
 
 
 def _show(found: Comparison) -> None:
-    from ..looking.words import DISPLACEMENT_HEADERS, comparison_lines, displacement_rows
+    from ..looking.words import AREA_HEADERS, DISTANCE_HEADERS, area_rows, comparison_lines, distance_rows, verdict_text
     from .measures_table import measures_table
     from .tables import console, table
 
     console().print(measures_table({"before": found.before, "after": found.after}))
     typer.echo("")
-    console().print(table(DISPLACEMENT_HEADERS, displacement_rows(found), numbers=(1, 2, 3)))
+    console().print(table(DISTANCE_HEADERS, distance_rows(found), numbers=(1, 2, 3)))
     typer.echo("")
+    if found.out_of_tolerance:
+        console().print(table(AREA_HEADERS, area_rows(found, _AREAS), numbers=(2, 3, 4)))
+        typer.echo("")
     for line in comparison_lines(found):
         typer.echo(line)
+    typer.echo(verdict_text(found))
