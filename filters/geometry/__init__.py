@@ -15,7 +15,7 @@ from .face_normals import (
     turned_faces,
 )
 from .loops import area_vector, side_lengths
-from .triangles import angle_at, cross_product, quality_and_normal, squared_length
+from .triangles import angle_at, closest_weights, cross_product, quality_and_normal, squared_length
 from .vertex_normals import vertex_normals_by_angle, vertex_normals_by_area
 
 __all__ = [
@@ -26,6 +26,7 @@ __all__ = [
     "angle_at",
     "angles_between",
     "area_vector",
+    "closest_weights",
     "corner_angles",
     "cross_product",
     "cross_products",

@@ -9,9 +9,9 @@ import numpy as np
 
 from ..compilation import compiled
 from ..execution import over_range
-from ..geometry.triangles import closest_weights
+from ..geometry import closest_weights
 from ..mesh import Floats, Ints, Longs
-from ..neighbours.selection import partition
+from ..neighbours import partition
 
 #: Triangles in a leaf, compiled into the kernels: 2 and 8 are no faster.
 _LEAF = 4

@@ -3,6 +3,7 @@
 from .cells import CellTree, Nearest, cells_within, offer_cells, reaching_out
 from .kd_tree import LEAF, build_tree, tree_scale
 from .nearest import check_cloud, leaf_ranges, nearest_neighbours
+from .selection import partition
 from .touching_balls import touching_balls
 from .tree_search import search_leaves
 
@@ -16,6 +17,7 @@ __all__ = [
     "leaf_ranges",
     "nearest_neighbours",
     "offer_cells",
+    "partition",
     "reaching_out",
     "search_leaves",
     "touching_balls",

@@ -53,27 +53,69 @@ def measure_rows(columns: Mapping[str, Mapping[str, Any]]) -> list[list[str]]:
     ]
 
 
+def became_text(change: Mapping[str, Any]) -> str:
+    """What a run removed, added and moved, `pymeshfair.running.shape_change.ShapeChange` by name, in one sentence."""
+    removed, added, moved = change["removed"], change["added"], change["moved"]
+    told = []
+    if not moved or not moved["same"]:
+        told.append("made a new mesh")
+    elif removed["faces"] and added["faces"] and not (removed["vertices"] or added["vertices"]):
+        told.append(f"cut the surface otherwise: {_count(added['faces'], 'face')} of {_count(removed['faces'], 'other face')}")
+    else:
+        told += [f"removed {_part(removed)}"] if removed["vertices"] or removed["faces"] else []
+        told += [f"added {_part(added)}"] if added["vertices"] or added["faces"] else []
+    if moved:
+        verb = "moved" if moved["same"] else "lies away from the input by"
+        told.append(f"{verb} {_mean_of(moved)}" if moved["largest"] else "moved no vertex")
+    text = "; ".join(told)
+    return f"{text[0].upper()}{text[1:]}"
+
+
 def change_lines(change: Mapping[str, Any]) -> list[str]:
     """What a run did to the shape, `pymeshfair.running.shape_change.ShapeChange` by name, as lines below the table."""
+    removed, added, moved = change["removed"], change["added"], change["moved"]
     shares = [*zip(("x", "y", "z"), change["sides"], strict=True), ("area", change["area"]), ("volume", change["volume"])]
-    why = "" if change["moved"] else ", as vertices or faces were added or removed"
-    lines = [f"changed{why}: " + ", ".join(f"{name} {share:+.2%}" for name, share in shares if share is not None)]
+    why = [words for words, part in (("removed", removed), ("added", added)) if part["vertices"] or part["faces"]]
+    because = f", as parts were {' and '.join(why)}" if why else ""
+    lines = [
+        became_text(change),
+        f"changed{because}: " + ", ".join(f"{name} {share:+.2%}" for name, share in shares if share is not None),
+    ]
     if aside := change.get("sides_without_noise"):
         shown = ", ".join(f"{name} {share:+.2%}" for name, share in zip("xyz", aside, strict=True) if share is not None)
         lines.append(f"noise at the ends aside: {shown}")
-    moved = change["moved"]
-    if moved and not moved["largest"]:
-        lines.append("moved: no vertex")
-    elif moved:
+    if moved and moved["largest"]:
         x, y, z = moved["place"]
         edges = f" ({moved['edges']:.2g} mean edges)" if moved["edges"] is not None else ""
         lines.append(
-            f"moved: mean {moved['mean']:.3g}, 99 % below {moved['most']:.3g}, at most {moved['largest']:.3g}{edges}, vertex "
-            f"{moved['vertex']} at {x:.6g}, {y:.6g}, {z:.6g}"
+            f"{'moved' if moved['same'] else 'away'}: mean {moved['mean']:.3g}, 99 % below {moved['most']:.3g}, at most "
+            f"{moved['largest']:.3g}{edges}, vertex {moved['vertex']} at {x:.6g}, {y:.6g}, {z:.6g}"
         )
     if change["turned"]:
-        lines.append(f"turned over: {change['turned']:,} {'face' if change['turned'] == 1 else 'faces'}")
+        lines.append(f"turned over: {_count(change['turned'], 'face')}")
     return lines
+
+
+def _part(part: Mapping[str, Any]) -> str:
+    """Such as "14 loose pieces and a rim: 12.6 % of the area"."""
+    if not part["faces"]:
+        return _count(part["vertices"], "vertex", "vertices")
+    others = part["pieces"] - part["loose"] - part["rims"]
+    kinds = ((part["loose"], "loose piece"), (part["rims"], "part of the rim"), (others, "part inside"))
+    several = {"part of the rim": "parts of the rim", "part inside": "parts inside"}
+    pieces = [_count(count, words, several.get(words, "")) for count, words in kinds if count]
+    share = "" if part["share"] is None else f": {100.0 * part['share']:.3g} % of the area"
+    return f"{' and '.join(pieces)} ({_count(part['faces'], 'face')}){share}"
+
+
+def _mean_of(moved: Mapping[str, Any]) -> str:
+    if moved["edges"] is None:
+        return f"{moved['mean']:.3g} on average, {moved['largest']:.3g} at most"
+    return f"{moved['mean_edges']:.2g} mean edges on average, {moved['edges']:.2g} at most"
+
+
+def _count(count: int, one: str, several: str = "") -> str:
+    return f"{count:,} {one if count == 1 else several or one + 's'}"
 
 
 def verdict_text(found: Comparison) -> str:

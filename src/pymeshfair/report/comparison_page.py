@@ -4,22 +4,34 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import datetime, timezone
+from functools import partial
 from typing import Any
 
 import numpy as np
+from PIL import Image
 
 from ..declaration import Floats
 from ..filters.geometry import vector_lengths
 from ..filters.inspection import Limits, mean_curvature, robust_limits, symmetric_limits, triangle_shapes
-from ..looking.annotation import BAR_STRIP
+from ..looking.annotation import BAR_STRIP, draw_color_bar
 from ..looking.camera import VIEWS
-from ..looking.coloring import Numbers
+from ..looking.coloring import COLORINGS, Numbers
 from ..looking.comparison import Comparison, Distances
 from ..looking.mesh_state import MeshState
 from ..looking.picture import Appearance, draw_meshes
-from ..looking.words import AREA_HEADERS, DISTANCE_HEADERS, area_rows, comparison_lines, distance_rows, measure_rows, verdict_text
+from ..looking.words import (
+    AREA_HEADERS,
+    DISTANCE_HEADERS,
+    area_rows,
+    became_text,
+    change_lines,
+    comparison_lines,
+    distance_rows,
+    measure_rows,
+    verdict_text,
+)
 from ..running.job import StepReport
 from .charts import Chart, histogram, spectrum_chart
 from .display import Shown, shown_mesh
@@ -55,11 +67,13 @@ class RunPart:
 
     Attributes:
         steps: what they did.
+        change: what came of it, `pymeshfair.running.shape_change.ShapeChange` by name; empty if that was not measured.
         recipe: the script as text.
         provenance: the record as text.
     """
 
     steps: Sequence[StepReport]
+    change: Mapping[str, Any]
     recipe: str
     provenance: str
 
@@ -113,7 +127,8 @@ def comparison_page(
         limits: the ends of the colours of distances; found from them if it is None.
     """
     ends = limits or _limits(compared)
-    scene, shown = _scene(compared, up, markers or _markers(compared.found), ends)
+    curvatures = _curvatures(compared)
+    scene, shown = _scene(compared, up, markers or _markers(compared.found), ends, curvatures)
     return render(
         "report.html",
         title=title,
@@ -122,13 +137,14 @@ def comparison_page(
         pictures=_pictures(compared, up, ends),
         scene=scene,
         notes=[_decimation(mesh) for mesh in shown if mesh.decimated],
+        change=change_lines(run.change) if run and run.change else (),
         distance_headers=DISTANCE_HEADERS,
         distance_rows=distance_rows(compared.found),
         area_headers=AREA_HEADERS,
         area_rows=area_rows(compared.found, _AREAS),
         lines=comparison_lines(compared.found),
         measure_rows=measure_rows({"before": compared.found.before, "after": compared.found.after}),
-        charts=_charts(compared, ends),
+        charts=_charts(compared, ends, curvatures),
         left_out=left_out,
         warnings=warnings,
         run=run,
@@ -138,11 +154,18 @@ def comparison_page(
     )
 
 
-def verdict_of(found: Comparison) -> Verdict:
-    """How far the surfaces lie apart, in a sentence, and whether that is within the tolerance."""
+def verdict_of(found: Comparison, change: Mapping[str, Any] | None = None) -> Verdict:
+    """How far the surfaces lie apart, and whether within the tolerance; first what a run removed, added and moved.
+
+    Args:
+        found: the comparison.
+        change: `pymeshfair.running.shape_change.ShapeChange` by name; None if no run lies between the meshes.
+    """
     text = verdict_text(found)
     flipped = found.flipped_faces or 0
     lines = (f"{flipped:,} faces look to the other side now.",) if flipped else ()
+    if change:
+        text, lines = f"{became_text(change)}.", (text, *lines)
     if found.passed is not None:
         return Verdict("good" if found.passed else "bad", text, lines)
     return Verdict("good" if found.same_surface else "warn" if flipped else "info", text, lines)
@@ -174,8 +197,9 @@ def _curvatures(compared: Compared) -> dict[str, Floats]:
     return {name: mean_curvature(mesh.vertices, mesh.faces) for name, mesh in meshes.items() if len(mesh.faces)}
 
 
-def _scene(compared: Compared, up: str, markers: Sequence[Marker], ends: Limits) -> tuple[Scene, list[Shown]]:
-    curvatures = _curvatures(compared)
+def _scene(
+    compared: Compared, up: str, markers: Sequence[Marker], ends: Limits, curvatures: Mapping[str, Floats]
+) -> tuple[Scene, list[Shown]]:
     before, after = compared.before.mesh, compared.after.mesh
     limits = {"distance": ends}
     moved = None
@@ -229,18 +253,19 @@ def _pictures(compared: Compared, up: str, ends: Limits) -> list[Figure]:
         drawn = draw_meshes([compared.after.mesh], [""], view, numbers=numbers)
         words = "orange where it lies outside of the mesh before, blue where inside"
         figures.append(figure_of(drawn.crop((0, 0, _VIEW, _VIEW)), f"The mesh after, {side}: {words}.", f"Distance, {side}"))
-    # The bar is in the middle half of the strip, its ends are written beside it.
-    bar = draw_meshes([compared.after.mesh] * 3, [""] * 3, replace(view, width=_PICTURE, height=64), numbers=numbers * 3)
     within = f", within {tolerance:.4g} pale green" if tolerance else ""
+    bar = Image.new("RGB", (3 * _PICTURE, BAR_STRIP), "white")
+    coloring = COLORINGS["distance"]
+    draw_color_bar(bar, 4, ends, partial(coloring.colors, tolerance=tolerance), coloring.label)
     scale = figure_of(
-        bar.crop((_PICTURE // 2, 64, bar.width - _PICTURE // 2, 64 + BAR_STRIP)),
+        bar.crop((_PICTURE // 2, 0, bar.width - _PICTURE // 2, BAR_STRIP)),
         f"The colours of distances from {ends.low:.4g} to {ends.high:.4g} mesh units{within}.",
         f"The colours of distances: orange outwards, blue inwards{within}",
     )
     return [*figures, scale]
 
 
-def _charts(compared: Compared, ends: Limits) -> list[Chart]:
+def _charts(compared: Compared, ends: Limits, curvatures: Mapping[str, Floats]) -> list[Chart]:
     before, after = compared.before.mesh, compared.after.mesh
     charts = [
         histogram(
@@ -253,7 +278,6 @@ def _charts(compared: Compared, ends: Limits) -> list[Chart]:
     if len(before.faces) and len(after.faces):
         edges = {name: _edge_lengths(mesh.vertices, mesh.faces) for name, mesh in (("before", before), ("after", after))}
         shapes = {"before": triangle_shapes(before.vertices, before.faces), "after": triangle_shapes(after.vertices, after.faces)}
-        curvatures = _curvatures(compared)
         every = np.concatenate(list(curvatures.values()))
         charts += [
             histogram("Mean curvature", "1 / mesh unit", curvatures, *symmetric_limits(every)),
