@@ -15,7 +15,7 @@ from ..libraries import spatial
 from ..mesh import Floats, Ints, Longs, NormalisedMesh, check_mesh, normalised_mesh
 from ..topology import faces_across, proper_faces
 from .corner_angles import vertex_normals
-from .triangle_tree import TriangleTree, distances_from_triangles
+from .triangle_tree import TriangleTree, largest_distances
 
 
 class NearestPlaces(NamedTuple):
@@ -73,7 +73,7 @@ class Surface:
         at a vertex: then it is right for every point around a closed surface [baerentzen2005].
         """
         mesh = self.mesh
-        local = np.ascontiguousarray((queries - mesh.middle) * mesh.scale)
+        local = self.local(queries)
         if not len(local):
             return NearestPlaces(np.empty((0, 3)), np.empty(0), np.empty(0, np.int64), np.empty(0))
         if not len(mesh.cells):
@@ -88,20 +88,31 @@ class Surface:
         sides = np.where(outwards < 0.0, -1.0, 1.0)
         return NearestPlaces(vectors / mesh.scale, distances / mesh.scale, self.faces[cells], sides)
 
-    def distances_from(self, queries: Floats, faces: Longs) -> Floats:
-        """(q,) how far points lie from triangles by their number in the mesh, in mesh units."""
-        mesh = self.mesh
-        local = np.ascontiguousarray((queries - mesh.middle) * mesh.scale)
-        return distances_from_triangles(mesh.points, mesh.cells, local, np.searchsorted(self.faces, faces)) / mesh.scale
+    def local(self, places: Floats) -> Floats:
+        """Places about the middle of the surface and of its scale, in which `search` and `largest_distances` work."""
+        return np.ascontiguousarray((places - self.mesh.middle) * self.mesh.scale)
+
+    def search(self, local: Floats) -> tuple[Longs, Floats]:
+        """The nearest triangles, by their number in `mesh`, to (q, 3) local places, and their (q,) local distances."""
+        cells, _, distances = self._tree.nearest(local)
+        return cells, distances
+
+    def largest_distances(self, corners: Floats, distances: Floats, beside: Longs) -> Floats:
+        """See `pymeshfair.filters.inspection.triangle_tree.largest_distances`; all is local."""
+        return largest_distances(self.mesh.points, self.mesh.cells, corners, distances, beside)
+
+    def cells_of(self, faces: Longs) -> Longs:
+        """The triangles of `mesh` by their number in the mesh that it was made of."""
+        return faces if self.faces[-1] == len(self.faces) - 1 else np.searchsorted(self.faces, faces)
 
     def normals_of(self, faces: Longs) -> Floats:
         """(q, 3) the unit normals of triangles by their number in the mesh; 0 of those without area."""
-        return np.asarray(self._normals[np.searchsorted(self.faces, faces)])
+        return np.asarray(self._normals[self.cells_of(faces)])
 
     def normals_at_vertices(self) -> Floats:
         """(n, 3) the unit normals of all vertices; 0 where there are none."""
         normals = np.zeros((self.vertex_count, 3))
-        normals[self.mesh.used] = self._vertex_normals
+        normals[self.mesh.used] = vertex_normals(self.mesh.points, self.mesh.cells)
         return normals
 
     def _normals_at(self, cells: Longs, weights: Floats) -> Floats:
@@ -115,8 +126,14 @@ class Surface:
             edge = np.flatnonzero(on[:, k] & ~at_corner)
             across = self._across[cells[edge], k]
             normals[edge[across >= 0]] += self._normals[across[across >= 0]]
-            corner = np.flatnonzero(on[:, k] & on[:, k - 1])
-            normals[corner] = self._vertex_normals[self.mesh.cells[cells[corner], k]]
+        corner, at = np.nonzero(on & np.roll(on, 1, axis=1))
+        if len(corner):
+            points, cells_of_mesh = self.mesh.points, self.mesh.cells
+            asked = cells_of_mesh[cells[corner], at]
+            of_points = np.zeros(len(points), dtype=np.bool_)
+            of_points[asked] = True
+            around = cells_of_mesh[of_points[cells_of_mesh].any(axis=1)]
+            normals[corner] = vertex_normals(points, around)[asked]
         return normals
 
     @cached_property
@@ -130,10 +147,6 @@ class Surface:
     @cached_property
     def _normals(self) -> Floats:
         return face_normals(self.mesh.points, self.mesh.cells)
-
-    @cached_property
-    def _vertex_normals(self) -> Floats:
-        return vertex_normals(self.mesh.points, self.mesh.cells)
 
     @cached_property
     def _across(self) -> Ints:

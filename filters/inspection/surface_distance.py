@@ -16,8 +16,6 @@ from .surface import NearestPlaces, Surface
 SAMPLES = 100_000
 #: percentiles of the sizes of distances
 PERCENTILES = (50, 90, 95, 99)
-#: a place within a triangle is no further from the nearest of its corners than the longest side over this (Jung's theorem)
-_JUNG = math.sqrt(3.0)
 #: the largest distance is searched for until no other one can be larger by more than this factor
 _PROVEN = 1.01
 
@@ -145,54 +143,38 @@ def surface_distance(vertices: Floats, faces: Ints, to: Surface, *, count: int =
 def _largest(
     points: Floats, faces: Ints, at_vertices: NearestPlaces, samples: FaceSamples, nearest: NearestPlaces, to: Surface
 ) -> tuple[float, Floats, float]:
-    """The largest distance, its place, and a bound above all: faces that may hold a larger one are halved until none does.
-
-    A place lies at most as much further than a corner as it is from it. And the distance from one triangle of the other surface
-    is convex, so that it is largest at a corner.
-    """
-    every = np.concatenate([points, samples.places])
-    distances = np.concatenate([at_vertices.distances, nearest.distances])
+    """The largest distance, its place, and a bound above all: faces that may hold a larger one are quartered until none does."""
+    every = (points, at_vertices.distances), (samples.places, nearest.distances)
+    places, distances = max(every, key=lambda some: some[1].max(initial=0.0))
     worst = int(distances.argmax())
-    largest, furthest = float(distances[worst]), every[worst]
-    if not (len(faces) and len(to.faces)):
-        # Between two points of a cloud there is nothing; between triangles and points only the corners tell.
-        return (
-            largest,
-            furthest,
-            largest if not len(faces) else float(_by_corners(points[faces], at_vertices.distances[faces]).max()),
-        )
-    first = np.searchsorted(samples.faces, np.arange(len(faces)))
-    corners, d, beside = points[faces], at_vertices.distances[faces], nearest.elements[first]
-    left = len(every)
-    bound = _bounds(corners, d, beside, to)
+    largest, furthest = float(distances[worst]), places[worst]
+    if not len(faces):
+        return largest, furthest, largest
+    scale = to.mesh.scale
+    corners, d = to.local(points)[faces], at_vertices.distances[faces] * scale
+    if not len(to.faces):
+        sides = np.max([vector_lengths(corners[:, k] - corners[:, k - 1]) for k in range(3)], axis=0)
+        return largest, furthest, float((d.max(axis=1) + sides).max()) / scale
+    beside = to.cells_of(nearest.elements[np.searchsorted(samples.faces, np.arange(len(faces)))])[:, None]
+    bound = to.largest_distances(corners, d, beside)
+    left = len(points) + len(samples.places)
     while True:
-        open_ones = bound > largest * _PROVEN
-        at_most = max(float(bound.max()), largest)
-        if not open_ones.any() or 3 * open_ones.sum() > left:
-            return largest, furthest, at_most
+        open_ones = np.flatnonzero(bound > largest * scale * _PROVEN)
+        if not len(open_ones) or 3 * len(open_ones) > left:
+            return largest, furthest, max(float(bound.max()) / scale, largest)
         corners, d = corners[open_ones], d[open_ones]
         middles = 0.5 * (corners + np.roll(corners, -1, axis=1))
-        found = to.nearest(middles.reshape(-1, 3))
-        left -= len(found.distances)
-        e, near = found.distances.reshape(-1, 3), found.elements.reshape(-1, 3)
-        if e.max() > largest:
-            largest, furthest = float(e.max()), middles.reshape(-1, 3)[int(e.argmax())]
+        cells, found = to.search(middles.reshape(-1, 3))
+        left -= len(found)
+        if found.max() > largest * scale:
+            worst = int(found.argmax())
+            largest, furthest = float(found[worst]) / scale, middles.reshape(-1, 3)[worst] / scale + to.mesh.middle
+        e, beside = found.reshape(-1, 3), np.tile(cells.reshape(-1, 3), (4, 1))
         corners = np.concatenate(
             [*(np.stack([corners[:, k], middles[:, k], middles[:, k - 1]], axis=1) for k in range(3)), middles]
         )
         d = np.concatenate([*(np.stack([d[:, k], e[:, k], e[:, k - 1]], axis=1) for k in range(3)), e])
-        bound = np.minimum.reduce([_bounds(corners, d, np.tile(near[:, k], 4), to) for k in range(3)])
-
-
-def _bounds(corners: Floats, distances: Floats, beside: Longs, to: Surface) -> Floats:
-    """(t,) above the distances of all places of (t, 3, 3) triangles, by those of their corners and by a triangle beside each."""
-    by_triangle = np.max([to.distances_from(corners[:, k], beside) for k in range(3)], axis=0)
-    return np.asarray(np.minimum(_by_corners(corners, distances), by_triangle))
-
-
-def _by_corners(corners: Floats, distances: Floats) -> Floats:
-    sides = np.max([vector_lengths(corners[:, k] - corners[:, k - 1]) for k in range(3)], axis=0)
-    return np.asarray(distances.max(axis=1) + sides / _JUNG)
+        bound = to.largest_distances(corners, d, beside)
 
 
 def _percentiles(sizes: Floats, weights: Floats) -> list[float]:

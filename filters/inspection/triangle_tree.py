@@ -64,13 +64,22 @@ class TriangleTree(NamedTuple):
         return faces, weights, distances
 
 
-def distances_from_triangles(points: Floats, faces: Ints, queries: Floats, chosen: Longs) -> Floats:
-    """(q,) how far each of (q, 3) points lies from the triangle that is chosen for it, by (q,) numbers of faces."""
-    distances = np.empty(len(queries))
-    corners = points[faces]
-    corners[:, 1:] -= corners[:, :1]
-    over_range(_measure_chosen, len(queries), corners.reshape(-1, 9), queries, chosen, distances)
-    return distances
+def largest_distances(points: Floats, faces: Ints, corners: Floats, distances: Floats, beside: Longs) -> Floats:
+    """(t,) bounds above the distances of all places of triangles from a surface.
+
+    A place lies at most as much further as it is from a corner: the longest side over the root of 3 (Jung's theorem). And
+    the distance from one triangle of the surface is convex, so that it is largest at a corner.
+
+    Args:
+        points: (n, 3) of the surface.
+        faces: (m, 3) of the surface.
+        corners: (t, 3, 3) of the triangles.
+        distances: (t, 3) of the corners from the surface.
+        beside: (t, k) faces of the surface near each triangle.
+    """
+    bounds = np.empty(len(corners))
+    over_range(_bound, len(corners), points, faces, np.ascontiguousarray(corners), distances, beside, bounds)
+    return bounds
 
 
 @compiled(nogil=True)
@@ -183,9 +192,28 @@ def _measure(triangles: Floats, r: int, x: float, y: float, z: float) -> tuple[f
 
 
 @compiled(nogil=True)
-def _measure_chosen(triangles: Floats, queries: Floats, chosen: Longs, distances: Floats, first: int, last: int) -> None:
-    for q in range(first, last):
-        distances[q] = math.sqrt(_measure(triangles, chosen[q], queries[q, 0], queries[q, 1], queries[q, 2])[2])
+def _bound(
+    points: Floats, faces: Ints, corners: Floats, distances: Floats, beside: Longs, bounds: Floats, first: int, last: int
+) -> None:
+    triangle = np.empty((1, 9))
+    for c in range(first, last):
+        longest = 0.0
+        for k in range(3):
+            square = 0.0
+            for d in range(3):
+                square += (corners[c, k, d] - corners[c, k - 1, d]) ** 2
+            longest = max(longest, square)
+        bounds[c] = max(distances[c, 0], distances[c, 1], distances[c, 2]) + math.sqrt(longest / 3.0)
+        for b in range(beside.shape[1]):
+            f = beside[c, b]
+            for d in range(3):
+                start = points[faces[f, 0], d]
+                triangle[0, d] = start
+                triangle[0, 3 + d], triangle[0, 6 + d] = points[faces[f, 1], d] - start, points[faces[f, 2], d] - start
+            furthest = 0.0
+            for k in range(3):
+                furthest = max(furthest, _measure(triangle, 0, corners[c, k, 0], corners[c, k, 1], corners[c, k, 2])[2])
+            bounds[c] = min(bounds[c], math.sqrt(furthest))
 
 
 @compiled(nogil=True)

@@ -29,6 +29,16 @@ def compare(
     tolerance: Tolerance = None,
     limits: Limits = None,
     unit: Unit = None,
+    deviations: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="OUT.csv|OUT.ply", help="Write how far outwards each vertex of AFTER lies; in PLY it is the scalar."
+        ),
+    ] = None,
+    section: Annotated[
+        list[str] | None,
+        typer.Option(metavar="AXIS=VALUE", help="Show both outlines in that plane in the report: z=12.5. May be repeated."),
+    ] = None,
     report: Report = None,
     up: Up = "y",
     allow_outside: AllowOutside = False,
@@ -41,13 +51,21 @@ def compare(
 
     They may have different vertices and faces. With --tolerance the exit code is 1 if a place of one lies further from the other.
     """
-    from ..files.writing import write_file
+    from ..files.formats import extension
+    from ..files.writing import check_target, write_file
     from ..looking.comparison import compare as compare_states
+    from ..looking.deviations import FORMATS, deviations_file
     from ..looking.mesh_state import state_of
+    from ..looking.section import Plane
     from ..running.read import read_mesh
 
+    planes = [Plane.parse(text) for text in section or ()]
+    if planes and report is None:
+        raise typer.BadParameter("sections are shown in the report: give --report, too", param_hint="--section")
     if report is not None:
         check_report(report, up, overwrite=overwrite)
+    if deviations is not None:
+        check_target(deviations, FORMATS, overwrite=overwrite)
     meshes = [
         read_mesh(path, self_intersections=self_intersections, allow_outside=allow_outside, unchecked=unchecked)
         for path in (before, after)
@@ -59,10 +77,13 @@ def compare(
     allowed = tolerance_in_mesh_units(tolerance, unit, first.diagonal, first.mean_edge)
     ends = limits_in_mesh_units(limits, unit, first.diagonal, first.mean_edge)
     if report is None:
-        found, _ = compare_states(first, second, tolerance=allowed)
+        found, distances = compare_states(first, second, tolerance=allowed)
     else:
         compared, left_out = compared_files(first, second, tolerance=allowed)
-        found = compared.found
+        found, distances = compared.found, compared.distances
+    if deviations is not None:
+        content = deviations_file(second.mesh, distances.after.at_vertices, extension(deviations))
+        write_file(deviations, content, overwrite=overwrite)
     numbers = {"files": {"before": before, "after": after}, "unit": unit, "comparison": found, "warnings": warnings}
     if report is not None:
         page = report_page(
@@ -74,6 +95,7 @@ def compare(
             warnings=warnings,
             left_out=left_out,
             limits=ends,
+            planes=planes,
         )
         write_file(report, page, overwrite=overwrite)
         say_report(report)

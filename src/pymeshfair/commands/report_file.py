@@ -13,6 +13,7 @@ from .streams import printable
 if TYPE_CHECKING:
     from ..filters.inspection import Limits
     from ..looking.mesh_state import MeshState
+    from ..looking.section import Plane
     from ..report.comparison_page import Compared, RunPart, Verdict
     from ..report.scene import Marker
 
@@ -73,6 +74,7 @@ def report_page(
     markers: Sequence[Marker] = (),
     run: RunPart | None = None,
     limits: Limits | None = None,
+    planes: Sequence[Plane] = (),
 ) -> bytes:
     """The page as the bytes of its file; see `pymeshfair.report.comparison_page.comparison_page`."""
     from ..report.comparison_page import comparison_page
@@ -90,6 +92,7 @@ def report_page(
         run=run,
         up=up,
         limits=limits,
+        planes=planes,
     )
     return text.encode("utf-8", "replace")  # names of files may hold bytes that are no text
 

@@ -21,6 +21,7 @@ from ..looking.coloring import COLORINGS, Numbers
 from ..looking.comparison import Comparison, Distances
 from ..looking.mesh_state import MeshState
 from ..looking.picture import Appearance, draw_meshes
+from ..looking.section import Plane
 from ..looking.words import (
     AREA_HEADERS,
     DISTANCE_HEADERS,
@@ -37,6 +38,7 @@ from .charts import Chart, histogram, spectrum_chart
 from .display import Shown, shown_mesh
 from .page import Figure, figure_of, render
 from .scene import Marker, Scene, pack_scene
+from .section_chart import SectionChart, section_chart
 
 #: pixels of a picture of a whole mesh, and of one of the views of the distances
 _PICTURE, _VIEW = 400, 300
@@ -110,6 +112,7 @@ def comparison_page(
     run: RunPart | None = None,
     up: str = "y",
     limits: Limits | None = None,
+    planes: Sequence[Plane] = (),
 ) -> str:
     """The report as the text of an HTML file.
 
@@ -125,6 +128,7 @@ def comparison_page(
         run: what lay between the meshes, if that is known.
         up: the upright axis, "y" or "z".
         limits: the ends of the colours of distances; found from them if it is None.
+        planes: of the sections to show.
     """
     ends = limits or _limits(compared)
     curvatures = _curvatures(compared)
@@ -144,6 +148,7 @@ def comparison_page(
         area_rows=area_rows(compared.found, _AREAS),
         lines=comparison_lines(compared.found),
         measure_rows=measure_rows({"before": compared.found.before, "after": compared.found.after}),
+        sections=_sections(compared, planes),
         charts=_charts(compared, ends, curvatures),
         left_out=left_out,
         warnings=warnings,
@@ -286,6 +291,11 @@ def _charts(compared: Compared, ends: Limits, curvatures: Mapping[str, Floats]) 
         ]
     charts.append(spectrum_chart(compared.spectra))
     return [chart for chart in charts if chart is not None]
+
+
+def _sections(compared: Compared, planes: Sequence[Plane]) -> list[SectionChart]:
+    drawn = (section_chart(compared.before.mesh, compared.after.mesh, plane) for plane in planes)
+    return [chart for chart in drawn if chart is not None]
 
 
 def _edge_lengths(vertices: Floats, faces: Any) -> Floats:
