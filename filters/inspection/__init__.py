@@ -1,5 +1,6 @@
 """Looking at a surface: numbers, scalars and colours that say what it is like."""
 
+from .alignment import Alignment, align
 from .color_maps import Limits, diverging_colors, robust_limits, sequential_colors, symmetric_limits
 from .corner_angles import angle_deficits, mesh_normals
 from .curvature import (
@@ -26,6 +27,7 @@ __all__ = [
     "GAUSSIAN_MEASURES",
     "SAMPLES",
     "SHARP",
+    "Alignment",
     "Correspondence",
     "CurvatureOperator",
     "Displacement",
@@ -37,6 +39,7 @@ __all__ = [
     "Surface",
     "SurfaceDistance",
     "SurfaceMeasures",
+    "align",
     "angle_deficits",
     "displacement",
     "diverging_colors",

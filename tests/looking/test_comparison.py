@@ -231,3 +231,26 @@ def test_the_command_fails_out_of_tolerance(tmp_path: Path) -> None:
     unknown = judged("--tolerance", "60mm")
     assert unknown.exit_code == 2
     assert "say it by --unit" in unknown.stderr
+
+
+def test_scans_taken_twice_are_aligned(tmp_path: Path) -> None:
+    """Turned by 5 degrees and moved, an egg with noise comes back onto itself; the turn, the shift and the residual are told."""
+    vertices, faces = icosphere(4)
+    egg = vertices * [1.0, 1.5, 2.0] + 0.05 * np.sin(5 * vertices[:, [1, 2, 0]])
+    a = math.radians(5.0)
+    turn = np.array([[math.cos(a), -math.sin(a), 0], [math.sin(a), math.cos(a), 0], [0, 0, 1]])
+    shift = np.array([0.05, -0.03, 0.04])
+    twice = noisy((egg @ turn.T + shift, faces), 0.02)[0]
+    for name, shape in (("a.ply", egg), ("b.ply", twice), ("far.ply", egg + 10.0)):
+        (tmp_path / name).write_bytes(ply_bytes(xyz(shape), faces.tolist()))
+    options = ("--align", "--no-self-intersections", "--json")
+    done = document(invoke("compare", tmp_path / "a.ply", tmp_path / "b.ply", *options).stdout)
+    told, found = done["alignment"], done["comparison"]["after_from_before"]
+    assert told["converged"]
+    assert told["degrees"] == pytest.approx(5.0, abs=0.05)
+    assert abs(found["mean"]["mean_edges"]) < 0.01
+    apart = compared(tmp_path, (egg, faces), (noisy((egg, faces), 0.02)[0], faces))
+    assert found["rms"]["mesh_units"] == pytest.approx(apart.after_from_before.rms.mesh_units, rel=0.05)
+    refused = invoke("compare", tmp_path / "a.ply", tmp_path / "far.ply", *options)
+    assert refused.exit_code == 1
+    assert "do not overlap" in refused.stderr

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -15,6 +15,7 @@ from .streams import warn
 
 if TYPE_CHECKING:
     from ..looking.comparison import Comparison
+    from ..running.read import ReadMesh
 
 #: areas out of tolerance that the text lists
 _AREAS = 20
@@ -29,6 +30,9 @@ def compare(
     tolerance: Tolerance = None,
     limits: Limits = None,
     unit: Unit = None,
+    align: Annotated[
+        bool, typer.Option("--align", help="Turn and move AFTER onto BEFORE first, for scans of one object taken twice.")
+    ] = False,
     deviations: Annotated[
         Path | None,
         typer.Option(
@@ -70,6 +74,9 @@ def compare(
         read_mesh(path, self_intersections=self_intersections, allow_outside=allow_outside, unchecked=unchecked)
         for path in (before, after)
     ]
+    alignment = None
+    if align:
+        meshes[1], alignment = _aligned(*meshes)
     warnings = list(dict.fromkeys(w for mesh in meshes for w in mesh.warnings))
     for warning in warnings:
         warn(warning)
@@ -84,7 +91,13 @@ def compare(
     if deviations is not None:
         content = deviations_file(second.mesh, distances.after.at_vertices, extension(deviations))
         write_file(deviations, content, overwrite=overwrite)
-    numbers = {"files": {"before": before, "after": after}, "unit": unit, "comparison": found, "warnings": warnings}
+    numbers = {
+        "files": {"before": before, "after": after},
+        "unit": unit,
+        "alignment": alignment,
+        "comparison": found,
+        "warnings": warnings,
+    }
     if report is not None:
         page = report_page(
             compared,
@@ -103,8 +116,38 @@ def compare(
         print_document(numbers)
     else:
         _show(found)
+        if alignment is not None:
+            typer.echo(
+                f"Aligned first: turned by {alignment['degrees']:.4g} degrees, moved by {alignment['shift']:.4g}; 80 % of AFTER "
+                f"then lie {alignment['residual']:.4g} from BEFORE (root mean square)"
+            )
     if found.passed is False:
         raise typer.Exit(1)
+
+
+def _aligned(before: ReadMesh, after: ReadMesh) -> tuple[ReadMesh, dict[str, Any]]:
+    """The second mesh, turned and moved onto the first, and what that took."""
+    from dataclasses import asdict, replace
+
+    from ..errors import MeshError
+    from ..filters.inspection import Surface, align
+    from ..filters.mesh import bounding_box
+    from ..mesh_data import moved
+
+    if not len(before.mesh.faces):
+        raise MeshError(f"{before.path.name} has no faces onto which something could be aligned")
+    (low, high), (least, most) = (bounding_box(read.mesh.vertices) for read in (before, after))
+    if (most < low).any() or (least > high).any():
+        raise MeshError(
+            f"the boxes of {before.path.name} and {after.path.name} do not overlap, so that --align cannot begin: bring them "
+            "near each other first, by a tool with a view (in MeshLab: Align), and make sure that both are in one unit"
+        )
+    found = align(after.mesh.vertices, after.mesh.faces, Surface.of(before.mesh.vertices, before.mesh.faces))
+    told = {name: value for name, value in asdict(found).items() if name != "vertices"}
+    warnings = after.warnings
+    if not found.converged:
+        warnings = (*warnings, f"the alignment did not settle in {found.iterations} iterations: look whether it is right")
+    return replace(after, mesh=moved(after.mesh, found.vertices), warnings=warnings), told
 
 
 def _show(found: Comparison) -> None:
