@@ -31,11 +31,8 @@ class ImportedWhenUsed:
         return value
 
 
-from .imported_when_used import ImportedWhenUsed
-
 if TYPE_CHECKING:
     import cholespy
-    import igl
     import robust_laplacian
     import threadpoolctl
     from scipy import fft, linalg, optimize, sparse, spatial, special
@@ -44,7 +41,6 @@ else:
     blas = ImportedWhenUsed("scipy.linalg.blas")
     cholespy = ImportedWhenUsed("cholespy")
     fft = ImportedWhenUsed("scipy.fft")
-    igl = ImportedWhenUsed("igl")
     linalg = ImportedWhenUsed("scipy.linalg")
     optimize = ImportedWhenUsed("scipy.optimize")
     robust_laplacian = ImportedWhenUsed("robust_laplacian")
@@ -67,7 +63,6 @@ __all__ = [
     "blas",
     "cholespy",
     "fft",
-    "igl",
     "linalg",
     "one_blas_thread",
     "optimize",

@@ -56,7 +56,7 @@ def before_and_after(after: Path) -> None:
     detail = Appearance(centre=(16.0, 12.0, -800.0), extent=58.0, width=300, height=380)
     left, right = draw_panels(shown, whole), draw_panels(shown, detail)
     save_picture(PICTURES / "demo.png", left, right, across=True)
-    save_picture(PICTURES / "displacement.png", draw_panels(shown, square(360, color="displacement")), full_color=True)
+    save_picture(PICTURES / "displacement.png", draw_panels(shown, square(360, color="distance")), full_color=True)
 
 
 def rebuilt_from_modes(mesh: Path, counts: tuple[int, ...]) -> None:

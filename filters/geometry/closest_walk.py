@@ -8,6 +8,7 @@ from ..compilation import compiled, prange
 from ..execution import threads_for
 from ..mesh import Floats, Ints, Longs
 from ..topology import vertex_faces
+from .measures import closest_weights
 
 # The most steps of one walk; queries start at most a few faces away.
 _LONGEST_WALK = 64
@@ -61,30 +62,10 @@ class WalkableSurface(NamedTuple):
 
 @compiled
 def _closest_on_triangle(points: Floats, a: int, b: int, c: int, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """The point of the triangle nearest to (x, y, z): inside if all barycentric coordinates are positive, else on an edge."""
+    """The point of the triangle nearest to (x, y, z)."""
     ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
     vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
-    px, py, pz = x - points[a, 0], y - points[a, 1], z - points[a, 2]
-    d1, d2 = ux * px + uy * py + uz * pz, vx * px + vy * py + vz * pz
-    uu, uv, vv = ux * ux + uy * uy + uz * uz, ux * vx + uy * vy + uz * vz, vx * vx + vy * vy + vz * vz
-    determinant = uu * vv - uv * uv
-    s, t = vv * d1 - uv * d2, uu * d2 - uv * d1
-    if determinant > 0.0 and s >= 0.0 and t >= 0.0 and s + t <= determinant:
-        s, t = s / determinant, t / determinant
-    else:
-        # The nearest of the nearest points of the three edges.
-        s1 = min(max(d1 / uu, 0.0), 1.0) if uu > 0.0 else 0.0
-        t2 = min(max(d2 / vv, 0.0), 1.0) if vv > 0.0 else 0.0
-        ww = uu - 2.0 * uv + vv
-        t3 = min(max((d2 - d1 - uv + uu) / ww, 0.0), 1.0) if ww > 0.0 else 0.0
-        s, t, best = s1, 0.0, s1 * s1 * uu - 2.0 * s1 * d1
-        other = t2 * t2 * vv - 2.0 * t2 * d2
-        if other < best:
-            s, t, best = 0.0, t2, other
-        s3 = 1.0 - t3
-        other = s3 * s3 * uu + 2.0 * s3 * t3 * uv + t3 * t3 * vv - 2.0 * (s3 * d1 + t3 * d2)
-        if other < best:
-            s, t = s3, t3
+    s, t = closest_weights(ux, uy, uz, vx, vy, vz, x - points[a, 0], y - points[a, 1], z - points[a, 2])
     return points[a, 0] + s * ux + t * vx, points[a, 1] + s * uy + t * vy, points[a, 2] + s * uz + t * vz
 
 

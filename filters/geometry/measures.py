@@ -128,3 +128,33 @@ def vector_lengths(vectors: Floats) -> Floats:
         exponent = int(np.frexp(np.abs(vectors).max())[1])
         return np.asarray(np.ldexp(np.linalg.norm(np.ldexp(vectors, -exponent), axis=1), exponent))
     return lengths
+
+
+@compiled
+def closest_weights(
+    ux: float, uy: float, uz: float, vx: float, vy: float, vz: float, px: float, py: float, pz: float
+) -> tuple[float, float]:
+    """The s and t of the point s u + t v of the triangle (0, u, v) nearest to p.
+
+    Inside if all barycentric coordinates are positive, else on an edge: there s = 0, t = 0 or s + t = 1 to the bit.
+    """
+    d1, d2 = ux * px + uy * py + uz * pz, vx * px + vy * py + vz * pz
+    uu, uv, vv = ux * ux + uy * uy + uz * uz, ux * vx + uy * vy + uz * vz, vx * vx + vy * vy + vz * vz
+    determinant = uu * vv - uv * uv
+    s, t = vv * d1 - uv * d2, uu * d2 - uv * d1
+    if determinant > 0.0 and s >= 0.0 and t >= 0.0 and s + t <= determinant:
+        return s / determinant, t / determinant
+    # The nearest of the nearest points of the three edges.
+    s1 = min(max(d1 / uu, 0.0), 1.0) if uu > 0.0 else 0.0
+    t2 = min(max(d2 / vv, 0.0), 1.0) if vv > 0.0 else 0.0
+    ww = uu - 2.0 * uv + vv
+    t3 = min(max((d2 - d1 - uv + uu) / ww, 0.0), 1.0) if ww > 0.0 else 0.0
+    s, t, best = s1, 0.0, s1 * s1 * uu - 2.0 * s1 * d1
+    other = t2 * t2 * vv - 2.0 * t2 * d2
+    if other < best:
+        s, t, best = 0.0, t2, other
+    s3 = 1.0 - t3
+    other = s3 * s3 * uu + 2.0 * s3 * t3 * uv + t3 * t3 * vv - 2.0 * (s3 * d1 + t3 * d2)
+    if other < best:
+        s, t = s3, t3
+    return s, t

@@ -1,6 +1,6 @@
 """Looking at a surface: numbers, scalars and colours that say what it is like."""
 
-from .closest_points import ClosestPoints, closest_points
+from .alignment import Alignment, align
 from .color_maps import Limits, diverging_colors, robust_limits, sequential_colors, symmetric_limits
 from .corner_angles import angle_deficits, mesh_normals
 from .curvature import (
@@ -16,6 +16,8 @@ from .folded_faces import folded_faces
 from .reflection_lines import reflection_stripes
 from .sharp_edges import SHARP, SharpEdges, share_kept, sharp_edges
 from .side_changes import side_changes
+from .surface import NearestPlaces, Surface
+from .surface_distance import SAMPLES, DistanceStatistics, SurfaceDistance, surface_distance
 from .surface_measures import SurfaceMeasures, surface_measures
 from .triangle_shape import triangle_shapes
 
@@ -23,17 +25,22 @@ __all__ = [
     "CORRESPONDENCES",
     "CURVATURE_OPERATORS",
     "GAUSSIAN_MEASURES",
+    "SAMPLES",
     "SHARP",
-    "ClosestPoints",
+    "Alignment",
     "Correspondence",
     "CurvatureOperator",
     "Displacement",
+    "DistanceStatistics",
     "GaussianMeasure",
     "Limits",
+    "NearestPlaces",
     "SharpEdges",
+    "Surface",
+    "SurfaceDistance",
     "SurfaceMeasures",
+    "align",
     "angle_deficits",
-    "closest_points",
     "displacement",
     "diverging_colors",
     "folded_faces",
@@ -46,6 +53,7 @@ __all__ = [
     "share_kept",
     "sharp_edges",
     "side_changes",
+    "surface_distance",
     "surface_measures",
     "symmetric_limits",
     "triangle_shapes",

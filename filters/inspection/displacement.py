@@ -7,10 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import FilterInputError, check_choice
-from ..mesh import Floats, Ints, Longs, check_mesh, normalised_mesh
-from ..topology import proper_faces
-from .closest_points import closest_points
-from .corner_angles import vertex_normals
+from ..geometry import vector_lengths
+from ..mesh import Floats, check_mesh
+from .surface import Surface
 
 #: "vertex": vertex i belongs to vertex i. "surface": every vertex belongs to the nearest place of the reference. "auto": the
 #: first if both have as many vertices and the same faces, at least one; else the second.
@@ -25,19 +24,15 @@ class Displacement:
     Attributes:
         vectors: (n, 3) from the counterpart to the vertex, in mesh units.
         distances: (n,) their lengths.
-        signs: (n,) 1 on the side to which the normals of the reference point, and where they tell nothing; -1 on the other.
+        signed: (n,) how far to the outer side of the reference: of vertices with the same number the part along the normal of the
+            reference there, 0 where they slid within the surface; else the distance, negative on the inner side.
         by_vertex: whether vertices were compared with those of the same number.
     """
 
     vectors: Floats
     distances: Floats
-    signs: Floats
+    signed: Floats
     by_vertex: bool
-
-    @property
-    def signed(self) -> Floats:
-        """(n,) the distances, negative on the inner side."""
-        return self.signs * self.distances
 
 
 def displacement(
@@ -65,8 +60,7 @@ def displacement(
     check_choice("correspondence", correspondence, CORRESPONDENCES)
     points, triangles = check_mesh(vertices, faces)
     targets, target_faces = check_mesh(reference_vertices, reference_faces)
-    if len(targets) == 0:
-        raise FilterInputError("the reference has no vertices: there is nothing to measure from")
+    ground = Surface.of(targets, target_faces)
     same = len(points) == len(targets)
     if correspondence == "vertex" and not same:
         raise FilterInputError(
@@ -76,31 +70,9 @@ def displacement(
     by_vertex = correspondence == "vertex" or (
         correspondence == "auto" and same and len(triangles) > 0 and np.array_equal(triangles, target_faces)
     )
-    ground = normalised_mesh(targets, target_faces[proper_faces(target_faces)])
-    normals = vertex_normals(ground.points, ground.cells)
-    if by_vertex:
-        vectors = points - targets
-        distances = np.linalg.norm(vectors * ground.scale, axis=1) / ground.scale
-        at_vertices = np.zeros_like(targets)
-        at_vertices[ground.used] = normals
-        normals = at_vertices
-    else:
-        queries = (points - ground.middle) * ground.scale
-        closest = closest_points(queries, ground.points, ground.cells)
-        vectors, distances = (queries - closest.places) / ground.scale, closest.distances / ground.scale
-        normals = _normals_at(closest.places, closest.elements, ground.points, ground.cells, normals)
-    outwards = np.einsum("ij,ij->i", vectors * ground.scale, normals)
-    return Displacement(vectors, distances, np.where(outwards < 0.0, -1.0, 1.0), by_vertex)
-
-
-def _normals_at(places: Floats, elements: Longs, points: Floats, faces: Ints, normals: Floats) -> Floats:
-    """(q, 3) the normals of the vertices, interpolated to places on faces; those of a cloud are 0."""
-    if len(faces) == 0:
-        return np.zeros_like(places)
-    corners = faces[elements]
-    a, b, c = (points[corners[:, k]] for k in range(3))
-    # Areas of the three triangles that the place makes with the edges, up to a factor that does not matter.
-    weights = [np.linalg.norm(np.cross(q - places, r - places), axis=1) for q, r in ((b, c), (c, a), (a, b))]
-    mixed = sum(w[:, None] * normals[corners[:, k]] for k, w in enumerate(weights))
-    flat = sum(weights) == 0.0
-    return np.asarray(np.where(flat[:, None], normals[corners].sum(axis=1), mixed))
+    if not by_vertex:
+        nearest = ground.nearest(points)
+        return Displacement(nearest.vectors, nearest.distances, nearest.signed, by_vertex=False)
+    vectors = points - targets
+    heights = np.einsum("ij,ij->i", vectors, ground.normals_at_vertices())
+    return Displacement(vectors, vector_lengths(vectors), heights, by_vertex=True)

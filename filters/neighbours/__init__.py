@@ -1,7 +1,7 @@
 """Nearest neighbours of points, and balls that touch a surface."""
 
 from .cells import CellTree, Nearest, cells_within, offer_cells, reaching_out
-from .kd_tree import LEAF, build_tree, tree_scale
+from .kd_tree import LEAF, build_tree, partition, tree_scale
 from .nearest import check_cloud, leaf_ranges, nearest_neighbours, search_leaves
 from .touching_balls import touching_balls
 
@@ -15,6 +15,7 @@ __all__ = [
     "leaf_ranges",
     "nearest_neighbours",
     "offer_cells",
+    "partition",
     "reaching_out",
     "search_leaves",
     "touching_balls",

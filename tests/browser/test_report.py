@@ -20,7 +20,7 @@ NAME = "<img src=x onerror=alert(1)>&amp;.ply"
 
 @pytest.fixture(scope="module")
 def report(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
-    """The report of an egg and the same with a dent, and the document of the same comparison."""
+    """The report of an egg and the same with a dent, out of tolerance, and the document of the same comparison."""
     folder = tmp_path_factory.mktemp("report")
     vertices, faces = icosphere(4)
     egg = vertices * [1.0, 1.4, 1.0]
@@ -28,8 +28,9 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, An
     for name, shape in ((NAME, egg), ("after.ply", dented)):
         trimesh.Trimesh(shape, faces, process=False).export(folder / name)
     made = folder / "report.html"
-    done = invoke("compare", folder / NAME, folder / "after.ply", "--report", made, "--json", "--no-self-intersections")
-    assert done.exit_code == 0, done.stderr
+    more = ("--no-self-intersections", "--tolerance", "0.05", "--limits", "-0.2,0.2", "--section", "y=0.3", "--section", "y=9")
+    done = invoke("compare", folder / NAME, folder / "after.ply", "--report", made, "--json", *more)
+    assert done.exit_code == 1, done.stderr
     return made, document(done.stdout)
 
 
@@ -54,9 +55,9 @@ def test_it_shows_both_meshes(opened: Any) -> None:
 
 
 def test_the_switch_changes_what_is_seen(opened: Any) -> None:
-    """Every colouring changes pixels; displacements colour the view after alone; one view alone is wider."""
+    """Every colouring changes pixels; distances colour the view after alone; one view alone is wider."""
     plain = canvas_pixels(opened)
-    opened.check("input[value=displacement]")
+    opened.check("input[value=distance]")
     moved = canvas_pixels(opened)
     assert share_changed(halves(plain)[0], halves(moved)[0]) == 0.0
     assert share_changed(halves(plain)[1], halves(moved)[1]) > 0.05
@@ -94,11 +95,36 @@ def test_both_views_turn_together(opened: Any) -> None:
     assert soon(opened, lambda: opened.locator("[data-status]").inner_text().startswith("azimuth 0 degrees"))
 
 
-def test_a_button_goes_to_the_largest_displacement(opened: Any) -> None:
+def test_it_says_failed_and_lists_the_areas(opened: Any, report: tuple[Path, dict[str, Any]]) -> None:
+    """The verdict is the first thing, and the table of areas has the place, amount, size and area of the document."""
+    assert opened.locator(".verdict.bad strong").inner_text().startswith("Failed: ")
+    rows = opened.locator("table", has_text="Areas out of tolerance").locator("tbody tr")
+    areas = report[1]["comparison"]["out_of_tolerance"]
+    assert rows.count() == len(areas) == 2
+    for k, area in enumerate(areas):
+        place = ", ".join(f"{c:.6g}" for c in area["place"])
+        told = [place, f"{area['amount']:+.4g}", f"{area['size']:.4g}", f"{area['area']:.4g}"]
+        assert rows.nth(k).locator("td").all_inner_texts() == told
+
+
+def test_it_shows_six_sides_and_sections(opened: Any) -> None:
+    """Every side has a picture that is loaded, the plane that cuts the meshes an outline of both; limits are those given."""
+    for side in ("front", "back", "left", "right", "top", "bottom"):
+        picture = opened.locator(f"img[alt^='The mesh after, {side}:']")
+        assert picture.evaluate("image => image.naturalWidth") == 300
+    drawn = opened.locator("section[aria-labelledby=sections-title] svg")
+    assert drawn.count() == 1
+    for line in ("before", "after"):
+        assert len(drawn.locator(f"path.{line}").get_attribute("d")) > 100
+    opened.check("input[value=distance]")
+    assert soon(opened, lambda: opened.locator("[data-low]").inner_text() == "-0.2")
+
+
+def test_a_button_goes_to_the_largest_distance(opened: Any) -> None:
     """The place comes to the middle of the views, marked by a ring."""
-    opened.click("[data-approach]")
+    opened.locator("[data-approach]").first.click()
     canvas_pixels(opened)
-    box, ring = opened.locator("canvas").bounding_box(), opened.locator("[data-marker]").bounding_box()
+    box, ring = opened.locator("canvas").bounding_box(), opened.locator("[data-marker]").first.bounding_box()
     assert ring["x"] + ring["width"] / 2 == pytest.approx(box["x"] + 0.75 * box["width"], abs=3)
     assert ring["y"] + ring["height"] / 2 == pytest.approx(box["y"] + box["height"] / 2, abs=3)
 

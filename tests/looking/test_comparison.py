@@ -7,46 +7,96 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pymeshlab
 import pytest
 import trimesh
 
+from pymeshfair.looking.coloring import COLORINGS
 from pymeshfair.looking.comparison import Comparison, compare
 from pymeshfair.looking.mesh_state import state_of
+from pymeshfair.looking.words import verdict_text
+from pymeshfair.mesh_data import MeshData
 from pymeshfair.running.read import read_mesh
 from tests.commands.command_line import document, invoke
-from tests.meshes import cube, icosphere, noisy, sample, torus
+from tests.meshes import cube, grid, icosphere, irregular_grid, noisy, torus
 from tests.running.runs import ply_bytes, xyz
 
 
-def compared(folder: Path, before: Any, after: Any, offset: Any = (0.0, 0.0, 0.0)) -> Comparison:
+def compared(folder: Path, before: Any, after: Any, offset: Any = (0.0, 0.0, 0.0), tolerance: float | None = None) -> Comparison:
     """Two meshes written to files, read, and compared."""
     states = []
     for name, (vertices, faces) in (("before.ply", before), ("after.ply", after)):
         path = folder / name
         path.write_bytes(ply_bytes(xyz(np.asarray(vertices) + offset), np.asarray(faces).tolist()))
         states.append(state_of(read_mesh(path, self_intersections=True)))
-    return compare(*states)[0]
+    return compare(*states, tolerance=tolerance)[0]
 
 
-def test_hausdorff_distance_agrees_with_meshlab(tmp_path: Path) -> None:
-    """Both ways, and mean and root mean square, are those of MeshLab's filter with vertices as samples, to single precision."""
-    before, after = sample("bone.ply"), noisy(icosphere(3, 0.3), 0.02)
-    after = (after[0] + before[0].mean(axis=0), after[1])
-    used = np.unique(before[1])
-    before = (before[0][used], np.searchsorted(used, before[1]).astype(np.int32))
-    found = compared(tmp_path, before, after)
-    meshes = pymeshlab.MeshSet()
-    for vertices, faces in (before, after):
-        meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
-    for first, second, ours in ((1, 0, found.after_from_before), (0, 1, found.before_from_after)):
-        theirs = meshes.get_hausdorff_distance(
-            sampledmesh=first, targetmesh=second, samplevert=True, samplenum=10**7, maxdist=pymeshlab.PureValue(100.0)
-        )
-        assert ours.mesh_units == pytest.approx(theirs["max"], rel=1e-6)
-        if first == 1:
-            assert found.displacement.mean.mesh_units == pytest.approx(theirs["mean"], rel=1e-6)
-            assert found.displacement.rms.mesh_units == pytest.approx(theirs["RMS"], rel=1e-6)
+def other_diagonals(faces: Any) -> Any:
+    """The faces of `grid`, each square cut by the other diagonal."""
+    first, second = np.split(faces, 2)
+    a, b, c, d = *first.T, second[:, 2]
+    return np.concatenate([np.column_stack([a, b, d]), np.column_stack([b, c, d])])
+
+
+def test_other_diagonals_are_another_surface(tmp_path: Path) -> None:
+    """The same vertices with the diagonals of a bent grid flipped: no vertex moved, and the surfaces are apart, which is said."""
+    vertices, faces = grid(6, 6)
+    bent = np.column_stack([vertices[:, :2], vertices[:, 0] * vertices[:, 1] / 4])
+    found = compared(tmp_path, (bent, faces), (bent, other_diagonals(faces)))
+    # In the middle of a square the diagonals are a quarter of the twist apart, along z.
+    assert 0.0 < found.hausdorff.mesh_units < 0.125
+    assert not found.same_surface
+    assert "same" not in verdict_text(found)
+    assert verdict_text(found).startswith("The surfaces lie ")
+
+
+def test_flat_parts_cut_otherwise_are_no_difference(tmp_path: Path) -> None:
+    """Other diagonals of a flat grid are no difference at the samples; only the same triangles are called the same surface."""
+    vertices, faces = irregular_grid(6, 6)
+    found = compared(tmp_path, (vertices, faces), (vertices, other_diagonals(faces)))
+    assert verdict_text(found).startswith("No difference between the surfaces at ")
+    again = compared(tmp_path, (vertices, faces), (vertices, np.roll(faces, 1, axis=0)))
+    assert again.same_surface
+    assert verdict_text(again).startswith("Both meshes are the same surface")
+
+
+def test_a_slide_within_the_plane_is_no_distance(tmp_path: Path) -> None:
+    """Vertices that slid within their plane are displaced by what they slid, and the surface nowhere: coloured as 0."""
+    vertices, faces = grid(20, 20)
+    inside = np.all((vertices[:, :2] > 0) & (vertices[:, :2] < 20), axis=1)
+    slid = vertices + inside[:, None] * [0.25, 0.0, 0.0]
+    found = compared(tmp_path, (vertices, faces), (slid, faces))
+    assert found.displacement is not None
+    assert found.displacement.largest.mesh_units == 0.25
+    assert found.hausdorff.mesh_units < 1e-12
+    assert "Vertices moved by 0.1" in verdict_text(found)
+    meshes = [MeshData(vertices=v, faces=faces) for v in (vertices, slid)]
+    numbers = COLORINGS["distance"].of(meshes[1], meshes[0])
+    assert numbers is not None
+    assert np.abs(numbers.values).max() < 1e-12
+
+
+def test_a_tolerance_passes_or_fails_with_the_areas(tmp_path: Path) -> None:
+    """Two dents in a sphere: the deeper comes first, with place and depth; a tolerance above both passes."""
+    vertices, faces = icosphere(4)
+    dents = 0.2 * np.exp(-40 * ((vertices - [0, 0, -1.0]) ** 2).sum(axis=1)) + 0.1 * np.exp(
+        -40 * ((vertices - [1.0, 0, 0]) ** 2).sum(axis=1)
+    )
+    found = compared(tmp_path, (vertices, faces), (vertices * (1 - dents)[:, None], faces), tolerance=0.02)
+    assert found.passed is False
+    first, second = (a for a in found.out_of_tolerance if a.mesh == "after")
+    np.testing.assert_allclose(first.place, [0, 0, -0.8], atol=0.05)
+    np.testing.assert_allclose(second.place, [0.9, 0, 0], atol=0.05)
+    assert first.amount == pytest.approx(-0.2, abs=0.01)
+    assert second.amount == pytest.approx(-0.1, abs=0.01)
+    # The first is 0.02 deep at a distance of 0.24 from its middle, so that its box is 0.48 wide each way.
+    assert first.size == pytest.approx(0.48 * math.sqrt(2), abs=0.05)
+    assert first.area == pytest.approx(math.pi * 0.24**2, rel=0.25)
+    assert found.after_from_before.within is not None
+    assert found.after_from_before.within == pytest.approx(1 - (first.area + second.area) / found.after["area"], abs=1e-9)
+    passed = compared(tmp_path, (vertices, faces), (vertices * (1 - dents)[:, None], faces), tolerance=0.21)
+    assert passed.passed
+    assert passed.out_of_tolerance == ()
 
 
 def test_areas_and_volumes_agree_with_trimesh(tmp_path: Path) -> None:
@@ -64,9 +114,9 @@ def test_grown_sphere_in_closed_form(tmp_path: Path) -> None:
     """From radius 1 to 1.1 every vertex moves 0.1, area grows by 21 % and volume by 33.1 %; nothing is flipped or lost."""
     vertices, faces = icosphere(3)
     found = compared(tmp_path, (vertices, faces), (1.1 * vertices, faces))
-    moved = found.displacement
-    assert moved.by_vertex
-    for length in (moved.mean, moved.rms, moved.most, moved.largest, found.after_from_before):
+    moved, apart = found.displacement, found.after_from_before
+    assert moved is not None
+    for length in (moved.mean, moved.rms, moved.most, moved.largest, apart.largest):
         assert length.mesh_units == pytest.approx(0.1, rel=1e-6)
         assert length.mean_edges == pytest.approx(0.1 / found.before["mean_edge"], rel=1e-6)
         assert length.percent_of_diagonal == pytest.approx(10 / found.before["diagonal"], rel=1e-6)
@@ -87,10 +137,10 @@ def test_utm_coordinates_change_nothing(tmp_path: Path, same_faces: bool) -> Non
     other = faces if same_faces else np.roll(faces, 1, axis=0)
     near = compared(tmp_path, (vertices, faces), (after, other))
     far = compared(tmp_path, (vertices, faces), (after, other), offset=(5e5, 5.5e6, 300.0))
-    assert near.displacement.by_vertex is far.displacement.by_vertex is same_faces
-    for name in ("mean", "rms", "most", "largest"):
-        ours, theirs = (getattr(found.displacement, name).mesh_units for found in (far, near))
-        assert ours == pytest.approx(theirs, rel=1e-9), name
+    assert (near.displacement is not None) is (far.displacement is not None) is same_faces
+    for name in ("mean", "mean_size", "rms", "standard_deviation", "largest"):
+        ours, theirs = (getattr(found.after_from_before, name).mesh_units for found in (far, near))
+        assert ours == pytest.approx(theirs, rel=1e-7), name
     assert far.hausdorff.mesh_units == pytest.approx(near.hausdorff.mesh_units, rel=1e-9)
     for name in ("area", "volume", "mean_edge", "diagonal", "sharp_edge_length"):
         assert far.after[name] == pytest.approx(near.after[name], rel=1e-9), name
@@ -104,10 +154,10 @@ def test_what_was_removed_and_added(tmp_path: Path) -> None:
     two = (np.concatenate([vertices, vertices + np.array([5.0, 0, 0])]), np.concatenate([faces, faces + len(vertices)]))
     area = trimesh.Trimesh(vertices, faces, process=False).area
     gone = compared(tmp_path, two, (vertices, faces))
-    # The middles of faces nearer than a mean edge to the other sphere: there are none, it is 3 away.
+    # No sample is nearer than a mean edge to the other sphere, which is 3 away.
     assert gone.removed_area == pytest.approx(area)
     assert gone.added_area == 0.0
-    assert gone.before_from_after.mesh_units == pytest.approx(5.0, abs=0.05)
+    assert gone.before_from_after.largest.mesh_units == pytest.approx(5.0, abs=0.05)
     grown = compared(tmp_path, (vertices, faces), two)
     assert grown.added_area == pytest.approx(area)
     assert (grown.before["components"], grown.after["components"]) == (1, 2)
@@ -138,12 +188,14 @@ def test_sharp_edges_of_a_box(tmp_path: Path) -> None:
 
 
 def test_clouds_are_compared(tmp_path: Path) -> None:
-    """Two clouds have displacements and Hausdorff distances, and nothing that needs faces."""
+    """Two clouds have distances of points, and nothing that needs faces."""
     points = np.random.default_rng(0).normal(size=(200, 3))
     none = np.empty((0, 3), dtype=np.int32)
     found = compared(tmp_path, (points, none), (np.concatenate([points[:150], [[30.0, 0, 0]]]), none))
-    assert found.displacement.largest.mesh_units == pytest.approx(np.linalg.norm(points - [30.0, 0, 0], axis=1).min(), rel=1e-6)
-    assert found.displacement.vertex == 150
+    furthest = np.linalg.norm(points - [30.0, 0, 0], axis=1).min()
+    assert found.after_from_before.largest.mesh_units == pytest.approx(furthest, rel=1e-6)
+    assert found.after_from_before.place == (30.0, 0.0, 0.0)
+    assert found.displacement is None
     assert found.normal_deviation is None
     assert found.after["noise"] is None
 
@@ -157,5 +209,48 @@ def test_the_command_prints_both(tmp_path: Path) -> None:
     assert shown["displacement"]["mean"]["mesh_units"] == pytest.approx(0.5)
     assert math.isclose(shown["volume_change"], 237.5, rel_tol=1e-9)
     text = invoke("compare", tmp_path / "a.ply", tmp_path / "b.ply").stdout
-    for words in ("largest displacement, vertex", "Hausdorff distance", "volume: +237.5 %", "self-intersecting", "kept: faces"):
+    for words in ("largest, vertex", "Hausdorff distance", "volume: +237.5 %", "self-intersecting", "kept: faces"):
         assert words in text or words == "self-intersecting", words
+
+
+def test_the_command_fails_out_of_tolerance(tmp_path: Path) -> None:
+    """The exit code is 1 beyond the tolerance, 0 within, and a tolerance with a unit needs the scan's."""
+    vertices, faces = icosphere(2)
+    for name, size in (("a.ply", 1.0), ("b.ply", 1.05)):
+        (tmp_path / name).write_bytes(ply_bytes(xyz(size * vertices), faces.tolist()))
+
+    def judged(*more: str) -> Any:
+        return invoke("compare", tmp_path / "a.ply", tmp_path / "b.ply", "--no-self-intersections", *more)
+
+    failed = judged("--tolerance", "0.04", "--json")
+    assert failed.exit_code == 1
+    told = document(failed.stdout)["comparison"]
+    assert (told["passed"], told["after_from_before"]["within"]) == (False, 0.0)
+    assert told["out_of_tolerance"][0]["amount"] == pytest.approx(0.05, rel=0.01)
+    assert judged("--tolerance", "60mm", "--unit", "m").exit_code == 0
+    unknown = judged("--tolerance", "60mm")
+    assert unknown.exit_code == 2
+    assert "say it by --unit" in unknown.stderr
+
+
+def test_scans_taken_twice_are_aligned(tmp_path: Path) -> None:
+    """Turned by 5 degrees and moved, an egg with noise comes back onto itself; the turn, the shift and the residual are told."""
+    vertices, faces = icosphere(4)
+    egg = vertices * [1.0, 1.5, 2.0] + 0.05 * np.sin(5 * vertices[:, [1, 2, 0]])
+    a = math.radians(5.0)
+    turn = np.array([[math.cos(a), -math.sin(a), 0], [math.sin(a), math.cos(a), 0], [0, 0, 1]])
+    shift = np.array([0.05, -0.03, 0.04])
+    twice = noisy((egg @ turn.T + shift, faces), 0.02)[0]
+    for name, shape in (("a.ply", egg), ("b.ply", twice), ("far.ply", egg + 10.0)):
+        (tmp_path / name).write_bytes(ply_bytes(xyz(shape), faces.tolist()))
+    options = ("--align", "--no-self-intersections", "--json")
+    done = document(invoke("compare", tmp_path / "a.ply", tmp_path / "b.ply", *options).stdout)
+    told, found = done["alignment"], done["comparison"]["after_from_before"]
+    assert told["converged"]
+    assert told["degrees"] == pytest.approx(5.0, abs=0.05)
+    assert abs(found["mean"]["mean_edges"]) < 0.01
+    apart = compared(tmp_path, (egg, faces), (noisy((egg, faces), 0.02)[0], faces))
+    assert found["rms"]["mesh_units"] == pytest.approx(apart.after_from_before.rms.mesh_units, rel=0.05)
+    refused = invoke("compare", tmp_path / "a.ply", tmp_path / "far.ply", *options)
+    assert refused.exit_code == 1
+    assert "do not overlap" in refused.stderr

@@ -13,6 +13,7 @@ import pytest
 from PIL import Image
 
 from pymeshfair.errors import MeshError, ParameterError
+from pymeshfair.filters.inspection import Limits
 from pymeshfair.looking.annotation import round_length
 from pymeshfair.looking.camera import VIEWS, close_up, fitting_camera, view_angles, view_rows
 from pymeshfair.looking.coloring import COLORINGS
@@ -123,14 +124,20 @@ def test_colours_are_those_of_the_bar() -> None:
     assert shown.shape[0] > 128
 
 
-def test_displacement_is_measured_from_the_first() -> None:
-    """The first mesh is plain, the grown one orange."""
+def test_distance_is_measured_from_the_first() -> None:
+    """The first mesh is plain, the grown one orange; within a tolerance it is pale, and colours begin apart from that."""
     vertices, faces = icosphere(3)
     meshes = [mesh_of(vertices, faces), mesh_of(1.1 * vertices, faces)]
-    drawn = np.asarray(draw_meshes(meshes, ["a", "b"], Appearance("displacement", width=100, height=100)), dtype=int)
+    drawn = np.asarray(draw_meshes(meshes, ["a", "b"], Appearance("distance", width=100, height=100)), dtype=int)
     middle = drawn[34 + 50, [50, 150]]
     assert np.ptp(middle[0]) < 30
     assert middle[1, 0] - middle[1, 2] > 60
+    values, ends = np.array([-0.06, -0.05, 0.0, 0.05, 0.06]), Limits(-1.0, 1.0)
+    low, *within, high = COLORINGS["distance"].colors(values, ends, 0.05)
+    assert (within[0] == within[1]).all()
+    assert (within[1] == within[2]).all()
+    assert np.abs(low - within[0]).max() > 0.2
+    assert np.abs(high - within[0]).max() > 0.2
 
 
 def test_inner_sides_look_different() -> None:

@@ -179,7 +179,7 @@ def test_clouds_have_a_report(tmp_path: Path) -> None:
     assert done.exit_code == 0, done.stderr
     text = Page(tmp_path / "c.html").text
     assert "No spectrum:" in text
-    assert "Displacement." in text
+    assert "Distance from the mesh before." in text
 
 
 def test_reports_that_cannot_be_written_are_refused_first(tmp_path: Path) -> None:

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.inspection import surface_measures
+from pymeshfair.mesh_data import MeshData
+from pymeshfair.running.origins import Origins
 from pymeshfair.running.shape_change import ShapeChange, shape_change, warnings_of
 from tests.commands.command_line import document, run_process
 from tests.meshes import Mesh, icosphere
@@ -18,7 +20,11 @@ from tests.meshes import Mesh, icosphere
 
 def change_of(before: Mesh, after: Mesh) -> ShapeChange:
     """The change from one mesh to another."""
-    return shape_change(before, after, (surface_measures(*before), surface_measures(*after)))
+    first, second = (MeshData(vertices=v, faces=f) for v, f in (before, after))
+    same = len(first.vertices) == len(second.vertices)
+    numbers = [np.arange(n) if same else np.full(n, -1) for n in (len(second.vertices), len(second.faces))]
+    origins = Origins(first, second, numbers[0], numbers[1], known=same)
+    return shape_change(origins, (surface_measures(*before), surface_measures(*after)))
 
 
 def test_a_stretched_sphere() -> None:
@@ -29,7 +35,7 @@ def test_a_stretched_sphere() -> None:
     assert found.volume == pytest.approx(1.0)
     assert found.moved is not None
     assert found.moved.largest == pytest.approx(np.abs(vertices[:, 0]).max())
-    assert found.moved.place[0] == pytest.approx(vertices[found.moved.vertex, 0])
+    assert found.moved.place[0] == pytest.approx(2.0 * vertices[found.moved.vertex, 0])
     assert found.turned == 0
     (dimensions, moved) = warnings_of(found, lambda: "another")
     assert dimensions.endswith("or take another")
@@ -69,10 +75,15 @@ def test_faces_that_were_folded_over_are_a_warning_with_a_place() -> None:
 
 
 def test_other_elements_have_no_displacement_and_no_warning() -> None:
-    """Where faces were removed vertices may still correspond, but the shape was changed on purpose."""
+    """Where a new mesh was made all counts as removed and added, and the shape was changed on purpose."""
     vertices, faces = icosphere(2)
     found = change_of((vertices, faces), (vertices[:100], np.empty((0, 3), dtype=np.int32)))
-    assert found.moved is None
+    assert found.moved is not None
+    assert not found.moved.same
+    assert found.moved.largest == 0.0
+    assert (found.removed.faces, found.removed.loose) == (len(faces), 1)
+    assert found.removed.share == pytest.approx(1.0)
+    assert (found.added.vertices, found.added.faces) == (100, 0)
     assert list(warnings_of(found, str)) == []
 
 

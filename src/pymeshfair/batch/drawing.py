@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -89,18 +89,20 @@ def _drawn(input: Path, output: Path, stage: Path) -> dict[str, Any]:
 
     meshes = [read_mesh(path, allow_outside=True, unchecked=True) for path in (input, output)]
     before, after = map(state_of, meshes)
-    found, moved = compare(before, after)
+    found, distances = compare(before, after)
+    found = replace(found, displacement=None)  # how far vertices moved is what the run said
     record = read_provenance(output)
     assert record is not None
+    change = record["measures"]["change"] or {}
     page = comparison_page(
-        Compared(before, after, found, moved, {}),
+        Compared(before, after, found, distances, {}),
         title=f"{meshes[0].path.name}: {record['recipe']['name']}",
         subtitle=f"The recipe {record['recipe']['name']} on {meshes[0].path.name}, written to {output.name}.",
-        numbers={"comparison": plain(asdict(found))},
-        verdict=verdict_of(found),
+        numbers={"change": change, "comparison": plain(asdict(found))},
+        verdict=verdict_of(found, change),
         warnings=record["warnings"],
         left_out=["No spectrum: `pymeshfair spectrum` tells it."],
-        run=RunPart(steps_of(record), record["recipe"]["text"], json.dumps(record, indent=2, ensure_ascii=False)),
+        run=RunPart(steps_of(record), change, record["recipe"]["text"], json.dumps(record, indent=2, ensure_ascii=False)),
     )
     (stage / "new" / "page.html").write_bytes(page.encode("utf-8", "replace"))
     picture = draw_meshes([read.mesh for read in meshes], ["", ""], Appearance(width=_SMALL, height=_SMALL, titles=False))

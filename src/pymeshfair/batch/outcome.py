@@ -32,7 +32,7 @@ class Outcome:
         before: measures of the mesh as read, as `pymeshfair.filters.inspection.surface_measures.SurfaceMeasures` by name; None
             where there are none.
         after: of the mesh as written.
-        displacement: `pymeshfair.running.origins.Displacement` by name; None where it is not known.
+        displacement: `pymeshfair.running.shape_change.Moved` by name; None where it is not known.
         steps: the name and the seconds of each.
         warnings: of the run.
         breaches: the guards that were broken.
@@ -72,7 +72,7 @@ class Outcome:
             digests_of(record),
             result.before or None,
             result.after or None,
-            result.displacement,
+            result.change.get("moved"),
             tuple({"filter": step.filter, "seconds": step.seconds} for step in result.steps),
             result.warnings,
             result.breaches,
@@ -107,6 +107,7 @@ class Outcome:
             digests=digests_of(record),
             before=record["measures"]["before"],
             after=record["measures"]["after"],
+            displacement=(record["measures"]["change"] or {}).get("moved"),
             steps=tuple({"filter": n, "seconds": s} for n, s in zip(names, run["step_seconds"], strict=True)),
             warnings=tuple(record["warnings"]),
             breaches=breaches,

@@ -58,7 +58,6 @@ def job_of(template: Job, scan: Scan, *, threads: int, memory: int | None) -> Jo
         overrides=(*template.overrides, *scan.overrides),
         threads=threads,
         memory_limit=template.memory_limit or memory,
-        displacement=template.measures,
         own_texture_names=True,
         warnings=(*(str(change) for change in scan.recipe.changes if not change.same_meaning), *traps(scan.recipe.script)),
     )

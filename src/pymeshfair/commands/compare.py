@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from .json_document import print_document
-from .options import AllowOutside, Debug, Json, Overwrite, Unchecked
+from .lengths import limits_in_mesh_units, tolerance_in_mesh_units
+from .options import AllowOutside, Debug, Json, Limits, Overwrite, Tolerance, Unchecked, Unit
 from .report_file import Report, Up, check_report, compared_files, report_page, say_report
 from .streams import warn
 
 if TYPE_CHECKING:
     from ..looking.comparison import Comparison
+    from ..running.read import ReadMesh
+
+#: areas out of tolerance that the text lists
+_AREAS = 20
 
 
 def compare(
@@ -22,6 +27,22 @@ def compare(
     self_intersections: Annotated[
         bool, typer.Option("--self-intersections/--no-self-intersections", help="Whether to look for faces that cut others.")
     ] = True,
+    tolerance: Tolerance = None,
+    limits: Limits = None,
+    unit: Unit = None,
+    align: Annotated[
+        bool, typer.Option("--align", help="Turn and move AFTER onto BEFORE first, for scans of one object taken twice.")
+    ] = False,
+    deviations: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="OUT.csv|OUT.ply", help="Write how far outwards each vertex of AFTER lies; in PLY it is the scalar."
+        ),
+    ] = None,
+    section: Annotated[
+        list[str] | None,
+        typer.Option(metavar="AXIS=VALUE", help="Show both outlines in that plane in the report: z=12.5. May be repeated."),
+    ] = None,
     report: Report = None,
     up: Up = "y",
     allow_outside: AllowOutside = False,
@@ -30,31 +51,53 @@ def compare(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Tell what lies between two meshes or clouds: what moved and how far, what was kept, lost, added and removed.
+    """Tell what lies between two meshes or clouds: how far apart they are, what was kept, lost, added and removed.
 
-    They may have different vertices and faces.
+    They may have different vertices and faces. With --tolerance the exit code is 1 if a place of one lies further from the other.
     """
-    from ..files.writing import write_file
+    from ..files.formats import extension
+    from ..files.writing import check_target, write_file
     from ..looking.comparison import compare as compare_states
+    from ..looking.deviations import FORMATS, deviations_file
     from ..looking.mesh_state import state_of
+    from ..looking.section import Plane
     from ..running.read import read_mesh
 
+    planes = [Plane.parse(text) for text in section or ()]
+    if planes and report is None:
+        raise typer.BadParameter("sections are shown in the report: give --report, too", param_hint="--section")
     if report is not None:
         check_report(report, up, overwrite=overwrite)
+    if deviations is not None:
+        check_target(deviations, FORMATS, overwrite=overwrite)
     meshes = [
         read_mesh(path, self_intersections=self_intersections, allow_outside=allow_outside, unchecked=unchecked)
         for path in (before, after)
     ]
+    alignment = None
+    if align:
+        meshes[1], alignment = _aligned(*meshes)
     warnings = list(dict.fromkeys(w for mesh in meshes for w in mesh.warnings))
     for warning in warnings:
         warn(warning)
     first, second = (state_of(mesh) for mesh in meshes)
+    allowed = tolerance_in_mesh_units(tolerance, unit, first.diagonal, first.mean_edge)
+    ends = limits_in_mesh_units(limits, unit, first.diagonal, first.mean_edge)
     if report is None:
-        found, _ = compare_states(first, second)
+        found, distances = compare_states(first, second, tolerance=allowed)
     else:
-        compared, left_out = compared_files(first, second)
-        found = compared.found
-    numbers = {"files": {"before": before, "after": after}, "comparison": found, "warnings": warnings}
+        compared, left_out = compared_files(first, second, tolerance=allowed)
+        found, distances = compared.found, compared.distances
+    if deviations is not None:
+        content = deviations_file(second.mesh, distances.after.at_vertices, extension(deviations))
+        write_file(deviations, content, overwrite=overwrite)
+    numbers = {
+        "files": {"before": before, "after": after},
+        "unit": unit,
+        "alignment": alignment,
+        "comparison": found,
+        "warnings": warnings,
+    }
     if report is not None:
         page = report_page(
             compared,
@@ -64,6 +107,8 @@ def compare(
             up=up,
             warnings=warnings,
             left_out=left_out,
+            limits=ends,
+            planes=planes,
         )
         write_file(report, page, overwrite=overwrite)
         say_report(report)
@@ -71,16 +116,52 @@ def compare(
         print_document(numbers)
     else:
         _show(found)
+        if alignment is not None:
+            typer.echo(
+                f"Aligned first: turned by {alignment['degrees']:.4g} degrees, moved by {alignment['shift']:.4g}; 80 % of AFTER "
+                f"then lie {alignment['residual']:.4g} from BEFORE (root mean square)"
+            )
+    if found.passed is False:
+        raise typer.Exit(1)
+
+
+def _aligned(before: ReadMesh, after: ReadMesh) -> tuple[ReadMesh, dict[str, Any]]:
+    """The second mesh, turned and moved onto the first, and what that took."""
+    from dataclasses import asdict, replace
+
+    from ..errors import MeshError
+    from ..filters.inspection import Surface, align
+    from ..filters.mesh import bounding_box
+    from ..mesh_data import moved
+
+    if not len(before.mesh.faces):
+        raise MeshError(f"{before.path.name} has no faces onto which something could be aligned")
+    (low, high), (least, most) = (bounding_box(read.mesh.vertices) for read in (before, after))
+    if (most < low).any() or (least > high).any():
+        raise MeshError(
+            f"the boxes of {before.path.name} and {after.path.name} do not overlap, so that --align cannot begin: bring them "
+            "near each other first, by a tool with a view (in MeshLab: Align), and make sure that both are in one unit"
+        )
+    found = align(after.mesh.vertices, after.mesh.faces, Surface.of(before.mesh.vertices, before.mesh.faces))
+    told = {name: value for name, value in asdict(found).items() if name != "vertices"}
+    warnings = after.warnings
+    if not found.converged:
+        warnings = (*warnings, f"the alignment did not settle in {found.iterations} iterations: look whether it is right")
+    return replace(after, mesh=moved(after.mesh, found.vertices), warnings=warnings), told
 
 
 def _show(found: Comparison) -> None:
-    from ..looking.words import DISPLACEMENT_HEADERS, comparison_lines, displacement_rows
+    from ..looking.words import AREA_HEADERS, DISTANCE_HEADERS, area_rows, comparison_lines, distance_rows, verdict_text
     from .measures_table import measures_table
     from .tables import console, table
 
     console().print(measures_table({"before": found.before, "after": found.after}))
     typer.echo("")
-    console().print(table(DISPLACEMENT_HEADERS, displacement_rows(found), numbers=(1, 2, 3)))
+    console().print(table(DISTANCE_HEADERS, distance_rows(found), numbers=(1, 2, 3)))
     typer.echo("")
+    if found.out_of_tolerance:
+        console().print(table(AREA_HEADERS, area_rows(found, _AREAS), numbers=(2, 3, 4)))
+        typer.echo("")
     for line in comparison_lines(found):
         typer.echo(line)
+    typer.echo(verdict_text(found))

@@ -14,6 +14,17 @@ Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on s
 Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace what is written if it exists.")]
 
+# ---------------------------------------------------------------------------------------- of commands that look at meshes
+
+Tolerance = Annotated[
+    str | None,
+    typer.Option(metavar="LENGTH", help="How far the surfaces may lie apart: 0.05, 0.1%, 0.5edge, or with --unit 0.05mm."),
+]
+Limits = Annotated[
+    str | None,
+    typer.Option(metavar="LOW,HIGH", help="The ends of the colours, such as -0.1,0.1 or with --unit -0.1mm,0.1mm."),
+]
+
 # ------------------------------------------------------------------------------------------ of commands that run a recipe
 
 SetValues = Annotated[

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from .json_document import print_document
-from .options import AllowOutside, Debug, Json, Overwrite, Unchecked
+from .lengths import limits_in_mesh_units, tolerance_in_mesh_units
+from .options import AllowOutside, Debug, Json, Limits, Overwrite, Tolerance, Unchecked, Unit
 
 if TYPE_CHECKING:
     from ..running.read import ReadMesh
@@ -23,8 +24,9 @@ def picture(
     color: Annotated[
         str,
         typer.Option(
-            metavar="plain|own|curvature|gaussian|displacement|reflection|shape|scalar",
-            help="What the colours tell; 'own' are the mesh's, 'displacement' is measured from the first mesh.",
+            metavar="plain|own|curvature|gaussian|distance|displacement|reflection|shape|scalar",
+            help="What the colours tell; 'own' are the mesh's; 'distance' from the surface of the first mesh, 'displacement' of "
+            "its vertices.",
         ),
     ] = "plain",
     view: Annotated[
@@ -47,6 +49,9 @@ def picture(
         list[str] | None, typer.Option(metavar="TEXT", help="Of each panel, in order; the names of the files if not given.")
     ] = None,
     stripes: Annotated[float, typer.Option(help="Reflection lines all round; more show smaller defects.", min=1)] = 8.0,
+    limits: Limits = None,
+    tolerance: Tolerance = None,
+    unit: Unit = None,
     allow_outside: AllowOutside = False,
     unchecked: Unchecked = False,
     overwrite: Overwrite = False,
@@ -79,7 +84,11 @@ def picture(
     for warning in dict.fromkeys(w for mesh in found for w in mesh.warnings):
         warn(warning)
     centre, extent = _region(zoom, found[-1]) if zoom else (None, 0.0)
+    measures = found[0].measures
+    sizes = measures["diagonal"], measures["mean_edge"] or measures["mean_spacing"] or 0.0
     appearance = Appearance(
+        limits=limits_in_mesh_units(limits, unit, *sizes),
+        tolerance=tolerance_in_mesh_units(tolerance, unit, *sizes) or 0.0,
         color=color,
         azimuth=azimuth,
         elevation=elevation,

@@ -11,7 +11,9 @@ import typer
 from .streams import printable
 
 if TYPE_CHECKING:
+    from ..filters.inspection import Limits
     from ..looking.mesh_state import MeshState
+    from ..looking.section import Plane
     from ..report.comparison_page import Compared, RunPart, Verdict
     from ..report.scene import Marker
 
@@ -37,14 +39,14 @@ def check_report(path: Path, up: str, *, overwrite: bool) -> None:
     view_rows(0.0, 0.0, up)
 
 
-def compared_files(before: MeshState, after: MeshState) -> tuple[Compared, list[str]]:
+def compared_files(before: MeshState, after: MeshState, *, tolerance: float | None = None) -> tuple[Compared, list[str]]:
     """What lies between two meshes that were read from files, and what is left out of it, with the reason."""
     from ..errors import PymeshfairError
     from ..looking.comparison import compare
     from ..looking.spectrum import measured_spectrum
     from ..report.comparison_page import Compared
 
-    found, moved = compare(before, after)
+    found, distances = compare(before, after, tolerance=tolerance)
     spectra: dict[str, Any] = {}
     left_out = []
     if max(len(before.mesh.vertices), len(after.mesh.vertices)) > MOST_OF_SPECTRUM:
@@ -56,7 +58,7 @@ def compared_files(before: MeshState, after: MeshState) -> tuple[Compared, list[
         except PymeshfairError as error:
             spectra.clear()
             left_out.append(f"No spectrum: {error}")
-    return Compared(before, after, found, moved, spectra), left_out
+    return Compared(before, after, found, distances, spectra), left_out
 
 
 def report_page(
@@ -71,6 +73,8 @@ def report_page(
     verdict: Verdict | None = None,
     markers: Sequence[Marker] = (),
     run: RunPart | None = None,
+    limits: Limits | None = None,
+    planes: Sequence[Plane] = (),
 ) -> bytes:
     """The page as the bytes of its file; see `pymeshfair.report.comparison_page.comparison_page`."""
     from ..report.comparison_page import comparison_page
@@ -87,6 +91,8 @@ def report_page(
         left_out=left_out,
         run=run,
         up=up,
+        limits=limits,
+        planes=planes,
     )
     return text.encode("utf-8", "replace")  # names of files may hold bytes that are no text
 

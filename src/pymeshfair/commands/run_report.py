@@ -59,13 +59,19 @@ def reporting(job: Job, path: Path, up: str) -> Iterator[Callable[[RunResult], S
 
 def _page(job: Job, result: RunResult, before: MeshState, up: str, *, kept: bool) -> bytes:
     compared, left_out = compared_files(before, state_of(read_mesh(result.output, self_intersections=True)))
+    # How far vertices moved is what the run said, before the file rounded their coordinates.
+    compared = replace(compared, found=replace(compared.found, displacement=None))
     places = [(breach["place"], f"{breach['guard']}, vertex {breach['vertex']}") for breach in result.breaches if breach["place"]]
     written = f"written to {job.output.name}" if kept else "no output was written"
     return report_page(
         compared,
         title=f"{job.input.name}: {job.recipe.title}",
         subtitle=f"The recipe {job.recipe.name} on {job.input.name}, {written}.",
-        numbers={"files": {"before": job.input, "after": job.output if kept else None}, "comparison": compared.found},
+        numbers={
+            "files": {"before": job.input, "after": job.output if kept else None},
+            "change": result.change,
+            "comparison": compared.found,
+        },
         up=up,
         warnings=result.warnings,
         left_out=left_out,
@@ -73,6 +79,7 @@ def _page(job: Job, result: RunResult, before: MeshState, up: str, *, kept: bool
         markers=[Marker(place, words) for place, words in places],
         run=RunPart(
             result.steps,
+            result.change,
             format_script(job.recipe.script),
             result.provenance.read_text("utf-8") if kept else "A run without output leaves no provenance.",
         ),
@@ -80,13 +87,13 @@ def _page(job: Job, result: RunResult, before: MeshState, up: str, *, kept: bool
 
 
 def _verdict(job: Job, result: RunResult, found: Comparison, *, kept: bool) -> Verdict:
-    moved = verdict_of(found)
+    moved = verdict_of(found, result.change)
     steps = f"{len(result.steps)} {'step' if len(result.steps) == 1 else 'steps'} in {result.seconds:.1f} s."
     if result.breaches:
         lines = [f"{breach['guard']}: {breach['message']}." for breach in result.breaches]
         count = "a limit" if len(lines) == 1 else f"{len(lines)} limits"
         what = "the output was written all the same" if kept else "no output was written"
-        return Verdict("bad", f"The run went beyond {count}; {what}.", (*lines, moved.text, steps))
+        return Verdict("bad", f"The run went beyond {count}; {what}.", (*lines, moved.text, *moved.lines, steps))
     limits = job.all_guards.texts()
     if limits:
         told = ", ".join(f"{name.replace('_', ' ')} {text}" for name, text in limits.items())

@@ -9,9 +9,10 @@ import numpy as np
 
 from ..declaration import Floats
 from ..errors import MeshError
+from ..filters.geometry import vector_lengths
 from ..filters.inspection import (
     Limits,
-    displacement,
+    Surface,
     diverging_colors,
     gaussian_curvature,
     mean_curvature,
@@ -21,6 +22,9 @@ from ..filters.inspection import (
     triangle_shapes,
 )
 from ..mesh_data import MeshData
+
+#: the colour of distances within a tolerance, and where on the map, from the middle to an end, colours begin beyond it
+_WITHIN, _BAND = (0.86, 0.90, 0.84), 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,12 +49,14 @@ class Coloring:
         of: the numbers of a mesh, given a reference as well; None where the mesh has none.
         diverging: whether 0 is the middle, and has the middle colour.
         limits: the ends of the colour bar, where they do not follow from the numbers.
+        alone: why a mesh has no such numbers, in words.
     """
 
     label: str
     of: Callable[[MeshData, MeshData], Numbers | None]
     diverging: bool
     limits: Limits | None = None
+    alone: str = "the meshes have none"
 
     def limits_for(self, numbers: Sequence[Numbers]) -> Limits:
         """The ends of one colour bar for several meshes."""
@@ -59,15 +65,35 @@ class Coloring:
         values = np.concatenate([n.values for n in numbers])
         return symmetric_limits(values) if self.diverging else robust_limits(values)
 
-    def colors(self, values: Floats, limits: Limits) -> Floats:
-        """(k, 3) red, green, blue from 0 to 1."""
-        return (diverging_colors if self.diverging else sequential_colors)(values, limits)[:, :3]
+    def colors(self, values: Floats, limits: Limits, tolerance: float = 0.0) -> Floats:
+        """(k, 3) red, green, blue from 0 to 1.
+
+        Args:
+            values: (k,) numbers.
+            limits: the ends of the colour bar.
+            tolerance: of diverging numbers: sizes up to it have one colour, and beyond it colours begin apart from that.
+        """
+        if not self.diverging:
+            return sequential_colors(values, limits)[:, :3]
+        if not tolerance > 0.0:
+            return diverging_colors(values, limits)[:, :3]
+        high = max(limits.high, -limits.low)
+        share = np.clip((np.abs(values) - tolerance) / max(high - tolerance, 1e-12 * tolerance), 0.0, 1.0)
+        colors = diverging_colors(np.sign(values) * (_BAND + (1.0 - _BAND) * share), Limits(-1.0, 1.0))[:, :3]
+        return np.where((np.abs(values) <= tolerance)[:, None], _WITHIN, colors)
 
 
-def _moved(mesh: MeshData, reference: MeshData) -> Numbers | None:
+def _distance(mesh: MeshData, reference: MeshData) -> Numbers | None:
     if mesh is reference:
         return None
-    return Numbers(displacement(mesh.vertices, mesh.faces, reference.vertices, reference.faces).signed)
+    return Numbers(Surface.of(reference.vertices, reference.faces).nearest(mesh.vertices).signed)
+
+
+def _displacement(mesh: MeshData, reference: MeshData) -> Numbers | None:
+    same = len(mesh.vertices) == len(reference.vertices) and np.array_equal(mesh.faces, reference.faces)
+    if mesh is reference or not same:
+        return None
+    return Numbers(vector_lengths(mesh.vertices - reference.vertices))
 
 
 def _scalar(mesh: MeshData, reference: MeshData) -> Numbers | None:
@@ -85,7 +111,18 @@ COLORINGS: Mapping[str, Coloring] = {
         lambda mesh, _: Numbers(gaussian_curvature(mesh.vertices, mesh.faces)),
         diverging=True,
     ),
-    "displacement": Coloring("displacement from the first mesh (mesh units)", _moved, diverging=True),
+    "distance": Coloring(
+        "distance from the first surface (mesh units, outwards above 0)",
+        _distance,
+        diverging=True,
+        alone="it takes a second mesh, whose distance from the surface of the first is shown",
+    ),
+    "displacement": Coloring(
+        "displacement of the vertices (mesh units)",
+        _displacement,
+        diverging=False,
+        alone="it takes a second mesh of the same vertices and faces as the first; 'distance' compares any two surfaces",
+    ),
     "shape": Coloring(
         "triangle shape (1: equilateral)",
         lambda mesh, _: Numbers(triangle_shapes(mesh.vertices, mesh.faces), by_face=True),
@@ -104,6 +141,5 @@ def numbers_of(coloring: str, meshes: Sequence[MeshData], *, left_out: Container
     """
     found = [None if k in left_out else COLORINGS[coloring].of(mesh, meshes[0]) for k, mesh in enumerate(meshes)]
     if not any(found):
-        why = "it takes a second mesh, which is compared with the first" if coloring == "displacement" else "the meshes have none"
-        raise MeshError(f"nothing to colour by {coloring}: {why}")
+        raise MeshError(f"nothing to colour by {coloring}: {COLORINGS[coloring].alone}")
     return found

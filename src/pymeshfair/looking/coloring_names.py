@@ -6,7 +6,7 @@ from ..declaration import nearest
 from ..errors import ParameterError
 
 #: those that are numbers: `pymeshfair.looking.coloring.COLORINGS`
-NUMBERS = ("curvature", "gaussian", "displacement", "shape", "scalar")
+NUMBERS = ("curvature", "gaussian", "distance", "displacement", "shape", "scalar")
 #: those that are no numbers: the colours of the mesh itself, and lines that follow from the direction of view
 OTHERS = ("plain", "own", "reflection")
 

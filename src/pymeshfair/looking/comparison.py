@@ -1,19 +1,26 @@
-"""What lies between two meshes: how far each is from the other, and what was kept, lost, added and removed."""
+"""What lies between two meshes: how far each surface is from the other, and what was kept, lost, added and removed.
+
+Two quantities, never mixed: the distance between the surfaces, and the displacement of vertices that are the same in both.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..declaration import Floats, Ints
-from ..filters.geometry import AREA, CENTRE, NORMAL, measure_faces
-from ..filters.inspection import SHARP, Displacement, closest_points, displacement, share_kept
+from ..declaration import Floats
+from ..filters.geometry import vector_lengths
+from ..filters.inspection import SHARP, DistanceStatistics, Surface, SurfaceDistance, share_kept, surface_distance
 from .mesh_state import MeshState
+from .out_of_tolerance import Area, areas_out_of_tolerance
 
 #: mean edges of the first mesh: a place further than that from the other surface was added or removed
 _APART = 1.0
+#: of the largest coordinate: what lies no further apart is the same place
+_ROUNDING = 256 * float(np.finfo(np.float64).eps)
 
 
 @dataclass(frozen=True)
@@ -33,20 +40,17 @@ class LengthIn:
 
 @dataclass(frozen=True)
 class Moved:
-    """How far the vertices of the second mesh lie from their counterparts on the first.
+    """How far vertices have moved that are the same in both meshes.
 
     Attributes:
-        by_vertex: whether counterparts are the vertices of the same number, because both meshes have the same faces; otherwise
-            they are the nearest places of the surface or, in a cloud, the nearest points.
         mean: of the distances.
         rms: the root of the mean of their squares.
-        most: the distance that 95 % of them keep below.
+        most: the distance that 99 % of them keep below.
         largest: of the distances.
         vertex: the vertex of the second mesh that has it.
         place: (x, y, z) of that vertex.
     """
 
-    by_vertex: bool
     mean: LengthIn
     rms: LengthIn
     most: LengthIn
@@ -56,16 +60,59 @@ class Moved:
 
 
 @dataclass(frozen=True)
+class Deviation:
+    """How far one surface lies from the other, in samples on its faces by area; in a cloud in its points.
+
+    The sign is that of the outer side of the other surface. Errors are twice the standard error of as many random samples.
+
+    Attributes:
+        samples: how many.
+        mean: of the signed distances.
+        mean_size: of the distances without sign.
+        rms: the root of the mean of their squares.
+        standard_deviation: of the signed distances about their mean.
+        percentiles: what 50, 90, 95 and 99 % of the area keep below without sign, by "50" ...
+        largest: the largest distance without sign, which faces were searched for.
+        place: (x, y, z) where that is.
+        at_most: no place of the surface lies further.
+        within: the share of the area within the tolerance; None if none was given.
+        mean_error: of `mean`; of the next ones so.
+        mean_size_error: see above.
+        rms_error: see above.
+        within_error: see above.
+    """
+
+    samples: int
+    mean: LengthIn
+    mean_size: LengthIn
+    rms: LengthIn
+    standard_deviation: LengthIn
+    percentiles: Mapping[str, LengthIn]
+    largest: LengthIn
+    place: tuple[float, float, float]
+    at_most: LengthIn
+    within: float | None
+    mean_error: LengthIn
+    mean_size_error: LengthIn
+    rms_error: LengthIn
+    within_error: float | None
+
+
+@dataclass(frozen=True)
 class Comparison:
     """Two meshes compared.
 
     Attributes:
         before: `MeshState.measures` of the first.
         after: those of the second.
-        displacement: what has moved.
-        after_from_before: the largest distance of a vertex of the second from the nearest place of the first.
-        before_from_after: the other way round.
-        hausdorff: the larger of the two.
+        after_from_before: how far the second surface lies from the first.
+        before_from_after: how far the first lies from the second; above 0 are places on the outer side of the second.
+        hausdorff: the larger of the two largest distances.
+        hausdorff_at_most: it is no larger than that.
+        rounding: of coordinates of such a size; what lies no further apart is the same place.
+        same_surface: whether the surfaces lie no further apart than that, everywhere.
+        displacement: how far vertices have moved; None unless both meshes have as many and the same faces, so that vertices of
+            the same number are the same.
         area_change: in percent, None without area before.
         volume_change: in percent, None unless both have a volume that is not 0.
         normal_deviation: the mean angle in degrees between the normals of the faces of the second mesh and of the first there,
@@ -74,18 +121,24 @@ class Comparison:
         flipped_faces: faces of the second mesh that look away from where the first does there, by more than 90 degrees.
         sharp_edges_kept: the share of the length of the sharp edges of the first mesh within a mean edge of which the second has
             one; None if there were none.
-        added_area: of faces of the second mesh whose middle is further than a mean edge from the first.
-        removed_area: of faces of the first whose middle is further than a mean edge from the second.
+        added_area: of the second mesh further than a mean edge from the first.
+        removed_area: of the first further than a mean edge from the second.
         attributes_kept, attributes_lost, attributes_gained: what the meshes have.
+        tolerance: within which the surfaces should lie; None if none was given, and then the next two tell nothing.
+        passed: whether no place of either was found further from the other than the tolerance.
+        out_of_tolerance: the areas that lie further, the furthest first.
         sharp_angle: degrees from which on an edge counts as sharp.
     """
 
     before: dict[str, Any]
     after: dict[str, Any]
-    displacement: Moved
-    after_from_before: LengthIn
-    before_from_after: LengthIn
+    after_from_before: Deviation
+    before_from_after: Deviation
     hausdorff: LengthIn
+    hausdorff_at_most: LengthIn
+    rounding: float
+    same_surface: bool
+    displacement: Moved | None
     area_change: float | None
     volume_change: float | None
     normal_deviation: float | None
@@ -97,59 +150,108 @@ class Comparison:
     attributes_kept: tuple[str, ...]
     attributes_lost: tuple[str, ...]
     attributes_gained: tuple[str, ...]
+    tolerance: LengthIn | None = None
+    passed: bool | None = None
+    out_of_tolerance: tuple[Area, ...] = ()
     sharp_angle: float = SHARP
 
 
-def compare(before: MeshState, after: MeshState) -> tuple[Comparison, Displacement]:
-    """Compare two meshes or clouds; also the displacement of every vertex of the second.
+class Distances(NamedTuple):
+    """The distances between two surfaces, place by place.
 
-    Exact far from the origin, too: everything is measured about the first mesh.
+    Attributes:
+        after: of the second from the first.
+        before: of the first from the second.
+    """
+
+    after: SurfaceDistance
+    before: SurfaceDistance
+
+
+def compare(before: MeshState, after: MeshState, *, tolerance: float | None = None) -> tuple[Comparison, Distances]:
+    """Compare two meshes or clouds; also the distances place by place.
+
+    Args:
+        before: the first.
+        after: the second.
+        tolerance: within which the surfaces should lie, in mesh units.
     """
     first, second = before.mesh, after.mesh
-    moved = displacement(second.vertices, second.faces, first.vertices, first.faces)
-    middle = 0.5 * (first.vertices.min(axis=0) + first.vertices.max(axis=0))
-    old, new = first.vertices - middle, second.vertices - middle
-    forth = moved.distances
-    if moved.by_vertex:
-        forth = closest_points(new, old, first.faces).distances
-    back = closest_points(old, new, second.faces).distances
-    to_first, to_second = float(forth.max()), float(back.max())
+    old, new = (Surface.of(mesh.vertices, mesh.faces) for mesh in (first, second))
+    distances = Distances(
+        surface_distance(second.vertices, second.faces, old), surface_distance(first.vertices, first.faces, new)
+    )
+    same_vertices = bool(len(first.faces)) and len(first.vertices) == len(second.vertices)
+    same_vertices = same_vertices and np.array_equal(first.faces, second.faces)
 
     def length(value: float) -> LengthIn:
         edge, diagonal = before.mean_edge, before.diagonal
         return LengthIn(float(value), float(value / edge) if edge else None, float(100 * value / diagonal) if diagonal else None)
 
-    faces = _faces(old, first.faces, new, second.faces, before.mean_edge, by_vertex=moved.by_vertex)
+    at_most = max(d.at_most for d in distances)
+    rounding = _ROUNDING * max(float(np.abs(mesh.vertices).max()) for mesh in (first, second))
     had, has = before.attributes, after.attributes
     return Comparison(
         before=before.measures,
         after=after.measures,
-        displacement=_moved(moved, second.vertices, length),
-        after_from_before=length(to_first),
-        before_from_after=length(to_second),
-        hausdorff=length(max(to_first, to_second)),
+        after_from_before=_deviation(distances.after, tolerance, length),
+        before_from_after=_deviation(distances.before, tolerance, length),
+        hausdorff=length(max(d.largest for d in distances)),
+        hausdorff_at_most=length(at_most),
+        rounding=rounding,
+        same_surface=at_most <= rounding,
+        displacement=_moved(first.vertices, second.vertices, length) if same_vertices else None,
         area_change=_change(before.measures["area"], after.measures["area"]),
         volume_change=_change(before.measures["volume"], after.measures["volume"]),
         sharp_edges_kept=share_kept(before.sharp, after.sharp, within=before.mean_edge),
         attributes_kept=tuple(a for a in had if a in has),
         attributes_lost=tuple(a for a in had if a not in has),
         attributes_gained=tuple(a for a in has if a not in had),
-        **faces,
-    ), moved
+        **({} if tolerance is None else _judged(before, after, distances, tolerance, length)),
+        **_faces(before, after, distances, old, new, same_faces=same_vertices),
+    ), distances
 
 
-def _moved(found: Displacement, vertices: Floats, length: Any) -> Moved:
-    d = found.distances
+def _judged(
+    before: MeshState, after: MeshState, distances: Distances, tolerance: float, length: Callable[[float], LengthIn]
+) -> dict[str, Any]:
+    """Whether two surfaces lie within a tolerance, and where not."""
+    sides = (("after", after, distances.after), ("before", before, distances.before))
+    areas = [
+        a for name, state, d in sides for a in areas_out_of_tolerance(name, state.mesh, d, tolerance, state.measures["area"])
+    ]
+    passed = max(d.largest for d in distances) <= tolerance
+    ordered = tuple(sorted(areas, key=lambda a: -abs(a.amount)))
+    return {"tolerance": length(tolerance), "passed": passed, "out_of_tolerance": ordered}
+
+
+def _moved(before: Floats, after: Floats, length: Callable[[float], LengthIn]) -> Moved:
+    d = vector_lengths(after - before)
     worst = int(d.argmax())
-    x, y, z = vertices[worst].tolist()
+    x, y, z = after[worst].tolist()
     return Moved(
-        found.by_vertex,
-        length(d.mean()),
-        length(np.sqrt((d**2).mean())),
-        length(np.quantile(d, 0.95)),
-        length(d[worst]),
-        worst,
-        (x, y, z),
+        length(d.mean()), length(np.sqrt((d**2).mean())), length(np.quantile(d, 0.99)), length(d[worst]), worst, (x, y, z)
+    )
+
+
+def _deviation(found: SurfaceDistance, tolerance: float | None, length: Callable[[float], LengthIn]) -> Deviation:
+    told: DistanceStatistics = found.statistics(tolerance)
+    x, y, z = found.furthest.tolist()
+    return Deviation(
+        samples=told.samples,
+        mean=length(told.mean),
+        mean_size=length(told.mean_size),
+        rms=length(told.rms),
+        standard_deviation=length(told.standard_deviation),
+        percentiles={percent: length(value) for percent, value in told.percentiles.items()},
+        largest=length(found.largest),
+        place=(x, y, z),
+        at_most=length(found.at_most),
+        within=told.within,
+        mean_error=length(told.mean_error),
+        mean_size_error=length(told.mean_size_error),
+        rms_error=length(told.rms_error),
+        within_error=told.within_error,
     )
 
 
@@ -158,25 +260,27 @@ def _change(before: float | None, after: float | None) -> float | None:
     return 100.0 * (after - before) / abs(before) if before and after is not None else None
 
 
-def _faces(old: Floats, old_faces: Ints, new: Floats, new_faces: Ints, edge: float, *, by_vertex: bool) -> dict[str, Any]:
-    """What the faces of two meshes tell; everything None if one of them has none."""
+def _faces(
+    before: MeshState, after: MeshState, distances: Distances, old: Surface, new: Surface, *, same_faces: bool
+) -> dict[str, Any]:
+    """What the samples of two meshes tell of their faces; everything None if one of them has none."""
     names = ("normal_deviation", "largest_normal_deviation", "flipped_faces", "added_area", "removed_area")
-    if not (len(old_faces) and len(new_faces)):
+    if not (len(before.mesh.faces) and len(after.mesh.faces)):
         return dict.fromkeys(names)
-    before, after = measure_faces(old, old_faces), measure_faces(new, new_faces)
-    there = closest_points(np.ascontiguousarray(after[:, CENTRE]), old, old_faces)
-    here = closest_points(np.ascontiguousarray(before[:, CENTRE]), new, new_faces)
-    ground = before[:, NORMAL] if by_vertex else before[there.elements, NORMAL]
-    normals, areas = after[:, NORMAL], after[:, AREA]
+    there, here = distances
+    normals = new.normals_of(there.faces)
+    ground = old.normals_of(there.faces if same_faces else there.elements)
     cross = np.linalg.norm(np.cross(ground, normals), axis=1)
     angles = np.degrees(np.arctan2(cross, np.einsum("ij,ij->i", ground, normals)))
-    counted = (areas > 0.0) & ground.any(axis=1)
-    angles, weights = angles[counted], areas[counted]
+    counted = normals.any(axis=1) & ground.any(axis=1)
+    turned = np.bincount(there.faces[counted], np.where(angles[counted] > 90.0, 1.0, -1.0))
+    weights = there.weights * counted
+    apart = _APART * before.mean_edge
     values = (
-        float((angles * weights).sum() / weights.sum()) if len(angles) else None,
-        float(angles.max()) if len(angles) else None,
-        int((angles > 90.0).sum()),
-        float(areas[there.distances > _APART * edge].sum()),
-        float(before[here.distances > _APART * edge, AREA].sum()),
+        float(angles @ weights / weights.sum()) if weights.any() else None,
+        float(angles[counted].max()) if counted.any() else None,
+        int((turned > 0.0).sum()),
+        float(after.measures["area"] * there.weights[np.abs(there.distances) > apart].sum()),
+        float(before.measures["area"] * here.weights[np.abs(here.distances) > apart].sum()),
     )
     return dict(zip(names, values, strict=True))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Container, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from PIL import Image
@@ -15,7 +16,7 @@ from ..filters.inspection import Limits, reflection_stripes
 from ..mesh_data import MeshData
 from .annotation import BAR_STRIP, TITLE_STRIP, draw_color_bar, draw_scale_bar, write_title
 from .camera import Camera, close_up, fitting_camera, view_rows
-from .coloring import COLORINGS, numbers_of
+from .coloring import COLORINGS, Numbers, numbers_of
 from .coloring_names import OTHERS, check_coloring
 from .shading import Scene, render
 
@@ -40,6 +41,8 @@ class Appearance:
         titles: whether every panel has a title.
         label: what stands at the colour bar; the words of the coloring if it is empty.
         columns: panels beside each other; more go below.
+        limits: the ends of the colour bar; found from the numbers if it is None.
+        tolerance: distances up to it have one colour; 0 for none.
     """
 
     color: str = "plain"
@@ -54,6 +57,8 @@ class Appearance:
     titles: bool = True
     label: str = ""
     columns: int = 4
+    limits: Limits | None = None
+    tolerance: float = 0.0
 
     def camera(self, clouds: Sequence[Floats]) -> Camera:
         """The one camera for all meshes."""
@@ -65,7 +70,12 @@ class Appearance:
 
 
 def draw_meshes(
-    meshes: Sequence[MeshData], titles: Sequence[str], appearance: Appearance, *, plain: Container[int] = ()
+    meshes: Sequence[MeshData],
+    titles: Sequence[str],
+    appearance: Appearance,
+    *,
+    plain: Container[int] = (),
+    numbers: Sequence[Numbers | None] | None = None,
 ) -> Image.Image:
     """Draw meshes side by side, all from one camera, with one scale bar and one colour bar.
 
@@ -74,6 +84,7 @@ def draw_meshes(
         titles: one for each.
         appearance: how.
         plain: the numbers of panels that are not coloured.
+        numbers: what each mesh is coloured by; measured if it is None.
 
     Raises:
         ParameterError: an unknown coloring, or a picture without extent.
@@ -83,7 +94,7 @@ def draw_meshes(
     if min(appearance.width, appearance.height) < 64 or max(appearance.width, appearance.height) > 8192:
         raise ParameterError("a panel has from 64 to 8192 pixels each way")
     camera = appearance.camera([mesh.vertices for mesh in meshes])
-    scenes, bar = _scenes(meshes, appearance, camera, plain)
+    scenes, bar = _scenes(meshes, appearance, camera, plain, numbers)
     columns = min(len(meshes), appearance.columns)
     rows = math.ceil(len(meshes) / columns)
     strip = TITLE_STRIP if appearance.titles else 0
@@ -99,12 +110,17 @@ def draw_meshes(
     draw_scale_bar(picture, 14, cell - 10, appearance.width / camera.width, _SCALE_BAR * appearance.width)
     if bar is not None:
         coloring = COLORINGS[appearance.color]
-        draw_color_bar(picture, rows * cell + 4, bar, coloring.colors, appearance.label or coloring.label)
+        colors = partial(coloring.colors, tolerance=appearance.tolerance)
+        draw_color_bar(picture, rows * cell + 4, bar, colors, appearance.label or coloring.label)
     return picture
 
 
 def _scenes(
-    meshes: Sequence[MeshData], appearance: Appearance, camera: Camera, plain: Container[int]
+    meshes: Sequence[MeshData],
+    appearance: Appearance,
+    camera: Camera,
+    plain: Container[int],
+    numbers: Sequence[Numbers | None] | None,
 ) -> tuple[list[Scene], Limits | None]:
     """What each panel shows, and the limits of the colour bar if there is one."""
     bare = [Scene(m.vertices, m.faces, m.edges, normals=m.vertex_attributes.get("normals")) for m in meshes]
@@ -112,11 +128,12 @@ def _scenes(
         return [
             s if k in plain else _painted(s, m, appearance, camera) for k, (s, m) in enumerate(zip(bare, meshes, strict=True))
         ], None
-    numbers = numbers_of(appearance.color, meshes, left_out=plain)
+    if numbers is None:
+        numbers = numbers_of(appearance.color, meshes, left_out=plain)
     coloring = COLORINGS[appearance.color]
-    limits = coloring.limits_for([n for n in numbers if n is not None])
+    limits = appearance.limits or coloring.limits_for([n for n in numbers if n is not None])
     return [
-        s if n is None else replace(s, colors=coloring.colors(n.values, limits), by_face=n.by_face)
+        s if n is None else replace(s, colors=coloring.colors(n.values, limits, appearance.tolerance), by_face=n.by_face)
         for s, n in zip(bare, numbers, strict=True)
     ], limits
 

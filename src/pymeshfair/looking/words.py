@@ -32,8 +32,10 @@ _MEASURES = (
     ("noise", "noise along the normals", False),
     ("sharp_edge_length", "length of sharp edges", False),
 )
-#: above the columns of `displacement_rows`
-DISPLACEMENT_HEADERS = ("", "mesh units", "mean edges", "% of diagonal")
+#: above the columns of `distance_rows`
+DISTANCE_HEADERS = ("", "mesh units", "mean edges", "% of diagonal")
+#: above the columns of `area_rows`
+AREA_HEADERS = ("area out of tolerance", "furthest at", "by", "size", "area")
 
 
 def measure_rows(columns: Mapping[str, Mapping[str, Any]]) -> list[list[str]]:
@@ -51,48 +53,139 @@ def measure_rows(columns: Mapping[str, Mapping[str, Any]]) -> list[list[str]]:
     ]
 
 
+def became_text(change: Mapping[str, Any]) -> str:
+    """What a run removed, added and moved, `pymeshfair.running.shape_change.ShapeChange` by name, in one sentence."""
+    removed, added, moved = change["removed"], change["added"], change["moved"]
+    told = []
+    if not moved or not moved["same"]:
+        told.append("made a new mesh")
+    elif removed["faces"] and added["faces"] and not (removed["vertices"] or added["vertices"]):
+        told.append(f"cut the surface otherwise: {_count(added['faces'], 'face')} of {_count(removed['faces'], 'other face')}")
+    else:
+        told += [f"removed {_part(removed)}"] if removed["vertices"] or removed["faces"] else []
+        told += [f"added {_part(added)}"] if added["vertices"] or added["faces"] else []
+    if moved:
+        verb = "moved" if moved["same"] else "lies away from the input by"
+        told.append(f"{verb} {_mean_of(moved)}" if moved["largest"] else "moved no vertex")
+    text = "; ".join(told)
+    return f"{text[0].upper()}{text[1:]}"
+
+
 def change_lines(change: Mapping[str, Any]) -> list[str]:
     """What a run did to the shape, `pymeshfair.running.shape_change.ShapeChange` by name, as lines below the table."""
+    removed, added, moved = change["removed"], change["added"], change["moved"]
     shares = [*zip(("x", "y", "z"), change["sides"], strict=True), ("area", change["area"]), ("volume", change["volume"])]
-    why = "" if change["moved"] else ", as vertices or faces were added or removed"
-    lines = [f"changed{why}: " + ", ".join(f"{name} {share:+.2%}" for name, share in shares if share is not None)]
+    why = [words for words, part in (("removed", removed), ("added", added)) if part["vertices"] or part["faces"]]
+    because = f", as parts were {' and '.join(why)}" if why else ""
+    lines = [
+        became_text(change),
+        f"changed{because}: " + ", ".join(f"{name} {share:+.2%}" for name, share in shares if share is not None),
+    ]
     if aside := change.get("sides_without_noise"):
         shown = ", ".join(f"{name} {share:+.2%}" for name, share in zip("xyz", aside, strict=True) if share is not None)
         lines.append(f"noise at the ends aside: {shown}")
-    moved = change["moved"]
-    if moved and not moved["largest"]:
-        lines.append("moved: no vertex")
-    elif moved:
+    if moved and moved["largest"]:
         x, y, z = moved["place"]
         edges = f" ({moved['edges']:.2g} mean edges)" if moved["edges"] is not None else ""
         lines.append(
-            f"moved: mean {moved['mean']:.3g}, 99 % below {moved['most']:.3g}, at most {moved['largest']:.3g}{edges}, vertex "
-            f"{moved['vertex']} at {x:.6g}, {y:.6g}, {z:.6g}"
+            f"{'moved' if moved['same'] else 'away'}: mean {moved['mean']:.3g}, 99 % below {moved['most']:.3g}, at most "
+            f"{moved['largest']:.3g}{edges}, vertex {moved['vertex']} at {x:.6g}, {y:.6g}, {z:.6g}"
         )
     if change["turned"]:
-        lines.append(f"turned over: {change['turned']:,} {'face' if change['turned'] == 1 else 'faces'}")
+        lines.append(f"turned over: {_count(change['turned'], 'face')}")
     return lines
 
 
-def displacement_rows(found: Comparison) -> list[list[str]]:
-    """How far what lies from what, in three units; see `DISPLACEMENT_HEADERS`."""
-    moved = found.displacement
-    how = "vertex by vertex" if moved.by_vertex else "to the nearest place"
-    x, y, z = moved.place
+def _part(part: Mapping[str, Any]) -> str:
+    """Such as "14 loose pieces and a rim: 12.6 % of the area"."""
+    if not part["faces"]:
+        return _count(part["vertices"], "vertex", "vertices")
+    others = part["pieces"] - part["loose"] - part["rims"]
+    kinds = ((part["loose"], "loose piece"), (part["rims"], "part of the rim"), (others, "part inside"))
+    several = {"part of the rim": "parts of the rim", "part inside": "parts inside"}
+    pieces = [_count(count, words, several.get(words, "")) for count, words in kinds if count]
+    share = "" if part["share"] is None else f": {100.0 * part['share']:.3g} % of the area"
+    return f"{' and '.join(pieces)} ({_count(part['faces'], 'face')}){share}"
+
+
+def _mean_of(moved: Mapping[str, Any]) -> str:
+    if moved["edges"] is None:
+        return f"{moved['mean']:.3g} on average, {moved['largest']:.3g} at most"
+    return f"{moved['mean_edges']:.2g} mean edges on average, {moved['edges']:.2g} at most"
+
+
+def _count(count: int, one: str, several: str = "") -> str:
+    return f"{count:,} {one if count == 1 else several or one + 's'}"
+
+
+def verdict_text(found: Comparison) -> str:
+    """How far the surfaces lie apart, in a sentence or three; with a tolerance whether they lie within it."""
+    there, here, moved = found.after_from_before, found.before_from_after, found.displacement
+    if found.same_surface:
+        text = "Both meshes are the same surface: no place lies further than rounding from the other."
+    elif found.hausdorff.mesh_units <= found.rounding:
+        text = f"No difference between the surfaces at {there.samples + here.samples:,} samples of their faces."
+    else:
+        text = (
+            f"The surfaces lie {_in_edges(there.rms)} apart (root mean square), and {_in_edges(found.hausdorff)} at most, "
+            f"{'outwards' if there.mean.mesh_units > 0.0 else 'inwards'} by {_in_edges(there.mean, sign=False)} on average."
+        )
+    if moved is not None and not moved.largest.mesh_units:
+        text += " No vertex moved."
+    elif moved is not None:
+        text += f" Vertices moved by {_in_edges(moved.mean)} on average, and by {_in_edges(moved.largest)} at most."
+    if found.tolerance is not None and there.within is not None and here.within is not None:
+        parts = f"{100 * there.within:.4g} % of AFTER and {100 * here.within:.4g} % of BEFORE"
+        shares = f"{parts} lie within {found.tolerance.mesh_units:.6g}"
+        count = len(found.out_of_tolerance)
+        areas = "1 area" if count == 1 else f"{count:,} areas"
+        text = f"{'Passed' if found.passed else 'Failed'}: {shares}{'' if found.passed else f', {areas} not'}. {text}"
+    return text
+
+
+def area_rows(found: Comparison, most: int) -> list[list[str]]:
+    """The areas out of tolerance, the furthest first; see `AREA_HEADERS`."""
     return [
-        _length(f"displacement, mean ({how})", moved.mean),
-        _length("displacement, root mean square", moved.rms),
-        _length("displacement that 95 % keep below", moved.most),
-        _length(f"largest displacement, vertex {moved.vertex} at {x:.6g}, {y:.6g}, {z:.6g}", moved.largest),
-        _length("farthest vertex of AFTER from BEFORE", found.after_from_before),
-        _length("farthest vertex of BEFORE from AFTER", found.before_from_after),
-        _length("Hausdorff distance", found.hausdorff),
+        [f"{k}, of {a.mesh.upper()}", _at(a.place), f"{a.amount:+.4g}", f"{a.size:.4g}", f"{a.area:.4g}"]
+        for k, a in enumerate(found.out_of_tolerance[:most], 1)
     ]
+
+
+def distance_rows(found: Comparison) -> list[list[str]]:
+    """How far what lies from what, in three units; see `DISTANCE_HEADERS`."""
+    there, here, moved = found.after_from_before, found.before_from_after, found.displacement
+    rows = [
+        _length("AFTER from BEFORE, mean (above 0: outwards)", there.mean),
+        _length("mean without sign", there.mean_size),
+        _length("root mean square", there.rms),
+        _length("standard deviation", there.standard_deviation),
+        *(_length(f"{percent} % of the area keep below", length) for percent, length in there.percentiles.items()),
+        _length(f"largest, at {_at(there.place)}", there.largest),
+        _length("BEFORE from AFTER, root mean square", here.rms),
+        _length(f"largest, at {_at(here.place)}", here.largest),
+    ]
+    if moved is not None:
+        rows += [
+            _length("displacement of the vertices, mean", moved.mean),
+            _length("root mean square", moved.rms),
+            _length(f"largest, vertex {moved.vertex} at {_at(moved.place)}", moved.largest),
+        ]
+    return [*rows, _length("Hausdorff distance", found.hausdorff)]
+
+
+def sampling_line(found: Comparison) -> str:
+    """What the samples can have missed."""
+    there, here = found.after_from_before, found.before_from_after
+    return (
+        f"distances: {there.samples:,} samples of AFTER and {here.samples:,} of BEFORE, on faces by area; sampling errors of the "
+        f"mean {there.mean_error.mesh_units:.2g}, of the root mean square {there.rms_error.mesh_units:.2g}; the Hausdorff "
+        f"distance is at most {found.hausdorff_at_most.mesh_units:.4g}"
+    )
 
 
 def comparison_lines(found: Comparison) -> list[str]:
     """What else changed, one line each."""
-    lines = []
+    lines = [sampling_line(found)]
     for words, value in (("area", found.area_change), ("volume", found.volume_change)):
         if value is not None:
             lines.append(f"{words}: {value:+.4g} %")
@@ -111,6 +204,16 @@ def comparison_lines(found: Comparison) -> list[str]:
         if names:
             lines.append(f"{words}: {', '.join(names)}")
     return lines
+
+
+def _in_edges(length: LengthIn, *, sign: bool = True) -> str:
+    """A length in mean edges where there are any."""
+    value, unit = (length.mesh_units, "") if length.mean_edges is None else (length.mean_edges, " mean edges")
+    return f"{value if sign else abs(value):.3g}{unit}"
+
+
+def _at(place: tuple[float, float, float]) -> str:
+    return ", ".join(f"{c:.6g}" for c in place)
 
 
 def _length(words: str, length: LengthIn) -> list[str]:

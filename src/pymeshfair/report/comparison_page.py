@@ -6,25 +6,46 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timezone
+from functools import partial
 from typing import Any
 
 import numpy as np
+from PIL import Image
 
 from ..declaration import Floats
-from ..filters.inspection import Displacement, Limits, mean_curvature, robust_limits, symmetric_limits, triangle_shapes
-from ..looking.annotation import BAR_STRIP
-from ..looking.comparison import Comparison
+from ..filters.geometry import vector_lengths
+from ..filters.inspection import Limits, mean_curvature, robust_limits, symmetric_limits, triangle_shapes
+from ..looking.annotation import BAR_STRIP, draw_color_bar
+from ..looking.camera import VIEWS
+from ..looking.coloring import COLORINGS, Numbers
+from ..looking.comparison import Comparison, Distances
 from ..looking.mesh_state import MeshState
 from ..looking.picture import Appearance, draw_meshes
-from ..looking.words import DISPLACEMENT_HEADERS, comparison_lines, displacement_rows, measure_rows
+from ..looking.section import Plane
+from ..looking.words import (
+    AREA_HEADERS,
+    DISTANCE_HEADERS,
+    area_rows,
+    became_text,
+    change_lines,
+    comparison_lines,
+    distance_rows,
+    measure_rows,
+    verdict_text,
+)
 from ..running.job import StepReport
 from .charts import Chart, histogram, spectrum_chart
 from .display import Shown, shown_mesh
 from .page import Figure, figure_of, render
 from .scene import Marker, Scene, pack_scene
+from .section_chart import SectionChart, section_chart
 
-#: pixels of one picture
-_PICTURE = 400
+#: pixels of a picture of a whole mesh, and of one of the views of the distances
+_PICTURE, _VIEW = 400, 300
+#: the views, so that no side is unseen
+_SIDES = ("front", "back", "left", "right", "top", "bottom")
+#: areas out of tolerance that are shown as markers and listed on the page
+_AREAS = 20
 
 
 @dataclass(frozen=True)
@@ -48,11 +69,13 @@ class RunPart:
 
     Attributes:
         steps: what they did.
+        change: what came of it, `pymeshfair.running.shape_change.ShapeChange` by name; empty if that was not measured.
         recipe: the script as text.
         provenance: the record as text.
     """
 
     steps: Sequence[StepReport]
+    change: Mapping[str, Any]
     recipe: str
     provenance: str
 
@@ -65,14 +88,14 @@ class Compared:
         before: the first.
         after: the second.
         found: what `pymeshfair.looking.comparison.compare` found.
-        moved: the displacement of every vertex of the second.
+        distances: between the surfaces, place by place.
         spectra: by "before" and "after", what the filter ``get_surface_spectrum`` found; empty if it was not asked.
     """
 
     before: MeshState
     after: MeshState
     found: Comparison
-    moved: Displacement
+    distances: Distances
     spectra: Mapping[str, Mapping[str, Any]]
 
 
@@ -88,6 +111,8 @@ def comparison_page(
     left_out: Sequence[str] = (),
     run: RunPart | None = None,
     up: str = "y",
+    limits: Limits | None = None,
+    planes: Sequence[Plane] = (),
 ) -> str:
     """The report as the text of an HTML file.
 
@@ -97,26 +122,34 @@ def comparison_page(
         subtitle: a sentence below it.
         numbers: the same document that the command prints with ``--json``, in terms of JSON.
         verdict: what came of it; made of the comparison if it is None.
-        markers: places to show; the largest displacement if there are none.
+        markers: places to show; the areas out of tolerance, or the largest distance, if there are none.
         warnings: what is to be known.
         left_out: what the page does not show, and why.
         run: what lay between the meshes, if that is known.
         up: the upright axis, "y" or "z".
+        limits: the ends of the colours of distances; found from them if it is None.
+        planes: of the sections to show.
     """
-    scene, shown = _scene(compared, up, markers or _largest(compared.found))
+    ends = limits or _limits(compared)
+    curvatures = _curvatures(compared)
+    scene, shown = _scene(compared, up, markers or _markers(compared.found), ends, curvatures)
     return render(
         "report.html",
         title=title,
         subtitle=subtitle,
         verdict=verdict or verdict_of(compared.found),
-        pictures=_pictures(compared, up),
+        pictures=_pictures(compared, up, ends),
         scene=scene,
         notes=[_decimation(mesh) for mesh in shown if mesh.decimated],
-        displacement_headers=DISPLACEMENT_HEADERS,
-        displacement_rows=displacement_rows(compared.found),
+        change=change_lines(run.change) if run and run.change else (),
+        distance_headers=DISTANCE_HEADERS,
+        distance_rows=distance_rows(compared.found),
+        area_headers=AREA_HEADERS,
+        area_rows=area_rows(compared.found, _AREAS),
         lines=comparison_lines(compared.found),
         measure_rows=measure_rows({"before": compared.found.before, "after": compared.found.after}),
-        charts=_charts(compared),
+        sections=_sections(compared, planes),
+        charts=_charts(compared, ends, curvatures),
         left_out=left_out,
         warnings=warnings,
         run=run,
@@ -126,25 +159,41 @@ def comparison_page(
     )
 
 
-def verdict_of(found: Comparison) -> Verdict:
-    """How far what moved, in a sentence."""
-    moved = found.displacement
-    if found.hausdorff.mesh_units == 0.0 and moved.largest.mesh_units == 0.0:
-        return Verdict("good", "Both meshes are the same surface: nothing moved.")
-    of, most = moved.mean, moved.largest
-    if of.mean_edges is not None and most.mean_edges is not None:
-        text = f"Vertices moved by {of.mean_edges:.3g} mean edges on average, and by {most.mean_edges:.3g} at most."
-    else:
-        text = f"Points moved by {of.mesh_units:.4g} on average, and by {most.mesh_units:.4g} at most."
+def verdict_of(found: Comparison, change: Mapping[str, Any] | None = None) -> Verdict:
+    """How far the surfaces lie apart, and whether within the tolerance; first what a run removed, added and moved.
+
+    Args:
+        found: the comparison.
+        change: `pymeshfair.running.shape_change.ShapeChange` by name; None if no run lies between the meshes.
+    """
+    text = verdict_text(found)
     flipped = found.flipped_faces or 0
-    return Verdict("warn" if flipped else "info", text, (f"{flipped:,} faces look to the other side now.",) if flipped else ())
+    lines = (f"{flipped:,} faces look to the other side now.",) if flipped else ()
+    if change:
+        text, lines = f"{became_text(change)}.", (text, *lines)
+    if found.passed is not None:
+        return Verdict("good" if found.passed else "bad", text, lines)
+    return Verdict("good" if found.same_surface else "warn" if flipped else "info", text, lines)
 
 
-def _largest(found: Comparison) -> list[Marker]:
-    moved = found.displacement
-    if moved.largest.mesh_units == 0.0:
+def _markers(found: Comparison) -> list[Marker]:
+    if found.out_of_tolerance:
+        return [
+            Marker(a.place, f"out of tolerance by {abs(a.amount):.4g}", 0 if a.mesh == "before" else 1)
+            for a in found.out_of_tolerance[:_AREAS]
+        ]
+    there, here = found.after_from_before, found.before_from_after
+    mesh, largest = (1, there) if there.largest.mesh_units >= here.largest.mesh_units else (0, here)
+    if largest.largest.mesh_units == 0.0:
         return []
-    return [Marker(moved.place, f"largest displacement, vertex {moved.vertex}")]
+    return [Marker(largest.place, f"largest distance, {largest.largest.mesh_units:.4g}", mesh)]
+
+
+def _limits(compared: Compared) -> Limits:
+    """The ends of the colours of distances: those of the samples, and at least half more than the tolerance."""
+    low, high = symmetric_limits(compared.distances.after.distances)
+    least = 1.5 * compared.found.tolerance.mesh_units if compared.found.tolerance else 0.0
+    return Limits(min(low, -least), max(high, least))
 
 
 def _curvatures(compared: Compared) -> dict[str, Floats]:
@@ -153,23 +202,32 @@ def _curvatures(compared: Compared) -> dict[str, Floats]:
     return {name: mean_curvature(mesh.vertices, mesh.faces) for name, mesh in meshes.items() if len(mesh.faces)}
 
 
-def _scene(compared: Compared, up: str, markers: Sequence[Marker]) -> tuple[Scene, list[Shown]]:
-    curvatures = _curvatures(compared)
-    limits = {"displacement": symmetric_limits(compared.moved.signed)}
+def _scene(
+    compared: Compared, up: str, markers: Sequence[Marker], ends: Limits, curvatures: Mapping[str, Floats]
+) -> tuple[Scene, list[Shown]]:
+    before, after = compared.before.mesh, compared.after.mesh
+    limits = {"distance": ends}
+    moved = None
+    if compared.found.displacement is not None:
+        moved = vector_lengths(after.vertices - before.vertices)
+        limits["displacement"] = robust_limits(moved)
     if curvatures:
         limits["curvature"] = symmetric_limits(np.concatenate(list(curvatures.values())))
     shown = []
     for name, state in (("before", compared.before), ("after", compared.after)):
         scalars = {"curvature": curvatures[name]} if name in curvatures else {}
         if name == "after":
-            scalars["displacement"] = compared.moved.signed
+            scalars["distance"] = compared.distances.after.at_vertices
+            if moved is not None:
+                scalars["displacement"] = moved
         mesh = state.mesh
         shown.append(
             shown_mesh(
                 name, mesh.vertices, mesh.faces, mesh.edges, normals=mesh.vertex_attributes.get("normals"), scalars=scalars
             )
         )
-    return pack_scene(shown, limits, up=up, markers=markers), shown
+    tolerance = compared.found.tolerance.mesh_units if compared.found.tolerance else 0.0
+    return pack_scene(shown, limits, up=up, markers=markers, tolerance=tolerance), shown
 
 
 def _decimation(mesh: Shown) -> str:
@@ -181,37 +239,50 @@ def _decimation(mesh: Shown) -> str:
     )
 
 
-def _pictures(compared: Compared, up: str) -> list[Figure]:
-    meshes = [compared.before.mesh, compared.after.mesh, compared.after.mesh]
-    size = _PICTURE
-    appearance = Appearance("displacement", azimuth=0.0, elevation=0.0, up=up, width=size, height=size, titles=False)
-    whole = draw_meshes(meshes, ["", "", ""], appearance, plain=(0, 1))
-    panels = [whole.crop((k * size, 0, (k + 1) * size, size)) for k in range(3)]
-    # The bar is in the middle half of the strip, its ends are written beside it.
-    bar = whole.crop((size // 2, size, whole.width - size // 2, size + BAR_STRIP))
-    moved = compared.found.displacement
-    words = (
-        ("The mesh before, from the front.", "Before, with a scale bar in mesh units"),
-        ("The mesh after, from the same place.", "After"),
-        (
-            "The mesh after, orange where it lies outside of the mesh before, blue where inside; "
-            f"mean {moved.mean.mesh_units:.4g}, largest {moved.largest.mesh_units:.4g} mesh units.",
-            "What moved: orange outwards, blue inwards",
-        ),
+def _pictures(compared: Compared, up: str, ends: Limits) -> list[Figure]:
+    """Both meshes from the front, and how far the second lies from the first from six sides."""
+    tolerance = compared.found.tolerance.mesh_units if compared.found.tolerance else 0.0
+    plain = Appearance(up=up, width=_PICTURE, height=_PICTURE, titles=False)
+    whole = draw_meshes([compared.before.mesh, compared.after.mesh], ["", ""], plain)
+    panels = [whole.crop((k * _PICTURE, 0, (k + 1) * _PICTURE, _PICTURE)) for k in range(2)]
+    figures = [
+        figure_of(panels[0], "The mesh before, from the front.", "Before, with a scale bar in mesh units"),
+        figure_of(panels[1], "The mesh after, from the same place.", "After"),
+    ]
+    numbers = [Numbers(compared.distances.after.at_vertices)]
+    for side in _SIDES:
+        azimuth, elevation = VIEWS[side]
+        view = Appearance(
+            "distance", azimuth, elevation, up, width=_VIEW, height=_VIEW, titles=False, limits=ends, tolerance=tolerance
+        )
+        drawn = draw_meshes([compared.after.mesh], [""], view, numbers=numbers)
+        words = "orange where it lies outside of the mesh before, blue where inside"
+        figures.append(figure_of(drawn.crop((0, 0, _VIEW, _VIEW)), f"The mesh after, {side}: {words}.", f"Distance, {side}"))
+    within = f", within {tolerance:.4g} pale green" if tolerance else ""
+    bar = Image.new("RGB", (3 * _PICTURE, BAR_STRIP), "white")
+    coloring = COLORINGS["distance"]
+    draw_color_bar(bar, 4, ends, partial(coloring.colors, tolerance=tolerance), coloring.label)
+    scale = figure_of(
+        bar.crop((_PICTURE // 2, 0, bar.width - _PICTURE // 2, BAR_STRIP)),
+        f"The colours of distances from {ends.low:.4g} to {ends.high:.4g} mesh units{within}.",
+        f"The colours of distances: orange outwards, blue inwards{within}",
     )
-    low, high = symmetric_limits(compared.moved.signed)
-    scale = figure_of(bar, f"The colours of displacements from {low:.4g} to {high:.4g} mesh units.", "The colours of what moved")
-    return [*(figure_of(panel, *text) for panel, text in zip(panels, words, strict=True)), scale]
+    return [*figures, scale]
 
 
-def _charts(compared: Compared) -> list[Chart]:
+def _charts(compared: Compared, ends: Limits, curvatures: Mapping[str, Floats]) -> list[Chart]:
     before, after = compared.before.mesh, compared.after.mesh
-    limits = symmetric_limits(compared.moved.signed)
-    charts = [histogram("Displacement", "mesh units, outwards above 0", {"after": compared.moved.signed}, *limits)]
+    charts = [
+        histogram(
+            "Distance from the mesh before",
+            "mesh units, outwards above 0",
+            {"after": compared.distances.after.at_vertices},
+            *ends,
+        )
+    ]
     if len(before.faces) and len(after.faces):
         edges = {name: _edge_lengths(mesh.vertices, mesh.faces) for name, mesh in (("before", before), ("after", after))}
         shapes = {"before": triangle_shapes(before.vertices, before.faces), "after": triangle_shapes(after.vertices, after.faces)}
-        curvatures = _curvatures(compared)
         every = np.concatenate(list(curvatures.values()))
         charts += [
             histogram("Mean curvature", "1 / mesh unit", curvatures, *symmetric_limits(every)),
@@ -220,6 +291,11 @@ def _charts(compared: Compared) -> list[Chart]:
         ]
     charts.append(spectrum_chart(compared.spectra))
     return [chart for chart in charts if chart is not None]
+
+
+def _sections(compared: Compared, planes: Sequence[Plane]) -> list[SectionChart]:
+    drawn = (section_chart(compared.before.mesh, compared.after.mesh, plane) for plane in planes)
+    return [chart for chart in drawn if chart is not None]
 
 
 def _edge_lengths(vertices: Floats, faces: Any) -> Floats:

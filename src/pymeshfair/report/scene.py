@@ -73,6 +73,7 @@ def pack_scene(
     up: str = "y",
     markers: Sequence[Marker] = (),
     box: tuple[Floats, float] | None = None,
+    tolerance: float = 0.0,
 ) -> Scene:
     """Pack meshes that are seen from one camera.
 
@@ -83,6 +84,7 @@ def pack_scene(
         markers: places to show.
         box: the middle and half the side of the cube in which coordinates are kept, for scenes that are to be shown together;
             what lies outside is moved to its sides. The least that holds all meshes if it is None.
+        tolerance: of distances, whose colours have a band of that size.
     """
     centre, half = _least_box(meshes) if box is None else box
     parts: list[bytes] = []
@@ -93,7 +95,9 @@ def pack_scene(
         "fit": min(1.0, _least_box(meshes)[1] / half),
         "up": up,
         "meshes": described,
-        "colorings": {name: _coloring(COLORINGS[name], ends) for name, ends in limits.items()},
+        "colorings": {
+            name: _coloring(COLORINGS[name], ends, tolerance if name == "distance" else 0.0) for name, ends in limits.items()
+        },
         "markers": [
             {"place": ((np.asarray(m.place) - centre) / half).tolist(), "label": m.label, "mesh": m.mesh} for m in markers
         ],
@@ -172,8 +176,10 @@ def _levels(values: Floats, limits: Limits) -> NDArray[np.uint8]:
     return np.asarray(np.rint(shares * _LEVELS), dtype=np.uint8)
 
 
-def _coloring(coloring: Coloring, limits: Limits) -> dict[str, Any]:
+def _coloring(coloring: Coloring, limits: Limits, tolerance: float) -> dict[str, Any]:
     """Label, ends and 256 colours of a coloring."""
-    ends = Limits(-1.0, 1.0)
-    colors = np.rint(255.0 * coloring.colors(np.linspace(-1.0, 1.0, _LEVELS + 1), ends)).astype(int)
+    values = np.linspace(limits.low, limits.high, _LEVELS + 1)
+    if not limits.high > limits.low:
+        limits, values = Limits(limits.low, limits.low), np.full(_LEVELS + 1, limits.low)
+    colors = np.rint(255.0 * coloring.colors(values, limits, tolerance)).astype(int)
     return {"label": coloring.label, "low": limits.low, "high": limits.high, "colors": colors.ravel().tolist()}

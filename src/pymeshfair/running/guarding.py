@@ -6,13 +6,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from ..declaration import Floats
 from ..filters.inspection import SHARP, share_kept, sharp_edges
-from ..mesh_data import MeshData
 from ..scripts.guards import Guards
 from .origins import Origins
+from .shape_change import Moved, ShapeChange
 
 
 @dataclass(frozen=True)
@@ -39,8 +36,7 @@ class Breach:
 def breaches(
     guards: Guards,
     origins: Origins,
-    before: MeshData,
-    result: MeshData,
+    change: ShapeChange | None,
     measures_before: Mapping[str, Any] | None,
     measures_after: Mapping[str, Any] | None,
 ) -> list[Breach]:
@@ -49,18 +45,18 @@ def breaches(
     Args:
         guards: the limits.
         origins: where the elements of the result come from.
-        before: the mesh as read.
-        result: the mesh after the steps.
+        change: what lies between the meshes.
         measures_before: of the mesh as read, by name; None where none were taken, and then there can be no limits.
         measures_after: of the result.
     """
-    if measures_before is None or measures_after is None:
+    if measures_before is None or measures_after is None or change is None:
         return []
+    before, result = origins.before, origins.result
     found: list[Breach] = []
     edge = measures_before["mean_edge"] or measures_before["mean_spacing"] or 0.0
     if guards.max_displacement is not None:
         limit = guards.max_displacement.resolve(diagonal=measures_before["diagonal"], mean_edge=lambda: edge)
-        found += _displacement(origins, result.vertices, limit, str(guards.max_displacement))
+        found += _displacement(origins, change.moved, limit, str(guards.max_displacement))
     if guards.max_volume_change is not None:
         found += _volume(measures_before["volume"], measures_after["volume"], guards.max_volume_change)
     for word, number in guards.require:
@@ -75,22 +71,19 @@ def breaches(
     return found
 
 
-def _displacement(origins: Origins, vertices: Floats, limit: float, said: str) -> Iterator[Breach]:
+def _displacement(origins: Origins, moved: Moved | None, limit: float, said: str) -> Iterator[Breach]:
     # Added vertices have not moved; where nothing could be followed, the distance from the surface is all there is.
-    counted = origins.vertices >= 0 if origins.known else np.ones(len(vertices), dtype=np.bool_)
-    over = np.flatnonzero(counted & (origins.distances > limit))
-    if not len(over):
+    if moved is None or not moved.largest > limit:
         return
-    worst = int(over[origins.distances[over].argmax()])
-    amount = float(origins.distances[worst])
-    x, y, z = vertices[worst].tolist()
-    number = origins.vertices[worst]
-    named = f"vertex {worst}" + (f" (vertex {number} of the input)" if number not in (-1, worst) else "")
-    verb = "has moved by" if origins.known else "lies away from the input by"
+    others = int((origins.displaced[1] > limit).sum()) - 1
+    x, y, z = moved.place
+    number = origins.vertices[moved.vertex]
+    named = f"vertex {moved.vertex}" + (f" (vertex {number} of the input)" if number not in (-1, moved.vertex) else "")
+    verb = "has moved by" if moved.same else "lies away from the input by"
     allowed = said if said == repr(limit) else f"{said} = {limit:.6g}"
-    more = f"; so do {len(over) - 1:,} others" if len(over) > 1 else ""
-    message = f"{named} at ({x:.6g}, {y:.6g}, {z:.6g}) {verb} {amount:.6g}, which is more than {allowed}{more}"
-    yield Breach("max_displacement", message, worst, (x, y, z), amount, limit)
+    more = f"; so do {others:,} others" if others else ""
+    message = f"{named} at ({x:.6g}, {y:.6g}, {z:.6g}) {verb} {moved.largest:.6g}, which is more than {allowed}{more}"
+    yield Breach("max_displacement", message, moved.vertex, moved.place, moved.largest, limit)
 
 
 def _volume(before: float | None, after: float | None, limit: float) -> Iterator[Breach]:

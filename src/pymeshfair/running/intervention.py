@@ -7,11 +7,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..declaration import Ints
 from ..files.ply_write import write_ply
 from ..files.writing import StagedFile
 from ..mesh_data import MeshData
-from .origins import Origins
+from .origins import Origins, removed_elements
 
 #: what became of an element; the face scalar of the map
 KEPT, MOVED, ADDED, REMOVED = 0, 1, 2, 3
@@ -26,21 +25,21 @@ def removed_path(path: Path) -> Path:
     return path.with_name(f"{path.stem}.removed{path.suffix}")
 
 
-def states_of(origins: Origins, faces: Ints) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+def states_of(origins: Origins) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
     """(n,) and (m,) what became of the vertices and of the faces.
 
     A face is kept if it has the corners that it had and none has moved, moved if one has, else added.
     """
     vertices = np.where(origins.vertices < 0, ADDED, np.where(origins.moved, MOVED, KEPT)).astype(np.uint8)
-    touched = (vertices[faces] == MOVED).any(axis=1)
+    touched = (vertices[origins.result.faces] == MOVED).any(axis=1)
     return vertices, np.where(origins.faces < 0, ADDED, np.where(touched, MOVED, KEPT)).astype(np.uint8)
 
 
-def stage_map(folder: Path, target: Path, result: MeshData, before: MeshData, origins: Origins) -> tuple[StagedFile, ...]:
+def stage_map(folder: Path, target: Path, origins: Origins) -> tuple[StagedFile, ...]:
     """Write both files into a staging folder, the second only if something was removed."""
     staged, gone = folder / "map.ply", folder / "map.removed.ply"
-    files = [(staged, target, map_of(result, origins))]
-    if (removed := removed_of(before, origins)) is not None:
+    files = [(staged, target, map_of(origins))]
+    if (removed := removed_of(origins)) is not None:
         files.append((gone, removed_path(target), removed))
     for path, _, mesh in files:
         with path.open("xb") as file:
@@ -48,9 +47,10 @@ def stage_map(folder: Path, target: Path, result: MeshData, before: MeshData, or
     return tuple(StagedFile(path, place) for path, place, _ in files)
 
 
-def map_of(result: MeshData, origins: Origins) -> MeshData:
+def map_of(origins: Origins) -> MeshData:
     """The result with how far each vertex moved as its scalar, and what became of it as colour and scalar of faces."""
-    of_vertices, of_faces = states_of(origins, result.faces)
+    result = origins.result
+    of_vertices, of_faces = states_of(origins)
     return MeshData(
         vertices=result.vertices,
         faces=result.faces,
@@ -59,15 +59,13 @@ def map_of(result: MeshData, origins: Origins) -> MeshData:
     )
 
 
-def removed_of(before: MeshData, origins: Origins) -> MeshData | None:
+def removed_of(origins: Origins) -> MeshData | None:
     """The faces and lone vertices of the input that the result does not have; None if there are none.
 
     Their vertex scalar is the number of the vertex in the input.
     """
-    faces_gone = np.ones(len(before.faces), dtype=np.bool_)
-    faces_gone[origins.faces[origins.faces >= 0]] = False
-    gone = np.ones(len(before.vertices), dtype=np.bool_)
-    gone[origins.vertices[origins.vertices >= 0]] = False
+    before = origins.before
+    gone, faces_gone = removed_elements(origins)
     needed = gone.copy()
     needed[before.faces[faces_gone]] = True
     if not needed.any():

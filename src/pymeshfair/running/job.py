@@ -36,7 +36,6 @@ class Job:
         guards: limits over those of the recipe.
         keep_broken: write the output even if a guard was broken.
         map: the .ply file for the intervention map, or None.
-        displacement: whether the result says how far vertices have moved, which takes a little time and memory.
         own_texture_names: put the output's name before the names of its textures, so that runs side by side into one folder do
             not ask for the same names, and none depends on which was first.
         warnings: what is to be known about the recipe; the result and the record list them before those of the run.
@@ -62,7 +61,6 @@ class Job:
     guards: Guards = NO_GUARDS
     keep_broken: bool = False
     map: Path | None = None
-    displacement: bool = False
     own_texture_names: bool = False
     warnings: tuple[str, ...] = ()
     measures: bool = True
@@ -208,7 +206,6 @@ class RunResult:
         peak_memory: bytes that the worker took at most, or None where the system does not say.
         breaches: the guards that were broken, as `pymeshfair.running.guarding.Breach` by name; the output is kept all the same.
         maps: the files of the intervention map.
-        displacement: `pymeshfair.running.origins.Displacement` by name, if the job asked for it.
     """
 
     output: Path
@@ -223,7 +220,6 @@ class RunResult:
     peak_memory: int | None
     breaches: tuple[Mapping[str, Any], ...] = ()
     maps: tuple[Path, ...] = ()
-    displacement: Mapping[str, Any] | None = None
 
     def __repr__(self) -> str:
         sizes = [f"{measures['vertices']:,}" for measures in (self.before, self.after) if measures]

@@ -11,6 +11,7 @@ from ..filters.inspection.connectivity import Connectivity
 from ..filters.inspection.surface_measures import SurfaceMeasures, box_diagonal, measures_and_connectivity
 from ..filters.mesh import check_points
 from ..mesh_data import MeshData
+from .origins import Origins
 from .plain_values import plain
 from .shape_change import ShapeChange, shape_change
 
@@ -62,12 +63,11 @@ class Measuring:
         return Found(mesh, measures, measures.diagonal, lambda: measures.mean_edge or measures.mean_spacing or 0.0)
 
 
-def change_of(before: Found, after: Found) -> ShapeChange | None:
+def change_of(origins: Origins, before: Found, after: Found) -> ShapeChange | None:
     """What lies between two meshes; None if they were not measured."""
     if before.measures is None or after.measures is None:
         return None
-    old, new = ((found.mesh.vertices, found.mesh.faces) for found in (before, after))
-    return shape_change(old, new, (before.measures, after.measures))
+    return shape_change(origins, (before.measures, after.measures))
 
 
 def usual_edge(mesh: MeshData) -> float:

@@ -3,27 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..declaration import Bools, Floats, Ints
+from ..declaration import Bools, Floats
 from ..filters.geometry import vector_lengths
-from ..filters.inspection import displacement
+from ..filters.inspection import Surface
 from ..mesh_data import MeshData
-
-
-class InputMesh(NamedTuple):
-    """The vertices and faces of a mesh, such as that which was read.
-
-    Attributes:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-    """
-
-    vertices: Floats
-    faces: Ints
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,48 +19,51 @@ class Origins:
     """What became of a mesh.
 
     Attributes:
+        before: the mesh that was read.
+        result: the mesh after the steps.
         vertices: (n,) of every vertex of the result its number in the input, -1 for one that was added.
         faces: (m,) of every face the number of the face of the input with the same corners, -1 for one that was added.
-        distances: (n,) how far each vertex has moved; of an added one how far it lies from the surface of the input.
         known: whether elements could be followed; else all count as added.
     """
 
+    before: MeshData
+    result: MeshData
     vertices: NDArray[np.int64]
     faces: NDArray[np.int64]
-    distances: Floats
     known: bool
+
+    @cached_property
+    def distances(self) -> Floats:
+        """(n,) how far each vertex has moved; of an added one how far it lies from the surface of the input."""
+        distances = np.zeros(len(self.vertices))
+        old = self.vertices >= 0
+        distances[old] = self._moves
+        if not old.all():
+            surface = Surface.of(self.before.vertices, self.before.faces)
+            distances[~old] = surface.nearest(self.result.vertices[~old]).distances
+        return distances
+
+    @cached_property
+    def displaced(self) -> tuple[NDArray[np.int64], Floats]:
+        """The vertices whose displacement counts, and how far each lies from where it was.
+
+        Those that are the same in both meshes; where nothing could be followed all, with their distances from the input.
+        """
+        if self.known:
+            return np.flatnonzero(self.vertices >= 0), self._moves
+        return np.arange(len(self.vertices)), self.distances
 
     @property
     def moved(self) -> Bools:
         """(n,) which vertices of the input lie elsewhere now."""
-        return (self.vertices >= 0) & (self.distances > 0.0)
+        moved = self.vertices >= 0
+        moved[moved] = self._moves > 0.0
+        return moved
 
-
-@dataclass(frozen=True)
-class Displacement:
-    """How far vertices have moved, in mesh units: those of the input that are still there, or all where none could be followed.
-
-    Attributes:
-        mean: of the distances.
-        rms: the root of the mean of their squares.
-        largest: of them.
-        known: whether elements could be followed; else the distances are those from the input's surface.
-    """
-
-    mean: float
-    rms: float
-    largest: float
-    known: bool
-
-
-def displacement_of(origins: Origins) -> Displacement:
-    """The displacement; 0 if no vertex of the input is left."""
-    distances = origins.distances[origins.vertices >= 0] if origins.known else origins.distances
-    if not len(distances):
-        return Displacement(0.0, 0.0, 0.0, origins.known)
-    largest = float(distances.max())
-    rms = largest and largest * float(np.sqrt(np.mean((distances / largest) ** 2)))  # no square of a distance overflows
-    return Displacement(float(distances.mean()), rms, largest, origins.known)
+    @cached_property
+    def _moves(self) -> Floats:
+        old = np.flatnonzero(self.vertices >= 0)
+        return vector_lengths(self.result.vertices[old] - self.before.vertices[self.vertices[old]])
 
 
 def find_origins(result: MeshData, before: MeshData) -> Origins:
@@ -81,14 +72,16 @@ def find_origins(result: MeshData, before: MeshData) -> Origins:
     of_vertices = _numbers(result.vertex_ids, before.vertex_ids, len(result.vertices), known)
     of_faces = _numbers(result.face_ids, before.face_ids, len(result.faces), known)
     known &= bool((of_vertices >= 0).any()) or not len(of_vertices)
-    distances = np.zeros(len(result.vertices))
-    old = of_vertices >= 0
-    distances[old] = vector_lengths(result.vertices[old] - before.vertices[of_vertices[old]])
-    if not old.all():
-        none = np.empty((0, 3), dtype=np.int32)
-        added = displacement(result.vertices[~old], none, before.vertices, before.faces, correspondence="surface")
-        distances[~old] = added.distances
-    return Origins(of_vertices, of_faces, distances, known)
+    return Origins(before, result, of_vertices, of_faces, known)
+
+
+def removed_elements(origins: Origins) -> tuple[Bools, Bools]:
+    """(n,) and (m,) which vertices and which faces of the input the result does not have."""
+    gone = np.ones(len(origins.before.vertices), dtype=np.bool_)
+    gone[origins.vertices[origins.vertices >= 0]] = False
+    faces_gone = np.ones(len(origins.before.faces), dtype=np.bool_)
+    faces_gone[origins.faces[origins.faces >= 0]] = False
+    return gone, faces_gone
 
 
 def _numbers(after: NDArray[np.int64] | None, before: NDArray[np.int64] | None, count: int, known: bool) -> NDArray[np.int64]:

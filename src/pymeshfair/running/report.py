@@ -42,7 +42,6 @@ class Report:
         warnings: what the user should know.
         breaches: the limits that were broken.
         maps: the files of the intervention map in the staging folder.
-        displacement: how far vertices have moved, if that was asked for.
         tiles: how the work was cut; None if it was done in one piece.
         peak_memory: bytes that it took at most; None where that cannot be told.
     """
@@ -58,6 +57,5 @@ class Report:
     warnings: tuple[str, ...] = ()
     breaches: tuple[Mapping[str, Any], ...] = ()
     maps: tuple[StagedFile, ...] = ()
-    displacement: Mapping[str, Any] | None = None
     tiles: Mapping[str, Any] | None = None
     peak_memory: int | None = None

@@ -29,11 +29,11 @@ from .guarding import breaches
 from .intervention import stage_map
 from .job import Compiling, Event, Job, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
 from .measuring import Found, Measuring, change_of
-from .origins import displacement_of, find_origins
+from .origins import Origins, find_origins
 from .plain_values import plain
 from .reasons import caused_by_memory, reason_of
 from .report import Report, StepDone
-from .shape_change import warnings_of
+from .shape_change import ShapeChange, warnings_of
 from .suitability import instead, traits_asked_for
 from .talk import mark
 
@@ -200,7 +200,8 @@ class Session:
         present = attributes_of(before.mesh)
         self._lose(self._gone(before.mesh, outcome.result, present))
         after = self._looked(outcome.result, self._failed("the result has coordinates that are not finite"))
-        if change := change_of(before, after):
+        origins = find_origins(after.mesh, before.mesh)
+        if change := change_of(origins, before, after):
             for text in warnings_of(change, lambda: instead(self._job.recipe, before, present)):
                 self._warn(text)
         report = Report(
@@ -211,8 +212,8 @@ class Session:
             after=after.described,
             change=None if change is None else plain(asdict(change)),
         )
-        if self._job.is_watched or self._job.displacement:
-            report = self._watched(report, before, after)
+        if self._job.is_watched:
+            report = self._watched(report, origins, change)
         if not report.breaches or self._job.keep_broken:
             try:
                 report = self._saved(report, after)
@@ -245,19 +246,14 @@ class Session:
         described = [described_file(f.staged, named=f.target) for f in staged] + [described_file(path) for path in saved.reused]
         return replace(report, output=described[0] | {"side_files": described[1:]}, staged=staged)
 
-    def _watched(self, report: Report, before: Found, after: Found) -> Report:
-        """Find how far vertices have moved, the limits that were broken, and write the intervention map."""
-        origins = find_origins(after.mesh, before.mesh)
-        if self._job.displacement:
-            report = replace(report, displacement=asdict(displacement_of(origins)))
-        if not self._job.is_watched:
-            return report
+    def _watched(self, report: Report, origins: Origins, change: ShapeChange | None) -> Report:
+        """Find the limits that were broken, and write the intervention map."""
         if not origins.known:
             self._warn("a step made a new mesh, so that its elements cannot be followed: distances are those from the input")
-        found = breaches(self._job.all_guards, origins, before.mesh, after.mesh, before.described, after.described)
+        found = breaches(self._job.all_guards, origins, change, report.before, report.after)
         maps: tuple[StagedFile, ...] = ()
         if self._job.map is not None:
-            maps = stage_map(self._stage / "new", self._job.map, after.mesh, before.mesh, origins)
+            maps = stage_map(self._stage / "new", self._job.map, origins)
         return replace(report, breaches=tuple(plain(asdict(breach)) for breach in found), maps=maps)
 
     def _looked(self, mesh: MeshData, refusal: Exception) -> Found:

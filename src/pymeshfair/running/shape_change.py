@@ -1,4 +1,4 @@
-"""What a run did to the shape: how far vertices moved, and how its dimensions changed."""
+"""What a run did to the shape: what moved and how far, what was added and removed, and how its dimensions changed."""
 
 from __future__ import annotations
 
@@ -8,12 +8,14 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ..declaration import Floats, Ints
+from ..declaration import Bools, Floats, Ints
 from ..filters.geometry import cross_products, turned_faces, vector_lengths
 from ..filters.inspection.folded_faces import folded_faces
 from ..filters.inspection.side_changes import side_changes
 from ..filters.inspection.surface_measures import SurfaceMeasures
 from ..filters.mesh import bounding_box, scaled_to_unit
+from ..filters.topology import border_vertices, connected_components
+from .origins import Origins, removed_elements
 
 #: A run warns where a side of the box has changed by more than this share,
 LARGEST_SIDE_CHANGE = 0.01
@@ -25,23 +27,58 @@ Sides: TypeAlias = tuple[float | None, float | None, float | None]
 
 @dataclass(frozen=True)
 class Moved:
-    """How far the vertices have moved, in mesh units.
+    """How far the vertices have moved that are the same before and after, in mesh units.
+
+    Where a step made a new mesh there are none such; then all of the result count, with their distances from the input.
 
     Attributes:
+        same: whether the vertices are the same.
+        count: of the vertices that count.
+        moved: how many of them lie elsewhere now.
         mean: of the distances.
+        rms: the root of the mean of their squares.
         most: what 99 % of them stay below.
         largest: of them.
-        vertex: the number of the vertex that moved furthest.
-        place: where it was, (x, y, z).
+        vertex: the number in the result of the vertex that moved furthest.
+        place: where it is now, (x, y, z).
         edges: the largest distance in mean edges of the input; None if it has no edges.
+        mean_edges: the mean in the same way.
     """
 
+    same: bool
+    count: int
+    moved: int
     mean: float
+    rms: float
     most: float
     largest: float
     vertex: int
     place: tuple[float, float, float]
     edges: float | None
+    mean_edges: float | None
+
+
+@dataclass(frozen=True)
+class Part:
+    """What was added or removed.
+
+    Attributes:
+        vertices: how many.
+        faces: how many.
+        area: of the faces.
+        share: of the area of the input; None if it has none.
+        pieces: connected pieces of the faces.
+        loose: how many of the pieces share no vertex with what stays.
+        rims: how many of the others reach the border of their mesh.
+    """
+
+    vertices: int
+    faces: int
+    area: float
+    share: float | None
+    pieces: int
+    loose: int
+    rims: int
 
 
 @dataclass(frozen=True)
@@ -70,8 +107,11 @@ class ShapeChange:
             vertices correspond and a side has changed by more than `LARGEST_SIDE_CHANGE`, else None.
         area: its change as a share; None where there was none.
         volume: the same, of closed meshes.
-        moved: how far vertices moved; None if the result has other vertices or faces, so that they do not correspond.
-        turned: how many faces look more than a right angle away from where they did; None with `moved`.
+        moved: how far vertices moved; None if no vertex counts.
+        added: what the result has and the input had not.
+        removed: what the input had and the result has not.
+        turned: how many faces look more than a right angle away from where they did; None if vertices or faces were added or
+            removed.
         folded: which faces were folded over, `pymeshfair.filters.inspection.folded_faces`, if there are more of them than before;
             else None.
     """
@@ -81,34 +121,44 @@ class ShapeChange:
     area: float | None
     volume: float | None
     moved: Moved | None
+    added: Part
+    removed: Part
     turned: int | None
     folded: Folded | None
 
 
-def shape_change(
-    before: tuple[Floats, Ints], after: tuple[Floats, Ints], measured: tuple[SurfaceMeasures, SurfaceMeasures]
-) -> ShapeChange:
-    """What lies between two meshes.
+def shape_change(origins: Origins, measured: tuple[SurfaceMeasures, SurfaceMeasures]) -> ShapeChange:
+    """What lies between two meshes: the one place from which tables, documents, limits, maps and reports take it.
 
     Args:
-        before: (n, 3) vertices and (m, 3) faces of the input.
-        after: those of the result.
-        measured: the measures of both.
+        origins: where the elements of the result come from.
+        measured: the measures of both meshes.
     """
     first, second = measured
-    old, new = (_sides(*mesh, m) for mesh, m in zip((before, after), measured, strict=True))
+    before, result = ((mesh.vertices, mesh.faces) for mesh in (origins.before, origins.result))
+    old, new = (_sides(*mesh, m) for mesh, m in zip((before, result), measured, strict=True))
     x, y, z = (_share(float(a), float(b)) for a, b in zip(old, new, strict=True))
-    moved, turned, without_noise, folded = None, None, None, None
-    if len(before[0]) == len(after[0]) and len(before[0]) and np.array_equal(before[1], after[1]):
-        moved = _moved(before[0], after[0], first.mean_edge)
-        turned = turned_faces(scaled_to_unit(before[0])[0], scaled_to_unit(after[0])[0], before[1])
+    gone, faces_gone = removed_elements(origins)
+    turned, without_noise, folded = None, None, None
+    if len(before[0]) == len(result[0]) and len(before[0]) and np.array_equal(before[1], result[1]):
+        turned = turned_faces(scaled_to_unit(before[0])[0], scaled_to_unit(result[0])[0], before[1])
         if second.folded_faces > first.folded_faces:
-            folded = _folded(before[0], after[0], before[1])
+            folded = _folded(before[0], result[0], before[1])
         if _is_large((x, y, z)) and len(before[1]):
-            u, v, w = (None if np.isnan(s) else float(s) for s in side_changes(before[0], after[0], before[1]))
+            u, v, w = (None if np.isnan(s) else float(s) for s in side_changes(before[0], result[0], before[1]))
             without_noise = (u, v, w)
     volumes = (first.volume, second.volume) if first.closed and second.closed else (None, None)
-    return ShapeChange((x, y, z), without_noise, _share(first.area, second.area), _share(*volumes), moved, turned, folded)
+    return ShapeChange(
+        sides=(x, y, z),
+        sides_without_noise=without_noise,
+        area=_share(first.area, second.area),
+        volume=_share(*volumes),
+        moved=_moved(origins, first.mean_edge or first.mean_spacing),
+        added=_part(*result, origins.vertices < 0, origins.faces < 0, first.area),
+        removed=_part(*before, gone, faces_gone, first.area),
+        turned=turned,
+        folded=folded,
+    )
 
 
 def warnings_of(change: ShapeChange, other_recipe: Callable[[], str]) -> Iterator[str]:
@@ -120,7 +170,7 @@ def warnings_of(change: ShapeChange, other_recipe: Callable[[], str]) -> Iterato
         change: of `shape_change`.
         other_recipe: finds the recipe to take in place of this one, empty if none is better.
     """
-    if change.moved is None:
+    if change.moved is None or change.turned is None:
         return
     dimensions = change.sides_without_noise is not None and _is_large(change.sides_without_noise)
     far = change.moved.edges is not None and change.moved.edges > LARGEST_MOVE
@@ -175,10 +225,50 @@ def _share(before: float | None, after: float | None) -> float | None:
     return after / before - 1.0 if before and after is not None else None
 
 
-def _moved(before: Floats, after: Floats, edge: float | None) -> Moved:
-    distances = vector_lengths(after - before)
-    vertex = int(distances.argmax())
-    largest = float(distances[vertex])
-    x, y, z = before[vertex].tolist()
-    mean = largest and largest * float((distances / largest).mean())  # no sum of distances leaves the range of numbers
-    return Moved(mean, float(np.quantile(distances, 0.99)), largest, vertex, (x, y, z), largest / edge if edge else None)
+def _moved(origins: Origins, edge: float | None) -> Moved | None:
+    vertices, distances = origins.displaced
+    if not len(distances):
+        return None
+    furthest = int(distances.argmax())
+    largest = float(distances[furthest])
+    x, y, z = origins.result.vertices[vertices[furthest]].tolist()
+    shares = distances / (largest or 1.0)  # no sum of distances or of squares leaves the range of numbers
+    mean, rms = largest * float(shares.mean()), largest * float(np.sqrt(np.mean(shares**2)))
+    return Moved(
+        same=origins.known,
+        count=len(distances),
+        moved=int(np.count_nonzero(distances)),
+        mean=mean,
+        rms=rms,
+        most=float(np.quantile(distances, 0.99)),
+        largest=largest,
+        vertex=int(vertices[furthest]),
+        place=(x, y, z),
+        edges=largest / edge if edge else None,
+        mean_edges=mean / edge if edge else None,
+    )
+
+
+def _part(vertices: Floats, faces: Ints, of_vertices: Bools, of_faces: Bools, whole: float | None) -> Part:
+    """What part of a mesh some of its vertices and faces are."""
+    inside = faces[of_faces]
+    if not len(inside):
+        return Part(int(of_vertices.sum()), 0, 0.0, 0.0 if whole else None, 0, 0, 0)
+    points, scale = scaled_to_unit(vertices)
+    area = 0.5 * float(vector_lengths(cross_products(points, inside)).sum()) / scale / scale
+    pieces, count = connected_components(inside, len(vertices))
+    beside = np.zeros(len(vertices), dtype=np.bool_)
+    beside[faces[~of_faces]] = True
+    holds = np.zeros((2, count), dtype=np.bool_)
+    for row, marked in enumerate((beside, border_vertices(faces, len(vertices)) if beside.any() else beside)):
+        holds[row, pieces[marked & (pieces >= 0)]] = True
+    share = area / whole if whole else None
+    return Part(
+        int(of_vertices.sum()),
+        len(inside),
+        area,
+        share,
+        count,
+        int((~holds[0]).sum()),
+        int((holds[0] & holds[1]).sum()),
+    )

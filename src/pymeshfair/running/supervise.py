@@ -111,8 +111,7 @@ def run_job(
         _check_outputs(job)
         place([*side_files, *report.maps, *more, output, provenance], stage, outdated=provenance.target)
         remove_folder(stage)  # while the worker lives, which removes it if this process is killed meanwhile
-    result = result_of(job, record, [file.target for file in side_files], [file.target for file in report.maps])
-    return replace(result, displacement=report.displacement)
+    return result_of(job, record, [file.target for file in side_files], [file.target for file in report.maps])
 
 
 def _check_outputs(job: Job) -> None:

@@ -15,7 +15,7 @@ from ..declaration import Floats
 from ..filters.inspection import mean_curvature, symmetric_limits
 from ..looking.comparison import compare
 from ..looking.mesh_state import MeshState, state_of
-from ..looking.words import DISPLACEMENT_HEADERS, comparison_lines, displacement_rows, measure_rows
+from ..looking.words import DISTANCE_HEADERS, comparison_lines, distance_rows, measure_rows
 from ..processes.worker import report
 from ..report.display import shown_mesh
 from ..report.scene import Scene, pack_scene
@@ -57,15 +57,15 @@ class Bench:
         report(PhaseStarted("comparing"))
         result = Measuring(wanted=True).look(outcome.result)
         after = state_of(ReadMesh(job.input, outcome.result, result, ()))
-        found, moved = compare(self._before, after)
+        found, distances = compare(self._before, after)
         numbers = {
             "measures": measure_rows({"scan": self._before.measures, "result": after.measures}),
-            "displacement": [list(DISPLACEMENT_HEADERS), *displacement_rows(found)],
+            "distance": [list(DISTANCE_HEADERS), *distance_rows(found)],
             "lines": comparison_lines(found),
             "warnings": session.warnings,
             "step_seconds": [round(step.seconds, 3) for step in outcome.steps],
         }
-        return numbers, self._packed("result", after, {"displacement": moved.signed}).message
+        return numbers, self._packed("result", after, {"distance": distances.after.at_vertices}).message
 
     def _packed(self, name: str, state: MeshState, scalars: Mapping[str, Floats]) -> Scene:
         mesh = state.mesh

@@ -118,9 +118,9 @@ function table(caption, headers, rows) {
 }
 
 function showNumbers(told) {
-  const columns = told.displacement ? ["", "scan", "result"] : ["", "scan"];
+  const columns = told.distance ? ["", "scan", "result"] : ["", "scan"];
   const made = [];
-  if (told.displacement) made.push(table("How far what moved", told.displacement[0], told.displacement.slice(1)));
+  if (told.distance) made.push(table("How far apart", told.distance[0], told.distance.slice(1)));
   if (told.lines) made.push(element("ul", {}, ...told.lines.map((text) => element("li", {}, text))));
   made.push(table("What the meshes are like", columns, told.measures));
   for (const text of told.warnings || []) made.push(element("p", { class: "hint" }, `Warning: ${text}`));

@@ -1,0 +1,74 @@
+"""Aligning a surface with another one that it nearly lies on: iterated nearest places, point to plane [chen1992]."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..libraries import spatial
+from ..mesh import Floats, Ints
+from .face_samples import face_samples
+from .surface import Surface
+
+#: samples of the surface that is moved
+_SAMPLES = 20_000
+#: the share of the samples, the nearest ones, that tells how to move: what only one of the scans has shall not
+_TRUSTED = 0.8
+#: iterations at most; and the step, as a share of the size of the surface, below which there is nothing to do any more
+_ITERATIONS, _SMALLEST = 200, 3e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Alignment:
+    """How a surface was moved onto another one.
+
+    Attributes:
+        vertices: (n, 3) where its vertices are now.
+        degrees: by which it was turned.
+        shift: by which its middle was moved, in mesh units.
+        residual: the root mean square of the distances of the 80 % of its samples that lie nearest.
+        iterations: how many it took.
+        converged: whether more would change nothing.
+    """
+
+    vertices: Floats
+    degrees: float
+    shift: float
+    residual: float
+    iterations: int
+    converged: bool
+
+
+def align(vertices: Floats, faces: Ints, to: Surface) -> Alignment:
+    """Turn and move a mesh or a cloud so that it lies on a surface; it begins where it is, some degrees off at most.
+
+    Args:
+        vertices: (n, 3) coordinates, n at least 1.
+        faces: (m, 3) triangles; none of a cloud.
+        to: the other surface, with faces.
+    """
+    middle = vertices.mean(axis=0)
+    samples = face_samples(vertices - middle, faces, _SAMPLES).places if len(faces) else vertices - middle
+    samples = samples[:: max(1, len(samples) // _SAMPLES)]
+    size = float(np.linalg.norm(np.ptp(samples, axis=0))) or 1.0
+    turn, shift = np.eye(3), np.zeros(3)
+    residual, iterations, step = math.inf, 0, math.inf
+    while iterations < _ITERATIONS and step > _SMALLEST:
+        iterations += 1
+        places = samples @ turn.T + shift
+        nearest = to.nearest(places + middle)
+        kept = np.argsort(nearest.distances, kind="stable")[: max(6, int(_TRUSTED * len(places)))]
+        residual = math.sqrt(float((nearest.distances[kept] ** 2).mean()))
+        normals, p = to.normals_of(nearest.elements[kept]), places[kept] / size
+        # Least squares of n (p + w x p + t - q): the turn w and the shift t, both small.
+        rows = np.column_stack([np.cross(p, normals), normals])
+        heights = np.einsum("ij,ij->i", nearest.vectors[kept], normals) / size
+        found = np.linalg.lstsq(rows.T @ rows, -rows.T @ heights, rcond=1e-12)[0]
+        more = spatial.transform.Rotation.from_rotvec(found[:3]).as_matrix()
+        turn, shift = more @ turn, more @ shift + size * found[3:]
+        step = float(np.linalg.norm(found))
+    angle = math.degrees(float(spatial.transform.Rotation.from_matrix(turn).magnitude()))
+    moved = (vertices - middle) @ turn.T + shift + middle
+    return Alignment(moved, angle, float(np.linalg.norm(shift)), residual, iterations, step <= _SMALLEST)
