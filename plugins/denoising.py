@@ -17,12 +17,14 @@ from pymeshfair.filters.denoising import (
     OUTLIERS,
     RELAXATION_DIRECTIONS,
     REPERTOIRE,
+    ROUNDING_POLICIES,
     VERTEX_UPDATES,
     AutomaticChoice,
     AutomaticParameters,
     NormalFilter,
     Outliers,
     RelaxationDirection,
+    RoundingPolicy,
     Setting,
     VertexUpdate,
     automatic_choice,
@@ -57,7 +59,7 @@ CHOOSING = 0.7
 CHOSEN = frozenset(field.name for field in fields(AutomaticParameters))
 
 #: those of what comes before both steps, see `denoised`
-BEFORE = ("outliers", "relaxation", "relaxation_direction")
+BEFORE = ("outliers", "rounding", "relaxation", "relaxation_direction")
 
 #: what `normal_filtering` does where neither the caller nor the mesh decides
 DEFAULTS: dict[str, Any] = {
@@ -67,6 +69,7 @@ DEFAULTS: dict[str, Any] = {
         for name in ("vertex_iterations", "outer_iterations", "vertex_update")
     },
     "outliers": "keep",
+    "rounding": "keep",
     "relaxation": 0,
     "relaxation_direction": "all",
 }
@@ -124,6 +127,17 @@ def apply_coord_normal_filtering(
             "'auto' keeps them where the filter is said in full.",
         ),
     ] = "auto",
+    rounding: Annotated[
+        Auto | RoundingPolicy,
+        Enum(
+            label="Rounding",
+            choices=("auto", *ROUNDING_POLICIES),
+            advanced=True,
+            help="Coordinates that were rounded along one axis, as depths of a camera: 'keep' filters the steps like any noise, "
+            "'undo' puts the vertices first on the smoothest surface within half a step of them. 'auto' keeps them where the "
+            "filter is said in full.",
+        ),
+    ] = "auto",
     relaxation: Annotated[
         int,
         Int(
@@ -179,6 +193,7 @@ def apply_coord_normal_filtering(
         outer_iterations=outer_iterations,
         vertex_update=vertex_update,
         outliers=outliers,
+        rounding=rounding,
         relaxation=relaxation,
         relaxation_direction=relaxation_direction,
     )
@@ -282,8 +297,9 @@ def _completed(
         return {**DEFAULTS, **given}, {}
     if choice == "fixed":
         return {**DEFAULTS, **asdict(FIXED), **given}, {}
-    # Passes are no part of what is tried: twenty of them would cost twenty times as much.
-    tried = REPERTOIRE.narrowed(**{name: value for name, value in given.items() if name != "normal_iterations"})
+    # Passes are no part of what is tried: twenty of them would cost twenty times as much. Rounding is undone or not, in all.
+    no_part = ("normal_iterations", "rounding")
+    tried = REPERTOIRE.narrowed(**{name: value for name, value in given.items() if name not in no_part})
     made = automatic_choice(layer.vertices, layer.faces, repertoire=tried, progress=progress, **how)
     chosen = _parameters(made.setting)
     if made.setting.parameters is None:

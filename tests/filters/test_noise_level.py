@@ -8,8 +8,8 @@ from scipy.ndimage import gaussian_filter
 
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.denoising.agreement import Agreement
+from pymeshfair.filters.denoising.correlated_noise import neighbours_share_noise
 from pymeshfair.filters.denoising.noise_level import estimate_noise, smooth_normals
-from pymeshfair.filters.denoising.shared_noise import neighbours_share_noise
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.topology import edges
 from tests.meshes import (

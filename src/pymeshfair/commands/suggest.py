@@ -88,7 +88,7 @@ def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dic
     if values is None:
         return traits
     noise = 0.0 if values["shape"] == "clean" else traits["noise"]
-    return traits | {"noise": noise, "camera noise": float(values["shape"] == "range map")}
+    return traits | {"noise": noise, "camera noise": float(values["shape"] == "correlated")}
 
 
 def _tried(scan: Path, timeout: float | None) -> dict[str, Any]:
@@ -135,7 +135,7 @@ def _words(scan: Path, values: dict[str, Any]) -> str:
 def _kind(values: dict[str, Any]) -> str:
     kinds = {
         "noisy": "a shape with noise of its own at every vertex",
-        "range map": "a range map with noise that neighbours share",
+        "correlated": "a shape with noise that neighbours share",
         "clean": "a shape without noise",
     }
     return kinds.get(values["shape"], str(values["shape"]))
@@ -146,12 +146,13 @@ def _contest(values: dict[str, Any], most: int = 6) -> list[str]:
     tried = values.get("tried", [])
     if not tried:
         return []
-    shown = sorted(tried, key=lambda trial: trial["error"])[:most]
-    judge = "by what they make of the noise" if values["shape"] == "range map" else "on held-out vertices"
+    shown = sorted(tried, key=lambda trial: trial["excess"])[:most]
+    judge = "by what they make of the noise" if values["shape"] == "correlated" else "on held-out vertices"
     lines = [f"tried {judge}: {len(tried)} settings were not ruled out at once; error in mean edges of"]
     for trial in shown if tried[0] in shown else [*shown, tried[0]]:
         parameters = trial["parameters"]
         steps = {"keep": [], "replace": ["outliers replaced"], "only": ["outliers alone replaced"]}[trial["outliers"]]
+        steps = ["rounding undone", *steps] if trial["rounding"] == "undo" else steps
         if trial["relaxation"]:
             steps.append(f"{trial['relaxation']} Taubin steps")
         if parameters is not None:
