@@ -13,9 +13,9 @@ from ..evidence import Choice
 from ..execution import Progress, ignore_progress, part_of, rising
 from ..mesh import Floats, check_mesh, check_movable, normalised_mesh
 from ..topology import BorderPolicy
+from .compared_settings import ComparedSettings
 from .correlated_noise import correlated_setting
 from .designed import is_designed
-from .few_settings import FewSettings
 from .noise_level import NoiseEstimate, estimate_noise
 from .repertoire import REPERTOIRE, Repertoire, Setting
 from .scan import Scan
@@ -57,7 +57,7 @@ def automatic_choice(
        predicts best must be nearer to the truth than the scan is, see `Scan.or_nothing`.
     4. Vertices that stand out from those around them are kept by filters that keep edges. If there are more of them than Gaussian
        noise has, they are replaced before step 2, and what is found is compared with the same setting that keeps them: see
-       `FewSettings`.
+       `ComparedSettings`.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -86,7 +86,7 @@ def automatic_choice(
         return AutomaticChoice("clean", Setting(), noise)
     progress = part_of(progress, 0.3, 1.0)
     scan = Scan.of(vertices, faces, movable=movable, seed=seed, progress=rising(progress))
-    few = FewSettings(scan, border, repertoire)
+    few = ComparedSettings(scan, border, repertoire)
     found = few.found()
     allowed = [setting for setting in found if repertoire.outliers in (None, setting.outliers)]
     if allowed:

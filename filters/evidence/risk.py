@@ -10,7 +10,7 @@ from ..libraries import spatial
 from ..mesh import Bools, Floats, Ints
 from ..topology import edges
 from .choose import Candidates, Choice, Label, Trial
-from .hearing import run_to_last, starts_of
+from .cross_validation import run_to_last, starts_of
 from .slopes import slope_squares, weights_of
 
 # The noise is added once more, times this: little enough that the filter does not see it, and far more than rounding.
