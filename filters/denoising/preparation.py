@@ -66,7 +66,7 @@ def denoised(
             return fair
         return normal_filtering(fair, faces, **filtering, border=border, movable=moves, progress=part_of(tell, share, 1.0))
 
-    if border == "fixed" and outliers != "keep":
+    if border == "fixed" and (outliers != "keep" or rounding != "keep"):
         inside = ~border_vertices(faces, len(vertices))
         movable = inside if movable is None else movable & inside
     if rounding == "undo":

@@ -12,12 +12,14 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 
 from pymeshfair.filters.denoising.correlated_noise import correlated_setting, neighbours_share_noise, on_lines_of_sight
 from pymeshfair.filters.denoising.noise_level import estimate_noise
+from pymeshfair.filters.denoising.preparation import denoised
 from pymeshfair.filters.denoising.repertoire import STRONG
 from pymeshfair.filters.denoising.rounding import rounding_of
 from pymeshfair.filters.diffusion.taubin import taubin_fairing
 from pymeshfair.filters.evidence import Choice, choose_by_risk, far_from_border, noise_field
 from pymeshfair.filters.geometry import angles_between, face_normals, mean_edge_length
 from pymeshfair.filters.mesh import normalised_mesh
+from pymeshfair.filters.topology import border_vertices
 from tests.meshes import grid, irregular_grid, renumbered, rotation, sample
 
 FLAT, FACES = irregular_grid(80, 80)
@@ -251,6 +253,15 @@ def test_vertices_that_may_not_move_keep_their_rounding() -> None:
     undone = found.undone(vertices, faces, movable)
     assert np.array_equal(undone[~movable], vertices[~movable])
     assert not np.array_equal(undone, vertices)
+
+
+def test_a_fixed_border_keeps_its_rounding() -> None:
+    """What is done to the rest leaves its bits."""
+    vertices, _, faces = _waves(0.5)
+    on_border = border_vertices(faces, len(vertices))
+    found = denoised(vertices, faces, rounding="undo", border="fixed")
+    assert np.array_equal(found[on_border], vertices[on_border])
+    assert not np.array_equal(found, vertices)
 
 
 def _stairs() -> tuple[np.ndarray, np.ndarray]:
