@@ -43,6 +43,9 @@ _SHORT, _CUT_OFF = 0.25, 0.06
 # surface without noise look the same. Depth maps have 0.033 and more, maps of a laser scanner without noise up to 0.012; most
 # fused maps have 0.02 and more, and a fused scan that was smoothed by one Laplacian step up to 0.015.
 _SHARED, _OWN, _OWN_FUSED = 0.5, 0.03, 0.02
+# And so much of what all have: less is uneven noise, whose quietest places tell nothing of the others. Depth maps have 0.74 and
+# more, fused ones 0.57, independent noise that grows from nothing 0.42.
+_EVEN = 0.5
 # Noise of single vertices, and noise smoothed over so many steps, as seen by differences of so many: to tell that it is shared,
 # and to know its covariance.
 _TELL = (0, 2), (1, 4)
@@ -117,7 +120,8 @@ def _share_noise(points: Floats, faces: Ints, noise: NoiseEstimate) -> bool:
     normals, scored = smooth_normals(sample.points, sample.faces), far_from_border(sample.faces, len(sample.points), rings=_RINGS)
     widths, scales = _TELL
     field = noise_field(sample.points, sample.faces, normals=normals, scored=scored, widths=widths, scales=scales)
-    return field.own >= (_OWN if on_lines else _OWN_FUSED) and field.shared > _SHARED
+    least = max(_OWN if on_lines else _OWN_FUSED, _EVEN * noise.level)
+    return field.own >= least and field.shared > _SHARED
 
 
 def _fused(points: Floats, faces: Ints) -> bool:
