@@ -25,7 +25,7 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.spatial.transform import Rotation
 
 from pymeshfair.filters.denoising import Setting, automatic
-from pymeshfair.filters.denoising.range_map import RANGE_MAP
+from pymeshfair.filters.denoising.repertoire import STRONG
 
 #: heights in mm above the background, at places in mm; not a number where there is nothing to see
 Scene = Callable[[Floats, Floats], Floats]
@@ -248,12 +248,12 @@ ROUNDS = (5, 10, 20, 40)
 def not_looked_for() -> Iterator[None]:
     """Noise that neighbours share is taken for noise of single vertices."""
     names = vars(automatic)
-    before = names["neighbours_share_noise"]
-    names["neighbours_share_noise"] = lambda *_: False
+    before = names["correlated_setting"]
+    names["correlated_setting"] = lambda *_, **__: None
     try:
         yield
     finally:
-        names["neighbours_share_noise"] = before
+        names["correlated_setting"] = before
 
 
 def angle(pair: CameraPair, setting: Setting) -> float:
@@ -264,8 +264,8 @@ def angle(pair: CameraPair, setting: Setting) -> float:
 
 def strong(rounds: int) -> Setting:
     """The strong setting after so many rounds."""
-    assert RANGE_MAP.parameters is not None
-    return replace(RANGE_MAP, parameters=replace(RANGE_MAP.parameters, outer_iterations=rounds))
+    assert STRONG.parameters is not None
+    return replace(STRONG, parameters=replace(STRONG.parameters, outer_iterations=rounds))
 
 
 def main() -> int:
@@ -279,7 +279,7 @@ def main() -> int:
     for pair in pairs(options.half, [part for part in options.only.split(",") if part]):
         choice = automatic.automatic_choice(pair.noisy, pair.faces)
         truth = automatic.automatic_choice(pair.truth, pair.faces).kind
-        wrong += ((choice.kind == "range map") != pair.shared) + (truth == "range map")
+        wrong += ((choice.kind == "correlated") != pair.shared) + (truth == "correlated")
         with not_looked_for():
             other = automatic.automatic_choice(pair.noisy, pair.faces).setting
         found = [angle(pair, setting) for setting in (Setting(), choice.setting, other, *map(strong, ROUNDS))]

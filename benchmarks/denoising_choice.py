@@ -39,10 +39,10 @@ from pymeshfair.filters.denoising import (
     Setting,
     SettingsTried,
     automatic_choice,
+    compared_settings,
     denoise_automatically,
     direction_for,
     estimate_noise,
-    few_settings,
     replace_outlying,
     settings,
 )
@@ -88,7 +88,7 @@ def only_the_best(*_: Any, best: int, **__: Any) -> dict[int, SlopeError]:
 def steps() -> dict[str, tuple[dict[str, Any], dict[str, Any]]]:
     """For every step of the method the module that has it, and what stands there without it."""
     rule, equals, verdict = (vars(sys.modules[f.__module__]) for f in (choose, among_equals, judge))
-    few = vars(few_settings)
+    few = vars(compared_settings)
     return {
         "clip": (verdict, {"_CLIP": np.inf}),
         "masks": (rule, {"_MASKS": 1, "_ENOUGH": 0}),

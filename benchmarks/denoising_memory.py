@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from denoising_metrics import Floats, Ints
 
-from pymeshfair.filters.denoising import Setting, SettingsTried, few_settings
+from pymeshfair.filters.denoising import Setting, SettingsTried, compared_settings
 
 
 class Family:
@@ -66,7 +66,7 @@ def remembering() -> Iterator[None]:
             applied[key] = apply(setting, vertices, faces, **others)
         return applied[key]
 
-    module = vars(few_settings)
+    module = vars(compared_settings)
     module["SettingsTried"], Setting.apply = Remembered, remembered  # type: ignore[method-assign, assignment]
     try:
         yield

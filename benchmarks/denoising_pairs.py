@@ -88,9 +88,20 @@ def along_an_axis(level: float) -> Noise:
     return lambda v, f, r: v + np.outer(r.normal(size=len(v)) * level * mean_edge_length(v, f), [0.0, 0.0, 1.0])
 
 
+def rounded(step: float) -> Noise:
+    """Every vertex is rounded along one slanting axis to steps of so many mean edges, as depths of a camera are."""
+
+    def displaced(v: Floats, f: Ints, r: np.random.Generator) -> Floats:
+        axis = np.array([0.2, 0.3, 0.93]) / np.linalg.norm([0.2, 0.3, 0.93])
+        heights, length, phase = v @ axis, step * mean_edge_length(v, f), r.random()
+        return v + np.outer((np.round(heights / length + phase) - phase) * length - heights, axis)
+
+    return displaced
+
+
 #: n: along the normals, a: in all directions, u: evenly in all directions, i: impulses along the normals, s: in all directions on
-#: three in ten vertices, h: along the normals, a sixth of it on one half, g: growing from 0 to it along x, x: along an axis; the
-#: number is in tenths of mean edges
+#: three in ten vertices, h: along the normals, a sixth of it on one half, g: growing from 0 to it along x, x: along an axis,
+#: q: rounded along a slanting one; the number is in tenths of mean edges
 NOISES: dict[str, Noise] = {
     **{f"n{10 * level:g}": along_normals(level) for level in (0.03, 0.05, 0.1, 0.2, 0.3, 0.5, 0.6)},
     **{f"a{10 * level:g}": all_directions(level) for level in (0.1, 0.2, 0.3)},
@@ -101,6 +112,7 @@ NOISES: dict[str, Noise] = {
     "h3": uneven(lambda p: np.where(p[:, 1] > np.median(p[:, 1]), 0.3, 0.05)),
     "g4": uneven(lambda p: 0.4 * p[:, 0]),
     "x2": along_an_axis(0.2),
+    **{f"q{10 * step:g}": rounded(step) for step in (0.3, 0.6)},
     **{f"s{10 * level:g}": all_directions(level, share=0.3) for level in (0.2, 0.4, 0.8)},
 }
 
@@ -282,25 +294,27 @@ def looked_at(scans: Path | None) -> tuple[Shape, ...]:
         Shape("terrain", "n1 n3 a2 i5 i10 s2 s4", terrain),
         Shape("turned", "n0.5 n2 h3 g4 x2", turned),
         Shape("plate", "n0.5 n2 h3 g4 x2", plate),
-        Shape("emblems", "n0.5 n2 h3 g4 x2", emblems),
+        Shape("emblems", "n0.5 n2 h3 g4 x2 q6", emblems),
     )
-    return (*shapes, *_scans(scans, (("rabbit.obj", 16000, "n0.5 n2 n3 a3 i8 s2 s4 s8"),)))
+    return (*shapes, *_scans(scans, (("rabbit.obj", 16000, "n0.5 n2 n3 a3 i8 s2 s4 s8 q3"),)))
 
 
 def unseen(scans: Path | None) -> tuple[Shape, ...]:
     """The half that only the last run sees."""
     shapes = (
         Shape("bone", "n0.5 n2 n5 a2 i5", lambda: taken(SAMPLES / "bone.ply", edge=1.1)),
-        Shape("bone_smooth", "n0.5 n2 n5 a2 i5 h3 x2", lambda: _with_steps(*taken(SAMPLES / "bone.ply", edge=1.1), "taubin", 10)),
-        Shape("airplane", "n1 n2 n3 i10 s4 h3 x2", lambda: taken(SAMPLES / "airplane.obj", edge=0.9)),
+        Shape(
+            "bone_smooth", "n0.5 n2 n5 a2 i5 h3 x2 q6", lambda: _with_steps(*taken(SAMPLES / "bone.ply", edge=1.1), "taubin", 10)
+        ),
+        Shape("airplane", "n1 n2 n3 i10 s4 h3 x2 q3", lambda: taken(SAMPLES / "airplane.obj", edge=0.9)),
         Shape("chest", "n0.5 n1 n3 a3 i8 s8 g4 x2", chest_mesh),
-        Shape("dodecahedron", "n0.3 n2 n5 a3 i5 h3", dodecahedron),
+        Shape("dodecahedron", "n0.3 n2 n5 a3 i5 h3 q6", dodecahedron),
         Shape("gear", "n0.5 n1 n2 n3 n6 a2 i5 u4 h3 g4 x2", gear),
         Shape("gyroid", "n0.3 n1 n3 a1 a3 i10 s2 g4 x2", gyroid),
         Shape("knot", "n1 n3 n5 a2 i8 s4 h3 x2", knot),
         Shape("house", "n0.5 n1 n2 n5 a3 i10 s2 h3 g4 x2", house),
     )
-    figures = (("angel.obj", 24000, "n0.5 n2 n3 a2 i5 s2 h3 x2"), ("iron.ply", 20000, "n1 n2 a3 i8 s4 g4"))
+    figures = (("angel.obj", 24000, "n0.5 n2 n3 a2 i5 s2 h3 x2 q3"), ("iron.ply", 20000, "n1 n2 a3 i8 s4 g4"))
     return (*shapes, *_scans(scans, figures))
 
 

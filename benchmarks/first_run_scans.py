@@ -19,7 +19,6 @@ SCANS: Mapping[str, str] = {
     "clean_point_cloud": "cloud",
     "clean_range_map": "sheet",
     "cloud_to_mesh": "cloud",
-    "denoise_kinect": "sheet",
     "fair_selection": "painted",
     "fill_holes_smoothly": "torn",
     "prepare_for_print": "torn",

@@ -38,7 +38,7 @@ from pymeshfair.running.suitability import judged, traits_of
 SAMPLES = Path(pymeshlab.__file__).parent / "tests/sample_meshes"
 #: MeshLab's own filters with their defaults, by the names of their columns
 MESHLAB = {"Taubin": "apply_coord_taubin_smoothing", "two steps": "apply_coord_two_steps_smoothing"}
-RECIPES = ("denoise", "denoise_kinect", "denoise_meshlab_only", "smooth_taubin", "smooth_implicit", "spectral_low_pass")
+RECIPES = ("denoise", "denoise_meshlab_only", "smooth_taubin", "smooth_implicit", "spectral_low_pass")
 #: a result may be worse by this share and still counts as good: the spread of choices that are made from noise
 TOLERANCE = 0.05
 #: the made pairs: every kind of shape, sharp and smooth, from weak noise to strong, and impulses
@@ -74,7 +74,7 @@ RIGHT: dict[str, tuple[str, ...]] = {
     "fandisk_n7_noisy.ply": ("denoise",),
     "fertility_n3_noisy.ply": ("denoise",),
     "julius_n2_noisy.ply": ("denoise",),
-    "kinect_cone_noisy.ply": ("denoise_kinect", "denoise"),
+    "kinect_cone_noisy.ply": ("denoise",),
     "nicolo_n2_noisy.ply": ("denoise",),
     "sharpsphere_n3_noisy.ply": ("denoise",),
     "twelve_i5_noisy.ply": ("denoise",),

@@ -20,6 +20,7 @@ from pymeshfair.filters.denoising import (
     RANGE_MEASURES,
     RELAXATION_DIRECTIONS,
     REPERTOIRE,
+    ROUNDING_POLICIES,
     SPACE_KERNELS,
     VERTEX_UPDATES,
     AutomaticChoice,
@@ -30,6 +31,7 @@ from pymeshfair.filters.denoising import (
     Outliers,
     RangeMeasure,
     RelaxationDirection,
+    RoundingPolicy,
     Setting,
     SpaceKernel,
     VertexUpdate,
@@ -159,7 +161,7 @@ CHOOSING = 0.7
 #: the parameters of normal filtering that are chosen for a mesh
 CHOSEN = frozenset(field.name for field in fields(AutomaticParameters))
 #: those of what comes before both steps, see `denoised`
-BEFORE = ("outliers", "relaxation", "relaxation_direction")
+BEFORE = ("outliers", "rounding", "relaxation", "relaxation_direction")
 #: what `normal_filtering` does where neither the caller nor the mesh decides
 DEFAULTS: dict[str, Any] = {
     **{field.name: field.default for field in fields(NormalFilter) if field.name in STEP_ONE},
@@ -168,6 +170,7 @@ DEFAULTS: dict[str, Any] = {
         for name in ("vertex_iterations", "outer_iterations", "vertex_update")
     },
     "outliers": "keep",
+    "rounding": "keep",
     "relaxation": 0,
     "relaxation_direction": "all",
 }
@@ -225,6 +228,17 @@ def apply_coord_normal_filtering(
             "'auto' keeps them where all parameters of the filter are given.",
         ),
     ] = "auto",
+    rounding: Annotated[
+        Auto | RoundingPolicy,
+        Enum(
+            label="Rounding",
+            choices=("auto", *ROUNDING_POLICIES),
+            advanced=True,
+            help="Coordinates that were rounded along one axis, as depths of a camera: 'keep' filters the steps like any noise, "
+            "'undo' puts the vertices first on the smoothest surface within half a step of them. 'auto' keeps them where all "
+            "parameters of the filter are given.",
+        ),
+    ] = "auto",
     relaxation: Annotated[
         int,
         Int(
@@ -280,6 +294,7 @@ def apply_coord_normal_filtering(
         outer_iterations=outer_iterations,
         vertex_update=vertex_update,
         outliers=outliers,
+        rounding=rounding,
         relaxation=relaxation,
         relaxation_direction=relaxation_direction,
     )
@@ -383,8 +398,9 @@ def _completed(
         return {**DEFAULTS, **set_values}, {}
     if choice == "fixed":
         return {**DEFAULTS, **asdict(FIXED), **set_values}, {}
-    # Passes are no part of what is tried: twenty of them would cost twenty times as much.
-    tried = REPERTOIRE.narrowed(**{name: value for name, value in set_values.items() if name != "normal_iterations"})
+    # Passes are no part of what is tried: twenty of them would cost twenty times as much. Rounding is undone or not, in all.
+    no_part = ("normal_iterations", "rounding")
+    tried = REPERTOIRE.narrowed(**{name: value for name, value in set_values.items() if name not in no_part})
     made = automatic_choice(layer.vertices, layer.faces, repertoire=tried, progress=progress, **how)
     chosen = _parameters(made.setting)
     if made.setting.parameters is None:

@@ -60,21 +60,6 @@ def dirty_cloud() -> Scene:
     return np.concatenate([vertices, strays]), np.zeros((0, 3), dtype=np.int32)
 
 
-def camera_map() -> Scene:
-    """A dome as a depth camera sees it: heights in steps, with noise that neighbours share."""
-    n = 90
-    x, y = np.meshgrid(np.linspace(-1.0, 1.0, n), np.linspace(-1.0, 1.0, n))
-    z = 0.8 * np.exp(-2.0 * (x**2 + y**2)) + 0.25 * (np.maximum(np.abs(x - 0.1), np.abs(y)) < 0.3)
-    wide = np.random.default_rng(4).normal(size=(n, n))
-    for _ in range(3):
-        wide = (wide + np.roll(wide, 1, 0) + np.roll(wide, -1, 0) + np.roll(wide, 1, 1) + np.roll(wide, -1, 1)) / 5.0
-    z = np.round((z + 0.05 * wide) / 0.012) * 0.012
-    at = np.arange(n * n).reshape(n, n)
-    a, b, c, d = at[:-1, :-1].ravel(), at[:-1, 1:].ravel(), at[1:, 1:].ravel(), at[1:, :-1].ravel()
-    faces = np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])]).astype(np.int32)
-    return np.column_stack([x.ravel(), y.ravel(), z.ravel()]), faces
-
-
 def two_tubes() -> Scene:
     """Two open tubes, one above the other."""
     low, faces = tube(64, 20, radius=1.0, length=2.0)
@@ -129,7 +114,6 @@ SHOWN: dict[str, tuple[Callable[[], Scene], dict[str, Any]]] = {
     "clean_range_map": (lambda: read(FACE), FACE_VIEW),
     "cloud_to_mesh": (dirty_cloud, WHOLE),
     "denoise": (noisy_chest, CORNER),
-    "denoise_kinect": (camera_map, CORNER),
     "denoise_meshlab_only": (noisy_chest, CORNER),
     "enhance_details": (statue, WHOLE),
     "fair_selection": (bunny, WHOLE),

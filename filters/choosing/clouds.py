@@ -8,7 +8,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..denoising import CloudKernels, estimated_range_sigma, normals_of, projections, unit_normals
-from ..evidence import Choice, CloudSample, cloud_patches, hear, held_out_vertices, spacing_and_numbers, starts_of, trials_of
+from ..evidence import (
+    Choice,
+    CloudSample,
+    cloud_patches,
+    cross_validate,
+    held_out_vertices,
+    spacing_and_numbers,
+    starts_of,
+    trials_of,
+)
 from ..execution import Progress, ignore_progress
 from ..mesh import Bools, Floats, Ints, check_points, normalised_mesh
 from ..neighbours import nearest_neighbours
@@ -22,12 +31,12 @@ _MASKS, _ENOUGH = 4, 30
 _EQUAL = 1.0
 # The copy whose normals say what is along and what is across the surface.
 _SMOOTHED_BY, _SMOOTHED = 18, 2
-# Clouds have so much noise at least, in spacings, by `CloudSample.calm`; exact surfaces and smoothed scans less than half of it.
+# Clouds have so much noise at least, in spacings, by `CloudSample.quietest`; exact surfaces and smoothed scans less than half.
 _CLEAN = 0.03
 # Neighbours agree by -0.2 to -0.1 where noise is independent, by -0.05 to 0.01 where it is as strong as 0.6 spacings, and by up
 # to 0.28 where it is stronger; by -0.08 to 0.07 on decimated figures, and by 0.6 on clouds too coarse for their details.
 _INDEPENDENT, _SURFACE = -0.085, 0.4
-# Noise of more than half a spacing has at least so much by `CloudSample.calm`. Points nearer to each other than the noise say
+# Noise of more than half a spacing has at least so much by `CloudSample.quietest`. Points nearer to each other than the noise say
 # nothing of the surface; a quarter of them has half of the noise in spacings.
 _THICK, _QUARTER = 0.33, 4
 # Even noise is so many times what `calm` says of it.
@@ -59,7 +68,7 @@ def chosen_projection(
     1. A cloud is clean, and left alone, if hardly any noise is left where it is calmest, or if neighbours agree in what is left.
        Where the noise is above half a spacing a quarter of the points decides, with a quarter of the neighbours.
     2. Some points, no two of them near neighbours, are held out, see `CloudSample.without`, four times. Settings that fall behind
-       are dropped, see `hear`; what counts is how far along the normal the results are from the points as they were measured.
+       are dropped, see `cross_validate`; what counts is how far along the normal the results are from the points as measured.
     3. Of the settings within one standard error of the best the one with the fewest iterations times neighbours is taken.
     4. Where neighbours agree somewhat, it must be nearer to the truth than the cloud is even if all its noise is that of the
        calmest parts.
@@ -113,9 +122,9 @@ def _choice(
     local, origin, inner = cloud_patches(part.points / spacing, numbers)
     _, directions, moves = part.of(origin)
     sample = CloudSample(local, inner if moves is None else inner & moves, _smooth_normals(local))
-    if sample.calm < _CLEAN or sample.agreement > _SURFACE:
+    if sample.quietest < _CLEAN or sample.correlation > _SURFACE:
         return None
-    if sample.calm > _THICK and sample.agreement > _INDEPENDENT:
+    if sample.quietest > _THICK and sample.correlation > _INDEPENDENT:
         quarter = np.flatnonzero(numbers < 1.0 / _QUARTER).astype(np.int32)
         if len(quarter) < _ENOUGH:
             return None
@@ -138,7 +147,7 @@ def _choice(
     def deviations(at: int, result: Floats, mask: Ints) -> Floats:
         return costs[mask] if at == 0 else np.einsum("ij,ij->i", local[mask] - result[mask], sample.normals[mask])
 
-    tried, verdict = hear(held, run, deviations, starts_of(families), progress=progress)
+    tried, verdict = cross_validate(held, run, deviations, starts_of(families), progress=progress)
     every = [
         Projection(min(share * neighbors, most), sigma * spacing * unit, iterations)
         for family in families
@@ -147,7 +156,7 @@ def _choice(
     trials = trials_of(every, tried, verdict)
     equal = [trial for trial, near in zip(trials, verdict.within(_EQUAL), strict=True) if near]
     chosen = min(equal, key=lambda trial: trial.label.neighbors * trial.label.iterations)
-    if sample.agreement > _INDEPENDENT and chosen.error**2 >= 2.0 * (_EVEN * sample.calm) ** 2:
+    if sample.correlation > _INDEPENDENT and chosen.error**2 >= 2.0 * (_EVEN * sample.quietest) ** 2:
         chosen = trials[0]
     return Choice(chosen, trials)
 

@@ -14,6 +14,7 @@ from .parts import distances_of_part, needs_distance, rings_of_round, round_of_p
 from .preparation import denoised
 from .relaxation import RELAXATION_DIRECTIONS, RelaxationDirection, direction_for
 from .repertoire import FIXED, REPERTOIRE, AutomaticParameters, Repertoire, Setting, settings
+from .rounding import ROUNDING_POLICIES, RoundingPolicy
 from .scan import Scan
 from .vertex_update import VERTEX_UPDATES, VertexUpdate
 
@@ -26,6 +27,7 @@ __all__ = [
     "RANGE_MEASURES",
     "RELAXATION_DIRECTIONS",
     "REPERTOIRE",
+    "ROUNDING_POLICIES",
     "SPACE_KERNELS",
     "VERTEX_UPDATES",
     "AutomaticChoice",
@@ -40,6 +42,7 @@ __all__ = [
     "RangeMeasure",
     "RelaxationDirection",
     "Repertoire",
+    "RoundingPolicy",
     "Scan",
     "Setting",
     "SettingsTried",

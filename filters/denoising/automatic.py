@@ -13,20 +13,19 @@ from ..evidence import Choice
 from ..execution import Progress, ignore_progress, part_of, rising
 from ..mesh import Floats, check_mesh, check_movable, normalised_mesh
 from ..topology import BorderPolicy
+from .compared_settings import ComparedSettings
+from .correlated_noise import correlated_setting
 from .designed import is_designed
-from .few_settings import FewSettings
 from .noise_level import NoiseEstimate, estimate_noise
-from .range_map import range_map_setting
 from .repertoire import REPERTOIRE, Repertoire, Setting
 from .scan import Scan
-from .shared_noise import neighbours_share_noise
 
 
 class AutomaticChoice(NamedTuple):
     """How a scan is denoised, and why.
 
     Attributes:
-        kind: "clean", "range map" or "noisy".
+        kind: "clean", "correlated", with noise that neighbours share, or "noisy".
         setting: what is done.
         noise: the estimate of the noise.
         evidence: the settings that were tried, and how well they predict; None if none were.
@@ -50,7 +49,7 @@ def automatic_choice(
 ) -> AutomaticChoice:
     """Find how a mesh is denoised.
 
-    1. Made of planes without noise: nothing is done. Noise that neighbours share: that of `range_map_setting`,
+    1. Made of planes without noise: nothing is done. Noise that neighbours share: that of `correlated_setting`,
        if that does anything: where noise is uneven the calmest places, by which it goes, may have none.
     2. Otherwise that of `settings`, nothing at all among them, that `choose` finds on the mesh, or on patches of a large one.
        Steps of Taubin's go along the normals alone if the vertices are scattered less along the surface than across it.
@@ -58,7 +57,7 @@ def automatic_choice(
        predicts best must be nearer to the truth than the scan is, see `Scan.or_nothing`.
     4. Vertices that stand out from those around them are kept by filters that keep edges. If there are more of them than Gaussian
        noise has, they are replaced before step 2, and what is found is compared with the same setting that keeps them: see
-       `FewSettings`.
+       `ComparedSettings`.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -66,8 +65,8 @@ def automatic_choice(
         border: see `normal_filtering`.
         movable: (n,) bool, which vertices may move, None for all. The others are not evidence.
         seed: other vertices are held out for another number.
-        repertoire: what is chosen from; `Repertoire.narrowed` leaves what agrees with given parameters. A range map gets
-            its own setting whatever is chosen from.
+        repertoire: what is chosen from; `Repertoire.narrowed` leaves what agrees with given parameters. Noise that neighbours
+            share gets its own settings whatever is chosen from.
         progress: called with the share that is done; may raise to stop.
 
     Returns:
@@ -79,16 +78,15 @@ def automatic_choice(
     mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
     noise = estimate_noise(mesh.points, mesh.cells)
     noise = noise._replace(length=noise.length / mesh.scale)
+    correlated = correlated_setting(mesh, noise, border=border, progress=part_of(progress, 0.0, 0.3))
+    if correlated is not None and correlated[0] != Setting():
+        progress(1.0)
+        return AutomaticChoice("correlated", correlated[0], noise, correlated[1])
     if is_designed(mesh.points, mesh.cells):
         return AutomaticChoice("clean", Setting(), noise)
-    if neighbours_share_noise(mesh.points, mesh.cells, noise):
-        setting, by_risk = range_map_setting(mesh, border=border, progress=part_of(progress, 0.0, 0.3))
-        if setting != Setting():
-            progress(1.0)
-            return AutomaticChoice("range map", setting, noise, by_risk)
-        progress = part_of(progress, 0.3, 1.0)
+    progress = part_of(progress, 0.3, 1.0)
     scan = Scan.of(vertices, faces, movable=movable, seed=seed, progress=rising(progress))
-    few = FewSettings(scan, border, repertoire)
+    few = ComparedSettings(scan, border, repertoire)
     found = few.found()
     allowed = [setting for setting in found if repertoire.outliers in (None, setting.outliers)]
     if allowed:

@@ -11,7 +11,7 @@ from ..geometry import mean_edge_length
 from ..mesh import Bools, Floats, Ints
 from ..topology import referenced_vertices
 from .noise_level import smooth_normals
-from .slid import WaysBack
+from .tangential_shift import TangentialShift
 
 #: "keep": vertices that stand out are filtered like the others. "replace": they are put where the others say, and all are
 #: filtered. "only": the same, and nothing but they moves.
@@ -43,8 +43,8 @@ def without_outliers(
        makes the surface flatter, `flattening`. Put them on z, all others where they were, and filter once more; and again, a few
        times, since outliers that were missed mislead the filter: what one in two is hides most of them at first.
 
-    Outliers may be off along the surface too: they are put back along it as well, by what `WaysBack` expects, and where they are
-    off by far, vertices that fold faces over are outliers.
+    Outliers may be off along the surface too: they are put back along it as well, by what `TangentialShift` expects; where they
+    are off by far, vertices that fold faces over are outliers.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -78,11 +78,11 @@ def without_outliers(
 
 def _found_again(vertices: Floats, faces: Ints, smoothed: Floats, outlying: Bools, movable: Bools | None) -> tuple[Floats, Bools]:
     """Where outliers are to be put by a filtered mesh, and which they are, by it and by those known before."""
-    ways = WaysBack.of(vertices, faces, smooth_normals(smoothed, faces), outlying)
+    ways = TangentialShift.of(vertices, faces, smooth_normals(smoothed, faces), outlying)
     found = far_from(vertices, faces, smoothed, movable, outlying, normals=ways.normals)
     if ways.outliers_fold:
         found |= ways.folding(movable)
-    smoothed = WaysBack.of(smoothed, faces, ways.normals, found).evened()
+    smoothed = TangentialShift.of(smoothed, faces, ways.normals, found).evened()
     return smoothed, flattening(vertices, smoothed, faces, found | outlying)
 
 
@@ -137,11 +137,11 @@ def replace_outlying(vertices: Floats, faces: Ints, movable: Bools | None = None
     if movable is not None:
         outlying &= movable
     others = points
-    ways = WaysBack.of(points, faces, normals, outlying)
+    ways = TangentialShift.of(points, faces, normals, outlying)
     # Where a smoothed copy is still bent by spikes, their heights look like ways along the surface.
     if ways.outliers_fold:
         outlying |= ways.folding(movable)
-        others = WaysBack.of(points, faces, normals, outlying).evened()
+        others = TangentialShift.of(points, faces, normals, outlying).evened()
     expected = put_where_expected(others, faces, normals, np.flatnonzero(outlying).astype(np.int32))
     outlying = flattening(points, expected, faces, outlying)
     result = vertices.copy()

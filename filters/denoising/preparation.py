@@ -1,4 +1,4 @@
-"""All steps of denoising: outliers taken away, noise calmed, normals filtered."""
+"""All steps of denoising: rounding undone, outliers taken away, noise calmed, normals filtered."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -10,6 +10,7 @@ from ..topology import BORDER_POLICIES, BorderPolicy, border_vertices
 from .impulses import Outliers, without_outliers
 from .normal_filtering import normal_filtering
 from .relaxation import RelaxationDirection, relaxed
+from .rounding import ROUNDING_POLICIES, RoundingPolicy, without_rounding
 
 
 def denoised(
@@ -17,6 +18,7 @@ def denoised(
     faces: Ints,
     *,
     outliers: Outliers = "keep",
+    rounding: RoundingPolicy = "keep",
     relaxation: int = 0,
     relaxation_direction: RelaxationDirection = "all",
     filtering: Mapping[str, Any] | None = None,
@@ -31,6 +33,7 @@ def denoised(
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
         outliers: what becomes of vertices that stand out, see `without_outliers`.
+        rounding: "undo" smooths the terraces of rounded coordinates first, see `without_rounding`.
         relaxation: number of pairs of Taubin's steps, see `relaxed`.
         relaxation_direction: where they go.
         filtering: what `normal_filtering` is called with then; None for no such filtering.
@@ -44,6 +47,7 @@ def denoised(
     """
     check_whole_number("relaxation", relaxation)
     check_choice("border", border, BORDER_POLICIES)
+    check_choice("rounding", rounding, ROUNDING_POLICIES)
     share = 1.0 if filtering is None else 0.2 if relaxation else 0.0
     # Where outliers are taken away all steps are done twice.
     tell = rising(progress)
@@ -62,9 +66,11 @@ def denoised(
             return fair
         return normal_filtering(fair, faces, **filtering, border=border, movable=moves, progress=part_of(tell, share, 1.0))
 
-    if border == "fixed" and outliers != "keep":
+    if border == "fixed" and (outliers != "keep" or rounding != "keep"):
         inside = ~border_vertices(faces, len(vertices))
         movable = inside if movable is None else movable & inside
+    if rounding == "undo":
+        vertices = without_rounding(vertices, faces, movable)
     result = without_outliers(vertices, faces, outliers, smooth, movable=movable, certain=certain)
     progress(1.0)  # also where there was nothing to do
     return result

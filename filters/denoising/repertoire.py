@@ -13,6 +13,7 @@ from .normal_filter import NormalFilter, NormalFilterMethod
 from .normal_filters import RangeMeasure, SpaceKernel
 from .preparation import denoised
 from .relaxation import RelaxationDirection
+from .rounding import RoundingPolicy
 from .vertex_update import VertexUpdate
 
 
@@ -40,12 +41,13 @@ class AutomaticParameters:
 
 @dataclass(frozen=True)
 class Setting:
-    """Pairs of Taubin's steps, see `relaxed`, then normal filtering, outliers taken away; none of them is nothing at all."""
+    """Rounding undone, Taubin's steps, see `relaxed`, normal filtering, outliers taken away; none of them is nothing at all."""
 
     relaxation: int = 0
     relaxation_direction: RelaxationDirection = "all"
     parameters: AutomaticParameters | None = None
     outliers: Outliers = "keep"
+    rounding: RoundingPolicy = "keep"
 
     def apply(
         self,
@@ -62,6 +64,7 @@ class Setting:
             vertices,
             faces,
             outliers=self.outliers,
+            rounding=self.rounding,
             relaxation=self.relaxation,
             relaxation_direction=self.relaxation_direction,
             filtering=None if self.parameters is None else vars(self.parameters),
@@ -145,12 +148,31 @@ REPERTOIRE = Repertoire(
     ),
 )
 
+#: For noise that neighbours share: wider, for more rounds; `STRONG` is what suits most maps of structured light.
+_WIDE = AutomaticParameters("averaged", "gaussian", 0.4, 0.0, 2.5, "two_ring", 20, 0)
+STRONG = Setting(parameters=replace(_WIDE, outer_iterations=40))
+CORRELATED = Repertoire(
+    taubin=(0, 1, 2, 3, 5, 8, 12, 18, 28),
+    relaxations=(0, 7),
+    chains=(
+        (_WIDE, (1, 2, 3, 5, 7, 10, 14, 20, 28, 40)),
+        (AutomaticParameters("bilateral", "truncated_l1", 0.5, 0.03, 2.5, "two_ring", 10, 0), (2, 5, 10, 20)),
+        (AutomaticParameters("averaged", "truncated_l2", 0.25, 0.0, 2.5, "two_ring", 10, 0), (2, 4, 10, 20)),
+        (AutomaticParameters("averaged", "huber", 0.1, 0.0, 1.5, "vertex", 4, 0), (1, 2, 3, 4, 6, 8, 11, 16)),
+    ),
+)
+
 #: What suits most meshes somewhat, for those who do not want to wait.
 FIXED = AutomaticParameters("bilateral", "lorentzian", 0.12, 0.0, 1.5, "two_ring", 5, 30)
 
 
 def settings(
-    direction: RelaxationDirection, outliers: Outliers = "keep", *, alone: bool = True, of: Repertoire = REPERTOIRE
+    direction: RelaxationDirection,
+    outliers: Outliers = "keep",
+    *,
+    alone: bool = True,
+    of: Repertoire = REPERTOIRE,
+    rounding: RoundingPolicy = "keep",
 ) -> tuple[tuple[Setting, ...], ...]:
     """The settings, a row a family: Taubin's steps, and each chain after each number of them, in that direction.
 
@@ -158,14 +180,16 @@ def settings(
     after that.
     """
     families = [
-        tuple(Setting(relaxation, outliers=outliers) for relaxation in of.taubin),
-        *(_family(relaxation, direction, chain, outliers) for relaxation in of.relaxations for chain in of.chains),
+        tuple(Setting(relaxation, outliers=outliers, rounding=rounding) for relaxation in of.taubin),
+        *(_family(relaxation, direction, chain, outliers, rounding) for relaxation in of.relaxations for chain in of.chains),
     ]
     if outliers == "replace" and alone:
         families += [(Setting(outliers="only"),), *(_family(0, direction, chain, "only") for chain in of.chains)]
     return tuple(families)
 
 
-def _family(relaxation: int, direction: RelaxationDirection, chain: Chain, outliers: Outliers) -> tuple[Setting, ...]:
+def _family(
+    relaxation: int, direction: RelaxationDirection, chain: Chain, outliers: Outliers, rounding: RoundingPolicy = "keep"
+) -> tuple[Setting, ...]:
     parameters, stops = chain
-    return tuple(Setting(relaxation, direction, replace(parameters, outer_iterations=stop), outliers) for stop in stops)
+    return tuple(Setting(relaxation, direction, replace(parameters, outer_iterations=stop), outliers, rounding) for stop in stops)

@@ -11,21 +11,21 @@ from numpy.typing import ArrayLike
 from ..evidence import (
     Candidates,
     Choice,
-    calm_noise,
     choose,
     choose_by_risk,
     far_from_border,
     guess_by_means,
     heights_of_means,
     judge,
+    noise_floor,
     random_signs,
     sample_of,
 )
 from ..execution import Progress, ignore_progress
 from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
 from ..topology import edges, one_rings
-from .agreement import Agreement
 from .noise_level import NoiseEstimate, estimate_noise, smooth_normals
+from .residual_correlation import ResidualCorrelation
 
 Label = TypeVar("Label")
 
@@ -34,13 +34,13 @@ Label = TypeVar("Label")
 _INDEPENDENT, _SURFACE, _CALMEST, _SURFACE_THERE = 0.05, 0.2, 1.0 / 3.0, 0.13
 # Noise that is weaker moves no vertex by a hundredth of an edge.
 _NONE = 0.01
-# Noise of 0.05 edges has more than this by `calm_noise`, 0.036 to 0.053. Scans smoothed or decimated have less.
+# Noise of 0.05 edges has more than this by `noise_floor`, 0.036 to 0.053. Scans smoothed or decimated have less.
 _SMOOTHED = 0.035
 # Where spikes have been replaced and the other vertices are exact, or nearly so, these have up to 0.049 edges of noise by
-# `calm_noise`, and mostly agree in the calmest third by more than this. Where they have noise too, they have more of it or agree
+# `noise_floor`, and mostly agree in the calmest third by more than this. Where they have noise too, they have more of it or agree
 # by less; on a ball with bumps they do not agree without noise either, but hardly anything is left.
 _NEARLY_EXACT, _AGREES_THERE, _EXACT = 0.05, 0.07, 0.005
-# Even noise is so many times what `calm_noise` says of it: 1.2 to 1.5 on parts, figures and surfaces.
+# Even noise is so many times what `noise_floor` says of it: 1.2 to 1.5 on parts, figures and surfaces.
 _EVEN = 1.3
 # A vertex of a plane with even noise s is sqrt(1 + 1/6) s from the mean of its six neighbours, and s from the plane: 0.93 of it.
 _BETTER = 0.95
@@ -106,17 +106,17 @@ class Scan:
         return scored
 
     @cached_property
-    def calm(self) -> float:
-        """The noise of its calmest parts."""
-        return calm_noise(self.points, self.faces, normals=self.normals, scored=self.scored)
+    def quietest(self) -> float:
+        """The noise of its quietest parts."""
+        return noise_floor(self.points, self.faces, normals=self.normals, scored=self.scored)
 
     @cached_property
-    def residuals(self) -> Agreement:
+    def residuals(self) -> ResidualCorrelation:
         """What is left after differences of fourth order, and how much neighbours agree in it: noise does not, a surface does."""
-        return Agreement.on(self.points, self.faces)
+        return ResidualCorrelation.on(self.points, self.faces)
 
     @cached_property
-    def agreement(self) -> float:
+    def correlation(self) -> float:
         """How much neighbours agree in all of it."""
         return self.residuals.within()
 
@@ -125,22 +125,22 @@ class Scan:
         """Whether there is no noise to speak of: hardly any, or what is left is surface, where it is calm too."""
         if self.noise.level < _NONE:
             return True
-        if self.agreement > _SURFACE:
+        if self.correlation > _SURFACE:
             # Edges and details agree beside weak noise too: where it is calm noise does not.
-            return self.calm < _EXACT or self.residuals.within(_CALMEST) > _AGREES_THERE
-        smoothed = self.agreement > _INDEPENDENT and self.calm < _SMOOTHED
+            return self.quietest < _EXACT or self.residuals.within(_CALMEST) > _AGREES_THERE
+        smoothed = self.correlation > _INDEPENDENT and self.quietest < _SMOOTHED
         return smoothed and self.residuals.within(_CALMEST) > _SURFACE_THERE
 
     @property
     def independent(self) -> bool:
         """Whether neighbours hardly agree in what is left: then it is noise."""
-        return self.agreement < _INDEPENDENT
+        return self.correlation < _INDEPENDENT
 
     @property
     def exact(self) -> bool:
         """Whether there is so little noise that most vertices are best left where they are, uneven noise not being clean."""
-        nearly = self.agreement > _INDEPENDENT and self.calm < _NEARLY_EXACT
-        return self.calm < _EXACT or (nearly and self.residuals.within(_CALMEST) > _AGREES_THERE)
+        nearly = self.correlation > _INDEPENDENT and self.quietest < _NEARLY_EXACT
+        return self.quietest < _EXACT or (nearly and self.residuals.within(_CALMEST) > _AGREES_THERE)
 
     def choose(
         self,
@@ -155,7 +155,7 @@ class Scan:
         Args:
             candidates: what is tried.
             labels: the names of their results.
-            all_stay: all candidates are heard to the end.
+            all_stay: all candidates are tried to the end.
             spikes: what is tried differs in what it makes of spikes: held-out vertices start at the mean of their neighbours,
                 since a quadric is bent by spikes, and hides what it costs to move vertices that are exact. The least error
                 decides alone: slopes are expected for noise that is alike everywhere.
@@ -192,12 +192,12 @@ class Scan:
 
         Where neighbours hardly agree there is noise. Otherwise, with the error e of what predicts best and the standard deviation
         s of the noise, e^2 = s^2 + d^2, where d is how far the result is from the truth, and the scan is s from it: nothing is
-        done where e^2 >= 2 s^2, s that of `calm`, or where the mean of the neighbours predicts nearly as well.
+        done where e^2 >= 2 s^2, s that of `quietest`, or where the mean of the neighbours predicts nearly as well.
         """
         if self.independent:
             return choice
         error, which = choice.chosen.error, np.flatnonzero(self.scored).astype(np.int32)
         of_means = heights_of_means(self.points, one_rings(self.faces, len(self.points)), self.normals, which)
-        nearer = error**2 < 2.0 * (_EVEN * self.calm) ** 2
+        nearer = error**2 < 2.0 * (_EVEN * self.quietest) ** 2
         better = error < _BETTER * judge(of_means[None]).errors[0]
         return choice if nearer and better else replace(choice, chosen=choice.trials[0])

@@ -1,16 +1,16 @@
 """Choosing among filters by evidence: vertices that a filter has not seen, and how well it predicts them."""
 
-from .calm_noise import calm_noise
 from .choose import Candidates, Choice, Trial, choose, trials_of
 from .cloud_sample import CloudSample, cloud_patches, spacing_and_numbers
+from .cross_validation import cross_validate, run_to_last, starts_of
 from .equals import among_equals, roughness
 from .first_guess import first_guess, guess_by_means
 from .flattening import flattening
 from .folds import facing, folded_share, folds_cost_more, upright
-from .hearing import hear, run_to_last, starts_of
 from .held_out import far_from_border, heights_of_means, held_out_vertices, means_of_others, random_numbers, random_signs, without
 from .local_means import local_means
 from .noise_field import NoiseField, noise_field
+from .noise_floor import noise_floor
 from .outlying import outlying_vertices, put_where_expected, sizes_beside, standing_out
 from .patches import Sample, sample_of
 from .quadric_prediction import predicted_heights
@@ -28,10 +28,10 @@ __all__ = [
     "Trial",
     "Verdict",
     "among_equals",
-    "calm_noise",
     "choose",
     "choose_by_risk",
     "cloud_patches",
+    "cross_validate",
     "facing",
     "far_from_border",
     "first_guess",
@@ -39,13 +39,13 @@ __all__ = [
     "folded_share",
     "folds_cost_more",
     "guess_by_means",
-    "hear",
     "heights_of_means",
     "held_out_vertices",
     "judge",
     "local_means",
     "means_of_others",
     "noise_field",
+    "noise_floor",
     "outlying_vertices",
     "predicted_heights",
     "put_where_expected",

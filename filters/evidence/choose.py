@@ -8,9 +8,9 @@ import numpy as np
 
 from ..execution import Progress, ignore_progress, part_of, rising
 from ..mesh import Bools, Floats, Ints
+from .cross_validation import STAYS, cross_validate, run_to_last, starts_of
 from .equals import among_equals
 from .first_guess import Guess, first_guess
-from .hearing import STAYS, hear, run_to_last, starts_of
 from .held_out import held_out_vertices
 from .slopes import SlopeError
 from .verdict import EQUAL, Verdict
@@ -56,11 +56,11 @@ class Choice(Generic[Label]):
 def trials_of(
     every: Sequence[Label], tried: Ints, verdict: Verdict, slopes: Mapping[int, float] | None = None
 ) -> tuple[Trial[Label], ...]:
-    """The trials of the candidates that were heard to the end.
+    """The trials of the candidates that were tried to the end.
 
     Args:
         every: the labels of all candidates.
-        tried: (k,) the numbers of those that were heard.
+        tried: (k,) the numbers of those that were tried.
         verdict: on these.
         slopes: the errors of slopes that are expected of some, by their numbers.
     """
@@ -111,7 +111,7 @@ def choose(
         scored: (n,) the vertices that may be held out; those near a border see half of their surroundings.
         guess: where held-out vertices start; None for `first_guess`.
         seed: other vertices are held out for another number.
-        stays: candidates farther behind than so many standard errors are dropped; a huge number to hear them all to the end.
+        stays: candidates farther behind than so many standard errors are dropped; a huge number to try them all to the end.
         slopes: whether steps 3 and 4 are done; otherwise the best in step 2 is taken.
         progress: called after every family that was run; may raise to stop.
 
@@ -129,7 +129,7 @@ def choose(
         del at
         return np.asarray(np.einsum("ij,ij->i", points[mask] - result[mask], normals[mask]))
 
-    tried, verdict = hear(
+    tried, verdict = cross_validate(
         held,
         lambda mask: candidates(start(mask), mask),
         deviations,

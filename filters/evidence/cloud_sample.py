@@ -8,8 +8,8 @@ import numpy as np
 from ..mesh import Bools, Floats, Ints
 from ..neighbours import nearest_neighbours
 from ..topology import OneRings, one_rings
-from .calm_noise import calm_noise
 from .local_means import local_means
+from .noise_floor import noise_floor
 from .quadric_prediction import predicted_heights
 
 # Larger clouds are sampled by so many patches of so many points, of which so many in the middle are evidence: forty neighbours of
@@ -63,12 +63,12 @@ class CloudSample:
         return np.asarray(2.0 * ((sums * _OTHER_MULTIPLE) % 1.0) - 1.0)
 
     @cached_property
-    def calm(self) -> float:
-        """The noise of its calmest parts, see `calm_noise`."""
-        return calm_noise(self.points, self.pairs, normals=self.normals, scored=self.inner)
+    def quietest(self) -> float:
+        """The noise of its calmest parts, see `noise_floor`."""
+        return noise_floor(self.points, self.pairs, normals=self.normals, scored=self.inner)
 
     @cached_property
-    def agreement(self) -> float:
+    def correlation(self) -> float:
         """How much neighbours agree, where the cloud is calmest, in how far they are from where their surroundings expect them.
 
         With s = h / sqrt(1 + g^2) of `predicted_heights` over the local deviation it is the sum of s_i s_j over neighbours in

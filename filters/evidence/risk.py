@@ -1,15 +1,17 @@
-"""A filter chosen by how far its result is expected to be from the truth, where the noise is known but shared by neighbours."""
+"""A filter chosen by how far its result is expected to be from the truth, where the covariance of the noise is known."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from ..execution import Progress, ignore_progress
+from ..execution import Progress, ignore_progress, part_of
+from ..geometry import normal_differences
 from ..libraries import spatial
 from ..mesh import Bools, Floats, Ints
 from ..topology import edges
 from .choose import Candidates, Choice, Label, Trial
-from .slopes import slope_squares
+from .cross_validation import run_to_last, starts_of
+from .slopes import slope_squares, weights_of
 
 # The noise is added once more, times this: little enough that the filter does not see it, and far more than rounding.
 _LITTLE = 0.1
@@ -28,16 +30,15 @@ def choose_by_risk(
     noise: Floats,
     progress: Progress = ignore_progress,
 ) -> Choice[Label] | None:
-    """Choose the result whose slopes are expected to be nearest to the true ones [stein1981].
+    """Choose the result whose slopes are expected to be nearest to the true ones [stein1981], for noise of any covariance.
 
     Held-out vertices say nothing where neighbours share their noise, and little of filters that take noise and shape alike. But
-    what a filter f makes of noise can be seen: with heights h = n . (f(y) - y), one more noise b of the same kind, and
-    g = n . (f(y + e b) - f(y)) / e, the mean over the edges of (h_i - h_j)^2 + 2 (b_i - b_j) (g_i - g_j) is how far the
-    differences of heights along the edges are from those of another scan of the same surface: that is the squared error of the
-    result and the variance of the noise.
+    what a filter f makes of noise can be seen [ramani2008]: with heights h = n . (f(y) - y), one more noise b of the same
+    covariance, and g = n . (f(y + e b) - f(y)) / e, the mean over the edges of (h_i - h_j)^2 + 2 (b_i - b_j) (g_i - g_j) is how
+    far the differences of heights along the edges are from those of another scan of the same surface: that is the squared error
+    of the result and the variance of the noise. Edges count as in `slope_errors`.
 
-    Of those within one standard error of the best the last one is taken: candidates go from little to much, and normals are
-    flatter where positions cannot tell.
+    Of those within one standard error of the best the flattest is taken.
 
     Args:
         points: (n, 3) coordinates with a mean edge of 1.
@@ -47,7 +48,7 @@ def choose_by_risk(
         normals: (n, 3) unit normals of a smoothed copy.
         scored: (n,) the vertices that count.
         noise: (n,) heights of a noise as that of the scan, independent of it.
-        progress: called after every result; may raise to stop.
+        progress: called after every family that was run; may raise to stop.
 
     Returns:
         The choice; None if no edge counts. The errors are in mean edges.
@@ -56,28 +57,41 @@ def choose_by_risk(
     counted = pairs[scored[pairs].all(axis=1)]
     if not len(counted):
         return None
-    nobody, regions = np.empty(0, dtype=np.int32), _regions(points, counted[:, 0])
-    more = points + _LITTLE * noise[:, None] * normals
     every = [label for family in labels for label in family]
-    sums = []
-    for family, other in zip(candidates(points, nobody), candidates(more, nobody), strict=True):
-        for result, result_of_more in zip(family, other, strict=True):
-            heights = np.einsum("ij,ij->i", result - points, normals)
-            passed = np.einsum("ij,ij->i", result_of_more - result, normals) / _LITTLE
-            sums.append(np.bincount(regions, slope_squares(heights, passed, noise, counted), minlength=_REGIONS))
-            progress(len(sums) / len(every))
-    counts = np.bincount(regions, minlength=_REGIONS)
-    means = np.sum(sums, axis=1) / len(counted)
+    heights = np.zeros((len(every), len(points)))
+    passed, flatness = np.zeros_like(heights), np.zeros(len(every))
+
+    def look(at: int, result: Floats) -> None:
+        heights[at] = np.einsum("ij,ij->i", result - points, normals)
+        differences = normal_differences(result, faces)
+        flatness[at] = differences.mean() if len(differences) else 0.0
+
+    def look_again(at: int, result: Floats) -> None:
+        passed[at] = (np.einsum("ij,ij->i", result - points, normals) - heights[at]) / _LITTLE
+
+    nobody, starts, all_of_them = np.empty(0, dtype=np.int32), starts_of(labels), np.ones(len(every), dtype=np.bool_)
+    run_to_last(candidates(points, nobody), starts, all_of_them, look, part_of(progress, 0.0, 0.5))
+    more = points + _LITTLE * noise[:, None] * normals
+    run_to_last(candidates(more, nobody), starts, all_of_them, look_again, part_of(progress, 0.5, 1.0))
+    weights = weights_of(heights, counted, len(points))
+    regions = _regions(points, counted[:, 0])
+    sums = np.array(
+        [
+            np.bincount(regions, weights * slope_squares(height, passes, noise, counted), minlength=_REGIONS)
+            for height, passes in zip(heights, passed, strict=True)
+        ]
+    )
+    shares = np.bincount(regions, weights, minlength=_REGIONS)
+    means = sums.sum(axis=1)
     best = int(means.argmin())
-    behind = np.array(sums) - sums[best]
     excess = means - means[best]
-    uncertainty = np.sqrt(((behind - excess[:, None] * counts) ** 2).sum(axis=1)) / len(counted)
+    uncertainty = np.sqrt(((sums - sums[best] - excess[:, None] * shares) ** 2).sum(axis=1))
     errors = np.sqrt(np.maximum(means, 0.0))
     trials = tuple(
         Trial(label, float(error), float(more), float(doubt), None)
         for label, error, more, doubt in zip(every, errors, excess, uncertainty, strict=True)
     )
-    return Choice(trials[int(np.flatnonzero(excess <= uncertainty)[-1])], trials)
+    return Choice(trials[int(np.where(excess <= uncertainty, flatness, np.inf).argmin())], trials)
 
 
 def _regions(points: Floats, which: Ints) -> Ints:

@@ -1,6 +1,6 @@
 """How far the slopes of results are expected to be from the true ones [stein1981]: normals follow from them, not from places."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -96,9 +96,7 @@ def slope_errors(
         stronger = strength**2 / of_noise if of_noise > 0.0 else 1.0
         own = stronger * (noise[pairs[:, 0]] - noise[pairs[:, 1]]) ** 2
         squares += [slope_squares(taken[at], stronger * passed[at], noise, pairs) - own for at in numbers]
-    differences = np.var([taken[at][pairs[:, 0]] - taken[at][pairs[:, 1]] for at in numbers], axis=0)
-    weights = 1.0 / np.sqrt(_around(differences, pairs, len(points)))
-    weighted = squares * (weights / weights.sum()) / _NOISES
+    weighted = squares * weights_of([taken[at] for at in numbers], pairs, len(points)) / _NOISES
     errors = weighted.sum(axis=1)
     least = int(errors.argmin())
     behind = weighted - weighted[least]
@@ -107,6 +105,19 @@ def slope_errors(
         at: SlopeError(float(error), float(error - errors[least]), float(doubt))
         for at, error, doubt in zip(numbers, errors, uncertainty, strict=True)
     }
+
+
+def weights_of(heights: Floats | Sequence[Floats], pairs: Ints, n: int) -> Floats:
+    """(e,) the weights of edges, 1 in all: 1 over the root mean square of how much the slopes of the results differ around each.
+
+    Args:
+        heights: (k, n) those of the results.
+        pairs: (e, 2) the edges that count.
+        n: the number of vertices.
+    """
+    differences = np.var([height[pairs[:, 0]] - height[pairs[:, 1]] for height in heights], axis=0)
+    weights = 1.0 / np.sqrt(_around(differences, pairs, n))
+    return np.asarray(weights / weights.sum())
 
 
 def _around(values: Floats, pairs: Ints, n: int) -> Floats:

@@ -6,8 +6,8 @@ from typing import Literal, TypeAlias, get_args
 from numpy.typing import ArrayLike
 
 from ..checks import check_choice
+from ..denoising.correlated_noise import neighbours_share_noise
 from ..denoising.noise_level import estimate_noise
-from ..denoising.shared_noise import neighbours_share_noise
 from ..evidence import sample_of
 from ..geometry import edge_lengths
 from ..mesh import check_mesh, normalised_mesh

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -88,6 +89,17 @@ def test_document_and_file_hold_the_same_recipe(scan: Path, tmp_path: Path) -> N
     assert told["recipe"] == path.read_text(encoding="utf-8")
     assert told["found"]["noise"] > 0.0
     assert invoke("check", path).exit_code == 0
+
+
+@pytest.mark.parametrize("amount", [0.0, 0.08])
+def test_the_noise_is_what_info_says_of_the_same_scan(tmp_path: Path, amount: float) -> None:
+    """Of a torus with fine waves, with and without noise, both commands name the same level."""
+    vertices, faces = torus(60, 30)
+    vertices[:, 2] += 0.02 * np.sin(9.0 * vertices[:, 0]) * np.cos(11.0 * vertices[:, 1])
+    path = _saved(tmp_path / "torus.ply", noisy((vertices, faces), amount))
+    said = re.search(r"noise is about (\S+) mean edges", invoke("info", path).stdout)
+    assert said is not None
+    assert f" {said[1]} mean edges" in invoke("suggest", path).stderr
 
 
 def test_a_clean_model_needs_no_recipe(tmp_path: Path) -> None:

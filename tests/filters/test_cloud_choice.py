@@ -149,7 +149,7 @@ def test_neighbours_agree_on_waves_and_not_on_noise() -> None:
     """Heights of independent noise over a plane agree by less than 0, those of short waves by more."""
     points = np.random.default_rng(6).random((N, 3)) * [50.0, 50.0, 0.0]
     for height, sign in ((0.2 * np.random.default_rng(7).normal(size=N), -1.0), (np.sin(1.5 * points[:, 0]), 1.0)):
-        assert sign * sheet(points + height[:, None] * [0.0, 0.0, 1.0]).agreement > 0.05
+        assert sign * sheet(points + height[:, None] * [0.0, 0.0, 1.0]).correlation > 0.05
 
 
 def test_clouds_that_are_no_clouds() -> None:

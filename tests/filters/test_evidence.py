@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from pymeshfair.filters.evidence import (
-    calm_noise,
     choose,
     far_from_border,
     first_guess,
     flattening,
     held_out_vertices,
     judge,
+    noise_floor,
     outlying_vertices,
     predicted_heights,
     sample_of,
@@ -274,15 +274,15 @@ def test_what_stands_out_is_the_same_for_a_renumbered_mesh() -> None:
     assert np.array_equal(np.sort(old[found]), np.flatnonzero(outlying_vertices(points, FLAT[1], UP)))
 
 
-def test_calm_noise_is_that_of_the_flat_part() -> None:
+def test_noise_floor_is_that_of_the_flat_part() -> None:
     """Noise of 0.1 edges is found, less up to 0.04, whether or not half of the sheet has rough details; a quadric has none."""
     scored = far_from_border(FLAT[1], len(FLAT[0]))
     even, uneven = _rough(0.1), _rough(0.1)
     half = uneven[:, 0] > np.median(uneven[:, 0])
     uneven[half, 2] += 0.5 * np.random.default_rng(5).normal(size=half.sum())
     for points in (even, uneven):
-        assert 0.06 < calm_noise(points, FLAT[1], normals=UP, scored=scored) < 0.1
-    assert calm_noise(_rough(0.0), FLAT[1], normals=UP, scored=scored) == pytest.approx(0.0, abs=1e-12)
+        assert 0.06 < noise_floor(points, FLAT[1], normals=UP, scored=scored) < 0.1
+    assert noise_floor(_rough(0.0), FLAT[1], normals=UP, scored=scored) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_an_exact_plane_does_not_make_a_noisy_scan_calm() -> None:
@@ -290,7 +290,7 @@ def test_an_exact_plane_does_not_make_a_noisy_scan_calm() -> None:
     scored = far_from_border(FLAT[1], len(FLAT[0]))
     points = _rough(0.1)
     points[points[:, 0] < np.quantile(points[:, 0], 0.33), 2] = 0.0
-    assert 0.04 < calm_noise(points, FLAT[1], normals=UP, scored=scored) < 0.1
+    assert 0.04 < noise_floor(points, FLAT[1], normals=UP, scored=scored) < 0.1
 
 
 def test_a_small_mesh_is_its_own_sample_and_a_large_one_is_sampled() -> None:

@@ -61,7 +61,7 @@ def suggest(
         check_script(output, overwrite=overwrite, json=json)
     traits = inspect_mesh(scan, traits=True)["traits"]
     values = _tried(scan, timeout) if traits["mesh"] else None
-    recipe = None if values is None else _explicit(scan, values)
+    recipe = None if values is None else _explicit(scan, values, traits["noise"])
     if output is not None:
         if recipe is None:
             raise PymeshfairError(f"{scan} has no noise to remove, so there is no recipe to write to {output}")
@@ -76,7 +76,7 @@ def suggest(
         typer.echo(line, err=output == STDOUT)
     if values is None:
         return
-    typer.echo(_words(scan, values), err=True)
+    typer.echo(_words(scan, values, traits["noise"]), err=True)
     for line in (*_contest(values), *_families(values)):
         typer.echo(line, err=True)
     if output is not None and output != STDOUT:
@@ -84,11 +84,8 @@ def suggest(
 
 
 def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dict[str, float]:
-    """The traits, where held-out vertices do not say otherwise: no noise if nothing predicts them better than the scan itself."""
-    if values is None:
-        return traits
-    noise = 0.0 if values["shape"] == "clean" else traits["noise"]
-    return traits | {"noise": noise, "camera noise": float(values["shape"] == "range map")}
+    """The traits, and whether neighbours share their noise by what was tried."""
+    return traits if values is None else traits | {"camera noise": float(values["shape"] == "correlated")}
 
 
 def _tried(scan: Path, timeout: float | None) -> dict[str, Any]:
@@ -108,7 +105,7 @@ def _tried(scan: Path, timeout: float | None) -> dict[str, Any]:
     return dict(result.steps[0].values)
 
 
-def _explicit(scan: Path, values: dict[str, Any]) -> Recipe | None:
+def _explicit(scan: Path, values: dict[str, Any], noise: float) -> Recipe | None:
     """The filter with every value said; None if nothing is to be done."""
     from ..recipe import Recipe
     from ..registry import find_filter
@@ -119,23 +116,24 @@ def _explicit(scan: Path, values: dict[str, Any]) -> Recipe | None:
     known = find_filter(FILTER)
     step = Step(known).with_values({p.name: values[p.name] for p in known.parameters if p.name in values})
     name = scan.name.replace("--", "- ").strip("-")
-    comment = f"Denoises scans such as {name}\n\nFor: {_kind(values)}, with noise of {values['noise']:.2g} edges."
+    comment = f"Denoises scans such as {name}\n\nFor: {_kind(values)}, with noise of {noise:.2g} edges."
     return Recipe("suggestion", Script((step,), comment))
 
 
-def _words(scan: Path, values: dict[str, Any]) -> str:
+def _words(scan: Path, values: dict[str, Any], noise: float) -> str:
     if values["shape"] == "clean":
-        return f"{scan}: no noise to remove"
+        surface = f"; what looks like {noise:.2g} mean edges of it is the surface" if noise > 0.0 else ""
+        return f"{scan}: no noise to remove{surface}"
     return (
-        f"{scan}: {_kind(values)}; the noise along the normals is {values['noise']:.3f} mean edges; removing it moves the "
-        f"vertices by {values['drift']:.3f} mean edges on average"
+        f"{scan}: {_kind(values)}; the noise along the normals is {noise:.2g} mean edges; removing it moves the "
+        f"vertices by {values['drift']:.2g} mean edges on average"
     )
 
 
 def _kind(values: dict[str, Any]) -> str:
     kinds = {
         "noisy": "a shape with noise of its own at every vertex",
-        "range map": "a range map with noise that neighbours share",
+        "correlated": "a shape with noise that neighbours share",
         "clean": "a shape without noise",
     }
     return kinds.get(values["shape"], str(values["shape"]))
@@ -146,12 +144,13 @@ def _contest(values: dict[str, Any], most: int = 6) -> list[str]:
     tried = values.get("tried", [])
     if not tried:
         return []
-    shown = sorted(tried, key=lambda trial: trial["error"])[:most]
-    judge = "by what they make of the noise" if values["shape"] == "range map" else "on held-out vertices"
+    shown = sorted(tried, key=lambda trial: trial["excess"])[:most]
+    judge = "by what they make of the noise" if values["shape"] == "correlated" else "on held-out vertices"
     lines = [f"tried {judge}: {len(tried)} settings were not ruled out at once; error in mean edges of"]
     for trial in shown if tried[0] in shown else [*shown, tried[0]]:
         parameters = trial["parameters"]
         steps = {"keep": [], "replace": ["outliers replaced"], "only": ["outliers alone replaced"]}[trial["outliers"]]
+        steps = ["rounding undone", *steps] if trial["rounding"] == "undo" else steps
         if trial["relaxation"]:
             steps.append(f"{trial['relaxation']} Taubin steps")
         if parameters is not None:

@@ -18,7 +18,7 @@ _LOCAL = ("uniform", "cotangent")
 #: what stands for a parameter that is to be chosen, where that is neither 0 nor "auto"
 _AUTOMATIC = {"range_floor": -1.0, "outer_iterations": -1, "relaxation": -1}
 #: what else the filter does, where nobody says
-_DEFAULTS = {"vertex_update": "sun", "outliers": "keep", "relaxation": 0, "relaxation_direction": "all"}
+_DEFAULTS = {"vertex_update": "sun", "outliers": "keep", "rounding": "keep", "relaxation": 0, "relaxation_direction": "all"}
 #: bytes of a vertex in a tile
 _BYTES, _BYTES_OF_NORMALS = 400, {"edge": 700, "vertex": 800, "two_ring": 1100, "three_ring": 1700}
 
@@ -33,6 +33,7 @@ class Filtering:
         outer_iterations: rounds.
         vertex_update: how vertices follow.
         outliers: what becomes of vertices that stand out.
+        rounding: what becomes of the terraces of rounded coordinates.
         relaxation: pairs of Taubin's steps before.
         relaxation_direction: where they go.
         border: what border vertices do.
@@ -43,6 +44,7 @@ class Filtering:
     outer_iterations: int
     vertex_update: Any
     outliers: str
+    rounding: str
     relaxation: int
     relaxation_direction: str
     border: Any
@@ -88,6 +90,7 @@ def _why_not_filtering(filtering: Filtering | None) -> str | None:
         ("method", settings.method, ("vertex_normals",)),
         ("vertex_update", filtering.vertex_update, ("conjugate_gradient",)),
         ("outliers", filtering.outliers, ("replace",)),
+        ("rounding", filtering.rounding, ("undo",)),
         ("relaxation_direction", filtering.relaxation_direction if filtering.relaxation else "", ("normal",)),
     ):
         if value in bad:

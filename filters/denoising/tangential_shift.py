@@ -21,7 +21,7 @@ _FAR, _MEDIAN_IN_PLANE = 3.0, 1.1774
 _FOLDED = -0.5
 
 
-class WaysBack(NamedTuple):
+class TangentialShift(NamedTuple):
     """The ways along the surface to the means of those around that are no outliers; of a border, to those next to it there.
 
     Attributes:
@@ -45,7 +45,7 @@ class WaysBack(NamedTuple):
     usual: float
 
     @staticmethod
-    def of(vertices: Floats, faces: Ints, normals: Floats, outlying: Bools) -> "WaysBack":
+    def of(vertices: Floats, faces: Ints, normals: Floats, outlying: Bools) -> "TangentialShift":
         """Measured once, for all that is asked of them."""
         rings = one_rings(faces, len(vertices))
         along_border = rings.along_border()
@@ -58,7 +58,7 @@ class WaysBack(NamedTuple):
         lengths = np.linalg.norm(ways / edge, axis=1) if edge > 0.0 else np.zeros(len(vertices))
         others = referenced_vertices(faces, len(vertices)) & ~outlying
         usual = float(np.median(lengths[others])) if others.any() else 0.0
-        return WaysBack(vertices, faces, normals, outlying, others, ways, lengths, usual)
+        return TangentialShift(vertices, faces, normals, outlying, others, ways, lengths, usual)
 
     @property
     def outliers_fold(self) -> bool:

@@ -1,4 +1,4 @@
-"""How noisy the calmest parts of a surface are: more noise than that the whole of it need not have."""
+"""A lower bound of the noise: the level of the quietest 5 % of the vertices."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ _CLIP = 9.0
 _EXACT, _MOST = 1e-4, 0.5
 
 
-def calm_noise(points: Floats, faces_or_edges: Ints, *, normals: Floats, scored: Bools) -> float:
+def noise_floor(points: Floats, faces_or_edges: Ints, *, normals: Floats, scored: Bools) -> float:
     """The level of noise along the normals that a twentieth of the vertices stays below.
 
     With h the height at which its surroundings expect a vertex, and g the share of their noise in that, h^2 / (1 + g^2) estimates

@@ -14,7 +14,7 @@ from .noise_level import smooth_normals
 from .relaxation import direction_for
 from .repertoire import Repertoire, Setting, settings
 from .scan import Scan
-from .slid import WaysBack
+from .tangential_shift import TangentialShift
 
 # More vertices than this stand out of impulsive noise: of Gaussian noise up to 0.003, of clean meshes up to 0.007.
 _IMPULSIVE = 0.01
@@ -26,7 +26,7 @@ _FOLDED = 0.0005
 
 
 @dataclass(frozen=True, eq=False)
-class FewSettings:
+class ComparedSettings:
     """Settings tried on a scan.
 
     Filters that keep edges keep vertices that stand out, and those that have slid along the surface. So, if there are outliers:
@@ -77,7 +77,7 @@ class FewSettings:
         setting = Setting(outliers="only") if evidence is None else evidence.chosen.label
         found = {replace(setting, outliers="keep"): evidence, setting: evidence}
         folded = self._folded(setting)
-        if folded <= _FOLDED or not any(self.repertoire.relaxations) or not self._have_slid(outlying, setting):
+        if folded <= _FOLDED or not any(self.repertoire.relaxations) or not self._shifted_along(outlying, setting):
             return found
         evening = self._tried_on(rest, self.repertoire.evening)
         if evening is not None:
@@ -135,10 +135,10 @@ class FewSettings:
         """The share of the faces that it leaves folded over."""
         return folded_share(self._in_full(setting), self.scan.faces, self.scan.normals)
 
-    def _have_slid(self, outlying: Bools, setting: Setting) -> bool:
+    def _shifted_along(self, outlying: Bools, setting: Setting) -> bool:
         """Whether outliers are off along the surface that the setting makes of the scan."""
         normals = smooth_normals(self._in_full(setting), self.scan.faces)
-        return WaysBack.of(self.scan.points, self.scan.faces, normals, outlying).share > 0.0
+        return TangentialShift.of(self.scan.points, self.scan.faces, normals, outlying).share > 0.0
 
     def _in_full(self, setting: Setting) -> Floats:
         """(n, 3) what the setting makes of the scan, found once."""

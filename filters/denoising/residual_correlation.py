@@ -19,7 +19,7 @@ _AVERAGED, _CLIP = 4, 9.0
 
 
 @dataclass(frozen=True, eq=False)
-class Agreement:
+class ResidualCorrelation:
     """How much the residuals h of `estimate_noise` of neighbouring vertices agree, more than those of independent noise would.
 
     Attributes:
@@ -35,7 +35,7 @@ class Agreement:
     independent: Floats
 
     @staticmethod
-    def on(vertices: ArrayLike, faces: ArrayLike) -> Agreement:
+    def on(vertices: ArrayLike, faces: ArrayLike) -> ResidualCorrelation:
         """On a mesh of (n, 3) vertices and (m, 3) triangles.
 
         Raises:
@@ -46,14 +46,14 @@ class Agreement:
         inner = inner_vertices(triangles, pairs, len(points))
         edge = mean_edge_length(points, triangles)
         if edge == 0.0 or not inner.any():
-            return Agreement(np.zeros(len(points)), np.zeros_like(inner), pairs, np.zeros(len(pairs)))
+            return ResidualCorrelation(np.zeros(len(points)), np.zeros_like(inner), pairs, np.zeros(len(pairs)))
         local = (points - points[np.unique(pairs)].mean(axis=0)) / edge
         fourth = FourthOrder.of(pairs, len(points))
         heights = np.einsum("ij,ij->i", fourth.differences(local), smooth_normals(points, triangles))
         between = inner[pairs].all(axis=1)
         independent = np.zeros(len(pairs))
         independent[between] = fourth.correlations(*pairs[between].T)
-        return Agreement(heights, inner, pairs, independent)
+        return ResidualCorrelation(heights, inner, pairs, independent)
 
     def within(self, calmest: float = 1.0) -> float:
         """The mean of h_i h_j over the edges, over the mean of h^2, less what independent noise gives.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import igl
 import numpy as np
@@ -10,13 +10,16 @@ import pymeshlab
 import pytest
 from scipy.ndimage import gaussian_filter, map_coordinates
 
+from pymeshfair.filters.denoising.correlated_noise import correlated_setting, neighbours_share_noise, on_lines_of_sight
 from pymeshfair.filters.denoising.noise_level import estimate_noise
-from pymeshfair.filters.denoising.range_map import RANGE_MAP, range_map_setting
-from pymeshfair.filters.denoising.shared_noise import in_steps, neighbours_share_noise, on_lines_of_sight
+from pymeshfair.filters.denoising.preparation import denoised
+from pymeshfair.filters.denoising.repertoire import STRONG
+from pymeshfair.filters.denoising.rounding import rounding_of
 from pymeshfair.filters.diffusion.taubin import taubin_fairing
 from pymeshfair.filters.evidence import Choice, choose_by_risk, far_from_border, noise_field
-from pymeshfair.filters.geometry import mean_edge_length
+from pymeshfair.filters.geometry import angles_between, face_normals, mean_edge_length
 from pymeshfair.filters.mesh import normalised_mesh
+from pymeshfair.filters.topology import border_vertices
 from tests.meshes import grid, irregular_grid, renumbered, rotation, sample
 
 FLAT, FACES = irregular_grid(80, 80)
@@ -151,7 +154,7 @@ def test_maps_of_cameras_are_told_by_their_noise(camera: str, expected: bool) ->
     noisy, truth, faces = _map(camera)
     for vertices in (noisy, 7.0 * noisy @ rotation().T - 3.0):
         assert on_lines_of_sight(vertices, faces)
-        assert in_steps(vertices, faces) == (camera == "light")
+        assert (rounding_of(vertices, faces) is not None) == (camera == "light")
         assert _found(vertices, faces) is expected
     assert not _found(truth, faces)
 
@@ -176,22 +179,104 @@ def test_noise_along_one_axis_of_a_closed_surface_is_no_map() -> None:
     assert not _found(noisy, faces)
 
 
-def test_rounded_maps_get_the_strong_setting_and_others_are_chosen_for() -> None:
-    """Only where noise is not as wide as steps is the number of rounds found, and what was tried is said."""
-    noisy, _, faces = _map("light")
-    assert range_map_setting(normalised_mesh(noisy, faces), border="along") == (RANGE_MAP, None)
-    noisy, _, faces = _map("flight")
+def _angles(vertices: np.ndarray, truth: np.ndarray, faces: np.ndarray) -> float:
+    normals = [face_normals(points, faces) for points in (vertices, truth)]
+    return float(np.degrees(angles_between(*normals)).mean())
+
+
+@pytest.mark.parametrize(("camera", "ratio"), [("light", 0.1), ("flight", 0.3)])
+def test_what_is_chosen_leaves_little_of_the_noise_of_a_camera(camera: str, ratio: float) -> None:
+    """Less than a tenth of the angle is left of rounded depths, less than a third of noise that is partly filtered."""
+    noisy, truth, faces = _map(camera)
     told: list[float] = []
-    setting, found = range_map_setting(normalised_mesh(noisy, faces), border="along", progress=told.append)
+    mesh = normalised_mesh(noisy, faces)
+    found = correlated_setting(mesh, estimate_noise(noisy, faces), border="along", progress=told.append)
     assert found is not None
-    assert found.chosen.label == setting
-    assert setting.parameters is not None
-    assert len(found.trials) == 11
+    setting, evidence = found
+    assert evidence is not None
+    assert evidence.chosen.label == setting
+    assert setting.rounding == ("undo" if camera == "light" else "keep")
     assert told[-1] == 1.0
+    result = setting.apply(noisy, faces, border="along", movable=None)
+    assert _angles(result, truth, faces) < ratio * _angles(noisy, truth, faces)
 
 
 def test_what_may_not_move_is_no_evidence() -> None:
-    """Where no vertex may move nothing speaks for any number of rounds."""
+    """Where no vertex may move nothing speaks for any setting, and the strong one is taken."""
     noisy, _, faces = _map("flight")
     mesh = normalised_mesh(noisy, faces, np.zeros(len(noisy), dtype=np.bool_))
-    assert range_map_setting(mesh, border="along") == (RANGE_MAP, None)
+    assert correlated_setting(mesh, estimate_noise(noisy, faces), border="along") == (STRONG, None)
+
+
+def _waves(step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A bumpy sheet rounded along a slanting axis, its truth and its faces."""
+    vertices, faces = grid(80, 80)
+    x, y = vertices[:, 0], vertices[:, 1]
+    truth = vertices.copy()
+    truth[:, 2] = 6.0 * np.sin(x / 13.0) * np.cos(y / 17.0)
+    axis = np.array([0.2, 0.3, 0.93])
+    axis /= np.linalg.norm(axis)
+    heights = truth @ axis
+    return truth + np.outer(step * np.round(heights / step) - heights, axis), truth, faces
+
+
+def test_the_axis_and_the_levels_of_rounding_are_found() -> None:
+    """Along any axis, in any unit: the axis is right to a thousandth, all levels are multiples of the step."""
+    vertices, _, faces = _waves(0.5)
+    found = rounding_of(40.0 * vertices @ rotation().T, faces)
+    assert found is not None
+    axis = np.array([0.2, 0.3, 0.93]) @ rotation().T
+    assert abs(found.direction @ axis) / np.linalg.norm(axis) > 1.0 - 1e-6
+    steps = np.diff(found.levels) / 20.0
+    assert np.abs(steps - np.round(steps)).max() < 1e-3
+
+
+def test_undoing_rounding_leaves_no_vertex_out_of_its_step_and_little_of_the_angle() -> None:
+    """Every vertex is within half a step of where it was, along the axis alone, and less than a fifth of the angle is left."""
+    vertices, truth, faces = _waves(0.5)
+    found = rounding_of(vertices, faces)
+    assert found is not None
+    undone = found.undone(vertices, faces)
+    moves = undone - vertices
+    assert np.abs(moves @ found.direction).max() <= 0.25 + 1e-9
+    assert np.abs(np.cross(moves, found.direction)).max() < 1e-9
+    assert found.left(undone, vertices).max() < 1e-9
+    assert _angles(undone, truth, faces) < 0.2 * _angles(vertices, truth, faces)
+
+
+def test_vertices_that_may_not_move_keep_their_rounding() -> None:
+    """Half of the sheet is kept, bit by bit."""
+    vertices, _, faces = _waves(0.5)
+    found = rounding_of(vertices, faces)
+    assert found is not None
+    movable = vertices[:, 0] > 40.0
+    undone = found.undone(vertices, faces, movable)
+    assert np.array_equal(undone[~movable], vertices[~movable])
+    assert not np.array_equal(undone, vertices)
+
+
+def test_a_fixed_border_keeps_its_rounding() -> None:
+    """What is done to the rest leaves its bits."""
+    vertices, _, faces = _waves(0.5)
+    on_border = border_vertices(faces, len(vertices))
+    found = denoised(vertices, faces, rounding="undo", border="fixed")
+    assert np.array_equal(found[on_border], vertices[on_border])
+    assert not np.array_equal(found, vertices)
+
+
+def _stairs() -> tuple[np.ndarray, np.ndarray]:
+    vertices, faces = grid(60, 60)
+    vertices[:, 2] = np.floor(vertices[:, 0] / 5.0)
+    return vertices, faces
+
+
+def _tube() -> tuple[np.ndarray, np.ndarray]:
+    vertices, faces = grid(40, 90)
+    angles = vertices[:, 0] * 2.0 * np.pi / 41.0
+    return np.column_stack([7.0 * np.cos(angles), 7.0 * np.sin(angles), vertices[:, 1]]), faces
+
+
+@pytest.mark.parametrize("make", [_stairs, _tube, lambda: (FLAT, FACES), lambda: sample("bone.ply")])
+def test_levels_of_designed_and_of_clean_shapes_are_no_rounding(make: Callable[[], tuple[np.ndarray, np.ndarray]]) -> None:
+    """Treads of stairs, rings of a tube, a plane and a figure are as they were made."""
+    assert rounding_of(*make()) is None

@@ -1,4 +1,4 @@
-"""Candidates run without held-out vertices, and what these say of them."""
+"""Cross-validation: runs each candidate with vertices held out and scores its predictions."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import TypeVar
@@ -20,7 +20,7 @@ def starts_of(labels: Sequence[Sequence[Label]]) -> Ints:
     return np.cumsum([0, *map(len, labels)], dtype=np.int32)
 
 
-def hear(
+def cross_validate(
     held: Sequence[Ints],
     run: Callable[[Ints], Sequence[Iterator[Floats]]],
     deviations: Callable[[int, Floats, Ints], Floats],
@@ -42,10 +42,10 @@ def hear(
         progress: called after every family that was run; may raise to stop.
 
     Returns:
-        The numbers of the candidates that were heard to the end, ascending, and the verdict on these.
+        The numbers of the candidates that were tried to the end, ascending, and the verdict on these.
     """
     kept = np.ones(starts[-1], dtype=np.bool_)
-    heard: list[Floats] = []
+    scores: list[Floats] = []
     shares = np.concatenate([[0.0], np.linspace(0.55, 1.0, len(held))])
     for number, mask in enumerate(held):
         rows = np.zeros((len(kept), len(mask)))
@@ -58,13 +58,13 @@ def hear(
             kept = _race(run(mask), starts, deviate, rows, share)
         else:
             run_to_last(run(mask), starts, kept, deviate, share)
-        heard.append(rows)
-        kept[kept] = judge(np.concatenate(heard, axis=1)[kept]).within(stays)
+        scores.append(rows)
+        kept[kept] = judge(np.concatenate(scores, axis=1)[kept]).within(stays)
         decided = np.count_nonzero(kept) == 1
         kept[0] = True
         if decided:
             break
-    return np.flatnonzero(kept).astype(np.int32), judge(np.concatenate(heard, axis=1)[kept])
+    return np.flatnonzero(kept).astype(np.int32), judge(np.concatenate(scores, axis=1)[kept])
 
 
 def _race(
