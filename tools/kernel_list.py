@@ -10,7 +10,10 @@ from pathlib import Path
 from pymeshfair.commands.demo import sample_scan
 from pymeshfair.declaration import Filter
 from pymeshfair.errors import PymeshfairError
+from pymeshfair.files.inputs import read_file
+from pymeshfair.files.saving import save_mesh
 from pymeshfair.filters.compilation import ahead, loaded_kernels, signatures_of
+from pymeshfair.mesh_data import moved
 from pymeshfair.meshset import MeshSet
 from pymeshfair.recipe import Recipe, load_recipe, shipped_recipes
 from pymeshfair.registry import custom_filters
@@ -32,6 +35,7 @@ def list_text() -> str:
         for recipe in shipped_recipes():
             _run(load_recipe(recipe), scans[scan_of(recipe)], folder)
         _run(load_recipe("clean_range_map"), sample_scan(), folder)
+        _read_polygons(folder)
         for filter in custom_filters():
             for scan in scans.values():
                 _apply(filter, scan)
@@ -49,6 +53,21 @@ def _run(recipe: Recipe, scan: Path, folder: Path) -> None:
         Session(job, stage, lambda event: None).run()
     except PymeshfairError as error:  # what it used until then counts
         print(f"  {recipe.name} on {scan.name}: {error}", file=sys.stderr)
+
+
+def _read_polygons(folder: Path) -> None:
+    """Polygons of an OBJ and of a PLY file, whose points come in no order."""
+    corners = [(x, y) for x in range(4) for y in range(4)]
+    squares = [[a, a + 4, a + 5, a + 1] for a in range(11) if a % 4 < 3]
+    lines = [f"v {x} {y} {(x * y) % 3}" for x, y in corners] + [f"f {' '.join(str(v + 1) for v in f)}" for f in squares]
+    (folder / "squares.obj").write_text("\n".join(lines) + "\n")
+    mesh = read_file(folder / "squares.obj").mesh
+    for name in ("again.obj", "again.ply", "third.ply"):
+        stage = folder / f"stage-{name}"
+        stage.mkdir()
+        saved = save_mesh(moved(mesh, mesh.vertices + 1.0), folder / name, stage, resolution=lambda: 1.0)
+        saved.output.staged.rename(folder / name)
+        mesh = read_file(folder / name).mesh
 
 
 def _apply(filter: Filter, scan: Path) -> None:
