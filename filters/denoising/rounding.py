@@ -93,9 +93,10 @@ def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
     _, first, counts = np.unique(keys, return_index=True, return_counts=True)
     flush = normals @ normals[first[counts.argmax()]] > 1.0 - _FLAT**2
     direction = normals[flush].sum(axis=0)
-    direction /= np.linalg.norm(direction)
-    if flush.mean() < _FLUSH or len(counts) < _NORMALS:
+    length = np.linalg.norm(direction)  # 0 where the most frequent normal is that of faces without area
+    if flush.mean() < _FLUSH or len(counts) < _NORMALS or length == 0.0:
         return None
+    direction /= length
     used = referenced_vertices(faces, len(points))
     heights = np.sort(points[used] @ direction)
     apart = np.flatnonzero(np.diff(heights) > _FLAT * edge)

@@ -73,6 +73,9 @@ def became_text(change: Mapping[str, Any]) -> str:
 
 def change_lines(change: Mapping[str, Any]) -> list[str]:
     """What a run did to the shape, `pymeshfair.running.shape_change.ShapeChange` by name, as lines below the table."""
+    if "removed" not in change:  # done by tiles, which measure no more than the box
+        sides = ", ".join(f"{name} {share:+.2%}" for name, share in zip("xyz", change["sides"], strict=True) if share)
+        return [f"changed: {sides}"] if sides else []
     removed, added, moved = change["removed"], change["added"], change["moved"]
     shares = [*zip(("x", "y", "z"), change["sides"], strict=True), ("area", change["area"]), ("volume", change["volume"])]
     why = [words for words, part in (("removed", removed), ("added", added)) if part["vertices"] or part["faces"]]
