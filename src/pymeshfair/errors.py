@@ -5,6 +5,7 @@ The errors of `pymeshfair.filters` are exported here too, so that a caller impor
 
 from __future__ import annotations
 
+import importlib.util
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,12 +16,14 @@ __all__ = [
     "DeclarationError",
     "FilterInputError",
     "MeshError",
+    "MissingExtraError",
     "ParameterError",
     "Place",
     "PymeshfairError",
     "RunError",
     "StepFailedError",
     "UnknownNameError",
+    "require_extra",
 ]
 
 
@@ -40,6 +43,21 @@ class UnknownNameError(PymeshfairError, LookupError):
 
 class ParameterError(PymeshfairError, ValueError):
     """A parameter's value has the wrong type or lies outside its bounds."""
+
+
+class MissingExtraError(PymeshfairError, ImportError):
+    """A package is not installed that belongs to an extra of pymeshfair."""
+
+
+def require_extra(extra: str, *packages: str) -> None:
+    """Check that the packages of an extra are installed, before any work is done.
+
+    Raises:
+        MissingExtraError: one is not; the message has the command that installs it.
+    """
+    for package in packages:
+        if importlib.util.find_spec(package) is None:
+            raise MissingExtraError(f"the package {package} is not installed: python -m pip install 'pymeshfair[{extra}]'")
 
 
 class DeclarationError(PymeshfairError, TypeError):

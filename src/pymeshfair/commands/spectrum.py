@@ -52,12 +52,13 @@ def spectrum(
 
     Where the fall of the curve turns flat, noise begins: that wavelength is a detail size for smoothing.
     """
-    from ..errors import ParameterError
+    from ..errors import ParameterError, require_extra
     from ..files.formats import extension
     from ..files.writing import check_target, write_file
     from ..registry import find_filter
 
     if output is not None:
+        require_extra("plot", "matplotlib")
         check_target(output, PICTURES, overwrite=overwrite)
     filtering = {}
     if response:

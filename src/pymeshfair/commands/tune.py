@@ -32,7 +32,9 @@ def tune(
     import tempfile
     import webbrowser
 
-    from ..errors import PymeshfairError
+    from ..errors import PymeshfairError, require_extra
+
+    require_extra("tune", "starlette", "uvicorn", "websockets")
     from ..files.staging import staging_folder
     from ..recipe import load_recipe
     from ..tuning.access import new_token, redirecting_file
