@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tarfile
 import zipfile
+from importlib.metadata import version
 from pathlib import Path, PurePosixPath
 
 import pytest
@@ -36,11 +37,18 @@ def shipped_files() -> set[str]:
     return found
 
 
-def build(source: Path, target: Path, *kinds: str) -> None:
-    """Build distributions without asking the network for the build backend."""
+def requirements(wheel: Path) -> list[str]:
+    """What its metadata says that it needs."""
+    [name] = [name for name in zipfile.ZipFile(wheel).namelist() if name.endswith(".dist-info/METADATA")]
+    lines = zipfile.ZipFile(wheel).read(name).decode().splitlines()
+    return [line.removeprefix("Requires-Dist: ") for line in lines if line.startswith("Requires-Dist: ")]
+
+
+def build(source: Path, target: Path, *kinds: str, kernels: str = "none") -> None:
+    """Build distributions without asking the network for the build backend, and without kernels, which take a minute."""
     command = [sys.executable, "-m", "build", "--no-isolation", *kinds, "--outdir", str(target), str(source)]
-    without = {**os.environ, "PYMESHFAIR_KERNELS": "none"}  # to compile them takes a minute
-    done = subprocess.run(command, env=without, capture_output=True, text=True, timeout=120)
+    environment = {**os.environ, "PYMESHFAIR_KERNELS": kernels}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stdout + done.stderr
 
 
@@ -71,6 +79,25 @@ def test_wheel_holds_exactly_the_files_of_the_tree(built: Path) -> None:
 def test_wheel_from_the_source_distribution_is_the_same(built: Path) -> None:
     """The source distribution is enough to build the same wheel."""
     assert wheel_files(built / "sdist") == wheel_files(built)
+
+
+def test_a_wheel_without_kernels_is_for_every_machine(built: Path) -> None:
+    """Its tag is that of pure Python, and it takes every numba that the source takes."""
+    [wheel] = built.glob("*.whl")
+    assert wheel.name.endswith("-py3-none-any.whl")
+    assert not [need for need in requirements(wheel) if "==" in need.partition(";")[0]]
+
+
+def test_a_wheel_with_kernels_is_for_one_python_and_one_numba(tmp_path: Path) -> None:
+    """Its tag names this Python and system, and its requirements the numba that its kernels are made by."""
+    copy = tmp_path / "copy"
+    shutil.copytree(ROOT, copy, symlinks=True, ignore=GENERATED)
+    (copy / "filters/compilation/signatures.json").write_text("{}")  # nothing to compile, which takes a minute
+    build(copy, tmp_path, "--wheel", kernels="")
+    [wheel] = tmp_path.glob("*.whl")
+    python = f"cp{sys.version_info.major}{sys.version_info.minor}"
+    assert f"-{python}-{python}-" in wheel.name
+    assert {f"{name}=={version(name)}" for name in ("numba", "llvmlite")} <= set(requirements(wheel))
 
 
 def test_source_distribution_holds_what_building_and_testing_need(built: Path) -> None:

@@ -1,7 +1,8 @@
 """Compiles the kernels when a wheel is built, as ``pip install`` does, so that no first run has to wait for that.
 
-They go into the wheel beside the modules, and serve where Python, numba and the processor are those of the build; elsewhere each
-is compiled when it is first used. PYMESHFAIR_KERNELS=none leaves them out, for a wheel that is to go to other machines.
+They go into the wheel beside the modules, and serve where Python, numba and the level of the processor are those of the build; elsewhere
+each is compiled when it is first used. PYMESHFAIR_KERNELS names other levels than that of this machine, such as "x86-64-v3 x86-64-v2";
+"none" leaves the kernels out.
 """
 
 from __future__ import annotations
@@ -25,19 +26,23 @@ class BuildWithKernels(build_py):  # type: ignore[misc]
     def run(self) -> None:
         """See the class; a build without kernels is no failure."""
         super().run()
-        if self.editable_mode or os.environ.get("PYMESHFAIR_KERNELS") == "none":
+        if self.editable_mode:
             return
+        levels = os.environ.get("PYMESHFAIR_KERNELS", "")
         packages = Path(self.build_lib).absolute()
         kernels = packages / "pymeshfair/filters/compilation/kernels"
         shutil.rmtree(kernels, ignore_errors=True)  # of a build before
+        if levels == "none":
+            return
         with tempfile.TemporaryDirectory() as folder:
             path = os.pathsep.join([str(packages), *filter(None, [os.environ.get("PYTHONPATH")])])
             environment = {**os.environ, "PYTHONPATH": path, "NUMBA_CACHE_DIR": folder, "PYTHONDONTWRITEBYTECODE": "1"}
-            try:
-                command = [sys.executable, "-m", "pymeshfair.filters.compilation"]
-                subprocess.run(command, cwd=folder, env=environment, timeout=_PATIENCE, check=True)
-            except (OSError, subprocess.SubprocessError) as error:
-                self.warn(f"not all kernels could be compiled now; what is missing is compiled at the first run: {error}")
+            command = [sys.executable, "-m", "pymeshfair.filters.compilation"]
+            for processor in [{"NUMBA_CPU_NAME": level} for level in levels.split()] or [{}]:
+                try:
+                    subprocess.run(command, cwd=folder, env=environment | processor, timeout=_PATIENCE, check=True)
+                except (OSError, subprocess.SubprocessError) as error:
+                    self.warn(f"not all kernels could be compiled now; what is missing is compiled at the first run: {error}")
             made = Path(folder) / "pymeshfair"
             if made.is_dir():
                 shutil.copytree(made, kernels)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ class Cholesky:
     """The factors of a symmetric positive definite matrix, by CHOLMOD with nested dissection.
 
     Making them cannot be interrupted, and takes about a second for a mesh of 100,000 vertices; see docs/solvers.md.
+    On systems for which cholespy has no wheel, such as Linux on aarch64, `SuperLU` does the work.
     """
 
     def __init__(self, matrix: sparse.csr_matrix) -> None:
@@ -34,8 +36,11 @@ class Cholesky:
             raise ConvergenceError("the matrix is not positive definite: it has a diagonal entry that is not positive")
         # The CSC type of cholespy reallocates the caller's arrays, which numpy owns; its CSR type makes a copy. For a symmetric
         # matrix both are the same.
-        self._factors = None
+        self._factors: Any = None
         if csr.shape[0] == 0:
+            return
+        if find_spec("cholespy") is None:
+            self._factors = SuperLU(csr)
             return
         starts, columns = csr.indptr.astype(np.int32), csr.indices.astype(np.int32)
         try:
@@ -45,6 +50,8 @@ class Cholesky:
 
     def solve(self, right_side: Floats) -> Floats:
         """The solution for (n, k) right-hand sides, (n, k)."""
+        if isinstance(self._factors, SuperLU):
+            return self._factors.solve(right_side)
         # A copy, since cholespy does not take arrays that may not be written to.
         b = np.array(right_side, order="C")
         x = np.empty(b.shape)

@@ -60,17 +60,19 @@ def look_at_python() -> Iterator[Finding]:
 def look_at_packages() -> Iterator[Finding]:
     """The installed versions of what pymeshfair's own metadata says that it needs."""
     yield Finding("pymeshfair", True, importlib.metadata.version("pymeshfair"))
-    found, missing = [], []
+    versions: dict[str, str] = {}
     for requirement in importlib.metadata.requires("pymeshfair") or ():
-        name = re.match(r"[\w.-]+", requirement)
-        if name is None or "extra ==" in requirement:
+        name, marker = re.match(r"[\w.-]+", requirement), requirement.partition(";")[2]
+        if name is None or "extra ==" in marker:
             continue
         try:
-            found.append(f"{name[0]} {importlib.metadata.version(name[0])}")
+            versions[name[0]] = importlib.metadata.version(name[0])
         except importlib.metadata.PackageNotFoundError:
-            missing.append(name[0])
+            if not marker:  # with one it is for some systems
+                versions[name[0]] = "is missing"
+    missing = [name for name, version in versions.items() if version == "is missing"]
     advice = f"`python -m pip install {' '.join(missing)}`" if missing else ""
-    yield Finding("packages", not missing, ", ".join([*found, *(f"{m} is missing" for m in missing)]), advice)
+    yield Finding("packages", not missing, ", ".join(f"{name} {version}" for name, version in versions.items()), advice)
 
 
 def look_at_pymeshlab() -> Iterator[Finding]:
@@ -103,12 +105,12 @@ def look_at_numba() -> Iterator[Finding]:
     """Whether numba compiles, and where compiled filters are."""
     import numba
 
-    from ..filters.compilation import stored
+    from ..filters.compilation import processor, stored
 
     njit: Any = numba.njit
     works = bool(njit(_successor)(1) == 2)
     found = stored()
-    detail = f"compiles; {found.installed} functions came compiled for this machine, {found.kept} more are in {found.folder}"
+    detail = f"compiles; {found.installed} functions came compiled for {processor()}, {found.kept} more are in {found.folder}"
     advice = ""
     if not found.lasts:
         advice = "which cannot be written: set the environment variable NUMBA_CACHE_DIR to a folder that can be"
