@@ -116,18 +116,21 @@ def recipes_page() -> str:
         *_tasks(),
         "",
     ]
-    for name in shipped_recipes():
-        recipe = load_recipe(name)
-        parts += [f'<a id="{name}"></a>\n## {name}\n', f"**{recipe.title}**\n", f"{recipe.description}\n"]
-        parts.append(f"![Before and after {name}](pictures/recipes/{name}.png)\n")
-        if recipe.script.settings:
-            parts += ["| setting | default | unit | meaning |", "|---|---|---|---|"]
-            parts += [f"| `{s.name}` | `{s.default}` | {s.unit} | {s.description} |" for s in recipe.script.settings]
-            parts.append("")
-        parts.append("Steps:\n")
-        parts += [f"{i}. {step.filter.name}" for i, step in enumerate(recipe.script.steps, start=1)]
-        parts.append("")
-    return "\n".join(parts)
+    return "\n".join([*parts, *map(recipe_section, shipped_recipes())])
+
+
+def recipe_section(name: str) -> str:
+    """One recipe: its head comment, its picture, its settings and its steps."""
+    recipe = load_recipe(name)
+    lines = [f'<a id="{name}"></a>\n## {name}\n', f"**{recipe.title}**\n", f"{recipe.description}\n"]
+    lines.append(f"![Before and after {name}](pictures/recipes/{name}.png)\n")
+    if recipe.script.settings:
+        lines += ["| setting | default | unit | meaning |", "|---|---|---|---|"]
+        lines += [f"| `{s.name}` | `{s.default}` | {s.unit} | {s.description} |" for s in recipe.script.settings]
+        lines.append("")
+    lines.append("Steps:\n")
+    lines += [f"{i}. {step.filter.name}" for i, step in enumerate(recipe.script.steps, start=1)]
+    return "\n".join([*lines, ""])
 
 
 OLD_SCRIPTS = """\

@@ -165,7 +165,7 @@ def draw(name: str) -> None:
 
 def save(picture: Image.Image, path: Path) -> None:
     """Write with as many colours as keep it small."""
-    PICTURES.mkdir(exist_ok=True)
+    path.parent.mkdir(exist_ok=True)
     for colors in (128, 64, 32, 16):
         written = io.BytesIO()
         picture.convert("RGB").quantize(colors, dither=Image.Dither.NONE).save(written, "PNG", optimize=True)
