@@ -1,0 +1,1 @@
+"""A median filter of vertex scalars, as a plugin of pymeshfair."""
