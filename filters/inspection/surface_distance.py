@@ -144,7 +144,8 @@ def _largest(
     points: Floats, faces: Ints, at_vertices: NearestPlaces, samples: FaceSamples, nearest: NearestPlaces, to: Surface
 ) -> tuple[float, Floats, float]:
     """The largest distance, its place, and a bound above all: faces that may hold a larger one are quartered until none does."""
-    every = (points, at_vertices.distances), (samples.places, nearest.distances)
+    corner = np.unique(faces) if len(faces) else np.arange(len(points))  # other vertices are no places of the surface
+    every = (points[corner], at_vertices.distances[corner]), (samples.places, nearest.distances)
     places, distances = max(every, key=lambda some: some[1].max(initial=0.0))
     worst = int(distances.argmax())
     largest, furthest = float(distances[worst]), places[worst]

@@ -214,6 +214,15 @@ def test_nothing_lies_further_than_stated() -> None:
     assert measured((dented, faces), (dented, faces)).at_most < 1e-15
 
 
+def test_a_vertex_that_no_face_uses_is_no_place_of_the_surface() -> None:
+    """It is far from both surfaces and in both meshes, and the largest distance stays that of the faces."""
+    vertices, faces = icosphere(2)
+    with_stray = np.concatenate([vertices, [[9.0, 0.0, 0.0]]])
+    distance = surface_distance(1.01 * with_stray, faces, Surface.of(with_stray, faces))
+    assert distance.largest == pytest.approx(0.01, rel=0.05)
+    assert distance.at_most < 0.011
+
+
 def test_the_nearest_triangle_is_that_of_a_slow_search() -> None:
     """Against the distances from all triangles, one by one: the same bits."""
     vertices, faces = noisy(icosphere(2), 0.1)
