@@ -61,6 +61,7 @@ def test_pages_are_current(name: str) -> None:
         "docs/performance.md",
         "docs/solvers.md",
         "docs/trust.md",
+        "docs/tutorials.md",
     ],
 )
 def test_links_lead_somewhere(page: str) -> None:
