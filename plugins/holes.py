@@ -232,7 +232,7 @@ def _no_hole(layer: Layer, filling: HoleFilling) -> tuple[str, ...]:
 
 
 def _notes(layer: Layer, filling: HoleFilling) -> tuple[str, ...]:
-    """One sentence a rim for those that somebody may want closed, the largest first, and one on outer borders."""
+    """One sentence a rim for those that a user may want closed, the largest first, and one on outer borders."""
     named: list[OpenRim] = [rim for rim in filling.left_open if rim.reason not in ("selection", "outer")]
     named.sort(key=lambda rim: -len(rim.vertices))
     notes = [f"{rim.message}; it is around {_place(layer, rim.vertices)}" for rim in named[:MOST_NAMED]]

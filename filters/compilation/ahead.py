@@ -37,11 +37,11 @@ def signatures_of(kernels: Iterable[tuple[str, str, Any]]) -> Signatures:
     Args:
         kernels: as `pymeshfair.filters.compilation.loaded_kernels` gives them.
     """
-    found: Signatures = {}
+    signatures: Signatures = {}
     for module, name, kernel in kernels:
         if types := sorted(kernel.signatures, key=repr):
-            found.setdefault(module, {})[name] = types
-    return {module: dict(sorted(found[module].items())) for module in sorted(found)}
+            signatures.setdefault(module, {})[name] = types
+    return {module: dict(sorted(signatures[module].items())) for module in sorted(signatures)}
 
 
 def compile_ahead(

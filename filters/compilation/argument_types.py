@@ -42,10 +42,10 @@ def _type_of(value: Any) -> ArgumentType:
     kind = type(value)
     if kind is np.ndarray:
         key = (value.dtype, value.ndim, value.flags.num)
-        found = _ARRAYS.get(key)
-        if found is None:
-            found = _ARRAYS[key] = _array_type(value)
-        return found
+        name = _ARRAYS.get(key)
+        if name is None:
+            name = _ARRAYS[key] = _array_type(value)
+        return name
     plain = _PLAIN.get(kind)
     if plain is not None:
         return plain

@@ -88,12 +88,12 @@ def numba_type(written: ArgumentType) -> Any:
     if isinstance(written, tuple):
         if len(written) == 2 and isinstance(written[0], str) and ":" in written[0]:
             module, _, qualname = written[0].partition(":")
-            found: Any = importlib.import_module(module)
+            kernel: Any = importlib.import_module(module)
             for part in qualname.split("."):
-                found = getattr(found, part)
+                kernel = getattr(kernel, part)
             parts = [numba_type(part) for part in written[1]]
             same = len(set(parts)) == 1
-            return types.NamedUniTuple(parts[0], len(parts), found) if same else types.NamedTuple(parts, found)
+            return types.NamedUniTuple(parts[0], len(parts), kernel) if same else types.NamedTuple(parts, kernel)
         return types.BaseTuple.from_types([numba_type(part) for part in written])
     name, *more = written.split()
     plain = {"bool": types.boolean, "none": types.none}.get(name) or getattr(types, name)

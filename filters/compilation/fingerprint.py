@@ -18,7 +18,7 @@ def fingerprint(function: FunctionType, options: dict[str, Any]) -> str:
     """The hash of a function that numba compiles with these options.
 
     Raises:
-        TypeError: the function uses something of which nobody can tell whether it has changed.
+        TypeError: the function uses something whose changes cannot be seen.
     """
     parts = "\n".join(_of_function(function, options))
     return hashlib.sha256(parts.encode("utf-8", "backslashreplace")).hexdigest()

@@ -88,8 +88,8 @@ class Kernel:
             with compiling():
                 code = COMPILER.compile(self.__module__, self.__qualname__, signature)
             store.write(name, code)
-        found = self._code[signature] = machine_code.load(code, self.__name__)
-        return found
+        loaded = self._code[signature] = machine_code.load(code, self.__name__)
+        return loaded
 
     @property
     def _can_be_imported(self) -> bool:

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from .machine_code import MachineCode, made_here
 
-#: what comes with the package; the installation writes it, nobody else
+#: what comes with the package; only the installation writes it
 INSTALLED = Path(__file__).parent / "kernels"
 
 

@@ -28,20 +28,20 @@ class StoppedError(PymeshfairError):
     """The receiver of progress raised an exception, which is the cause of this one: the work is to stop."""
 
 
-def check_needs(known: Filter, layer: Layer) -> None:
+def check_needs(declared: Filter, layer: Layer) -> None:
     """Refuse a layer that lacks something that a filter requires.
 
     Raises:
         MeshError: it does; the message is a whole sentence.
     """
-    lacking = [words for element, (words, is_there) in _NEEDS.items() if known.requires & element and not is_there(layer)]
+    lacking = [words for element, (words, is_there) in _NEEDS.items() if declared.requires & element and not is_there(layer)]
     if lacking:
-        raise MeshError(f"{known.python_name} cannot be applied: {layer.label!r} has no {' and no '.join(lacking)}")
+        raise MeshError(f"{declared.python_name} cannot be applied: {layer.label!r} has no {' and no '.join(lacking)}")
 
 
-def resolved(known: Filter, values: Mapping[str, Any], layer: Layer) -> dict[str, Any]:
+def resolved(declared: Filter, values: Mapping[str, Any], layer: Layer) -> dict[str, Any]:
     """Declared values as a filter's function takes them: lengths in mesh units on this layer."""
-    of_edges = {p.name for p in known.parameters if isinstance(p, Percentage) and p.of_edges}
+    of_edges = {p.name for p in declared.parameters if isinstance(p, Percentage) and p.of_edges}
 
     def mesh_units(name: str, length: Length) -> float:
         measure = _mean_polyline_edge if name in of_edges else _mean_edge
@@ -50,11 +50,11 @@ def resolved(known: Filter, values: Mapping[str, Any], layer: Layer) -> dict[str
     return {name: mesh_units(name, value) if isinstance(value, Length) else value for name, value in values.items()}
 
 
-def call(known: Filter, inputs: Mapping[str, Any], layer: Layer, on_progress: Callable[[float], None] | None) -> Edit:
+def call(declared: Filter, inputs: Mapping[str, Any], layer: Layer, on_progress: Callable[[float], None] | None) -> Edit:
     """The edit that a plugin's filter makes of a layer.
 
     Args:
-        known: the filter.
+        declared: the filter.
         inputs: all its values, of `resolved`.
         layer: what it reads.
         on_progress: called with the share of the work that is done; an exception that it raises stops the work.
@@ -63,7 +63,7 @@ def call(known: Filter, inputs: Mapping[str, Any], layer: Layer, on_progress: Ca
         StoppedError: `on_progress` raised the exception that is its cause.
         Exception: whatever the function raised, or `MeshError` if its edit does not fit the layer.
     """
-    assert known.function is not None
+    assert declared.function is not None
     inputs, stopped = dict(inputs), []
 
     def progress(done: float) -> None:
@@ -74,10 +74,10 @@ def call(known: Filter, inputs: Mapping[str, Any], layer: Layer, on_progress: Ca
                 stopped.append(error)
                 raise
 
-    if "progress" in inspect.signature(known.function).parameters:
+    if "progress" in inspect.signature(declared.function).parameters:
         inputs["progress"] = progress
     try:
-        return checked_edit(known.function(layer, **inputs), layer)
+        return checked_edit(declared.function(layer, **inputs), layer)
     except BaseException as error:
         if stopped and stopped[0] is error:
             raise StoppedError from error

@@ -53,7 +53,7 @@ class Layer:
 
 
 class Door:
-    """One mesh set of MeshLab's; layers have the ids of whoever uses the door."""
+    """One mesh set of MeshLab's; layers have the ids of the caller."""
 
     def __init__(self, folder: Path, *, verbose: bool = True) -> None:
         """See the class.
@@ -99,9 +99,9 @@ class Door:
     def parameters(self, step: Step) -> dict[str, Any]:
         """All values that a step would run with, by name, lengths in mesh units."""
         assert self._filters is not None
-        found = self._filters.on_mesh(step.filter, self._values(step))
+        effective = self._filters.on_mesh(step.filter, self._values(step))
         ours = {inside: number for number, inside in self._ids.items()}
-        return _with_ids(step.filter, found, ours)
+        return _with_ids(step.filter, effective, ours)
 
     def apply(self, step: Step) -> dict[str, Any]:
         """Apply a step of one of MeshLab's filters; what it reports."""
@@ -267,18 +267,18 @@ class Door:
 
     def _textures_of(self, mesh: Any, before: tuple[Texture, ...]) -> tuple[Texture, ...]:
         """The textures of a layer on which a step may have painted."""
-        known = {f"texture-{k}{_suffix(texture)}": texture for k, texture in enumerate(before)}
-        found = []
+        names = {f"texture-{k}{_suffix(texture)}": texture for k, texture in enumerate(before)}
+        textures = []
         for number, (name, image) in enumerate(mesh.textures().items()):
-            meant = known[name].name if name in known else name
+            meant = names[name].name if name in names else name
             if Path(meant).suffix.lower() not in (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff"):
                 meant += ".png"
             path = self._folder / f"out-{self._entries}-{number}{Path(meant).suffix}"
             if image.width() and image.height():
                 image.save(str(path))
-            found.append(Texture(meant, path if path.exists() else None))
+            textures.append(Texture(meant, path if path.exists() else None))
         self._entries += 1
-        return tuple(found)
+        return tuple(textures)
 
     def _texture_numbers(self, mesh: Any, count: int) -> NDArray[np.int32]:
         if mesh.texture_number() == 1:
@@ -307,9 +307,9 @@ class _Measured:
         return mean_edge_of(*self._arrays)
 
 
-def _with_ids(known: Filter, values: Mapping[str, Any], ids: Mapping[int, int]) -> dict[str, Any]:
+def _with_ids(declared: Filter, values: Mapping[str, Any], ids: Mapping[int, int]) -> dict[str, Any]:
     """The values with the ids of layers changed; one that is not there stays, for MeshLab to refuse it."""
-    named = {p.name for p in known.parameters if isinstance(p, MeshParameter)}
+    named = {p.name for p in declared.parameters if isinstance(p, MeshParameter)}
     return {n: ids.get(value, value) if n in named and isinstance(value, int) else value for n, value in values.items()}
 
 
@@ -322,15 +322,15 @@ def _custom(mesh: MeshData, element: str) -> dict[str, NDArray[np.float64]]:
     attributes, known = (
         (mesh.vertex_attributes, VERTEX_ATTRIBUTES) if element == "vertex" else (mesh.face_attributes, FACE_ATTRIBUTES)
     )
-    found = {name: values.astype(np.float64) for name, values in attributes.items() if name not in known and values.ndim == 1}
+    own = {name: values.astype(np.float64) for name, values in attributes.items() if name not in known and values.ndim == 1}
     ids = mesh.vertex_ids if element == "vertex" else mesh.face_ids
     document: Any = mesh.source.document if mesh.source is not None else None
     for name, values in (document.custom(element) if hasattr(document, "custom") else {}).items():
         of_elements = values.astype(np.float64)
         if ids is not None:
             of_elements = np.where(ids >= 0, of_elements[np.maximum(ids, 0)], 0.0)
-        found.setdefault(name, of_elements)
-    return found
+        own.setdefault(name, of_elements)
+    return own
 
 
 def _numbers(mesh: Any, element: str) -> NDArray[np.int64] | None:
@@ -373,16 +373,16 @@ def _as_sent(values: NDArray[Any], sent: Any, ids: NDArray[np.int64]) -> NDArray
 
 def _carried(attributes: Any, ids: NDArray[np.int64], inside: frozenset[str]) -> dict[str, Any]:
     """The attributes that waited outside, by the numbers of the elements; 0 for new ones."""
-    found: dict[str, Any] = {}
+    continued: dict[str, Any] = {}
     whole = len(ids) > 0 and bool((ids >= 0).all())
     for name, values in (attributes or {}).items():
         if name in inside or name == "polygon":
             continue
-        found[name] = values[ids]
+        continued[name] = values[ids]
         if not whole:
-            found[name] = found[name].copy()
-            found[name][ids < 0] = 0
-    return found
+            continued[name] = continued[name].copy()
+            continued[name][ids < 0] = 0
+    return continued
 
 
 def _polygons(sent: MeshData | None, ids: NDArray[np.int64]) -> NDArray[np.int32] | None:

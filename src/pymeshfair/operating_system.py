@@ -40,7 +40,7 @@ class Portable:
         process.kill()
 
     def has_ended(self, process: subprocess.Popen[bytes]) -> bool:
-        """Whether a child is gone, whoever may still hold its pipes open."""
+        """Whether a child has ended, even if another process holds its pipes open."""
         return process.poll() is not None
 
     def limit_memory(self, most: int | None) -> None:

@@ -110,7 +110,7 @@ def _name(distribution: importlib.metadata.Distribution) -> str | None:
 
 
 def _entry_points(broken: list[BrokenPlugin]) -> list[tuple[str, importlib.metadata.EntryPoint]]:
-    found: dict[str, list[importlib.metadata.EntryPoint]] = {}
+    by_name: dict[str, list[importlib.metadata.EntryPoint]] = {}
     for distribution in importlib.metadata.distributions():
         # Each package's metadata apart: importlib's own entry_points() fails as a whole on one broken package.
         place = str(getattr(distribution, "_path", "?"))
@@ -119,11 +119,11 @@ def _entry_points(broken: list[BrokenPlugin]) -> list[tuple[str, importlib.metad
             if not text or ENTRY_POINT_GROUP not in text:
                 continue
             name = _name(distribution) or place
-            if name in found:
+            if name in by_name:
                 continue  # the same package further down sys.path
             entries = distribution.entry_points.select(group=ENTRY_POINT_GROUP)
-            found[name] = sorted(entries, key=lambda e: e.name)
+            by_name[name] = sorted(entries, key=lambda e: e.name)
         except Exception as error:
             reason = f"{type(error).__name__}: {error}"
             broken.append(BrokenPlugin(place, "entry_points.txt", reason, traceback.format_exc()))
-    return [(name, entry) for name in sorted(found, key=lambda n: (n != "pymeshfair", n)) for entry in found[name]]
+    return [(name, entry) for name in sorted(by_name, key=lambda n: (n != "pymeshfair", n)) for entry in by_name[name]]

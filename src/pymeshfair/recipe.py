@@ -69,8 +69,8 @@ class RecipeInfo:
     @property
     def behind(self) -> str:
         """The recipe that is better by that measure, after which this one comes: ``Judged: normals, after denoise``; or empty."""
-        found = re.search(r"\bafter (\w+)", self.judged)
-        return found[1] if found else ""
+        match = re.search(r"\bafter (\w+)", self.judged)
+        return match[1] if match else ""
 
     @property
     def in_plain_meshlab(self) -> bool:
@@ -218,15 +218,15 @@ def _scripts(folder: Traversable) -> dict[str, Traversable]:
 def head_info(comment: str) -> RecipeInfo:
     """The words of a head comment, taken apart."""
     title, _, rest = comment.partition("\n")
-    said, more = paragraphs(rest)
+    named, more = paragraphs(rest)
     return RecipeInfo(
         title.strip(),
-        said.get("For", ""),
-        said.get("Does", ""),
-        said.get("Tune", ""),
+        named.get("For", ""),
+        named.get("Does", ""),
+        named.get("Tune", ""),
         more,
-        task=said.get("Task", ""),
-        fits=said.get("Fits", ""),
-        judged=said.get("Judged", ""),
-        superseded=said.get("Superseded", ""),
+        task=named.get("Task", ""),
+        fits=named.get("Fits", ""),
+        judged=named.get("Judged", ""),
+        superseded=named.get("Superseded", ""),
     )

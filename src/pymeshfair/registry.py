@@ -69,13 +69,13 @@ def find_filter(name: str) -> Filter:
     """
     registry = _load()
     try:
-        found = registry.by_any_name[name]
+        declared = registry.by_any_name[name]
     except KeyError:
         raise _unknown(name, registry) from None
     for broken in registry.broken:
         if name in broken.names:
-            _warn_once(f"filter {name!r} is that of {found.origin}; {broken}")
-    return found
+            _warn_once(f"filter {name!r} is that of {declared.origin}; {broken}")
+    return declared
 
 
 def reload_plugins() -> None:
@@ -126,14 +126,16 @@ def _load() -> _Registry:
     custom: list[Filter] = []
     broken: list[BrokenPlugin] = []
     for plugin in load_plugins(broken):
-        for found in plugin.filters:
-            if any(found.function is other.function for other in custom):
+        for declared in plugin.filters:
+            if any(declared.function is other.function for other in custom):
                 continue  # imported from another plugin
-            reason = _why_unusable(found, taken)
+            reason = _why_unusable(declared, taken)
             if reason is not None:
-                broken.append(plugin.broken(f"filter {found.python_name!r} {reason}", names=(found.python_name, found.name)))
+                broken.append(
+                    plugin.broken(f"filter {declared.python_name!r} {reason}", names=(declared.python_name, declared.name))
+                )
                 continue
-            custom.append(replace(found, origin=plugin.distribution))
+            custom.append(replace(declared, origin=plugin.distribution))
             taken |= _by_any_name(custom[-1:])
     custom.sort(key=lambda f: (f.origin != "pymeshfair", f.python_name))
     return _Registry({f.python_name: f for f in custom}, tuple(broken))

@@ -209,10 +209,10 @@ def unit_of(metres: float) -> str | None:
 
 def _of_vertices(values: NDArray[np.float64], corners: NDArray[np.int64], count: int) -> NDArray[np.float64] | None:
     """(count, k) the values of corners as those of their vertices, nan where there is none; None if they differ at one."""
-    said = ~np.isnan(values).any(axis=1)
+    present = ~np.isnan(values).any(axis=1)
     own = np.full((count, values.shape[1]), np.nan)
-    own[corners[said]] = values[said]
-    return own if (own[corners[said]] == values[said]).all() else None
+    own[corners[present]] = values[present]
+    return own if (own[corners[present]] == values[present]).all() else None
 
 
 def _placed(part: MeshData, matrix: NDArray[np.float64]) -> MeshData:

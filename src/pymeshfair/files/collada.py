@@ -161,14 +161,14 @@ class _Reader:
             corners.append(table[:, own])
             lengths.append(counts)
             for attribute, semantic in (("normals", "NORMAL"), ("colors", "COLOR"), ("wedge_texture_coordinates", "TEXCOORD")):
-                found = [(i, offset) for i, offset in inputs if i.get("semantic") == semantic]
+                matching = [(i, offset) for i, offset in inputs if i.get("semantic") == semantic]
                 if semantic == "TEXCOORD" and look.coordinates:
-                    found = [(i, offset) for i, offset in found if i.get("set", "0") == look.coordinates] or found
-                if len(found) > 1:
+                    matching = [(i, offset) for i, offset in matching if i.get("set", "0") == look.coordinates] or matching
+                if len(matching) > 1:
                     self.assembly.lost[f"further inputs {semantic}"] = None
                 width = 4 if semantic == "COLOR" else len(_PARAMETERS[semantic])
                 one = np.full((len(table), width), np.nan)
-                for i, offset in found[:1]:
+                for i, offset in matching[:1]:
                     given = self._values(i, semantic)
                     check_range(table[:, offset], 0, len(given), f"the corners of its {p.tag}")
                     one[:, : given.shape[1]] = given[table[:, offset]]
@@ -201,9 +201,9 @@ class _Reader:
             raise ContentsError(f"its source {shown(source.get('id', ''))} has no accessor")
         array = self._target(accessor, "source", "float_array")
         name = f"array {shown(array.get('id', ''))}"
-        found, declared = numbers(array.text or "", f"the {name}"), _whole(array, "count")
-        if declared != len(found):
-            raise ContentsError(f"its {name} declares {declared:,} numbers, but has {len(found):,}")
+        values, declared = numbers(array.text or "", f"the {name}"), _whole(array, "count")
+        if declared != len(values):
+            raise ContentsError(f"its {name} declares {declared:,} numbers, but has {len(values):,}")
         count, stride, offset = (_whole(accessor, key, least) for key, least in (("count", None), ("stride", 1), ("offset", 0)))
         params = [p.get("name", "") for p in accessor.iterfind("param")]
         places = [k for k, p in enumerate(params) if p] or list(range(stride))
@@ -213,10 +213,10 @@ class _Reader:
         least = 3 if semantic != "TEXCOORD" else 2
         if len(places) < least or max(places) >= stride:
             raise ContentsError(f"an accessor of its {name} has {len(places)} values of {stride} at a time, and not {least}")
-        if offset + count * stride > len(found) + stride - 1 - max(places):
-            raise ContentsError(f"an accessor of it takes {count:,} values of {len(found):,} numbers")
+        if offset + count * stride > len(values) + stride - 1 - max(places):
+            raise ContentsError(f"an accessor of it takes {count:,} values of {len(values):,} numbers")
         rows = offset + stride * np.arange(count)[:, None] + places[: len(wanted)]
-        self._sources[key] = found[rows]
+        self._sources[key] = values[rows]
         return self._sources[key]
 
     def _look(self, instance: Element) -> _Look:

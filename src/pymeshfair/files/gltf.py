@@ -374,10 +374,10 @@ def _losses(document: Mapping[str, Any]) -> Iterator[str]:
         yield "extras"
     yield from (f"extension {name}" for name in document.get("extensionsUsed", ()) if name != _QUANTIZED)
     surfaces = [(m, m.get("pbrMetallicRoughness", {})) for m in document.get("materials", ())]
-    told = {key for material, surface in surfaces for key in (*material, *surface)}
-    told -= {"name", "extras", "extensions", "pbrMetallicRoughness", "baseColorFactor", "baseColorTexture"}
-    if told:
-        yield f"of its materials {', '.join(sorted(told))}"
+    used = {key for material, surface in surfaces for key in (*material, *surface)}
+    used -= {"name", "extras", "extensions", "pbrMetallicRoughness", "baseColorFactor", "baseColorTexture"}
+    if used:
+        yield f"of its materials {', '.join(sorted(used))}"
 
 
 def _whole(value: Any, what: str, least: int = 0) -> int:

@@ -128,8 +128,8 @@ def _unit(records: list[Any]) -> str | None:
     for record in records:
         if (text := getattr(record, "string", None)) and re.match(r"\s*(COMPD|PROJ|BOUND|COMPOUND)", text):
             # The last unit is that of the heights, and the one before it often that of angles.
-            found = re.findall(r'(?:LENGTH)?UNIT\["([^"]+)"', text, re.IGNORECASE)
-            for name in found:
+            units = re.findall(r'(?:LENGTH)?UNIT\["([^"]+)"', text, re.IGNORECASE)
+            for name in units:
                 if unit := _UNITS.get(name.lower().replace("u.s.", "us")):
                     return unit
         for key in getattr(record, "geo_keys", ()):

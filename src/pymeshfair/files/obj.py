@@ -341,8 +341,8 @@ class _Uses:
         """(u + 1, 4) the colour of the faces behind each line, and of those before all; an unknown name does not change it."""
         colors: list[tuple[int, ...]] = [_GREY]
         for k in self.material.tolist():
-            known = materials.named.get(self.names[k])
-            colors.append(colors[-1] if known is None else known.color)
+            material = materials.named.get(self.names[k])
+            colors.append(colors[-1] if material is None else material.color)
         return np.array([*colors[1:], colors[0]], np.uint8)
 
 
@@ -391,8 +391,8 @@ def _images(materials: Materials, references: References) -> tuple[tuple[Texture
 
 def _states(tokens: Tokens, faces: NDArray[np.int64]) -> NDArray[np.int64]:
     """(p, 4) the last lines of `STATES` before each of some lines, -1 for none."""
-    found = np.full((len(faces), len(STATES)), -1, np.int64)
+    states = np.full((len(faces), len(STATES)), -1, np.int64)
     for k, keyword in enumerate(STATES):
         lines = lines_of(tokens, keyword)
-        found[:, k] = np.append(lines, -1)[np.searchsorted(lines, faces) - 1]
-    return found
+        states[:, k] = np.append(lines, -1)[np.searchsorted(lines, faces) - 1]
+    return states

@@ -111,16 +111,16 @@ def find_material_files(names: Sequence[str], references: References) -> tuple[l
     Raises:
         InputError: one of them must not be opened.
     """
-    found: dict[Path, None] = {}
+    paths: dict[Path, None] = {}
     missing = []
     for name in names:
         whole = references.find(name)
         each = [whole] if whole else [references.find(part) for part in name.split()]
         if each and all(each):
-            found |= dict.fromkeys(path for path in each if path)
+            paths |= dict.fromkeys(path for path in each if path)
         else:
             missing.append(name)
-    return list(found), missing
+    return list(paths), missing
 
 
 def _parted(rest: str) -> tuple[list[str], str | None]:

@@ -118,15 +118,15 @@ def _as_it_was(
         changes = [a != b for a, b in zip(shown.T, document.normals.T, strict=True)]
         cuts.append((tokens.spans(lines_of(tokens, b"vn"), [1, 2, 3]), [words(column) for column in shown.T], changes))
     spans = np.concatenate([where[np.stack(other, axis=1)] for where, _, other in cuts])
-    found = [w for _, n, other in cuts for w in np.stack([np.array(c, object) for c in n], axis=1)[np.stack(other, axis=1)]]
+    wedges = [w for _, n, other in cuts for w in np.stack([np.array(c, object) for c in n], axis=1)[np.stack(other, axis=1)]]
     if document.materials.lines:
         libraries = tokens.starts[lines_of(tokens, b"mtllib")].tolist()
         named = b"mtllib " + writing.material_file.encode("utf-8", "surrogateescape")
         places = [(start, start + len(_line(document, start))) for start in libraries] or [(0, 0)]
         spans = np.concatenate([spans, np.array(places, np.int64)])
-        found += [named if libraries else named + b"\n", *([b""] * (len(places) - 1))]
+        wedges += [named if libraries else named + b"\n", *([b""] * (len(places) - 1))]
     order = np.argsort(spans[:, 0], kind="stable")
-    return patched(document.data, spans[order], [found[k] for k in order.tolist()])
+    return patched(document.data, spans[order], [wedges[k] for k in order.tolist()])
 
 
 def _are_equal(a: NDArray[Any] | None, b: NDArray[Any] | None) -> bool:
@@ -212,7 +212,7 @@ def _materials(
         shown[:, 0] = numbers
     if colors is not None:
         shown[:, 1:] = colors[:, :3]
-    known = np.full(m, -1)
+    index = np.full(m, -1)
     names = document.names if document is not None else ()
     if document is not None and names:
         ids = np.arange(m) if mesh.face_ids is None else mesh.face_ids
@@ -224,13 +224,13 @@ def _materials(
                 same &= (value == old[ids]).reshape(m, -1).all(axis=1)
             else:
                 same &= value is old
-        known[same] = before[same]
-    new = (known < 0) & (shown >= 0).any(axis=1)
+        index[same] = before[same]
+    new = (index < 0) & (shown >= 0).any(axis=1)
     firsts, found = numbered(shown[new])
     if len(firsts) + len(names) > MOST_MATERIALS:
         notes.append(f"colours of faces are left out: {len(firsts):,} materials for them are more than {MOST_MATERIALS:,}")
         shown[:, 1:] = -1
-        new = (known < 0) & (shown >= 0).any(axis=1)
+        new = (index < 0) & (shown >= 0).any(axis=1)
         firsts, found = numbered(shown[new])
     lines = [b"usemtl %s\n" % name.encode("utf-8", "surrogateescape") for name in names]
     taken, number = set(names), 0
@@ -246,8 +246,8 @@ def _materials(
             texture = mesh.textures[row[0]].name
             says.append(f"map_Kd {writing.textures.get(texture, texture)}")
         writing.materials.append("".join(f"{line}\n" for line in says).encode("utf-8", "surrogateescape"))
-    known[new] = len(names) + found
-    return known, lines
+    index[new] = len(names) + found
+    return index, lines
 
 
 def _faces(
@@ -277,14 +277,14 @@ def _faces(
     if document is not None:
         states = np.concatenate([np.where(ids[:, None] < 0, -1, document.states[ids]), states], axis=1)
     starts = np.flatnonzero(np.append(True, (states[1:] != states[:-1]).any(axis=1)))
-    said = [-1] * states.shape[1]
+    current = [-1] * states.shape[1]
     for start, end in zip(starts.tolist(), [*starts[1:].tolist(), len(lines)], strict=True):
         state = states[start].tolist()
         if document is not None:
-            for now, was in zip(state[:-1], said[:-1], strict=True):
+            for now, was in zip(state[:-1], current[:-1], strict=True):
                 if now >= 0 and now != was:
                     yield _line(document, int(document.tokens.starts[now])) + b"\n"
-        if state[-1] >= 0 and state[-1] != said[-1]:
+        if state[-1] >= 0 and state[-1] != current[-1]:
             yield names[state[-1]]
-        said = state
+        current = state
         yield "".join(lines[start:end]).encode("ascii")

@@ -30,7 +30,7 @@ def output_lock(output: Path) -> Iterator[None]:
         try:
             yield
         finally:
-            # While it is held, so that nobody's new file is removed.
+            # While the lock is held: the new file of another run is not removed.
             with contextlib.suppress(OSError):
                 path.unlink()
 

@@ -65,8 +65,8 @@ class PlyDocument:
         table = self.tables.get(element)
         if table is None:
             return {}
-        known = meant(table)
-        return {name: c for name, c in table.columns.items() if name not in known and not isinstance(c, Lists)}
+        meanings = meant(table)
+        return {name: c for name, c in table.columns.items() if name not in meanings and not isinstance(c, Lists)}
 
 
 def read_ply(path: Path, references: References) -> Reading:
@@ -179,15 +179,15 @@ def texture_names(table: Table) -> tuple[str, str] | None:
 
 
 def _attributes_of_vertices(table: Table) -> dict[str, Array]:
-    found: dict[str, Array | None] = {
+    attributes: dict[str, Array | None] = {
         "normals": _vectors(table, NORMAL, np.float64),
         "colors": colors_of(table),
         "texture_coordinates": _vectors(table, texture_names(table) or ("",), np.float64),
     }
     for name, attribute in ((SCALAR, "scalars"), (RADIUS, "radii")):
         column = table.numbers(name)
-        found[attribute] = None if column is None else column.astype(np.float64)
-    return {name: values for name, values in found.items() if values is not None}
+        attributes[attribute] = None if column is None else column.astype(np.float64)
+    return {name: values for name, values in attributes.items() if values is not None}
 
 
 def _has_face_rows(tables: Mapping[str, Table]) -> bool:
@@ -282,8 +282,8 @@ def _of_strips(values: NDArray[np.int64], lengths: NDArray[np.int64]) -> NDArray
 
 def _of_grid(header: PlyHeader, lists: Lists, count: int) -> NDArray[np.int32]:
     """The triangles of a range image: two a square whose corners were all measured, one if three were."""
-    said = [comment.split() for comment in header.comments]
-    sizes = {w[0]: int(w[1]) for w in said if len(w) == 2 and w[0] in ("num_cols", "num_rows") and w[1].isdigit()}
+    comments = [comment.split() for comment in header.comments]
+    sizes = {w[0]: int(w[1]) for w in comments if len(w) == 2 and w[0] in ("num_cols", "num_rows") and w[1].isdigit()}
     columns, rows = sizes.get("num_cols", 0), sizes.get("num_rows", 0)
     if columns * rows != len(lists.lengths):
         raise PlyError(f"it has a grid of {len(lists.lengths):,} places, but num_cols and num_rows say otherwise")
@@ -296,10 +296,10 @@ def _of_grid(header: PlyHeader, lists: Lists, count: int) -> NDArray[np.int32]:
     first, second = (a >= 0) & (c >= 0) & (d >= 0), (a >= 0) & (d >= 0) & (b >= 0)
     alone = ~(first | second)
     third, fourth = alone & (c >= 0) & (a >= 0) & (b >= 0), alone & (b >= 0) & (d >= 0) & (c >= 0)
-    found = np.full((len(a), 2, 3), -1, np.int64)
+    corners_of_edges = np.full((len(a), 2, 3), -1, np.int64)
     for there, place, corners in ((first, 0, (d, c, a)), (second, 1, (a, b, d)), (third, 0, (c, a, b)), (fourth, 1, (b, d, c))):
-        found[there, place] = np.stack(corners, axis=1)[there]
-    triangles = found.reshape(-1, 3)
+        corners_of_edges[there, place] = np.stack(corners, axis=1)[there]
+    triangles = corners_of_edges.reshape(-1, 3)
     return triangles[triangles[:, 0] >= 0].astype(np.int32)
 
 
@@ -324,11 +324,11 @@ def _extras(document: PlyDocument) -> list[str]:
             extras += [] if taken else [f"element {element.name!r} ({element.count:,})"]
             continue
         table = document.tables[element.name]
-        known = meant(table) | ({*EDGE} if element.name == "edge" else set())
-        extras += [f"{element.name} property {str(p)!r}" for p in element.properties if p.name not in known]
-    told = [c for c in document.header.comments if c and c != "VCGLIB generated" and not c.lower().startswith("texturefile")]
-    if told:
-        extras.append(f"comment {told[0][:60]!r}" + (f" and {len(told) - 1} more" if len(told) > 1 else ""))
+        meanings = meant(table) | ({*EDGE} if element.name == "edge" else set())
+        extras += [f"{element.name} property {str(p)!r}" for p in element.properties if p.name not in meanings]
+    comments = [c for c in document.header.comments if c and c != "VCGLIB generated" and not c.lower().startswith("texturefile")]
+    if comments:
+        extras.append(f"comment {comments[0][:60]!r}" + (f" and {len(comments) - 1} more" if len(comments) > 1 else ""))
     return extras
 
 

@@ -73,9 +73,9 @@ class Table:
 def indices_of_runs(starts: NDArray[np.int64], lengths: NDArray[np.int64]) -> NDArray[np.int64]:
     """The numbers from each start on, as many as its length says, one run after the other."""
     ends = np.cumsum(lengths)
-    found = np.repeat(starts - (ends - lengths), lengths)
-    found += np.arange(len(found))
-    return found
+    positions = np.repeat(starts - (ends - lengths), lengths)
+    positions += np.arange(len(positions))
+    return positions
 
 
 def row_type(element: PlyElement, order: str, widths: Mapping[str, int]) -> np.dtype[Any]:

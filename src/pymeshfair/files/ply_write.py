@@ -167,12 +167,12 @@ def _rows(
     columns: dict[str, Array | Lists] = {}
     properties: list[PlyProperty] = []
     changed: set[str] = set()
-    known = set() if table is None else meant(table)
+    meanings = set() if table is None else meant(table)
     before: Mapping[str, Array | Lists] = {} if table is None else table.columns
     for p in () if table is None else table.element.properties:
-        if p.name in known and p.name not in values and p.name not in (*COLOR, ALPHA, *CORNERS, WEDGES, TEXTURE_NUMBER):
+        if p.name in meanings and p.name not in values and p.name not in (*COLOR, ALPHA, *CORNERS, WEDGES, TEXTURE_NUMBER):
             continue  # a step has taken it away
-        if p.name in (*COLOR, ALPHA) and p.name in known and "colors" not in attributes:
+        if p.name in (*COLOR, ALPHA) and p.name in meanings and "colors" not in attributes:
             continue
         base = _chosen(before[p.name], ids)
         if not isinstance(base, Lists) and p.name in values:
@@ -202,9 +202,9 @@ def _chosen(column: Array | Lists, ids: NDArray[np.int64] | None) -> Array | Lis
         return column.chosen(ids)
     if not len(column):
         return np.zeros(len(ids), column.dtype)
-    found = column[ids]
-    found[ids < 0] = 0
-    return found
+    values = column[ids]
+    values[ids < 0] = 0
+    return values
 
 
 def _cast(values: Array, type_: str) -> Array:
@@ -222,15 +222,15 @@ def _type_of(values: Array) -> str:
 
 def _custom(attributes: Mapping[str, Array], known: frozenset[str]) -> dict[str, Array]:
     """The custom attributes by the name of a property; a vector as three numbers."""
-    found: dict[str, Array] = {}
+    columns: dict[str, Array] = {}
     for name, values in attributes.items():
         if name in known:
             continue
         if values.ndim == 1:
-            found[name] = values
+            columns[name] = values
         else:
-            found |= {f"{name}_{axis}": values[:, k] for k, axis in enumerate("xyzw"[: values.shape[1]])}
-    return found
+            columns |= {f"{name}_{axis}": values[:, k] for k, axis in enumerate("xyzw"[: values.shape[1]])}
+    return columns
 
 
 def _put_colors(
@@ -510,11 +510,11 @@ def _packed(row: _Rows, order: str) -> bytes:
             fields.append((np.ascontiguousarray(column.astype(kind)).view(np.uint8), np.full(n, kind.itemsize)))
     sizes = np.sum([lengths for _, lengths in fields], axis=0)
     starts = np.cumsum(sizes) - sizes
-    found = np.empty(int(sizes.sum()), np.uint8)
+    buffer = np.empty(int(sizes.sum()), np.uint8)
     for data, lengths in fields:
-        found[indices_of_runs(starts, lengths)] = data
+        buffer[indices_of_runs(starts, lengths)] = data
         starts = starts + lengths
-    return found.tobytes()
+    return buffer.tobytes()
 
 
 def _write_text(target: BinaryIO, row: _Rows, document: PlyDocument) -> bool:

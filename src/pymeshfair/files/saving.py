@@ -146,10 +146,10 @@ def _check_precision(kind: Format, mesh: MeshData, resolve: Callable[[], float],
     rounding = float(np.abs(mesh.vertices).max()) * relative + absolute
     if rounding < WORTH_A_WARNING * resolution:
         return []
-    told = f"rounds coordinates of this size by up to {rounding:.2g}, and the mean edge is {resolution:.2g}"
+    effect = f"rounds coordinates of this size by up to {rounding:.2g}, and the mean edge is {resolution:.2g}"
     if rounding > DESTROYED * resolution:
-        raise OutputError(output, f"the format {told}; .ply keeps every digit")
-    return [f"{output.name} {told}; .ply keeps every digit"]
+        raise OutputError(output, f"the format {effect}; .ply keeps every digit")
+    return [f"{output.name} {effect}; .ply keeps every digit"]
 
 
 def _joined(words: list[str]) -> str:

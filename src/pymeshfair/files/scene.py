@@ -159,13 +159,13 @@ class _Reader:
         if (image := look.part("ImageTexture")) is None:
             return -1
         names = [unquote(a or b or c) for a, b, c in _TEXTS.findall(image.fields.get("url", "")) if a or b or c]
-        found = [name for name in names if self._references.find_image(name)] or names
-        if not found:
+        images = [name for name in names if self._references.find_image(name)] or names
+        if not images:
             return -1
         if geometry.part("TextureCoordinate") is None:
-            self.assembly.lost[f"the texture {shown(found[0])} of a shape without texture coordinates"] = None
+            self.assembly.lost[f"the texture {shown(images[0])} of a shape without texture coordinates"] = None
             return -1
-        return self.assembly.texture(found[0], self._references)
+        return self.assembly.texture(images[0], self._references)
 
 
 def _has_shape(node: Node, seen: set[int]) -> bool:
@@ -211,12 +211,12 @@ def _values_of(node: Node) -> NDArray[np.float64]:
 def _runs(geometry: Node, name: str, count: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """The indices of a field, which name one of so many values, and how many stand before each -1."""
     what = f"the {name} of a {shown(geometry.type, 30)}"
-    found = indices(geometry.fields.get(name, ""), what)
-    check_range(found, -1, count, what)
-    ends = np.flatnonzero(found < 0)
-    if len(found) and found[-1] >= 0:
-        ends = np.append(ends, len(found))
-    return found[found >= 0], np.diff(ends, prepend=-1) - 1
+    numbers = indices(geometry.fields.get(name, ""), what)
+    check_range(numbers, -1, count, what)
+    ends = np.flatnonzero(numbers < 0)
+    if len(numbers) and numbers[-1] >= 0:
+        ends = np.append(ends, len(numbers))
+    return numbers[numbers >= 0], np.diff(ends, prepend=-1) - 1
 
 
 #: what nodes say of a geometry: the attribute, the field of indices, and the one that says they are one a face

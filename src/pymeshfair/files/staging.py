@@ -60,7 +60,7 @@ def remove_folder(folder: Path) -> None:
     gone = folder if folder.name.endswith(_GONE) else folder.with_name(f"{folder.name}{_GONE}")
     with contextlib.suppress(OSError):
         folder.replace(gone)
-    for path in dict.fromkeys((folder, gone)):  # whoever began may have died in between
+    for path in dict.fromkeys((folder, gone)):  # the process that began may have died in between
         shutil.rmtree(path, ignore_errors=True)
 
 
@@ -88,7 +88,7 @@ def _remove_abandoned(parent: Path) -> None:
 
 def _is_abandoned(folder: Path) -> bool:
     if folder.name.endswith(_GONE):
-        return True  # whoever removes it as well does no harm
+        return True  # another process may remove it at the same time
     try:
         with (folder / _LOCK).open("rb") as lock:
             return this_system().try_lock(lock, alone=True)

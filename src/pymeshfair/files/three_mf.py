@@ -189,21 +189,21 @@ class _Reader:
 
     def read_build(self) -> str:
         """Place everything that is to be built; its unit."""
-        found: list[str] = []
+        parts: list[str] = []
 
         def start(tag: str, attributes: dict[str, str]) -> None:
             if attributes.get("Type", "").endswith("/3dmodel"):
-                found.append(attributes.get("Target", ""))
+                parts.append(attributes.get("Target", ""))
 
         parse_xml(self._part("_rels/.rels"), start)
-        if len(found) != 1:
-            raise ContentsError(f"its relationships name {len(found)} models and not 1")
-        model = self._model(found[0])
+        if len(parts) != 1:
+            raise ContentsError(f"its relationships name {len(parts)} models and not 1")
+        model = self._model(parts[0])
         if model.unit not in _UNITS:
             raise ContentsError(f"its unit is {shown(model.unit, 30)}, which no 3MF file can have")
         with np.errstate(all="ignore"):
             for item in model.items:
-                self._place(item, found[0], np.eye(4))
+                self._place(item, parts[0], np.eye(4))
         if not any(o.part for m in self._models.values() for o in m.objects.values()):
             raise ContentsError("it builds no mesh")
         return _UNITS[model.unit]
@@ -264,11 +264,11 @@ class _Reader:
         properties = f"the properties of {what}"
         groups: dict[str, tuple[list[int], list[str]]] = {}
         for k in range(count) if group else item.said:
-            said = item.said.get(k, {})
-            first = said.get("p1", number)
-            places, texts = groups.setdefault(said.get("pid", group), ([], []))
+            attributes = item.said.get(k, {})
+            first = attributes.get("p1", number)
+            places, texts = groups.setdefault(attributes.get("pid", group), ([], []))
             places.append(k)
-            texts += (first, said.get("p2", first), said.get("p3", first))
+            texts += (first, attributes.get("p2", first), attributes.get("p3", first))
         for group, (places, texts) in groups.items():
             chosen = indices(" ".join(texts), properties)
             if group in model.colors:
@@ -332,14 +332,14 @@ def write_3mf(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
         raise ContentsError("the format holds triangles alone, and the mesh has none")
     vertex, face = (attributes.get("colors") for attributes in (mesh.vertex_attributes, mesh.face_attributes))
     notes = ("the colours of faces are left out, since vertices have colours",) if vertex is not None and face is not None else ()
-    group, said, chosen = "", "", np.empty((len(mesh.faces), 0), np.int64)
+    group, properties, chosen = "", "", np.empty((len(mesh.faces), 0), np.int64)
     if (levels_of := vertex if vertex is not None else face) is not None:
         shades, own = np.unique(np.ascontiguousarray(levels_of).view(">u4").ravel(), return_inverse=True)
         colors = "".join(f'<m:color color="#{shade:08X}"/>' for shade in shades.tolist())
         group = f'<m:colorgroup id="2">{colors}</m:colorgroup>'
         chosen = own[mesh.faces] if vertex is not None else own.reshape(-1, 1)
-        said = ' pid="2" p1="{}" p2="{}" p3="{}"' if vertex is not None else ' pid="2" p1="{}"'
-    row = f'<triangle v1="{{}}" v2="{{}}" v3="{{}}"{said}/>\n'
+        properties = ' pid="2" p1="{}" p2="{}" p3="{}"' if vertex is not None else ' pid="2" p1="{}"'
+    row = f'<triangle v1="{{}}" v2="{{}}" v3="{{}}"{properties}/>\n'
     unit = next((name for name, short in _UNITS.items() if short == mesh.unit), "millimeter")
     points = "".join('<vertex x="{!r}" y="{!r}" z="{!r}"/>\n'.format(*place) for place in mesh.vertices.tolist())
     faces = "".join(row.format(*face) for face in np.concatenate([mesh.faces, chosen], axis=1).tolist())

@@ -49,7 +49,7 @@ class _Parser:
 
     def nodes(self) -> list[tuple[str, Node]]:
         """The nodes of the document."""
-        found = []
+        nodes = []
         while token := self._next():
             if token == "UNIT":
                 raise ContentsError("it has units of its own, which are not known here")
@@ -57,8 +57,8 @@ class _Parser:
                 for _ in range(_STATEMENTS[token]):
                     self._next()
             else:
-                found.append(("children", self._node(token)))
-        return found
+                nodes.append(("children", self._node(token)))
+        return nodes
 
     def _next(self) -> str:
         """The next token, "" at the end."""

@@ -96,9 +96,9 @@ def continued_face_colors(before: Floats, faces: Ints, added_faces: Ints, vertic
         vertices: how many old vertices there are.
         of: (b,) for each added face the old one that colours it if it is connected with no old face.
     """
-    known = np.zeros(vertices, dtype=np.bool_)
-    known[faces] = True
-    return np.concatenate([before, _blend(before, faces, added_faces, known, before[of])])
+    used = np.zeros(vertices, dtype=np.bool_)
+    used[faces] = True
+    return np.concatenate([before, _blend(before, faces, added_faces, used, before[of])])
 
 
 def continued_texture(
@@ -129,10 +129,10 @@ def continued_texture(
         return np.asarray(middles[of])
     shown = np.stack([_sampled(pixels, np.einsum("c,fcd->fd", w, wedges[givers])) for w in _WITHIN], axis=1)
     mean = shown.mean(axis=1)
-    known = np.zeros(old, dtype=np.bool_)
-    known[faces[givers]] = True
+    used = np.zeros(old, dtype=np.bool_)
+    used[faces[givers]] = True
     nearest = np.searchsorted(givers, of)
-    wanted = _blend(mean, faces[givers], added_faces, known, mean[np.minimum(nearest, len(givers) - 1)])
+    wanted = _blend(mean, faces[givers], added_faces, used, mean[np.minimum(nearest, len(givers) - 1)])
     # Of faces with much the same middle, one whose colour is the same all over is not mistaken for an edge of the picture.
     unlike = np.abs(shown - shown[:, :1]).max(axis=1)
     _, chosen = spatial.cKDTree(np.concatenate([shown[:, 0], 0.5 * unlike], axis=1)).query(np.pad(wanted, ((0, 0), (0, 3))))
@@ -188,6 +188,6 @@ def _harmonic(values: Floats, added_faces: Ints, known: Bools) -> Floats:
     from ..filters.fairing import harmonic_values
 
     used, index = np.unique(added_faces, return_inverse=True)
-    found = values.copy()
-    found[used] = harmonic_values(index.reshape(-1, 3), values[used], known[used])
-    return found
+    continued = values.copy()
+    continued[used] = harmonic_values(index.reshape(-1, 3), values[used], known[used])
+    return continued

@@ -28,7 +28,7 @@ class ScriptStepFailedError(StepFailedError, FilterFailedError):
 
 
 def reason(error: Exception) -> str:
-    """What went wrong, as the end of a sentence; an error that nobody foresaw is named."""
+    """What went wrong, as the end of a sentence; an unexpected error is named by its class."""
     foreseen = isinstance(error, PymeshfairError | PyMeshLabException)
     return str(error) if foreseen else f"{type(error).__name__}: {error}"
 

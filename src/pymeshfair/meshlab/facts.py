@@ -66,17 +66,17 @@ def differences_from_installed() -> list[str]:
     from .survey import survey_installed
 
     installed = survey_installed()
-    found = []
+    differences = []
     if installed.version != table_version():
-        found.append(f"pymeshlab {installed.version} is installed; the table of its filters is of {table_version()}")
-    known = {row[0]: row[-1] for row in _table()["filters"]}
-    found += [f"filter {name!r} is not in the table" for name in sorted(installed.filters.keys() - known.keys())]
-    for name, rows in known.items():
+        differences.append(f"pymeshlab {installed.version} is installed; the table of its filters is of {table_version()}")
+    expected = {row[0]: row[-1] for row in _table()["filters"]}
+    differences += [f"filter {name!r} is not in the table" for name in sorted(installed.filters.keys() - expected.keys())]
+    for name, rows in expected.items():
         if name not in installed.filters:
-            found.append(f"filter {name!r} is not installed")
+            differences.append(f"filter {name!r} is not installed")
         else:
-            found += [f"filter {name!r}: {text}" for text in _parameter_differences(rows, installed.filters[name])]
-    return found
+            differences += [f"filter {name!r}: {text}" for text in _parameter_differences(rows, installed.filters[name])]
+    return differences
 
 
 @functools.cache

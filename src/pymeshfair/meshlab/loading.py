@@ -35,18 +35,18 @@ def load_pymeshlab() -> None:
 @cache
 def _missing_libraries() -> tuple[str, ...]:
     """The system libraries that pymeshlab, or one of its plugins, complained of as it was imported."""
-    said = io.StringIO()  # pymeshlab prints which plugins it cannot load
+    printed = io.StringIO()  # pymeshlab prints which plugins it cannot load
     try:
-        with contextlib.redirect_stdout(said):
+        with contextlib.redirect_stdout(printed):
             importlib.import_module("pymeshlab")
     except ImportError as error:
         if not _MISSING.search(str(error)):
             raise MeshLabLoadError(str(error)) from error
-        said.write(str(error))
-    found = sorted(set(_MISSING.findall(said.getvalue())))
-    if not found and said.getvalue():
-        print(said.getvalue(), end="")
-    return tuple(found)
+        printed.write(str(error))
+    missing = sorted(set(_MISSING.findall(printed.getvalue())))
+    if not missing and printed.getvalue():
+        print(printed.getvalue(), end="")
+    return tuple(missing)
 
 
 if __name__ == "__main__":

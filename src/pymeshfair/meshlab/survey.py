@@ -76,15 +76,15 @@ def survey_installed() -> Survey:
     if done.returncode != 0:
         last = done.stderr.strip().rpartition("\n")[2]
         raise SurveyError(f"pymeshlab could not be asked about its filters (exit {done.returncode}): {last}")
-    told = json.loads(done.stdout)
+    answer = json.loads(done.stdout)
     filters = {
         name: tuple(
             InstalledParameter(p["name"], p["kind"], p["default"], p["bounds"] and tuple(p["bounds"]), tuple(p["choices"]))
             for p in parameters
         )
-        for name, parameters in told["filters"].items()
+        for name, parameters in answer["filters"].items()
     }
-    return Survey(told["version"], filters)
+    return Survey(answer["version"], filters)
 
 
 def survey_in_this_process() -> Survey:
@@ -134,13 +134,13 @@ def _what_is_printed(work: Callable[[], object]) -> str:
 
 def _listed(listing: str, filter_name: str) -> Sequence[re.Match[str]]:
     _, _, rest = listing.partition(f"\n{filter_name} filter - list of parameter names:\n")
-    found = []
+    rows = []
     for line in rest.splitlines():
         match = _PARAMETER.fullmatch(line)
         if match is None:
             break
-        found.append(match)
-    return found
+        rows.append(match)
+    return rows
 
 
 def _parameter(meshes: Any, filter_name: str, line: re.Match[str], defaults: dict[str, Any]) -> InstalledParameter:

@@ -33,7 +33,7 @@ def shortest(single: float) -> float:
     return float(str(np.float32(single)))
 
 
-def for_meshlab(known: Filter, values: Mapping[str, Any], ask: AskMeshLab, layer: Layer) -> dict[str, Any]:
+def for_meshlab(declared: Filter, values: Mapping[str, Any], ask: AskMeshLab, layer: Layer) -> dict[str, Any]:
     """The values of a built-in filter as pymeshlab takes them.
 
     Values that pymeshlab takes anyway stay what they are; `Length`, lengths as text, and colours, points and matrices as tuples
@@ -42,17 +42,17 @@ def for_meshlab(known: Filter, values: Mapping[str, Any], ask: AskMeshLab, layer
     Raises:
         ParameterError: a length is a bare number or no length.
     """
-    parameters = {p.name: p for p in known.parameters}
+    parameters = {p.name: p for p in declared.parameters}
     return {
-        name: _for_meshlab(known, parameters[name], value, ask, layer) if name in parameters else value
+        name: _for_meshlab(declared, parameters[name], value, ask, layer) if name in parameters else value
         for name, value in values.items()
     }
 
 
-def _for_meshlab(known: Filter, parameter: Parameter, value: Any, ask: AskMeshLab, layer: Layer) -> Any:
+def _for_meshlab(declared: Filter, parameter: Parameter, value: Any, ask: AskMeshLab, layer: Layer) -> Any:
     if isinstance(parameter, Percentage) and not isinstance(value, pymeshlab.PercentageValue | pymeshlab.PureValue):
         length = value if isinstance(value, Length) else parameter.check(value)
-        if length.unit == "percent" and 0.0 <= length.amount <= 100.0 and _is_of_diagonal(known, parameter, ask, layer):
+        if length.unit == "percent" and 0.0 <= length.amount <= 100.0 and _is_of_diagonal(declared, parameter, ask, layer):
             return pymeshlab.PercentageValue(length.amount)
         return pymeshlab.PureValue(length.resolve(diagonal=layer.diagonal, mean_edge=lambda: layer.mean_edge))
     if isinstance(parameter, Color) and isinstance(value, tuple):
@@ -62,19 +62,21 @@ def _for_meshlab(known: Filter, parameter: Parameter, value: Any, ask: AskMeshLa
     return value
 
 
-def _is_of_diagonal(known: Filter, parameter: Parameter, ask: AskMeshLab, layer: Layer) -> bool:
+def _is_of_diagonal(declared: Filter, parameter: Parameter, ask: AskMeshLab, layer: Layer) -> bool:
     """Whether MeshLab's percentages of this parameter are of the bounding box's diagonal; of a few they are of something else."""
-    zero, hundred = (ask(known.python_name, **{parameter.name: pymeshlab.PercentageValue(p)})[parameter.name] for p in (0, 100))
+    zero, hundred = (
+        ask(declared.python_name, **{parameter.name: pymeshlab.PercentageValue(p)})[parameter.name] for p in (0, 100)
+    )
     return zero == 0.0 and math.isclose(hundred, layer.diagonal, rel_tol=1e-6)
 
 
 def from_meshlab(
-    known: Filter, told: Mapping[str, Any], given: Mapping[str, Any], ask: AskMeshLab, layer: Layer
+    declared: Filter, told: Mapping[str, Any], given: Mapping[str, Any], ask: AskMeshLab, layer: Layer
 ) -> dict[str, Any]:
     """What a built-in filter ran with, as declared values.
 
     Args:
-        known: the filter.
+        declared: the filter.
         told: what MeshLab says that it ran with.
         given: what the user gave, as the user gave it; relative lengths stay relative, and numbers keep their digits. A default
             that is a part of the diagonal is relative, too, unless MeshLab remembers another one.
@@ -85,19 +87,21 @@ def from_meshlab(
         The values by name; one that no script can say (a camera, a number that is not finite) is absent.
     """
     values = {}
-    for parameter in known.parameters:
+    for parameter in declared.parameters:
         if parameter.name not in told:
             continue
         try:
-            values[parameter.name] = _from_meshlab(known, parameter, told[parameter.name], given.get(parameter.name), ask, layer)
+            values[parameter.name] = _from_meshlab(
+                declared, parameter, told[parameter.name], given.get(parameter.name), ask, layer
+            )
         except (ParameterError, IndexError):
             continue
     return values
 
 
-def _from_meshlab(known: Filter, parameter: Parameter, told: Any, given: Any, ask: AskMeshLab, layer: Layer) -> Any:
+def _from_meshlab(declared: Filter, parameter: Parameter, told: Any, given: Any, ask: AskMeshLab, layer: Layer) -> Any:
     if isinstance(parameter, Percentage):
-        return parameter.check(_length_from_meshlab(known, parameter, told, given, ask, layer))
+        return parameter.check(_length_from_meshlab(declared, parameter, told, given, ask, layer))
     if isinstance(parameter, Enum):
         return parameter.check(parameter.choices[told])
     if isinstance(parameter, Color):
@@ -110,12 +114,12 @@ def _from_meshlab(known: Filter, parameter: Parameter, told: Any, given: Any, as
     return parameter.check(told)
 
 
-def _length_from_meshlab(known: Filter, parameter: Percentage, told: float, given: Any, ask: AskMeshLab, layer: Layer) -> Any:
+def _length_from_meshlab(declared: Filter, parameter: Percentage, told: float, given: Any, ask: AskMeshLab, layer: Layer) -> Any:
     """The length that a filter ran with, relative where the user said it so, or said nothing and the default is relative."""
     length = as_length(given)
     if isinstance(given, str | Length) or (isinstance(length, Length) and length.unit != "percent"):
         return length
-    if isinstance(length, Length) and _is_of_diagonal(known, parameter, ask, layer):
+    if isinstance(length, Length) and _is_of_diagonal(declared, parameter, ask, layer):
         return length
     default = parameter.default
     scales = isinstance(default, Length) and (default.unit == "percent" or default.amount == 0.0)

@@ -36,8 +36,8 @@ class Conveniences:
             ScriptError: something in the script is wrong; lists every problem.
             ScriptStepFailedError: a step failed; the mesh is as the last complete step left it.
         """
-        found = recipe.load_recipe(name_or_path).override([f"{name}={value}" for name, value in settings.items()])
-        return self.apply_script(found.script)
+        loaded = recipe.load_recipe(name_or_path).override([f"{name}={value}" for name, value in settings.items()])
+        return self.apply_script(loaded.script)
 
     def apply_script(self, script: Script) -> list[dict[str, Any]]:
         """Apply all steps of a script to the current mesh, and add them to the filter script; what each of them reports.

@@ -98,22 +98,22 @@ def add_values(mesh: Any, arrays: Arrays) -> None:
 def of_meshlab(mesh: Any, bench: Workbench) -> Arrays:
     """The arrays of the current layer, `mesh`; pymeshlab does not hand out the pictures of textures."""
     points = mesh.vertex_matrix()
-    found = Arrays(points, mesh.face_matrix(), mesh.edge_matrix(), unit_normals(mesh))
+    arrays = Arrays(points, mesh.face_matrix(), mesh.edge_matrix(), unit_normals(mesh))
     if mesh.has_vertex_color():
-        found.colors = mesh.vertex_color_matrix()
-    if len(found.faces) and mesh.has_face_color():
-        found.face_colors = mesh.face_color_matrix()
+        arrays.colors = mesh.vertex_color_matrix()
+    if len(arrays.faces) and mesh.has_face_color():
+        arrays.face_colors = mesh.face_color_matrix()
     if mesh.has_vertex_tex_coord():
-        found.uv = mesh.vertex_tex_coord_matrix()
+        arrays.uv = mesh.vertex_tex_coord_matrix()
     if mesh.has_vertex_scalar():
-        found.of_vertices[SCALAR] = mesh.vertex_scalar_array()
-    if len(found.faces) and mesh.has_face_scalar():
-        found.of_faces[SCALAR] = mesh.face_scalar_array()
+        arrays.of_vertices[SCALAR] = mesh.vertex_scalar_array()
+    if len(arrays.faces) and mesh.has_face_scalar():
+        arrays.of_faces[SCALAR] = mesh.face_scalar_array()
     for element, name, values in custom_attributes(bench, mesh):
-        (found.of_vertices if element == "vertex" else found.of_faces)[name] = values
+        (arrays.of_vertices if element == "vertex" else arrays.of_faces)[name] = values
     if mesh.has_wedge_tex_coord() or mesh.texture_number():
-        found.lost.append("the texture stays in MeshLab: save a file with it")
-    return found
+        arrays.lost.append("the texture stays in MeshLab: save a file with it")
+    return arrays
 
 
 def unit_normals(mesh: Any) -> Floats:
@@ -135,10 +135,10 @@ def indices(values: Any) -> Ints:
 
 def rgba(colors: Any, count: int) -> Floats | None:
     """(count, 4) these colours with opacity and from 0 to 1; None if there are not so many."""
-    found = np.asarray(colors)
-    if found.ndim != 2 or len(found) != count or count == 0:
+    values = np.asarray(colors)
+    if values.ndim != 2 or len(values) != count or count == 0:
         return None
-    scaled = found / 255.0 if found.dtype.kind in "ui" else found.astype(np.float64)
+    scaled = values / 255.0 if values.dtype.kind in "ui" else values.astype(np.float64)
     return np.ascontiguousarray(scaled if scaled.shape[1] == 4 else np.column_stack([scaled[:, :3], np.ones(count)]))
 
 
@@ -160,5 +160,5 @@ def word(name: str) -> str:
 
 
 def _scalar(values: dict[str, NDArray[Any]]) -> Floats | None:
-    found = values.get(SCALAR)
-    return coordinates(found) if found is not None and found.ndim == 1 else None
+    scalars = values.get(SCALAR)
+    return coordinates(scalars) if scalars is not None and scalars.ndim == 1 else None

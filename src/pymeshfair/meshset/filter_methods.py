@@ -50,13 +50,13 @@ class FilterMethods(metaclass=LateMethods):
             return getattr(self, name)
         # Filters of plugins that were installed meanwhile; any other name gets a reason or a suggestion.
         try:
-            known = listing.known_filter(name)
+            declared = listing.known_filter(name)
         except errors.UnknownFilterError as error:
             hint = f"; {error.cause}" if error.cause else f"; did you mean {error.suggestion!r}?" if error.suggestion else ""
             raise AttributeError(f"{text}{hint}") from None
-        if known is None or known.python_name != name:
+        if declared is None or declared.python_name != name:
             raise AttributeError(text)
-        return functools.partial(methods.filter_method(known), self)
+        return functools.partial(methods.filter_method(declared), self)
 
     def __dir__(self) -> list[str]:
         _add_plugin_methods()
@@ -64,23 +64,23 @@ class FilterMethods(metaclass=LateMethods):
 
 
 class _MadeWhenAskedFor:
-    """Stands for the method of a filter until somebody asks for it: to document all three hundred takes a tenth of a second."""
+    """Stands for the method of a filter until it is first used: to document all three hundred takes a tenth of a second."""
 
     def __init__(self, name: str) -> None:
         self._name = name
 
     def __get__(self, instance: object | None, owner: type) -> Any:
-        known = listing.known_filter(self._name)
-        method: Any = getattr(BASE, self._name) if known is None else methods.filter_method(known)
+        declared = listing.known_filter(self._name)
+        method: Any = getattr(BASE, self._name) if declared is None else methods.filter_method(declared)
         setattr(FilterMethods, self._name, method)
         return method if instance is None else MethodType(method, instance)
 
 
 @functools.cache
 def _add_plugin_methods() -> None:
-    for known in registry.custom_filters():
-        if not hasattr(BASE, known.python_name):  # a method of pymeshlab's that is no filter keeps its name
-            setattr(FilterMethods, known.python_name, _MadeWhenAskedFor(known.python_name))
+    for declared in registry.custom_filters():
+        if not hasattr(BASE, declared.python_name):  # a method of pymeshlab's that is no filter keeps its name
+            setattr(FilterMethods, declared.python_name, _MadeWhenAskedFor(declared.python_name))
 
 
 for _name in pymeshlab.filter_list():

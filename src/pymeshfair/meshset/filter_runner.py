@@ -43,34 +43,34 @@ class FilterRunner:
             What it reports, and the step that says what it ran with; None for a filter of a plugin of MeshLab's own kind, which
             no script of ours can name.
         """
-        known = known_filter(filter_name)
-        if known is None:
+        declared = known_filter(filter_name)
+        if declared is None:
             self._layers.settle()
             return self.builtins.call(filter_name, given), None
-        self._check_mesh(known)
-        result, values = self._of_kind(known, dict(given) if known.is_builtin else self.plugins.check(known, given))
-        return result, Step(known, _with_ids(known, values, self._layers.bench.without_helpers))
+        self._check_mesh(declared)
+        result, values = self._of_kind(declared, dict(given) if declared.is_builtin else self.plugins.check(declared, given))
+        return result, Step(declared, _with_ids(declared, values, self._layers.bench.without_helpers))
 
     def apply_step(self, step: Step) -> tuple[dict[str, Any], Step]:
         """Apply a step of a script, whose values are checked; what the filter reports, and the step as it was applied."""
-        known = step.filter
-        self._check_mesh(known)
-        result, values = self._of_kind(known, self._values_here(step))
-        return result, Step(known, _with_ids(known, values, self._layers.bench.without_helpers))
+        declared = step.filter
+        self._check_mesh(declared)
+        result, values = self._of_kind(declared, self._values_here(step))
+        return result, Step(declared, _with_ids(declared, values, self._layers.bench.without_helpers))
 
     def effective(self, step: Step) -> dict[str, Any]:
         """All values that a step would run with, as a script says them: relative lengths stay relative."""
-        known, values = step.filter, self._values_here(step)
+        declared, values = step.filter, self._values_here(step)
         self._layers.settle()
-        found = self.builtins.effective(known, values) if known.is_builtin else {**known.defaults, **values}
-        return _with_ids(known, found, self._layers.bench.without_helpers)
+        effective = self.builtins.effective(declared, values) if declared.is_builtin else {**declared.defaults, **values}
+        return _with_ids(declared, effective, self._layers.bench.without_helpers)
 
     def on_mesh(self, step: Step) -> dict[str, Any]:
         """As `effective`, with lengths in mesh units of the current layer."""
-        known, values = step.filter, self._values_here(step)
+        declared, values = step.filter, self._values_here(step)
         self._layers.settle()
-        found = (self.builtins if known.is_builtin else self.plugins).on_mesh(known, values)
-        return _with_ids(known, found, self._layers.bench.without_helpers)
+        effective = (self.builtins if declared.is_builtin else self.plugins).on_mesh(declared, values)
+        return _with_ids(declared, effective, self._layers.bench.without_helpers)
 
     def values(self, filter_name: str, given: Mapping[str, Any]) -> dict[str, Any]:
         """What `pymeshlab.MeshSet.filter_parameter_values` tells, for filters of both kinds and for file formats."""
@@ -78,30 +78,30 @@ class FilterRunner:
         if not is_known(filter_name):  # perhaps a file format, for which every file that is written asks many times
             with contextlib.suppress(pymeshlab.PyMeshLabException):
                 return without_helpers(dict(self.builtins.ask(filter_name, **given)))
-        known = known_filter(filter_name)
-        if known is None:
+        declared = known_filter(filter_name)
+        if declared is None:
             return dict(self.builtins.ask(filter_name, **given))
-        if known.is_builtin:
-            return self.builtins.values(known, given)
-        return self.plugins.on_mesh(known, self.plugins.check(known, given))
+        if declared.is_builtin:
+            return self.builtins.values(declared, given)
+        return self.plugins.on_mesh(declared, self.plugins.check(declared, given))
 
-    def _of_kind(self, known: Filter, values: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-        if not known.is_builtin:
-            return self.plugins.apply(known, values)
+    def _of_kind(self, declared: Filter, values: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+        if not declared.is_builtin:
+            return self.plugins.apply(declared, values)
         self._layers.settle()
-        self._layers.check_named(known, values)
+        self._layers.check_named(declared, values)
         self.builtins.verbose = self._layers.bench.verbose
-        return self.builtins.apply(known, values)
+        return self.builtins.apply(declared, values)
 
-    def _check_mesh(self, known: Filter) -> None:
-        if known.arity is not Arity.NONE and not self._layers.has_current():
-            raise FilterFailedError(f"{known.python_name} needs a mesh, and the mesh set has no current one: load one first")
+    def _check_mesh(self, declared: Filter) -> None:
+        if declared.arity is not Arity.NONE and not self._layers.has_current():
+            raise FilterFailedError(f"{declared.python_name} needs a mesh, and the mesh set has no current one: load one first")
 
     def _values_here(self, step: Step) -> dict[str, Any]:
         values = _with_ids(step.filter, step.values, self._layers.bench.with_helpers)
         return {**constant_defaults(step.filter), **values} if step.filter.is_builtin else values
 
 
-def _with_ids(known: Filter, values: Mapping[str, Any], change: Callable[[int], int]) -> dict[str, Any]:
-    ids = {p.name for p in known.parameters if isinstance(p, MeshParameter)}
+def _with_ids(declared: Filter, values: Mapping[str, Any], change: Callable[[int], int]) -> dict[str, Any]:
+    ids = {p.name for p in declared.parameters if isinstance(p, MeshParameter)}
     return {name: change(value) if name in ids and isinstance(value, int) else value for name, value in values.items()}

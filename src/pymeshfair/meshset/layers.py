@@ -100,12 +100,12 @@ class Layers:
         gaps = "; ids skip numbers, see current_mesh_id() after a layer is made" if self.bench.helper_ids else ""
         raise UnknownLayerError(f"{where}there is no layer {mesh_id} in the mesh set (it has {there}{gaps})")
 
-    def check_named(self, known: Filter, values: dict[str, Any]) -> None:
+    def check_named(self, declared: Filter, values: dict[str, Any]) -> None:
         """Raise `UnknownLayerError` if a parameter of the filter names a layer that is not there."""
-        for parameter in known.parameters:
+        for parameter in declared.parameters:
             mesh_id = values.get(parameter.name)
             if isinstance(parameter, MeshParameter) and isinstance(mesh_id, int):
-                self.check(mesh_id, f"{known.python_name}: parameter {parameter.name!r}: ")
+                self.check(mesh_id, f"{declared.python_name}: parameter {parameter.name!r}: ")
 
     def _read(self, mesh: Any) -> MeshLayer:
         return MeshLayer(mesh, self.bench, other=self._other, settle=self.settle)

@@ -15,7 +15,7 @@ from .methods import shown_default
 
 def filter_list() -> list[str]:
     """The Python names of all filters, MeshLab's and the plugins', sorted."""
-    return sorted({*pymeshlab.filter_list(), *(known.python_name for known in custom_filters())})
+    return sorted({*pymeshlab.filter_list(), *(declared.python_name for declared in custom_filters())})
 
 
 def print_filter_list() -> None:
@@ -31,15 +31,15 @@ def print_filter_parameter_list(filter_name: str) -> None:
     Raises:
         UnknownFilterError: there is no filter of that name; the message gives the nearest one.
     """
-    known = known_filter(filter_name)
-    if known is None:
+    declared = known_filter(filter_name)
+    if declared is None:
         pymeshlab.print_filter_parameter_list(filter_name)
         return
-    print(f"{known.python_name} filter - list of parameter names:")
-    for parameter in known.parameters:
+    print(f"{declared.python_name} filter - list of parameter names:")
+    for parameter in declared.parameters:
         default = "depends on the mesh" if parameter.default is None else repr(shown_default(parameter))
         print(f"\t{parameter.name} : {parameter.describe_allowed()} = {default}")
-    if not known.parameters:
+    if not declared.parameters:
         print("\tNone.")
 
 
@@ -47,13 +47,13 @@ def search(words: str) -> None:
     """Print the filters whose names or descriptions hold all of the words, those with more of them in the name first."""
     wanted = re.findall(r"[a-z0-9]+", words.lower())
 
-    def text(known: Filter) -> str:
-        return f"{known.python_name} {known.name} {known.info}".lower()
+    def text(declared: Filter) -> str:
+        return f"{declared.python_name} {declared.name} {declared.info}".lower()
 
-    found = [known for known in all_filters() if wanted and all(word in text(known) for word in wanted)]
-    found.sort(key=lambda known: -sum(word in f"{known.python_name} {known.name}".lower() for word in wanted))
-    for known in found:
-        print(f"{known.python_name} : {known.summary or known.name}")
+    matches = [declared for declared in all_filters() if wanted and all(word in text(declared) for word in wanted)]
+    matches.sort(key=lambda declared: -sum(word in f"{declared.python_name} {declared.name}".lower() for word in wanted))
+    for declared in matches:
+        print(f"{declared.python_name} : {declared.summary or declared.name}")
 
 
 def known_filter(name: str) -> Filter | None:

@@ -195,10 +195,10 @@ class MeshSet(Conveniences, FilterMethods, _Typed, metaclass=_MeshSetType):
         if isinstance(mesh, pymeshlab.Mesh):
             return _settled(self, BASE.add_mesh, mesh, mesh_name, set_as_current)
         arrays = taking.taken(mesh)
-        told = _settled(self, BASE.add_mesh, exchange.as_meshlab(arrays), mesh_name, set_as_current)
+        result = _settled(self, BASE.add_mesh, exchange.as_meshlab(arrays), mesh_name, set_as_current)
         exchange.add_values(max(BASE.__iter__(self), key=lambda layer: int(layer.id())), arrays)
         self._filters.plugins.tell_losses(arrays.lost)
-        return told
+        return result
 
     def save_current_mesh(self, file_name: str, *args: Any, **kwargs: Any) -> None:
         """Save the current mesh as pymeshlab does; a note says so if it has edges that are not in the file.

@@ -31,26 +31,26 @@ _WIDTH = 120
 _FILTER_LIST = "https://pymeshlab.readthedocs.io/en/latest/filter_list.html"
 
 
-def filter_method(known: Filter) -> Callable[..., dict[str, Any] | None]:
+def filter_method(declared: Filter) -> Callable[..., dict[str, Any] | None]:
     """The method that applies the filter, with its signature and its documentation."""
 
     def method(self: Any, **parameters: Any) -> dict[str, Any] | None:
         # pymeshlab's own methods give nothing rather than an empty dictionary
-        return self.apply_filter(known.python_name, **parameters) or None
+        return self.apply_filter(declared.python_name, **parameters) or None
 
-    method.__name__ = known.python_name
-    method.__qualname__ = f"MeshSet.{known.python_name}"
+    method.__name__ = declared.python_name
+    method.__qualname__ = f"MeshSet.{declared.python_name}"
     method.__module__ = "pymeshfair.meshset"
-    method.__doc__ = method_docstring(known)
-    method.__signature__ = _signature(known)  # type: ignore[attr-defined]
+    method.__doc__ = method_docstring(declared)
+    method.__signature__ = _signature(declared)  # type: ignore[attr-defined]
     return method
 
 
-def _signature(known: Filter) -> inspect.Signature:
+def _signature(declared: Filter) -> inspect.Signature:
     this = inspect.Parameter("self", inspect.Parameter.POSITIONAL_OR_KEYWORD)
     others = [
         inspect.Parameter(p.name, inspect.Parameter.KEYWORD_ONLY, default=_signature_default(p), annotation=_annotation(p))
-        for p in known.parameters
+        for p in declared.parameters
     ]
     return inspect.Signature([this, *others], return_annotation=dict[str, Any] | None)
 
@@ -103,23 +103,23 @@ def length_text(length: Length) -> str:
     return amount.removesuffix(".0") + str(length).removeprefix(amount)
 
 
-def method_docstring(known: Filter) -> str:
+def method_docstring(declared: Filter) -> str:
     """The description, every parameter with what it takes, and the references, in Google style."""
-    parts = [_rewrapped(paragraph) for paragraph in (known.info.strip() or _about_builtin(known)).split("\n\n")]
-    if known.parameters:
-        parts.append("Args:\n" + "\n".join(_described(p) for p in known.parameters))
+    parts = [_rewrapped(paragraph) for paragraph in (declared.info.strip() or _about_builtin(declared)).split("\n\n")]
+    if declared.parameters:
+        parts.append("Args:\n" + "\n".join(_described(p) for p in declared.parameters))
     parts.append(f"Returns:\n{_indented('What the filter reports, by name; None if it reports nothing.', 4)}")
-    if known.references:
-        parts.append(f"References:\n{_indented(', '.join(f'[{key}]' for key in known.references), 4)}")
-    if not known.is_builtin:
-        parts.append(f"In scripts: {known.name!r}.")
+    if declared.references:
+        parts.append(f"References:\n{_indented(', '.join(f'[{key}]' for key in declared.references), 4)}")
+    if not declared.is_builtin:
+        parts.append(f"In scripts: {declared.name!r}.")
     return "\n\n".join(parts)
 
 
-def _about_builtin(known: Filter) -> str:
+def _about_builtin(declared: Filter) -> str:
     """What the table of facts tells about a filter of MeshLab's, which has no words of its own there."""
-    menus = ", ".join(str(kind.name).lower().replace("_", " ") for kind in FilterClass if kind in known.classes)
-    return f"MeshLab's filter {known.name!r}.\n\nMenus: {menus}. What it does: {_FILTER_LIST}#{known.python_name}"
+    menus = ", ".join(str(kind.name).lower().replace("_", " ") for kind in FilterClass if kind in declared.classes)
+    return f"MeshLab's filter {declared.name!r}.\n\nMenus: {menus}. What it does: {_FILTER_LIST}#{declared.python_name}"
 
 
 def _rewrapped(paragraph: str) -> str:
@@ -130,12 +130,12 @@ def _rewrapped(paragraph: str) -> str:
 
 
 def _described(parameter: Parameter) -> str:
-    said = [parameter.help or f"{parameter.xml_name!r} in scripts."]
+    sentences = [parameter.help or f"{parameter.xml_name!r} in scripts."]
     if not isinstance(parameter, Bool | Enum):  # their type says it all
-        said.append(f"Takes {parameter.describe_allowed()}.")
+        sentences.append(f"Takes {parameter.describe_allowed()}.")
     if parameter.default is None and not parameter.help:
-        said.append("Left out, MeshLab takes what suits the mesh.")
-    return _indented(f"{parameter.name}: {' '.join(said)}", 4, 8)
+        sentences.append("Left out, MeshLab takes what suits the mesh.")
+    return _indented(f"{parameter.name}: {' '.join(sentences)}", 4, 8)
 
 
 def _indented(text: str, first: int, rest: int | None = None) -> str:

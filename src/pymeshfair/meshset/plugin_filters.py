@@ -30,39 +30,39 @@ class PluginFilters:
         self.on_progress: Callable[[float], None] | None = None
         self.on_note: Callable[[str], None] | None = None
 
-    def check(self, known: Filter, given: Mapping[str, Any]) -> dict[str, Any]:
+    def check(self, declared: Filter, given: Mapping[str, Any]) -> dict[str, Any]:
         """The given values, checked as declared; the only check between a caller and the filter's function.
 
         Raises:
             UnknownFilterError: no such parameter.
             FilterParameterError: a value that the parameter does not take.
         """
-        lengths = {p.name for p in known.parameters if isinstance(p, Percentage)}
+        lengths = {p.name for p in declared.parameters if isinstance(p, Percentage)}
         try:
-            return known.check({name: as_length(value) if name in lengths else value for name, value in given.items()})
+            return declared.check({name: as_length(value) if name in lengths else value for name, value in given.items()})
         except UnknownNameError as error:
             raise UnknownFilterError(str(error), suggestion=error.suggestion) from None
         except ParameterError as error:
-            raise FilterParameterError(f"{known.python_name}: {error}") from None
+            raise FilterParameterError(f"{declared.python_name}: {error}") from None
 
-    def apply(self, known: Filter, checked: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    def apply(self, declared: Filter, checked: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
         """Apply the filter with checked values; what it reports, and the values that it ran with."""
-        values = {**known.defaults, **checked}
-        self._layers.check_named(known, values)
+        values = {**declared.defaults, **checked}
+        self._layers.check_named(declared, values)
         layer = self._layers.current()
         try:
-            check_needs(known, layer)
+            check_needs(declared, layer)
         except MeshError as error:
             raise FilterFailedError(str(error)) from None
-        edit, losses = self._compute(known, values, layer)
+        edit, losses = self._compute(declared, values, layer)
         for note in edit.notes:
             self.tell(note)
         self.tell_losses(losses)
         return dict(edit.values), values
 
-    def on_mesh(self, known: Filter, checked: Mapping[str, Any]) -> dict[str, Any]:
+    def on_mesh(self, declared: Filter, checked: Mapping[str, Any]) -> dict[str, Any]:
         """The values that the filter would run with, lengths in mesh units."""
-        return resolved(known, {**known.defaults, **checked}, self._layers.current())
+        return resolved(declared, {**declared.defaults, **checked}, self._layers.current())
 
     def tell(self, note: str) -> None:
         """Pass on a sentence of a filter."""
@@ -79,16 +79,16 @@ class PluginFilters:
             else:
                 _LOG.warning("%s", text)
 
-    def _compute(self, known: Filter, values: Mapping[str, Any], layer: MeshLayer) -> tuple[Edit, tuple[str, ...]]:
+    def _compute(self, declared: Filter, values: Mapping[str, Any], layer: MeshLayer) -> tuple[Edit, tuple[str, ...]]:
         try:
-            inputs = resolved(known, values, layer)
+            inputs = resolved(declared, values, layer)
             if self._layers.bench.verbose or self._layers.bench.tells_parameters:
-                print(f"\nApplying filter {known.python_name} with the following parameters:\n{inputs}\n")
-            edit = call(known, inputs, layer, self.on_progress)
+                print(f"\nApplying filter {declared.python_name} with the following parameters:\n{inputs}\n")
+            edit = call(declared, inputs, layer, self.on_progress)
             return edit, self._layers.take(layer, edit)
         except StoppedError as error:
             raise error.__cause__ or error from None
         except MemoryError:
             raise
         except Exception as error:
-            raise FilterFailedError(f"{known.python_name}: {reason(error)}") from error
+            raise FilterFailedError(f"{declared.python_name}: {reason(error)}") from error

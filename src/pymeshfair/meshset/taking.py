@@ -46,50 +46,50 @@ def _of_scene(scene: Any) -> Arrays:
         raise ForeignMeshError("the scene has no geometry")
     if len(kinds) > 1:
         raise ForeignMeshError(f"the scene has parts of several kinds ({', '.join(kinds)}): add each of scene.dump() by itself")
-    found = _of_trimesh(parts[0] if len(parts) == 1 else scene.to_geometry())
+    arrays = _of_trimesh(parts[0] if len(parts) == 1 else scene.to_geometry())
     if len(parts) > 1:
-        found.lost.append(f"the {len(parts)} parts of the scene are one mesh without their names")
-    return found
+        arrays.lost.append(f"the {len(parts)} parts of the scene are one mesh without their names")
+    return arrays
 
 
 def _of_trimesh(mesh: Any) -> Arrays:
     vertices = coordinates(mesh.vertices)
     if vertices.shape[1:] == (2,):
         vertices = np.column_stack([vertices, np.zeros(len(vertices))])
-    found = Arrays(vertices)
+    arrays = Arrays(vertices)
     if hasattr(mesh, "vertex_nodes"):  # a Path
-        found.edges = indices(mesh.vertex_nodes)
-        return found
+        arrays.edges = indices(mesh.vertex_nodes)
+        return arrays
     if not hasattr(mesh, "faces"):  # a PointCloud
-        found.colors = rgba(getattr(mesh, "colors", ()), len(vertices))
-        return found
-    found.faces = indices(mesh.faces)
+        arrays.colors = rgba(getattr(mesh, "colors", ()), len(vertices))
+        return arrays
+    arrays.faces = indices(mesh.faces)
     visual: Any = getattr(mesh, "visual", None)
     kind = getattr(visual, "kind", None)
     if kind == "vertex":
-        found.colors = rgba(visual.vertex_colors, len(vertices))
+        arrays.colors = rgba(visual.vertex_colors, len(vertices))
     elif kind == "face":
-        found.face_colors = rgba(visual.face_colors, len(found.faces))
+        arrays.face_colors = rgba(visual.face_colors, len(arrays.faces))
     elif kind == "texture" and getattr(visual, "uv", None) is not None:
-        found.uv = coordinates(visual.uv)
+        arrays.uv = coordinates(visual.uv)
         material = getattr(visual, "material", None)
         if getattr(material, "image", None) is not None or getattr(material, "baseColorTexture", None) is not None:
-            found.lost.append("MeshLab takes no picture from memory: the texture coordinates are there, without their texture")
-    found.of_vertices = arrays_of(getattr(mesh, "vertex_attributes", None))
-    found.of_faces = arrays_of(getattr(mesh, "face_attributes", None))
-    return found
+            arrays.lost.append("MeshLab takes no picture from memory: the texture coordinates are there, without their texture")
+    arrays.of_vertices = arrays_of(getattr(mesh, "vertex_attributes", None))
+    arrays.of_faces = arrays_of(getattr(mesh, "face_attributes", None))
+    return arrays
 
 
 def _of_open3d(mesh: Any) -> Arrays:
     cloud = not hasattr(mesh, "triangles")
     vertices = coordinates(mesh.points if cloud else mesh.vertices)
-    found = Arrays(vertices, colors=rgba(mesh.colors if cloud else mesh.vertex_colors, len(vertices)))
+    arrays = Arrays(vertices, colors=rgba(mesh.colors if cloud else mesh.vertex_colors, len(vertices)))
     if cloud and len(mesh.normals) == len(vertices) > 0:
-        found.normals = coordinates(mesh.normals)
+        arrays.normals = coordinates(mesh.normals)
     if not cloud:
-        found.faces = indices(mesh.triangles)
-        found.lost += ["the texture of the Open3D mesh is not taken"] if len(getattr(mesh, "textures", ())) else []
-    return found
+        arrays.faces = indices(mesh.triangles)
+        arrays.lost += ["the texture of the Open3D mesh is not taken"] if len(getattr(mesh, "textures", ())) else []
+    return arrays
 
 
 def _of_meshio(mesh: Any) -> Arrays:
@@ -112,12 +112,14 @@ def _of_meshio(mesh: Any) -> Arrays:
             raise ForeignMeshError(
                 f"the meshio mesh has cells of type {kind!r}; taken are triangles, quads (as two of them) and lines"
             )
-    found = Arrays(points, np.concatenate(faces), np.concatenate(edges), of_vertices=arrays_of(getattr(mesh, "point_data", None)))
+    arrays = Arrays(
+        points, np.concatenate(faces), np.concatenate(edges), of_vertices=arrays_of(getattr(mesh, "point_data", None))
+    )
     of_cells = getattr(mesh, "cell_data", None) or {}
     joined = {name: np.concatenate([np.asarray(part) for part in parts]) for name, parts in of_cells.items()}
-    found.of_faces = {name: values[np.concatenate(from_cell)] for name, values in joined.items()}
-    _take_by_name(found)
-    return found
+    arrays.of_faces = {name: values[np.concatenate(from_cell)] for name, values in joined.items()}
+    _take_by_name(arrays)
+    return arrays
 
 
 def _of_pyvista(mesh: Any) -> Arrays:
@@ -129,18 +131,18 @@ def _of_pyvista(mesh: Any) -> Arrays:
         edges.append(np.column_stack([lines[1:count], lines[2 : count + 1]]))
         lines = lines[count + 1 :]
     surface = mesh.triangulate()
-    found = Arrays(
+    arrays = Arrays(
         coordinates(mesh.points), indices(surface.regular_faces).reshape(-1, 3), of_vertices=arrays_of(mesh.point_data)
     )
-    found.of_faces = {name: array for name, array in arrays_of(surface.cell_data).items() if len(array) == len(found.faces)}
+    arrays.of_faces = {name: array for name, array in arrays_of(surface.cell_data).items() if len(array) == len(arrays.faces)}
     if edges:
-        found.edges = indices(np.concatenate(edges))
+        arrays.edges = indices(np.concatenate(edges))
     uv = mesh.active_texture_coordinates
     if uv is not None:
-        found.uv = coordinates(uv)
-        found.of_vertices = {n: a for n, a in found.of_vertices.items() if a.shape != uv.shape or (a != uv).any()}
-    _take_by_name(found)
-    return found
+        arrays.uv = coordinates(uv)
+        arrays.of_vertices = {n: a for n, a in arrays.of_vertices.items() if a.shape != uv.shape or (a != uv).any()}
+    _take_by_name(arrays)
+    return arrays
 
 
 def _take_by_name(found: Arrays) -> None:

@@ -29,7 +29,7 @@ END_OF_TALK = b"\npymeshfair-end-of-talk\n"
 
 
 class _Channel:
-    """The way to whoever gives the orders; None in a process that nobody does."""
+    """The channel to the process that gives the orders; None in a process without one."""
 
     reports: io.BufferedWriter | None = None
     if_lost: bytes | None = None
@@ -37,9 +37,9 @@ class _Channel:
 
 
 def report(event: Any) -> None:
-    """Tell whoever gave the order that is being carried out of something; elsewhere that does nothing."""
+    """Send an event to the process that gave the order; in a process without orders nothing happens."""
     if _Channel.reports is not None:
-        with suppress(OSError):  # whoever it was is gone
+        with suppress(OSError):  # that process has ended
             pickle.dump(("event", event), _Channel.reports)
             _Channel.reports.flush()
 

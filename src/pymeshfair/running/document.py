@@ -79,10 +79,10 @@ class Document:
         if number not in self._meshes:
             there = ", ".join(map(str, self._meshes)) or "none"
             raise MeshError(f"there is no layer {number} (there are {there})")
-        found = self._meshes[number]
-        if found is None:
-            found = self._meshes[number] = self._door.fetch(number)
-        return found
+        mesh = self._meshes[number]
+        if mesh is None:
+            mesh = self._meshes[number] = self._door.fetch(number)
+        return mesh
 
     @property
     def current(self) -> MeshData:

@@ -42,9 +42,9 @@ class GuardBroken(RunError):  # noqa: N818 - says what happened
     """
 
     def __init__(self, breaches: Sequence[Mapping[str, Any]], maps: Sequence[Path]) -> None:
-        told = "; ".join(f"{breach['guard']}: {breach['message']}" for breach in breaches)
+        sentences = "; ".join(f"{breach['guard']}: {breach['message']}" for breach in breaches)
         shown = f"; {maps[0].name} shows where" if maps else "; --map OUT.ply shows where"
-        super().__init__(f"{told}{shown}. No output was written; --keep-broken writes it all the same")
+        super().__init__(f"{sentences}{shown}. No output was written; --keep-broken writes it all the same")
         self.breaches = tuple(breaches)
         self.maps = tuple(maps)
 
@@ -59,12 +59,12 @@ class RunTimeout(RunError):  # noqa: N818 - says what happened
 
     def __init__(self, place: Place, seconds: float, *, is_given: bool = True) -> None:
         """See the class; without `is_given` the time is that which reading any file has."""
-        said = (
+        reason = (
             f"the {seconds:g} s that the run was given; give it more, or a smaller mesh"
             if is_given
             else f"{seconds:g} s, ten times as long as files of its size take to read; it is probably damaged"
         )
-        super().__init__(f"{place}: stopped after {said}")
+        super().__init__(f"{place}: stopped after {reason}")
         self.place = place
         self.seconds = seconds
 
@@ -78,8 +78,8 @@ class OutOfMemory(RunError):  # noqa: N818 - says what happened
     """
 
     def __init__(self, place: Place, limit: int | None) -> None:
-        given = "there is" if limit is None else f"the {limit / 1e6:.0f} MB that the run was given"
-        super().__init__(f"{place}: needed more memory than {given}; give it more, or a smaller mesh")
+        limit_text = "there is" if limit is None else f"the {limit / 1e6:.0f} MB that the run was given"
+        super().__init__(f"{place}: needed more memory than {limit_text}; give it more, or a smaller mesh")
         self.place = place
         self.limit = limit
 

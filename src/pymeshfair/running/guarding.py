@@ -52,23 +52,23 @@ def breaches(
     if measures_before is None or measures_after is None or change is None:
         return []
     before, result = origins.before, origins.result
-    found: list[Breach] = []
+    broken: list[Breach] = []
     edge = measures_before["mean_edge"] or measures_before["mean_spacing"] or 0.0
     if guards.max_displacement is not None:
         limit = guards.max_displacement.resolve(diagonal=measures_before["diagonal"], mean_edge=lambda: edge)
-        found += _displacement(origins, change.moved, limit, str(guards.max_displacement))
+        broken += _displacement(origins, change.moved, limit, str(guards.max_displacement))
     if guards.max_volume_change is not None:
-        found += _volume(measures_before["volume"], measures_after["volume"], guards.max_volume_change)
+        broken += _volume(measures_before["volume"], measures_after["volume"], guards.max_volume_change)
     for word, number in guards.require:
-        found += _requirement(word, number, measures_after)
+        broken += _requirement(word, number, measures_after)
     if guards.keep_sharp is not None:
         kept = share_kept(sharp_edges(before.vertices, before.faces), sharp_edges(result.vertices, result.faces), within=edge)
         if kept is not None and 100.0 * kept < guards.keep_sharp:
             text = f"{100.0 * kept:.4g} % of the length of the edges sharper than {SHARP:g} degrees are kept"
-            found.append(
+            broken.append(
                 Breach("keep_sharp", f"{text}, not {guards.keep_sharp:g} %", amount=100.0 * kept, allowed=guards.keep_sharp)
             )
-    return found
+    return broken
 
 
 def _displacement(origins: Origins, moved: Moved | None, limit: float, said: str) -> Iterator[Breach]:
@@ -88,8 +88,8 @@ def _displacement(origins: Origins, moved: Moved | None, limit: float, said: str
 
 def _volume(before: float | None, after: float | None, limit: float) -> Iterator[Breach]:
     if before is None or after is None:
-        which = "the input" if before is None else "the result"
-        yield Breach("max_volume_change", f"{which} is not closed and oriented, so it has no volume that could be compared")
+        side = "the input" if before is None else "the result"
+        yield Breach("max_volume_change", f"{side} is not closed and oriented, so it has no volume that could be compared")
         return
     change = 100.0 * (after - before) / abs(before) if before else float("inf") if after else 0.0
     if abs(change) > limit:

@@ -39,8 +39,8 @@ class Job:
         own_texture_names: put the output's name before the names of its textures, so that runs side by side into one folder do
             not ask for the same names, and none depends on which was first.
         warnings: what is to be known about the recipe; the result and the record list them before those of the run.
-        measures: whether to measure the mesh before and after; without, there are no limits, and nobody says what the run did to
-            the shape or whether the recipe is for such scans.
+        measures: whether to measure the mesh before and after; without, there are no limits, and the result does not
+            say what the run did to the shape or whether the recipe is for such scans.
         unit: the unit of the scan, one of `pymeshfair.declaration.units.METRES`, or None if it is not known; then no limit may
             have one.
     """
@@ -224,9 +224,9 @@ class RunResult:
     def __repr__(self) -> str:
         sizes = [f"{measures['vertices']:,}" for measures in (self.before, self.after) if measures]
         counts = ((len(self.steps), "step"), (len(self.warnings), "warning"), (len(self.breaches), "broken limit"))
-        said = [f"{count} {word}{'' if count == 1 else 's'}" for count, word in counts if count]
-        said += [f"{' -> '.join(sizes)} vertices"] if sizes else []
-        return f"<RunResult {str(self.output)!r}: {', '.join(said)}, {self.seconds:.1f} s>"
+        counted = [f"{count} {word}{'' if count == 1 else 's'}" for count, word in counts if count]
+        counted += [f"{' -> '.join(sizes)} vertices"] if sizes else []
+        return f"<RunResult {str(self.output)!r}: {', '.join(counted)}, {self.seconds:.1f} s>"
 
     @property
     def record(self) -> dict[str, Any]:

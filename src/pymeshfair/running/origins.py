@@ -68,11 +68,11 @@ class Origins:
 
 def find_origins(result: MeshData, before: MeshData) -> Origins:
     """What became of the mesh that was read."""
-    known = result.source is not None and result.source is before.source
-    of_vertices = _numbers(result.vertex_ids, before.vertex_ids, len(result.vertices), known)
-    of_faces = _numbers(result.face_ids, before.face_ids, len(result.faces), known)
-    known &= bool((of_vertices >= 0).any()) or not len(of_vertices)
-    return Origins(before, result, of_vertices, of_faces, known)
+    same_source = result.source is not None and result.source is before.source
+    of_vertices = _numbers(result.vertex_ids, before.vertex_ids, len(result.vertices), same_source)
+    of_faces = _numbers(result.face_ids, before.face_ids, len(result.faces), same_source)
+    same_source &= bool((of_vertices >= 0).any()) or not len(of_vertices)
+    return Origins(before, result, of_vertices, of_faces, same_source)
 
 
 def removed_elements(origins: Origins) -> tuple[Bools, Bools]:

@@ -41,6 +41,6 @@ def _plain_object(value: Any) -> Any:
     """The classes of pymeshlab: a length, a colour, a box."""
     for names in (("value",), ("red", "green", "blue", "alpha"), ("min", "max")):
         if all(callable(getattr(value, name, None)) for name in names):
-            found = [plain(getattr(value, name)()) for name in names]
-            return found[0] if len(found) == 1 else found
+            values = [plain(getattr(value, name)()) for name in names]
+            return values[0] if len(values) == 1 else values
     return str(value)

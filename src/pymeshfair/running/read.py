@@ -74,7 +74,7 @@ def read_mesh(path: Path, *, self_intersections: bool = False, allow_outside: bo
         reading = read_file(path, allow_outside=allow_outside)
         warnings = [f"{path.name}: {doubt}" for doubt in reading.doubts]
     try:
-        found = Measuring(wanted=True).look(reading.mesh)
+        measured = Measuring(wanted=True).look(reading.mesh)
     except FilterInputError as error:
         raise InputError(path, "it has coordinates that are not finite") from error
     cuts = None
@@ -83,7 +83,7 @@ def read_mesh(path: Path, *, self_intersections: bool = False, allow_outside: bo
             cuts = self_intersecting(reading.mesh)
         except RunError:
             warnings.append(f"MeshLab crashed while it looked for self-intersections of {path.name}")
-    return ReadMesh(path, reading.mesh, found, tuple(warnings), cuts)
+    return ReadMesh(path, reading.mesh, measured, tuple(warnings), cuts)
 
 
 def self_intersecting(mesh: MeshData) -> Bools:
@@ -110,9 +110,9 @@ def self_intersecting(mesh: MeshData) -> Bools:
         document = read_file(target).mesh.source
         assert document is not None
         numbers = document.document.custom("face").get("number", np.empty(0))
-        found = np.zeros(len(mesh.faces), np.bool_)
-        found[np.asarray(numbers, np.int64) - 1] = True
-    return found
+        selected = np.zeros(len(mesh.faces), np.bool_)
+        selected[np.asarray(numbers, np.int64) - 1] = True
+    return selected
 
 
 def inspect_mesh(path: Path, *, traits: bool = False, allow_outside: bool = False, unchecked: bool = False) -> dict[str, Any]:
@@ -135,15 +135,15 @@ def inspect_mesh(path: Path, *, traits: bool = False, allow_outside: bool = Fals
 
     read = read_mesh(path, allow_outside=allow_outside, unchecked=unchecked)
     present = attributes_of(read.mesh)
-    told = {**read.measures, "attributes": [a for a in ATTRIBUTES if a in present], "warnings": list(read.warnings)}
+    document = {**read.measures, "attributes": [a for a in ATTRIBUTES if a in present], "warnings": list(read.warnings)}
     if not traits:
-        return told
+        return document
     from ..filters.holes import find_rims
     from ..filters.mesh import bounding_box
 
     vertices, faces = read.mesh.vertices, read.mesh.faces
     assert read.found.measures is not None
-    return told | {
+    return document | {
         "box": [plain(end.tolist()) for end in bounding_box(vertices)] if len(vertices) else [],
         "rims": [
             {"edges": rim.edges, "length": rim.length, "middle": plain(rim.middle.tolist()), "outer": rim.outer}

@@ -67,11 +67,11 @@ def record_of(job: Job, report: Report, *, started: datetime, seconds: float) ->
 
 def _options(job: Job, side_files: Sequence[Any]) -> dict[str, Any]:
     """The entry about what the input was allowed, its unit, measures and names of textures, where that was not as usual."""
-    given: dict[str, Any] = {name: True for name in ("allow_outside", "unchecked", "keep_all") if getattr(job, name)}
-    given |= {} if job.measures else {"no_measures": True}
-    given |= {} if job.unit is None else {"unit": job.unit}
-    given |= {"own_texture_names": True} if job.own_texture_names and side_files else {}
-    return {"options": given} if given else {}
+    options: dict[str, Any] = {name: True for name in ("allow_outside", "unchecked", "keep_all") if getattr(job, name)}
+    options |= {} if job.measures else {"no_measures": True}
+    options |= {} if job.unit is None else {"unit": job.unit}
+    options |= {"own_texture_names": True} if job.own_texture_names and side_files else {}
+    return {"options": options} if options else {}
 
 
 def _guarded(job: Job, report: Report) -> dict[str, Any]:

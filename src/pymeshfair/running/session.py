@@ -250,11 +250,11 @@ class Session:
         """Find the limits that were broken, and write the intervention map."""
         if not origins.known:
             self._warn("a step made a new mesh, so that its elements cannot be followed: distances are those from the input")
-        found = breaches(self._job.all_guards, origins, change, report.before, report.after)
+        broken = breaches(self._job.all_guards, origins, change, report.before, report.after)
         maps: tuple[StagedFile, ...] = ()
         if self._job.map is not None:
             maps = stage_map(self._stage / "new", self._job.map, origins)
-        return replace(report, breaches=tuple(plain(asdict(breach)) for breach in found), maps=maps)
+        return replace(report, breaches=tuple(plain(asdict(breach)) for breach in broken), maps=maps)
 
     def _looked(self, mesh: MeshData, refusal: Exception) -> Found:
         """What is known of a mesh."""

@@ -65,7 +65,7 @@ def traits_of(
         wanted: the conditions are about these; of the others only what costs nothing is given.
     """
     has_faces = measures.faces > 0
-    found: dict[str, float] = {
+    traits_of_mesh: dict[str, float] = {
         "mesh": float(has_faces),
         "cloud": float(not has_faces and not measures.edges),
         "curves": float(not has_faces and measures.edges > 0),
@@ -77,12 +77,12 @@ def traits_of(
         "texture": float(bool(attributes & {"textures", "wedge texture coordinates", "vertex texture coordinates"})),
     }
     if measures.triangle_quality is not None:
-        found["triangle quality"] = measures.triangle_quality
+        traits_of_mesh["triangle quality"] = measures.triangle_quality
     if has_faces and (names := set(MEASURED).intersection(wanted)):
         from ..filters.traits import measured_traits
 
-        found |= measured_traits(vertices, faces, names, mean_edge=measures.mean_edge)
-    return found
+        traits_of_mesh |= measured_traits(vertices, faces, names, mean_edge=measures.mean_edge)
+    return traits_of_mesh
 
 
 def judged(name: str, info: RecipeInfo, traits: Mapping[str, float]) -> Suitability:
@@ -101,21 +101,23 @@ def ranked(traits: Mapping[str, float], heads: Sequence[RecipeHead] | None = Non
     """
     heads = shipped_heads() if heads is None else heads
     behind = {head.name: head.info.behind for head in heads}
-    found = {head.name: judged(head.name, head.info, traits) for head in heads}
+    verdicts = {head.name: judged(head.name, head.info, traits) for head in heads}
 
     def key(suited: Suitability) -> tuple[bool, int, int, int]:
         return not suited.fits, len(suited.unmet), -suited.made_for, _place(suited.task)
 
     def place(suited: Suitability) -> tuple[tuple[bool, int, int, int], bool, int, str]:
-        better = found.get(behind[suited.recipe])
+        better = verdicts.get(behind[suited.recipe])
         after = better is not None and better.fits and suited.fits
         # What is made for more of the scan lifts the better one, too.
-        lifted = [key(found[name]) for name in found if behind[name] == suited.recipe and found[name].fits and suited.fits]
+        lifted = [
+            key(verdicts[name]) for name in verdicts if behind[name] == suited.recipe and verdicts[name].fits and suited.fits
+        ]
         leader = better if after and better is not None else suited
         group = min([key(leader), *lifted, *([key(suited)] if after else [])])
         return group, after, -suited.made_for, suited.recipe
 
-    return sorted(found.values(), key=place)
+    return sorted(verdicts.values(), key=place)
 
 
 def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others: Iterable[Suitability]) -> str | None:
@@ -130,8 +132,8 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
     verdict = judged(name, info, traits)
     if not verdict.unmet:
         return None
-    told = [c for c in verdict.unmet if not c[1].endswith(UNKNOWN)] or verdict.unmet
-    wrong = "; ".join(f"{name} is for {_asked(text)}, and here {found}" for text, found in told[:2])
+    reasons = [c for c in verdict.unmet if not c[1].endswith(UNKNOWN)] or verdict.unmet
+    wrong = "; ".join(f"{name} is for {_asked(text)}, and here {found}" for text, found in reasons[:2])
     fitting = [other for other in others if other.fits and other.recipe != name]
     alike = _ALIKE if info.task in _ALIKE else (info.task,)
     first = next((other for other in fitting if other.task == "denoise"), None)
@@ -210,7 +212,7 @@ def _asked(text: str) -> str:
     plain = text.removeprefix("no ")
     if plain.startswith(ARTICLE):
         return f"a {plain}"
-    said = nouns.get(plain, f"{plain} shapes" if plain in adjectives else plain)
+    noun = nouns.get(plain, f"{plain} shapes" if plain in adjectives else plain)
     if plain != text:
-        return f"shapes without {said}" if plain not in adjectives else f"shapes that are not {plain}"
-    return said
+        return f"shapes without {noun}" if plain not in adjectives else f"shapes that are not {plain}"
+    return noun

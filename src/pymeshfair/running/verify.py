@@ -70,8 +70,8 @@ def verify_output(
 ) -> Verification:
     """Check an output against its provenance, and make it again from what that says.
 
-    The provenance may be anybody's. So its recipe is compared with the one that is shipped, or with the recipe's file; and what
-    weakens a run must be allowed again.
+    The provenance may come from a stranger. So its recipe is compared with the one that is shipped, or with the recipe's
+    file; and what weakens a run must be allowed again.
 
     Args:
         output: the mesh file, with its provenance beside it.
@@ -100,8 +100,8 @@ def verify_output(
             raise OutputError(provenance_path(output), f"it cannot be understood ({type(error).__name__}: {error})") from error
         if isinstance(planned, Verification):
             return planned
-        given = {"allow_outside": allow_outside, "unchecked": unchecked}
-        if missing := [f"--{name.replace('_', '-')}" for name in _WEAKENING if name in planned.options and not given[name]]:
+        permissions = {"allow_outside": allow_outside, "unchecked": unchecked}
+        if missing := [f"--{name.replace('_', '-')}" for name in _WEAKENING if name in planned.options and not permissions[name]]:
             raise ParameterError(f"the run was given {' and '.join(missing)}, which a provenance cannot allow: give it here, too")
         run = by_tiles if "tiles" in record else run_job
         allowed = replace(planned.job, allow_outside=allow_outside, unchecked=unchecked)
@@ -158,14 +158,14 @@ def _compared(output: Path, again: Path, plan: _Plan) -> Verification:
     different = [name for name in plan.files if not _same(again.with_name(name), plan.record)]
     if not different:
         return Verification("identical", notes=(*plan.notes, *plan.versions))
-    said = [f"{name} has other bytes" for name in different]
+    sentences = [f"{name} has other bytes" for name in different]
     if plan.unrepeatable:
-        said.append(f"{', '.join(plan.unrepeatable)} gives another result each time")
+        sentences.append(f"{', '.join(plan.unrepeatable)} gives another result each time")
         apart = tuple(_differences(read_file(output).mesh, read_file(again).mesh, max(plan.unrepeatable.values())))
         if not apart:
-            return Verification("within tolerance", notes=(*plan.notes, *plan.versions, *said))
-        said += apart
-    return Verification("other versions" if plan.versions else "not repeated", (*said, *plan.versions), plan.notes)
+            return Verification("within tolerance", notes=(*plan.notes, *plan.versions, *sentences))
+        sentences += apart
+    return Verification("other versions" if plan.versions else "not repeated", (*sentences, *plan.versions), plan.notes)
 
 
 def _changed(entries: list[Mapping[str, Any]], folder: Path | None) -> Iterator[str]:

@@ -63,15 +63,15 @@ class Watch:
             RunError: the worker failed or died, or its time ran out.
             Interrupted: a signal came.
         """
-        given = math.inf if self._job.timeout is None else self._job.timeout
+        timeout = math.inf if self._job.timeout is None else self._job.timeout
         missing = {"answer", "silent"}
         while missing:
             now = time.monotonic()
-            if now >= started + given:
-                raise RunTimeout(self._place, given)
+            if now >= started + timeout:
+                raise RunTimeout(self._place, timeout)
             if now >= self._load_deadline:
                 raise RunTimeout(self._place, self._load_seconds, is_given=False)
-            deadline = min(started + given, self._load_deadline)
+            deadline = min(started + timeout, self._load_deadline)
             try:
                 kind, item = self._items.get(timeout=min(_PULSE, deadline - now))
             except Empty:

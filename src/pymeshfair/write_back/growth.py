@@ -116,8 +116,8 @@ def shrink(bench: Workbench, mesh: Any, vertices: int, faces: Ints) -> None:
 def _seed(bench: Workbench, mesh: Any, may_seed: Bools) -> tuple[int, bool]:
     """A face that is a polygon by itself, preferably, and whether the mesh has lost its polygons because there is none."""
     # Every edge has a length now, so edges within polygons make a difference. A list of polygons takes far more memory.
-    told = bench.apply("get_geometric_measures")
-    if told["total_edge_inc_faux_length"] == told["total_edge_length"]:
+    measures = bench.apply("get_geometric_measures")
+    if measures["total_edge_inc_faux_length"] == measures["total_edge_length"]:
         return int(may_seed.argmax()), False
     triangles = {tuple(sorted(polygon.tolist())) for polygon in mesh.polygonal_face_list() if len(polygon) == 3}
     faces = np.sort(read_array(mesh, "faces"), axis=1)

@@ -69,8 +69,8 @@ def _fill_pair(bench: Workbench, line: _Line, faces: Ints, pair: Sequence[tuple[
             columns[:, column] = values[carried]
         line.send(columns)
         for (name, _), axis in zip(pair, ("ny", "nz"), strict=False):
-            found = f"nx0==fi?{axis}0:(nx1==fi?{axis}1:(nx2==fi?{axis}2:{name}))"
-            bench.apply("compute_new_custom_scalar_attribute_per_face", name=name, expr=found)
+            expression = f"nx0==fi?{axis}0:(nx1==fi?{axis}1:(nx2==fi?{axis}2:{name}))"
+            bench.apply("compute_new_custom_scalar_attribute_per_face", name=name, expr=expression)
 
 
 def move_points(bench: Workbench, mesh: Any, spare: Sequence[str], points: Floats) -> None:

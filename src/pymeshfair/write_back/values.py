@@ -78,8 +78,8 @@ def _write_normals(bench: Workbench, mesh: Any, element: Element, normals: Float
 
 
 def _write_scalars(bench: Workbench, mesh: Any, element: Element, scalars: Floats) -> None:
-    known = getattr(mesh, f"has_{element}_scalar")()
-    if known and np.array_equal(read_array(mesh, f"{element}_scalars"), scalars):
+    had = getattr(mesh, f"has_{element}_scalar")()
+    if had and np.array_equal(read_array(mesh, f"{element}_scalars"), scalars):
         return
     (name,) = bring_in(bench, mesh, element, [scalars])
     bench.apply(_SCALAR_BY[element], q=name)
@@ -88,8 +88,8 @@ def _write_scalars(bench: Workbench, mesh: Any, element: Element, scalars: Float
 
 def _write_colors(bench: Workbench, mesh: Any, element: Element, colors: Floats) -> None:
     channels = np.rint(colors * 255.0)
-    known = getattr(mesh, f"has_{element}_color")()
-    if known and np.array_equal(_channels(mesh, element), channels):
+    had = getattr(mesh, f"has_{element}_color")()
+    if had and np.array_equal(_channels(mesh, element), channels):
         return
     # The four bytes travel in one number and are taken apart there; rint(x - 0.49...) is what muParser has for floor(x).
     (name,) = bring_in(bench, mesh, element, [channels @ [1.0, 256.0, 65536.0, 16777216.0]])

@@ -36,12 +36,12 @@ class Workbench:
         """Apply a filter of MeshLab to the current layer; what it reports."""
         with MESHLAB, self._silence():
             try:
-                told: dict[str, Any] = BASE.apply_filter(self.meshset, filter_name, **parameters)
+                result: dict[str, Any] = BASE.apply_filter(self.meshset, filter_name, **parameters)
             except Exception:
                 after_failure(self.meshset, verbose=False)
                 raise
             BASE.clear_filter_script(self.meshset)
-        return told
+        return result
 
     @contextmanager
     def helper_layer(self, mesh: Any) -> Iterator[int]:

@@ -92,9 +92,9 @@ def _add_layer(bench: Workbench, layer: NewLayer, *, current: bool) -> None:
         "v_normals_matrix": layer.vertex_normals,
         "v_scalar_array": layer.vertex_scalars,
     }
-    given = {name: np.asarray(value) for name, value in arrays.items() if value is not None}
+    values = {name: np.asarray(value) for name, value in arrays.items() if value is not None}
     try:
-        mesh = pymeshlab.Mesh(**given)
+        mesh = pymeshlab.Mesh(**values)
     except (pymeshlab.PyMeshLabException, TypeError) as error:
         raise MeshError(f"the new layer {layer.label!r} is no mesh that MeshLab can hold: {error}") from error
     BASE.add_mesh(bench.meshset, mesh, layer.label, current)
