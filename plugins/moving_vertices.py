@@ -63,7 +63,11 @@ def detail_size_parameter(
         unless,
     )
     return Percentage(
-        label="Detail size", default=default, of_edges=of_edges, automatic=automatic, help=" ".join(s for s in sentences if s)
+        label="Detail size",
+        default=default,
+        of_edges=of_edges,
+        automatic=-1 if automatic else None,
+        help=" ".join(s for s in sentences if s),
     )
 
 

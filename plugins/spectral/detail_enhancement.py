@@ -36,17 +36,19 @@ def apply_coord_detail_enhancement(
         float,
         Percentage(
             label="Detail size",
-            default="0",
+            automatic=0,
+            default="auto",
             help="The shortest wave of the relief: choose it above the size of the noise. Larger takes in larger details alone. "
-            "0: where the spectrum of the surface rises above its noise, at least five mean edges.",
+            "'auto': where the spectrum of the surface rises above its noise, at least five mean edges.",
         ),
     ],
     largest_size: Annotated[
         float,
         Percentage(
             label="Largest size",
-            default="0",
-            help="The longest wave of the relief; what is larger is shape and stays. Larger takes in larger parts. 0: four "
+            automatic=0,
+            default="auto",
+            help="The longest wave of the relief; what is larger is shape and stays. Larger takes in larger parts. 'auto': four "
             "detail sizes.",
         ),
     ],

@@ -82,8 +82,10 @@ def apply_coord_spectral_filter(
         float,
         Percentage(
             label="Largest size",
-            default="0",
-            help="The longest wave of the band of 'enhance' and 'band_pass'. Larger takes in larger parts. 0: four detail sizes.",
+            automatic=0,
+            default="auto",
+            help="The longest wave of the band of 'enhance' and 'band_pass'. Larger takes in larger parts. 'auto': four detail "
+            "sizes.",
         ),
     ],
     modes: Annotated[

@@ -22,11 +22,12 @@ from .filter import Filter, mesh_filter
 from .layer import Bools, Edit, Floats, Ints, Layer, NewLayer
 from .length import Length, LengthUnit
 from .names import nearest
-from .parameter import Parameter
+from .parameter import AUTO, Parameter
 from .parameters import Bool, Enum, FileOpen, FileSave, Float, Int, Mesh, Percentage, Shot, String
 from .vectors import Color, Direction, Matrix, Point
 
 __all__ = [
+    "AUTO",
     "Arity",
     "Bool",
     "Bools",

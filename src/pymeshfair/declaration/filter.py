@@ -197,6 +197,6 @@ def _completed(described: Parameter, argument: inspect.Parameter, where: str) ->
     default = described.default if argument.default is argument.empty else argument.default
     parameter = replace(described, name=argument.name, xml_name=described.xml_name or argument.name, default=default)
     try:
-        return replace(parameter, default=parameter.check(default))
+        return replace(parameter, default=parameter.check(parameter.from_number(default)))
     except ParameterError as error:
         raise DeclarationError(f"{where}: the default does not fit: {error}") from error
