@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .json_document import print_document
-from .options import AllowOutside, Debug, Json, Unchecked
+from .options import AllowOutside, Json, Unchecked
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -21,7 +21,6 @@ def info(
     allow_outside: AllowOutside = False,
     unchecked: Unchecked = False,
     json: Json = False,
-    debug: Debug = False,
 ) -> None:
     """Tell everything about a filter, a recipe or a mesh file.
 

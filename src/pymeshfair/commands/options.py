@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     from ..scripts.guards import Guards
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout; messages still go to stderr.")]
-Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace what is written if it exists.")]
 
 # ---------------------------------------------------------------------------------------- of commands that look at meshes
@@ -26,6 +25,28 @@ Limits = Annotated[
 ]
 
 # ------------------------------------------------------------------------------------------ of commands that run a recipe
+
+
+def _recipes(incomplete: str) -> list[str]:
+    """The shipped recipes, scripts and folders that a word may become, for the shell."""
+    import glob
+    import importlib.resources
+    import os
+
+    shipped = (
+        f.name.removesuffix(".mlx") for f in importlib.resources.files("pymeshfair.mlx_scripts").iterdir() if ".mlx" in f.name
+    )
+    paths = glob.glob(f"{glob.escape(incomplete)}*")  # noqa: PTH207 - as it was typed
+    own = [path + "/" if os.path.isdir(path) else path for path in paths if path.endswith(".mlx") or os.path.isdir(path)]  # noqa: PTH112
+    return sorted(name for name in shipped if name.startswith(incomplete)) + sorted(own)
+
+
+Recipe = Annotated[
+    str,
+    typer.Argument(
+        metavar="RECIPE", help="A shipped name, the path of an .mlx file, or - for standard input.", autocompletion=_recipes
+    ),
+]
 
 SetValues = Annotated[
     list[str] | None,

@@ -9,7 +9,7 @@ import typer
 
 from .json_document import print_document
 from .lengths import limits_in_mesh_units, tolerance_in_mesh_units
-from .options import AllowOutside, Debug, Json, Limits, Overwrite, Tolerance, Unchecked, Unit
+from .options import AllowOutside, Json, Limits, Overwrite, Tolerance, Unchecked, Unit
 
 if TYPE_CHECKING:
     from ..running.read import ReadMesh
@@ -56,7 +56,6 @@ def picture(
     unchecked: Unchecked = False,
     overwrite: Overwrite = False,
     json: Json = False,
-    debug: Debug = False,
 ) -> None:
     """Draw meshes from one camera, with a scale bar and, if colours tell something, a colour bar.
 
@@ -70,7 +69,7 @@ def picture(
     from ..looking.camera import view_angles
     from ..looking.coloring_names import check_coloring
     from ..running.read import read_mesh
-    from .streams import warn
+    from .streams import say, warn
 
     check_target(output, PICTURES, overwrite=overwrite)
     check_coloring(color)
@@ -106,7 +105,7 @@ def picture(
     if json:
         print_document({"picture": output, "width": drawn.width, "height": drawn.height, "meshes": meshes})
     else:
-        typer.echo(f"Written: {output} ({drawn.width} x {drawn.height} pixels)")
+        say(f"Written: {output} ({drawn.width} x {drawn.height} pixels)")
 
 
 def _pixels(text: str) -> tuple[int, int]:

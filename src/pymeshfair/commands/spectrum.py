@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .json_document import print_document
-from .options import Debug, Json, Overwrite
+from .options import Json, Overwrite
+from .streams import say
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -47,7 +48,6 @@ def spectrum(
     timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop after that time.", min=0.001)] = None,
     overwrite: Overwrite = False,
     json: Json = False,
-    debug: Debug = False,
 ) -> None:
     """Tell how much of a shape lies at which wavelength, from its largest parts to its noise.
 
@@ -86,7 +86,7 @@ def spectrum(
         return
     _print(shown, drawn)
     if output is not None:
-        typer.echo(f"{output}: written", err=True)
+        say(f"{output}: written", err=True)
 
 
 def _measured(mesh: Path, modes: int, timeout: float | None) -> dict[str, Any]:

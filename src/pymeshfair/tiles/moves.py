@@ -51,7 +51,7 @@ class Filtering:
 
 def filtering_of(values: Mapping[str, Any]) -> Filtering | None:
     """The parameters that the filter takes without a look at the mesh; None if some are chosen for the mesh."""
-    other = ("choice", "border", "selected")
+    other = ("choice", "compare", "border", "selected")
     given = {n: v for n, v in values.items() if n not in other and v != AUTO}
     if not {f.name for f in fields(AutomaticParameters)} <= given.keys():
         if values["choice"] != "fixed":
