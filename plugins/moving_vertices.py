@@ -71,6 +71,12 @@ def detail_size_parameter(
     )
 
 
+def largest_size_parameter(of: str) -> Percentage:
+    """The other end of a band that begins at the detail size; `of` says which band."""
+    sentences = f"The longest wave {of} Larger takes in larger parts. 'auto': four detail sizes."
+    return Percentage(label="Largest size", automatic=0, default="auto", help=sentences)
+
+
 def time_step_parameter(meaning: str) -> Float:
     """The expert's parameter of implicit steps, which replaces the detail size."""
     sentences = f"{meaning} Larger is smoother; any value is stable. 0: not used, the detail size decides."

@@ -9,7 +9,7 @@ from pymeshfair.declaration import Edit, FilterClass, Float, Layer, MeshElement,
 from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.spectral import SpectralOperator, enhance_details
 
-from ..moving_vertices import MOVES_VERTICES, Selected, movable_vertices
+from ..moving_vertices import MOVES_VERTICES, Selected, largest_size_parameter, movable_vertices
 from .filtering import OPERATOR
 
 
@@ -42,16 +42,7 @@ def apply_coord_detail_enhancement(
             "'auto': where the spectrum of the surface rises above its noise, at least five mean edges.",
         ),
     ],
-    largest_size: Annotated[
-        float,
-        Percentage(
-            label="Largest size",
-            automatic=0,
-            default="auto",
-            help="The longest wave of the relief; what is larger is shape and stays. Larger takes in larger parts. 'auto': four "
-            "detail sizes.",
-        ),
-    ],
+    largest_size: Annotated[float, largest_size_parameter("of the relief; what is larger is shape and stays.")],
     most: Annotated[
         float,
         Float(

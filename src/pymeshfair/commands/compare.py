@@ -8,8 +8,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .json_document import print_document
-from .lengths import limits_in_mesh_units, tolerance_in_mesh_units
-from .options import AllowOutside, Json, Limits, Overwrite, Tolerance, Unchecked, Unit
+from .options import (
+    AllowOutside,
+    Json,
+    Limits,
+    Overwrite,
+    Tolerance,
+    Unchecked,
+    Unit,
+    limits_in_mesh_units,
+    tolerance_in_mesh_units,
+)
 from .report_file import Report, Up, check_report, compared_files, report_page, say_report
 from .standard_files import STANDARD, check_text, save_text
 from .streams import warn
@@ -157,8 +166,7 @@ def _aligned(before: ReadMesh, after: ReadMesh) -> tuple[ReadMesh, dict[str, Any
 
 def _show(found: Comparison) -> None:
     from ..looking.words import AREA_HEADERS, DISTANCE_HEADERS, area_rows, comparison_lines, distance_rows, verdict_text
-    from .measures_table import measures_table
-    from .tables import console, table
+    from .tables import console, measures_table, table
 
     console().print(measures_table({"before": found.before, "after": found.after}))
     typer.echo("")

@@ -96,7 +96,7 @@ def run(
         if not tiles:
             workers.prepare()
         from ..running.job import Job
-        from ..scripts.traps import traps
+        from ..scripts.warnings import traps
 
         overrides = tuple(set or ())
         found = open_recipe(recipe, upgrade=upgrade).override(overrides)
@@ -156,7 +156,7 @@ def carry_out(
     """
     from ..looking import words  # noqa: F401  # for `_show`, while the worker still loads MeshLab
     from ..running.supervise import run_job
-    from . import measures_table  # noqa: F401
+    from . import tables  # noqa: F401
     from .progress import progress
 
     with progress() as show:
@@ -198,8 +198,7 @@ def _document(job: Job, result: RunResult) -> dict[str, object]:
 
 def _show(result: RunResult) -> None:
     from ..looking.words import change_lines
-    from .measures_table import measures_table
-    from .tables import console
+    from .tables import console, measures_table
 
     if result.before:
         console().print(measures_table({"before": result.before, "after": result.after}))

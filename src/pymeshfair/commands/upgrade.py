@@ -34,8 +34,7 @@ def upgrade(
     """
     from ..files.errors import InputError
     from ..scripts import format_script
-    from ..scripts.relative import relative_script
-    from ..scripts.upgrade import upgrade_script
+    from ..scripts.upgrade import relative_script, upgrade_script
     from ..scripts.write import NOMINAL_DIAGONAL
 
     check_text(output, ("mlx",), overwrite=overwrite, json=json)

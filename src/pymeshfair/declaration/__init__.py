@@ -17,8 +17,7 @@ This module imports neither pymeshlab nor any plugin.
 """
 
 from .elements import Arity, FilterClass, MeshElement
-from .equivalent import Equivalent
-from .filter import Filter, mesh_filter
+from .filter import Equivalent, Filter, mesh_filter
 from .layer import Bools, Edit, Floats, Ints, Layer, NewLayer
 from .length import Length, LengthUnit
 from .names import nearest
