@@ -53,9 +53,10 @@ class Kernels:
         float,
         Percentage(
             label="Range sigma",
-            default="0",
+            automatic=0,
+            default="auto",
             help="Differences in height below it are taken for noise, larger ones for features. Larger removes stronger noise, "
-            "and flattens larger features. 0: estimated from the mesh.",
+            "and flattens larger features. 'auto' estimates it from the mesh.",
         ),
     ]
 
@@ -71,7 +72,7 @@ class Kernels:
 
 def _space_sigma(help: str) -> Percentage:
     """The scale of the space kernel, whose reach differs from filter to filter."""
-    return Percentage(label="Space sigma", default="0", help=help)
+    return Percentage(label="Space sigma", automatic=0, default="auto", help=help)
 
 
 @mesh_filter(
@@ -87,7 +88,7 @@ def apply_coord_bilateral_fleishman(
     kernels: Kernels,
     space_sigma: Annotated[
         float,
-        _space_sigma("How far away neighbours count. Larger averages over more, is smoother and slower. 0: 1.4 mean edges."),
+        _space_sigma("How far away neighbours count. Larger averages over more, is smoother and slower. 'auto': 1.4 mean edges."),
     ],
     iterations: Annotated[int, ITERATIONS] = 2,
     border: Annotated[
@@ -130,7 +131,8 @@ def apply_coord_bilateral_jones(
     *,
     kernels: Kernels,
     space_sigma: Annotated[
-        float, _space_sigma("How far away triangles count. Larger averages over more, is smoother and slower. 0: 2 mean edges.")
+        float,
+        _space_sigma("How far away triangles count. Larger averages over more, is smoother and slower. 'auto': 2 mean edges."),
     ],
     border: Annotated[
         JonesBorder,
@@ -181,18 +183,19 @@ def apply_coord_bilateral_projection_of_points(
     space_sigma: Annotated[
         float,
         _space_sigma(
-            "How neighbours count by their distance. Larger weighs distant ones more like near ones. 0: from the mean "
-            "distance of the farthest neighbour."
+            "How neighbours count by their distance. Larger weighs distant ones more like near ones. 'auto' takes it from the "
+            "mean distance of the farthest neighbour."
         ),
     ],
     iterations: Annotated[
         int,
         Int(
             label="Iterations",
-            minimum=-1,
+            minimum=0,
             maximum=10_000,
-            help="How many steps are taken. More are smoother, slower, and shrink more. -1: automatic; the iterations, the "
-            "neighbours and a range sigma of 0 are those that best predict points which the filter has not seen.",
+            automatic=-1,
+            help="How many steps are taken. More are smoother, slower, and shrink more. 'auto' takes the iterations, the "
+            "neighbours and, if that is automatic, the range sigma that best predict points which the filter has not seen.",
         ),
     ] = 2,
     use_normals: Annotated[

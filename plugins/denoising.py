@@ -62,7 +62,7 @@ Auto: TypeAlias = Literal["auto"]
 
 @dataclass(frozen=True, kw_only=True)
 class NormalFilterParameters:
-    """How face normals are filtered; see `NormalFilter`. "auto", 0, and -1 of the range floor, mean: chosen for the mesh."""
+    """How face normals are filtered; see `NormalFilter`. What is automatic is chosen for the mesh."""
 
     method: Annotated[
         Auto | NormalFilterMethod,
@@ -109,19 +109,21 @@ class NormalFilterParameters:
         Float(
             label="Range sigma",
             minimum=0,
+            automatic=0,
             help="The deviation of normals at which the range kernel falls, in the unit of the range measure; 0.5 is about 30 "
-            "degrees. Larger smooths more, and across sharper edges. 0: automatic.",
+            "degrees. Larger smooths more, and across sharper edges.",
         ),
     ] = 0.0
     range_floor: Annotated[
         float,
         Float(
             label="Range floor",
-            minimum=-1,
+            minimum=0,
             maximum=4,
+            automatic=-1,
             advanced=True,
             help="Smaller deviations count as this one. Above 0, such as 0.03, it keeps 'l1' and 'truncated_l1' from locking "
-            "the normals of two faces that happen to agree. -1: automatic.",
+            "the normals of two faces that happen to agree.",
         ),
     ] = -1.0
     space_sigma: Annotated[
@@ -129,8 +131,9 @@ class NormalFilterParameters:
         Float(
             label="Space sigma",
             minimum=0,
+            automatic=0,
             help="The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres. Larger "
-            "smooths larger details. 0: automatic.",
+            "smooths larger details.",
         ),
     ] = 0.0
     neighborhood: Annotated[
@@ -147,9 +150,10 @@ class NormalFilterParameters:
         int,
         Int(
             label="Normal iterations",
-            minimum=0,
+            minimum=1,
             maximum=10_000,
-            help="How often the normals are filtered before the vertices follow. More smooth more. 0: automatic.",
+            automatic=0,
+            help="How often the normals are filtered before the vertices follow. More smooth more.",
         ),
     ] = 0
 
@@ -191,20 +195,21 @@ def apply_coord_normal_filtering(
         int,
         Int(
             label="Vertex iterations",
-            minimum=0,
+            minimum=1,
             maximum=10_000,
-            help="How many steps the vertices take towards faces with the filtered normals. More follow them more closely. 0: "
-            "automatic.",
+            automatic=0,
+            help="How many steps the vertices take towards faces with the filtered normals. More follow them more closely.",
         ),
     ] = 0,
     outer_iterations: Annotated[
         int,
         Int(
             label="Outer iterations",
-            minimum=-1,
+            minimum=0,
             maximum=10_000,
+            automatic=-1,
             help="How often both are repeated, the normals measured anew; more are smoother. 20 to 30 times one normal iteration "
-            "keep edges better than once 20. 0: outliers and relaxation alone. -1: automatic.",
+            "keep edges better than once 20. 0: outliers and relaxation alone.",
         ),
     ] = -1,
     vertex_update: Annotated[
@@ -243,10 +248,11 @@ def apply_coord_normal_filtering(
         int,
         Int(
             label="Relaxation",
-            minimum=-1,
+            minimum=0,
             maximum=10_000,
+            automatic=-1,
             help="How many pairs of Taubin's steps come before, of 0.5 and -0.53. More calm noise that turns faces over, and "
-            "round edges, which the filter sharpens again. -1: automatic, 0 where all parameters of the filter are given.",
+            "round edges, which the filter sharpens again. 'auto' takes 0 where all parameters of the filter are given.",
         ),
     ] = -1,
     relaxation_direction: Annotated[
@@ -349,7 +355,7 @@ def apply_normal_robust_filtering_per_face(
     """Averages the normals of the faces without rounding edges, and leaves the vertices where they are.
 
     It is the first half of Normal Filtering, for shading and for filters that read face normals. Without any parameter they are
-    chosen from the noise that is measured; 0 normal iterations are as many as Normal Filtering takes in all. Returns the
+    chosen from the noise that is measured; automatic normal iterations are as many as Normal Filtering takes in all. Returns the
     parameters that were used.
     """
     if selected and not layer.face_selection.any():

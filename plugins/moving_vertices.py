@@ -63,8 +63,18 @@ def detail_size_parameter(
         unless,
     )
     return Percentage(
-        label="Detail size", default=default, of_edges=of_edges, automatic=automatic, help=" ".join(s for s in sentences if s)
+        label="Detail size",
+        default=default,
+        of_edges=of_edges,
+        automatic=-1 if automatic else None,
+        help=" ".join(s for s in sentences if s),
     )
+
+
+def largest_size_parameter(of: str) -> Percentage:
+    """The other end of a band that begins at the detail size; `of` says which band."""
+    sentences = f"The longest wave {of} Larger takes in larger parts. 'auto': four detail sizes."
+    return Percentage(label="Largest size", automatic=0, default="auto", help=sentences)
 
 
 def time_step_parameter(meaning: str) -> Float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
@@ -37,6 +38,10 @@ from pymeshfair.declaration import (
     nearest,
 )
 from pymeshfair.errors import DeclarationError, ParameterError, UnknownNameError
+from pymeshfair.registry import custom_filters
+from pymeshfair.scripts.parameters import read_value
+from pymeshfair.scripts.value_text import parse_value
+from pymeshfair.scripts.write import param_attributes
 
 INT = Int(name="n", minimum=1, maximum=9)
 FLOAT = Float(name="x", minimum=-1.0, maximum=1.0)
@@ -132,6 +137,38 @@ def test_other_values_are_refused_by_name(parameter: Parameter, value: Any) -> N
     """A value of another type, outside the bounds or not finite is a ParameterError that names the parameter and the value."""
     with pytest.raises(ParameterError, match=f"parameter '{parameter.name}'|is no length"):
         parameter.check(value)
+
+
+@pytest.mark.parametrize(
+    ("parameter", "old"),
+    [
+        (Int(name="n", minimum=1, automatic=0), 0),
+        (Int(name="n", minimum=0, automatic=-1), np.int64(-1)),
+        (Float(name="x", minimum=0, maximum=4, automatic=-1), -1.0),
+        (Percentage(name="p", automatic=0), "0"),
+        (Percentage(name="p", automatic=0), Length(0.0, "edge")),
+        (Percentage(name="p", automatic=-1), Length(-1.0)),
+    ],
+)
+def test_automatic_is_auto_and_its_number_an_old_spelling(parameter: Parameter, old: Any) -> None:
+    """The word is taken in Python and on a command line; the number too, with a note; a script has the number."""
+    assert parameter.check("auto") == parse_value(parameter, " auto ") == "auto"
+    assert "'auto'" in parameter.describe_allowed()
+    with pytest.warns(FutureWarning, match=f"'{parameter.name}': write 'auto' in place of"):
+        assert parameter.check(old) == "auto"
+    written = param_attributes(parameter, "auto", diagonal=100.0, mean_edge=1.0)
+    assert float(written["value"]) == parameter.automatic
+    assert read_value(parameter, written | {"type": parameter.xml_type}, filter_name="") == ("auto", [])
+
+
+def test_every_automatic_parameter_of_the_plugins_says_so() -> None:
+    """No help text says "automatic" by a number; a parameter whose default is automatic shows "auto" as that."""
+    for known in custom_filters():
+        for parameter in known.parameters:
+            assert not re.search(r"-?[01]: (automatic|chosen|estimated|measured|from )", parameter.help), parameter
+            if parameter.automatic is not None and parameter.default == "auto":
+                assert known.with_defaults({})[parameter.name] == "auto"
+                assert known.parameter(parameter.name).to_number("auto") == parameter.automatic
 
 
 def test_refusals_say_what_is_allowed_and_what_came() -> None:

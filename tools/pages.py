@@ -1,14 +1,16 @@
 """The pages that follow from the code.
 
 ``docs/filters.md`` comes from the declarations and the bibliography, ``docs/recipes.md`` from the head comments of the recipes,
-``docs/old_scripts.md`` from the facts about former filters.
+``docs/old_scripts.md`` from the facts about former filters, ``docs/documents.md`` from the schemas of what commands print.
 """
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 from unicodedata import normalize
 
 from pymeshfair.declaration import Filter, Parameter, Percentage, nearest
@@ -133,6 +135,60 @@ def recipe_section(name: str) -> str:
     return "\n".join([*lines, ""])
 
 
+#: what each command prints with --json, as JSON Schema
+DOCUMENTS = Path(__file__).parents[1] / "src/pymeshfair/commands/documents.json"
+
+
+def documents_page() -> str:
+    """What each command prints with --json, key by key."""
+    schemas = json.loads(DOCUMENTS.read_text("utf-8"))
+    parts = [
+        "# JSON documents\n",
+        "With `--json` every command prints one document on stdout, and messages on stderr. If it fails, the document has the "
+        "key `error`. Paths are as they were typed unless said otherwise; unknown numbers are null. The schemas are in "
+        "[documents.json](../src/pymeshfair/commands/documents.json) (JSON Schema 2020-12), and the tests hold every document to "
+        "them. Written by `python tools/generate.py pages` from there. [Exit codes](command_line.md#exit-codes).\n",
+    ]
+    for name, schema in schemas["commands"].items():
+        parts += [f"## {name}\n", f"{schema['description']}\n", *_keys(schema), ""]
+    parts.append("# Parts of documents\n")
+    for name, schema in schemas["$defs"].items():
+        parts += [f'<a id="{_anchor(name)}"></a>', f"## {name}\n", f"{schema['description']}\n", *_keys(schema), ""]
+    return "\n".join(parts)
+
+
+def _keys(schema: dict[str, Any], before: str = "") -> list[str]:
+    """A table row for each key; those of an object within it follow under ``key.``, those of a list under ``key[].``."""
+    rows = [] if before else ["| key | type | meaning |", "|---|---|---|"]
+    for name, value in schema.get("properties", {}).items():
+        key = before + name + ("[]" if value.get("type") == "array" else "")
+        inner = value.get("items", value)
+        meaning = value.get("description", "")
+        if inner is not value and inner.get("description"):
+            meaning = f"{meaning} {inner['description']}".strip()
+        rows.append(f"| `{key}` | {_type(value)} | {meaning} |")
+        rows += _keys(inner, f"{key}.")
+    return rows
+
+
+def _type(schema: dict[str, Any]) -> str:
+    if "$ref" in schema:
+        name = schema["$ref"].rpartition("/")[2]
+        return f"[{name}](#{_anchor(name)})"
+    if "anyOf" in schema:
+        return " or ".join(_type(choice) for choice in schema["anyOf"])
+    if "enum" in schema:
+        return ", ".join(f"`{word}`" for word in schema["enum"])
+    if schema["type"] == "array" and "items" in schema:
+        return f"list of {_type(schema['items'])}"
+    kinds = schema["type"] if isinstance(schema["type"], list) else [schema["type"]]
+    return " or ".join(kinds)
+
+
+def _anchor(name: str) -> str:
+    return name.replace(" ", "-")
+
+
 OLD_SCRIPTS = """\
 # Scripts of older MeshLab versions
 
@@ -214,4 +270,9 @@ def _old_parameters(former: Former) -> list[tuple[str, str]]:
     return rows
 
 
-PAGES = {"filters.md": filters_page, "recipes.md": recipes_page, "old_scripts.md": old_scripts_page}
+PAGES = {
+    "filters.md": filters_page,
+    "recipes.md": recipes_page,
+    "old_scripts.md": old_scripts_page,
+    "documents.md": documents_page,
+}

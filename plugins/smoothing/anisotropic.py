@@ -36,8 +36,8 @@ ShareOfStep: TypeAlias = Annotated[
 
 def _contrast(meaning: str) -> Float:
     """The difference of neighbours that counts as an edge."""
-    sentences = f"{meaning} Larger smooths stronger noise and blurs more edges. 0: from the median difference."
-    return Float(label="Range sigma (contrast)", minimum=0, help=sentences)
+    sentences = f"{meaning} Larger smooths stronger noise and blurs more edges. 'auto' takes it from the median difference."
+    return Float(label="Range sigma (contrast)", minimum=0, automatic=0, help=sentences)
 
 
 @mesh_filter(

@@ -43,7 +43,7 @@ def taubin_pass_band(help: str) -> Float:
 
 def taubin_smooth_of_meshlab(values: Mapping[str, Any]) -> Equivalent | None:
     """MeshLab's own filter, which is Taubin's on closed meshes: on a border its step goes two thirds of ours."""
-    if values["operator"] != "uniform" or values["pass_band"] or values["selected"] or values["iterations"] < 0:
+    if values["operator"] != "uniform" or values["pass_band"] or values["selected"] or values["iterations"] == "auto":
         return None
     own = {"lambda_": values["step"], "mu": values["mu"], "stepsmoothnum": values["iterations"], "selected": False}
     return Equivalent("apply_coord_taubin_smoothing", own, closed_only=True)
@@ -88,10 +88,11 @@ def apply_coord_taubin_fairing(
         int,
         Int(
             label="Iterations",
-            minimum=-1,
+            minimum=0,
             maximum=100_000,
-            help="How many pairs of steps are taken. More are smoother and slower. -1: automatic, the number whose slopes "
-            "are expected to be nearest to the true ones.",
+            automatic=-1,
+            help="How many pairs of steps are taken. More are smoother and slower. 'auto' takes the number whose slopes are "
+            "expected to be nearest to the true ones.",
         ),
     ] = 10,
     border: Border = "along",

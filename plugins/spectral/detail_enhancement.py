@@ -9,7 +9,7 @@ from pymeshfair.declaration import Edit, FilterClass, Float, Layer, MeshElement,
 from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.spectral import SpectralOperator, enhance_details
 
-from ..moving_vertices import MOVES_VERTICES, Selected, movable_vertices
+from ..moving_vertices import MOVES_VERTICES, Selected, largest_size_parameter, movable_vertices
 from .filtering import OPERATOR
 
 
@@ -36,20 +36,13 @@ def apply_coord_detail_enhancement(
         float,
         Percentage(
             label="Detail size",
-            default="0",
+            automatic=0,
+            default="auto",
             help="The shortest wave of the relief: choose it above the size of the noise. Larger takes in larger details alone. "
-            "0: where the spectrum of the surface rises above its noise, at least five mean edges.",
+            "'auto': where the spectrum of the surface rises above its noise, at least five mean edges.",
         ),
     ],
-    largest_size: Annotated[
-        float,
-        Percentage(
-            label="Largest size",
-            default="0",
-            help="The longest wave of the relief; what is larger is shape and stays. Larger takes in larger parts. 0: four "
-            "detail sizes.",
-        ),
-    ],
+    largest_size: Annotated[float, largest_size_parameter("of the relief; what is larger is shape and stays.")],
     most: Annotated[
         float,
         Float(

@@ -16,7 +16,6 @@ from pymeshfair.declaration import (
     Ints,
     Layer,
     MeshElement,
-    Percentage,
     mesh_filter,
 )
 from pymeshfair.filters.checks import FilterInputError
@@ -38,6 +37,7 @@ from ..moving_vertices import (
     MOVES_VERTICES,
     Selected,
     detail_size_parameter,
+    largest_size_parameter,
     no_amount,
     smoothed_by_size,
 )
@@ -78,14 +78,7 @@ def apply_coord_spectral_filter(
             of_band="With 'enhance' and 'band_pass' the shortest wave of the band: choose it above the size of the noise.",
         ),
     ],
-    largest_size: Annotated[
-        float,
-        Percentage(
-            label="Largest size",
-            default="0",
-            help="The longest wave of the band of 'enhance' and 'band_pass'. Larger takes in larger parts. 0: four detail sizes.",
-        ),
-    ],
+    largest_size: Annotated[float, largest_size_parameter("of the band of 'enhance' and 'band_pass'.")],
     modes: Annotated[
         int,
         Int(

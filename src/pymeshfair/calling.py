@@ -40,7 +40,7 @@ def check_needs(declared: Filter, layer: Layer) -> None:
 
 
 def resolved(declared: Filter, values: Mapping[str, Any], layer: Layer) -> dict[str, Any]:
-    """Declared values as a filter's function takes them: lengths in mesh units on this layer."""
+    """Declared values with lengths in mesh units on this layer."""
     of_edges = {p.name for p in declared.parameters if isinstance(p, Percentage) and p.of_edges}
 
     def mesh_units(name: str, length: Length) -> float:
@@ -64,7 +64,7 @@ def call(declared: Filter, inputs: Mapping[str, Any], layer: Layer, on_progress:
         Exception: whatever the function raised, or `MeshError` if its edit does not fit the layer.
     """
     assert declared.function is not None
-    inputs, stopped = dict(inputs), []
+    inputs, stopped = {p.name: p.to_number(inputs[p.name]) for p in declared.parameters}, []
 
     def progress(done: float) -> None:
         if on_progress is not None:

@@ -19,10 +19,10 @@ from .scripts.changes import Change
 from .scripts.fits import Condition, parse_fits
 from .scripts.head import paragraphs, read_head
 from .scripts.overrides import override
-from .scripts.read import parse_script, read_script
+from .scripts.read import parse_script, read_bytes
 from .scripts.script import Script
 from .scripts.settings import Setting
-from .scripts.upgrade import upgrade_file
+from .scripts.upgrade import upgrade_script
 from .scripts.write import format_script
 
 if TYPE_CHECKING:
@@ -188,10 +188,7 @@ def load_recipe(name_or_path: str | os.PathLike[str], *, upgrade: bool = False) 
     if isinstance(name_or_path, str) and (file := shipped.get(text) or _superseded().get(text)):
         return Recipe(text, parse_script(file.read_bytes(), file.name, path=Path(str(file))))
     if path.suffix.lower() == ".mlx" or path.name != text or path.is_file():
-        if upgrade:
-            upgraded = upgrade_file(path)
-            return Recipe(path.stem, upgraded.script, upgraded.changes)
-        return Recipe(path.stem, read_script(path))
+        return parse_recipe(read_bytes(text), text, upgrade=upgrade, path=path)
     if text in WITHDRAWN:
         raise UnknownNameError(f"the recipe {text!r} is shipped no more: {WITHDRAWN[text]}")
     near = nearest(text, shipped)
@@ -201,6 +198,18 @@ def load_recipe(name_or_path: str | os.PathLike[str], *, upgrade: bool = False) 
         f"there is no recipe {text!r}{hint} (shipped: {names}; a script of your own is given by its path, with .mlx)",
         suggestion=near,
     )
+
+
+def parse_recipe(data: bytes, name: str, *, upgrade: bool = False, path: Path | None = None) -> Recipe:
+    """The recipe in the bytes of an .mlx file; `name` stands for the file in messages, and `upgrade` is that of `load_recipe`.
+
+    Raises:
+        ScriptError: something in the script is wrong; lists every problem.
+    """
+    if not upgrade:
+        return Recipe(Path(name).stem, parse_script(data, name, path=path))
+    upgraded = upgrade_script(data, name, path=path)
+    return Recipe(Path(name).stem, upgraded.script, upgraded.changes)
 
 
 def _shipped() -> dict[str, Traversable]:

@@ -11,12 +11,16 @@ from pathlib import Path
 from typing import Any
 
 from click.testing import Result
+from jsonschema import Draft202012Validator
 from typer.testing import CliRunner
 
 from pymeshfair.commands.app import app
 
 #: the program of the interpreter that runs the tests, whatever else is on the PATH
 COMMAND = [sys.executable, "-m", "pymeshfair"]
+#: the schemas of what the commands print with --json
+DOCUMENTS = Path(__file__).parents[2] / "src/pymeshfair/commands/documents.json"
+SCHEMAS = json.loads(DOCUMENTS.read_text("utf-8"))
 
 
 def run_process(
@@ -45,4 +49,12 @@ def document(printed: str) -> dict[str, Any]:
 
     read = json.loads(printed, parse_constant=refuse)
     assert isinstance(read, dict)
+    assert fits(read, *SCHEMAS["commands"]), f"no schema in {DOCUMENTS} is one of {read.keys()}"
     return read
+
+
+def fits(read: Any, *commands: str) -> bool:
+    """Whether a document is one that such a command prints, or its error."""
+    failed = {"type": "object", "properties": {"error": {"$ref": "#/$defs/error"}}, "required": ["error"], "maxProperties": 1}
+    schema = {"anyOf": [*(SCHEMAS["commands"][name] for name in commands), failed], "$defs": SCHEMAS["$defs"]}
+    return bool(Draft202012Validator(schema).is_valid(read))

@@ -141,7 +141,7 @@ def test_near_misses_are_suggested() -> None:
 def test_unexpected_error_shows_its_traceback_only_with_debug(monkeypatch: pytest.MonkeyPatch) -> None:
     """A defect is a message and exit code 1; `--debug` adds where it happened."""
 
-    def broken(name: str) -> None:
+    def broken(name: str, **_: object) -> None:
         raise ZeroDivisionError("by nothing")
 
     monkeypatch.setattr(recipe, "load_recipe", broken)
@@ -156,7 +156,7 @@ def test_unexpected_error_shows_its_traceback_only_with_debug(monkeypatch: pytes
 def test_interruption_ends_with_130(monkeypatch: pytest.MonkeyPatch) -> None:
     """Ctrl-C is no failure of the run: it has an exit code and a kind of its own."""
 
-    def interrupted(name: str) -> None:
+    def interrupted(name: str, **_: object) -> None:
         raise KeyboardInterrupt
 
     monkeypatch.setattr(recipe, "load_recipe", interrupted)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from rich.console import Console
 
-from pymeshfair.commands.measures_table import measures_table
+from pymeshfair.commands.tables import measures_table
 
 USUAL = ["vertices", "faces", "border edges", "components", "area", "mean edge", "roughness"]
 

@@ -24,7 +24,7 @@ NOISY = (TRUE[0] + HEIGHTS[:, None] * smooth_normals(*TRUE), TRUE[1])
 FILTERS: list[tuple[str, dict[str, Any]]] = [
     ("apply_coord_bilaplacian_smoothing", {"detail_size": "auto"}),
     ("apply_coord_spectral_filter", {"detail_size": "auto"}),
-    ("apply_coord_taubin_fairing", {"iterations": -1}),
+    ("apply_coord_taubin_fairing", {"iterations": "auto"}),
 ]
 
 

@@ -110,7 +110,7 @@ def test_automatic_iterations_are_chosen_and_told() -> None:
     name = "apply_coord_bilateral_projection_of_points"
     meshes = pymeshfair.MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(points))
-    told = meshes.apply_filter(name, iterations=-1)
+    told = meshes.apply_filter(name, iterations="auto")
     assert told["chosen"]["iterations"] > 0
     assert told["tried"][0] == {**told["tried"][0], "neighbors": 0, "iterations": 0}
     expected = bilateral_projection(points, **told["chosen"])
@@ -118,6 +118,6 @@ def test_automatic_iterations_are_chosen_and_told() -> None:
     assert np.abs(np.linalg.norm(expected, axis=1) - 1.0).mean() < 0.5 * np.abs(np.linalg.norm(points, axis=1) - 1.0).mean()
     meshes = pymeshfair.MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(truth))
-    told = meshes.apply_filter(name, iterations=-1)
+    told = meshes.apply_filter(name, iterations="auto")
     assert told["chosen"]["iterations"] == 0
     assert meshes.current_mesh().vertex_matrix().tobytes() == truth.tobytes()

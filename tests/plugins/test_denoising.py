@@ -195,7 +195,7 @@ def test_with_everything_given_the_mesh_is_not_estimated(rough: Mesh, monkeypatc
     fixed = apply(apply_coord_normal_filtering, Surface(*rough), choice="fixed").values
     assert {name: fixed[name] for name in vars(FIXED)} == vars(FIXED)
     with pytest.raises(AssertionError, match="estimated"):
-        apply(apply_coord_normal_filtering, Surface(*rough), **{**given, "range_sigma": 0.0})
+        apply(apply_coord_normal_filtering, Surface(*rough), **{**given, "range_sigma": "auto"})
     first = {name: DEFAULTS[name] for name in STEP_ONE}
     assert "shape" not in apply(apply_normal_robust_filtering_per_face, Surface(*rough), **first).values
 

@@ -12,7 +12,7 @@ import pytest
 
 from pymeshfair import MeshSet
 from pymeshfair.scripts import ScriptError, read_script
-from pymeshfair.scripts.needs import unmet_needs
+from pymeshfair.scripts.warnings import unmet_needs
 from tests.host.snapshots import sample
 
 OWN = """<!DOCTYPE FilterScript>

@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 
 from pymeshfair.scripts import ScriptError, parse_script
-from pymeshfair.scripts.needs import check_needs, unmet_needs
-from pymeshfair.scripts.traps import lengths_out_of_proportion, traps
+from pymeshfair.scripts.warnings import check_needs, lengths_out_of_proportion, traps, unmet_needs
 from tests.scripts.texts import one_filter, script
 
 POISSON = '<filter name="Surface Reconstruction: Screened Poisson"/>'

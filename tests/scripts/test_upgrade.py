@@ -13,8 +13,8 @@ from pymeshfair.declaration import Length
 from pymeshfair.meshlab.former import former_filter, former_filters, parameter_facts
 from pymeshfair.registry import find_filter
 from pymeshfair.scripts import ScriptError, Upgrade, format_script, upgrade_file, upgrade_script
-from pymeshfair.scripts.relative import relative_script
 from pymeshfair.scripts.suggestions import same_but_case
+from pymeshfair.scripts.upgrade import relative_script
 from tests.scripts.texts import one_filter, script
 
 SAMPLES = Path(pymeshlab.__file__).parent / "tests/sample_meshes"

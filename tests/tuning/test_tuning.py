@@ -52,6 +52,20 @@ def test_controls_follow_the_declaration() -> None:
             assert parameter["low"] <= number <= parameter["high"]
 
 
+def test_what_is_automatic_is_auto_on_the_page() -> None:
+    """The controls of such parameters show "auto" and take it back; the script that is saved has MeshLab's numbers."""
+    recipe = load_recipe("denoise")
+    (step,) = controls(recipe)["steps"]
+    texts = {p["name"]: p["value"] for p in step["parameters"] if p["automatic"]}
+    assert len(texts) == 7
+    assert set(texts.values()) == {"auto"}
+    (changed,) = script_with(recipe.script, [StepChoices(True, {"relaxation": "3"})]).steps
+    assert (
+        script_with(recipe.script.with_steps([changed]), [StepChoices(True, {"relaxation": "auto"})]).steps == recipe.script.steps
+    )
+    assert 'name="relaxation" value="-1"' in format_script(recipe.script)
+
+
 def test_wrong_settings_say_where() -> None:
     """A value that is not allowed names step and parameter; steps can be left out, but not all of them."""
     script = load_recipe("clean_range_map").script

@@ -18,11 +18,9 @@ if TYPE_CHECKING:
     from ..running import job, read, supervise
     from ..running.job import Event, RunResult
     from ..scripts import Change, Step, overrides, warnings
-    from . import building, table
-    from . import differences as comparing
+    from . import building, words
 else:  # importing them takes longer than importing pymeshlab, and a program may only ask for this class
     building = ImportedWhenUsed("pymeshfair.authoring.building")
-    comparing = ImportedWhenUsed("pymeshfair.authoring.differences")
     job = ImportedWhenUsed("pymeshfair.running.job")
     named = ImportedWhenUsed("pymeshfair.recipe")
     overrides = ImportedWhenUsed("pymeshfair.scripts.overrides")
@@ -30,7 +28,7 @@ else:  # importing them takes longer than importing pymeshlab, and a program may
     registry = ImportedWhenUsed("pymeshfair.registry")
     scripts = ImportedWhenUsed("pymeshfair.scripts")
     supervise = ImportedWhenUsed("pymeshfair.running.supervise")
-    table = ImportedWhenUsed("pymeshfair.authoring.table")
+    words = ImportedWhenUsed("pymeshfair.authoring.words")
     warnings = ImportedWhenUsed("pymeshfair.scripts.warnings")
 
 
@@ -173,11 +171,11 @@ class Recipe(FilterMethods):
         return f"<Recipe {self.name!r}: {', '.join(step.filter.python_name for step in self) or 'no steps'}>"
 
     def _repr_html_(self) -> str:
-        return table.recipe_table(self.name, self._script)
+        return words.recipe_table(self.name, self._script)
 
     def differences(self, other: Recipe) -> list[str]:
         """What `other` does that this recipe does not, or with other values, one sentence each; empty if they do the same."""
-        return comparing.differences(self._script, other._script)
+        return words.differences(self._script, other._script)
 
     def check(self, mesh: MeshSet | str | os.PathLike[str] | None = None, *, layers: int = 1) -> list[str]:
         """What the recipe may surprise with, one sentence each; its steps and values are valid in any case.

@@ -14,7 +14,7 @@ from ..files.outputs import MadeFrom, check_output
 from ..files.writing import check_place, check_target
 from ..running.job import Job
 from ..scripts.guards import refuse_unmeasured
-from ..scripts.needs import check_needs
+from ..scripts.warnings import check_needs
 from .journal import NAME as JOURNAL
 from .journal import read_journal
 from .outcome import Outcome

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import glob
+import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,7 +38,8 @@ def expand(arguments: Sequence[str], settings: Sequence[str] = ()) -> list[Asked
 
     An argument is a mesh file; a folder, whose mesh files count in the order of their names, without those of its own folders and
     without .txt files; a pattern with ``*``, ``?``, ``[]`` or ``**``; ``@LIST``, a file with one of these a line; or a table
-    ``*.csv``. What a list or a table names is relative to its own folder.
+    ``*.csv``. ``@-`` and ``-`` are a list and a table on standard input. What a list or a table names is relative to its own
+    folder.
 
     Args:
         arguments: in the order of the command line.
@@ -65,7 +67,7 @@ def _expanded(argument: str, base: Path, settings: Sequence[str]) -> Iterator[As
         files = sorted(p for p in map(Path, glob.glob(str(path), recursive=True)) if p.is_file())  # noqa: PTH207 - patterns with folders
         if not files:
             raise ParameterError(f"no file fits the pattern {argument!r} (looked for {path})")
-    elif extension(path) == "csv":
+    elif argument == "-" or extension(path) == "csv":
         yield from _table(path, settings)
         return
     else:
@@ -126,7 +128,7 @@ def _check_header(path: Path, header: Sequence[str], settings: Sequence[str]) ->
 
 def _text(path: Path) -> str:
     try:
-        return path.read_text("utf-8-sig")
+        return sys.stdin.read() if path.name == "-" else path.read_text("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         raise ParameterError(f"cannot read {path}: {(reason or str(error)).lower()}") from None

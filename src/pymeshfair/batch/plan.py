@@ -13,7 +13,7 @@ from ..files.formats import WRITABLE, extension
 from ..files.provenance import provenance_path
 from ..recipe import Recipe
 from ..running.job import Job
-from ..scripts.traps import traps
+from ..scripts.warnings import traps
 from .inputs import Asked
 
 #: what a name of outputs may say of an input

@@ -1,6 +1,6 @@
 """The command ``pymeshfair``: one module a command, each importing what is heavy only when it runs, so that help is instant.
 
-Exit codes: 0 done, 1 the run failed, 2 wrong usage or an invalid recipe, 130 interrupted; `verify` has more.
+Exit codes and JSON documents: docs/command_line.md.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import typer
 from ..processes.environment import ONE_BLAS_THREAD
 from . import batch, check, compare, demo, doctor, export, info, list, picture, run, spectrum, suggest, tune, upgrade, verify
 from .failure import check_working_folder
-from .group import CommandGroup
+from .group import Command, CommandGroup
 
 app = typer.Typer(
     name="pymeshfair",
@@ -23,21 +23,21 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
 )
-app.command()(demo.demo)
-app.command()(run.run)
-app.command()(batch.batch)
-app.command()(verify.verify)
-app.command()(check.check)
-app.command()(upgrade.upgrade)
-app.command()(export.export)
+app.command(cls=Command)(demo.demo)
+app.command(cls=Command)(run.run)
+app.command(cls=Command)(batch.batch)
+app.command(cls=Command)(verify.verify)
+app.command(cls=Command)(check.check)
+app.command(cls=Command)(upgrade.upgrade)
+app.command(cls=Command)(export.export)
 app.add_typer(list.app, name="list")
-app.command()(info.info)
-app.command()(suggest.suggest)
-app.command()(spectrum.spectrum)
-app.command()(compare.compare)
-app.command()(picture.picture)
-app.command()(tune.tune)
-app.command()(doctor.doctor)
+app.command(cls=Command)(info.info)
+app.command(cls=Command)(suggest.suggest)
+app.command(cls=Command)(spectrum.spectrum)
+app.command(cls=Command)(compare.compare)
+app.command(cls=Command)(picture.picture)
+app.command(cls=Command)(tune.tune)
+app.command(cls=Command)(doctor.doctor)
 
 
 @app.callback()

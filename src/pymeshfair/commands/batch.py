@@ -10,19 +10,21 @@ import typer
 
 from . import options
 from .json_document import print_document
-from .options import Debug, Json, guards, memory_limit
+from .options import Json, guards, memory_limit
+from .standard_files import open_recipe
 
 if TYPE_CHECKING:
     from ..batch.work import Task
 
 
 def batch(
-    recipe: Annotated[str, typer.Argument(metavar="RECIPE", help="A shipped name or the path of an .mlx file.")],
+    recipe: options.Recipe,
     inputs: Annotated[
         list[str],
         typer.Argument(
             metavar="INPUT...",
-            help="Mesh files, folders, patterns such as 'scans/**/*.ply', lists (@LIST.txt) and tables (TABLE.csv).",
+            help="Mesh files, folders, patterns such as 'scans/**/*.ply', lists (@LIST.txt) and tables (TABLE.csv); @- is a list "
+            "on standard input, - a table.",
         ),
     ],
     output: Annotated[
@@ -68,7 +70,6 @@ def batch(
     max_volume_change: options.MaxVolumeChange = "",
     require: options.Require = "",
     json: Json = False,
-    debug: Debug = False,
 ) -> None:
     """Clean many mesh files with a recipe.
 
@@ -79,7 +80,6 @@ def batch(
     from ..batch.plan import plan_scans
     from ..batch.work import Task
     from ..operating_system import this_system
-    from ..recipe import load_recipe
     from ..running.job import Job
 
     if scheduler is not None and jobs is not None:
@@ -87,7 +87,7 @@ def batch(
     if report:
         options.check_measured(no_measures=no_measures)
     overrides = tuple(set or ())
-    found = load_recipe(recipe, upgrade=upgrade).override(overrides)
+    found = open_recipe(recipe, upgrade=upgrade).override(overrides)
     template = Job(
         found,
         Path(),  # a scan's

@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from types import TracebackType
 from typing import Any
 
-import typer
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -16,7 +15,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from ..batch.numbers import displacement_in_edges
 from ..batch.outcome import Outcome
 from ..batch.plan import Scan
-from .streams import printable
+from .streams import Talk, printable, say, talk
 
 
 class BatchLines:
@@ -38,7 +37,7 @@ class BatchLines:
 
     def note(self, text: str) -> None:
         """Say something about the batch as a whole."""
-        typer.echo(printable(text), err=True)
+        say(text, err=True)
 
     def outcome(self, scan: Scan, outcome: Outcome) -> None:
         """A scan has ended."""
@@ -129,5 +128,5 @@ def counted_warnings(outcome: Outcome) -> str:
 
 
 def batch_progress() -> BatchBar | BatchLines:
-    """A bar if stderr is a terminal, else lines."""
-    return BatchBar() if sys.stderr.isatty() else BatchLines()
+    """A bar if stderr is a terminal, else lines, which `say` prints."""
+    return BatchBar() if sys.stderr.isatty() and talk() == Talk.USUAL else BatchLines()

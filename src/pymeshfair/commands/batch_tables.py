@@ -14,7 +14,7 @@ from ..batch.outcome import Outcome
 from ..batch.summary import Summary
 from ..batch.work import Task
 from .batch_progress import counted_warnings
-from .streams import printable
+from .streams import Talk, printable, talk
 from .tables import console, table
 
 #: of more scans only these many are listed, the worst
@@ -22,7 +22,18 @@ _LISTED = 40
 
 
 def show_summary(summary: Summary, task: Task) -> None:
-    """Print a row a scan, the worst first if there are many, then the counts and where everything is."""
+    """Print a row a scan, the worst first if there are many, then the counts and where everything is; then what failed."""
+    if talk() > Talk.LITTLE:
+        _show_rows(summary, task)
+    for outcome in summary.outcomes:
+        if outcome.error is not None:
+            where = "" if outcome.input in outcome.error["message"] else f"{outcome.input}: "
+            _complain(f"{where}{outcome.error['message']}")
+        for breach in outcome.breaches if outcome.error is None else ():
+            _complain(f"{outcome.input}: {breach['guard']}: {breach['message']}")
+
+
+def _show_rows(summary: Summary, task: Task) -> None:
     far = {outcome.output: words for outcome, words in zip(summary.outcomes, summary.far, strict=True)}
     shown = list(summary.outcomes) if len(summary.outcomes) <= _LISTED else worst_first(summary.outcomes)[:_LISTED]
     headers = ["scan", "", "vertices", "moved (edges)", "at most", "area %", "seconds", ""]
@@ -41,12 +52,6 @@ def show_summary(summary: Summary, task: Task) -> None:
         typer.echo(f"  {path}")
     if counts["left"]:
         typer.echo("The same command with --resume does what is left.")
-    for outcome in summary.outcomes:
-        if outcome.error is not None:
-            where = "" if outcome.input in outcome.error["message"] else f"{outcome.input}: "
-            _complain(f"{where}{outcome.error['message']}")
-        for breach in outcome.breaches if outcome.error is None else ():
-            _complain(f"{outcome.input}: {breach['guard']}: {breach['message']}")
 
 
 def _complain(text: str) -> None:

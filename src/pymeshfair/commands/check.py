@@ -9,16 +9,19 @@ import typer
 
 from .failure import Failure
 from .json_document import print_document
-from .options import Debug, Json
+from .options import Json
+from .standard_files import open_recipe
+from .streams import Talk, talk
 
 
 def check(
-    recipes: Annotated[list[str], typer.Argument(metavar="RECIPE", help="Shipped names or paths of .mlx files.")],
+    recipes: Annotated[
+        list[str], typer.Argument(metavar="RECIPE", help="Shipped names, paths of .mlx files, or - for standard input.")
+    ],
     mesh: Annotated[
         Path | None, typer.Option("--mesh", metavar="SCAN", help="Look whether the lengths suit that mesh as well.")
     ] = None,
     json: Json = False,
-    debug: Debug = False,
 ) -> None:
     """Check recipes and name every problem in them.
 
@@ -33,7 +36,9 @@ def check(
     for name in recipes:
         verdict = _verdict(name, diagonal)
         checked.append(verdict)
-        typer.echo(verdict.pop("said"), err=json)
+        text = verdict.pop("said")
+        if not verdict["ok"] or verdict["warnings"] or talk() > Talk.LITTLE:
+            typer.echo(text, err=json)
     bad = [verdict for verdict in checked if "problems" in verdict]
     document: dict[str, Any] = {"recipes": checked}
     if bad:
@@ -48,11 +53,10 @@ def check(
 def _verdict(name: str, diagonal: float | None) -> dict[str, Any]:
     """What a check finds, in terms of JSON, with the words for people under ``"said"``."""
     from ..errors import PymeshfairError
-    from ..recipe import load_recipe
     from ..scripts.warnings import script_warnings
 
     try:
-        script = load_recipe(name).script
+        script = open_recipe(name).script
     except PymeshfairError as error:
         failure = Failure.of(error)
         problems = failure.details.get("problems", [{"file": name, "message": failure.message}])

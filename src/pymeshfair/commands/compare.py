@@ -8,9 +8,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .json_document import print_document
-from .lengths import limits_in_mesh_units, tolerance_in_mesh_units
-from .options import AllowOutside, Debug, Json, Limits, Overwrite, Tolerance, Unchecked, Unit
+from .options import (
+    AllowOutside,
+    Json,
+    Limits,
+    Overwrite,
+    Tolerance,
+    Unchecked,
+    Unit,
+    limits_in_mesh_units,
+    tolerance_in_mesh_units,
+)
 from .report_file import Report, Up, check_report, compared_files, report_page, say_report
+from .standard_files import STANDARD, check_text, save_text
 from .streams import warn
 
 if TYPE_CHECKING:
@@ -36,7 +46,8 @@ def compare(
     deviations: Annotated[
         Path | None,
         typer.Option(
-            metavar="OUT.csv|OUT.ply", help="Write how far outwards each vertex of AFTER lies; in PLY it is the scalar."
+            metavar="OUT.csv|OUT.ply",
+            help="Write how far outwards each vertex of AFTER lies; in PLY it is the scalar. - prints the table.",
         ),
     ] = None,
     section: Annotated[
@@ -49,14 +60,13 @@ def compare(
     unchecked: Unchecked = False,
     overwrite: Overwrite = False,
     json: Json = False,
-    debug: Debug = False,
 ) -> None:
     """Tell what lies between two meshes or clouds: how far apart they are, what was kept, lost, added and removed.
 
     They may have different vertices and faces. With --tolerance the exit code is 1 if a place of one lies further from the other.
     """
     from ..files.formats import extension
-    from ..files.writing import check_target, write_file
+    from ..files.writing import write_file
     from ..looking.comparison import compare as compare_states
     from ..looking.deviations import FORMATS, deviations_file
     from ..looking.mesh_state import state_of
@@ -69,7 +79,7 @@ def compare(
     if report is not None:
         check_report(report, up, overwrite=overwrite)
     if deviations is not None:
-        check_target(deviations, FORMATS, overwrite=overwrite)
+        check_text(deviations, FORMATS, overwrite=overwrite, json=json)
     meshes = [
         read_mesh(path, self_intersections=self_intersections, allow_outside=allow_outside, unchecked=unchecked)
         for path in (before, after)
@@ -89,8 +99,12 @@ def compare(
         compared, left_out = compared_files(first, second, tolerance=allowed)
         found, distances = compared.found, compared.distances
     if deviations is not None:
-        content = deviations_file(second.mesh, distances.after.at_vertices, extension(deviations))
-        write_file(deviations, content, overwrite=overwrite)
+        kind = "csv" if deviations == STANDARD else extension(deviations)
+        content = deviations_file(second.mesh, distances.after.at_vertices, kind)
+        if deviations == STANDARD:
+            save_text(content.decode("utf-8"), deviations, overwrite=overwrite)
+        else:
+            write_file(deviations, content, overwrite=overwrite)
     numbers = {
         "files": {"before": before, "after": after},
         "unit": unit,
@@ -114,7 +128,7 @@ def compare(
         say_report(report)
     if json:
         print_document(numbers)
-    else:
+    elif deviations != STANDARD:
         _show(found)
         if alignment is not None:
             typer.echo(
@@ -152,8 +166,7 @@ def _aligned(before: ReadMesh, after: ReadMesh) -> tuple[ReadMesh, dict[str, Any
 
 def _show(found: Comparison) -> None:
     from ..looking.words import AREA_HEADERS, DISTANCE_HEADERS, area_rows, comparison_lines, distance_rows, verdict_text
-    from .measures_table import measures_table
-    from .tables import console, table
+    from .tables import console, measures_table, table
 
     console().print(measures_table({"before": found.before, "after": found.after}))
     typer.echo("")

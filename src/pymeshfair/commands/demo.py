@@ -9,8 +9,9 @@ from typing import Annotated
 
 import typer
 
-from .options import Debug, Json
+from .options import Json
 from .run import carry_out
+from .streams import say
 
 _RECIPE = "clean_range_map"
 _SCAN = Path("tests/sample_meshes/rangemaps/face000.ply")
@@ -19,7 +20,6 @@ _SCAN = Path("tests/sample_meshes/rangemaps/face000.ply")
 def demo(
     folder: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Where to write.")] = Path("pymeshfair_demo"),
     json: Json = False,
-    debug: Debug = False,
 ) -> None:
     """Clean a real range map, and say what to try next.
 
@@ -42,10 +42,10 @@ def demo(
             raise OutputError(folder, error.strerror or str(error)) from error
         if not (folder / "face.ply").exists():
             write_file(folder / "face.ply", scan.read_bytes(), overwrite=False)
-        typer.echo(f"cleaning {scan} with the recipe {_RECIPE}", err=True)
+        say(f"cleaning {scan} with the recipe {_RECIPE}", err=True)
         job = Job(load_recipe(_RECIPE), scan, folder / "face_clean.ply", command=tuple(sys.argv))
         carry_out(job, json=json, workers=workers)
-    typer.echo(
+    say(
         f"\nTry next:\n  pymeshfair info {_RECIPE}\n"
         f"  pymeshfair run {_RECIPE} {_quoted(scan)} -o {_quoted(folder / 'smoother.ply')} --set detail_size=10edge\n"
         f"  pymeshfair list recipes",

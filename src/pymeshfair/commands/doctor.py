@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from .json_document import print_document
-from .options import Debug, Json
-from .streams import warn
+from .options import Json
+from .streams import say, warn
 
 if TYPE_CHECKING:
     from .findings import Finding
@@ -19,7 +19,6 @@ def doctor(
         bool, typer.Option("--warm", help="First compile all filters for this machine, such as in the image of a container.")
     ] = False,
     json: Json = False,
-    debug: Debug = False,
 ) -> None:
     """Look for what keeps pymeshfair from working here."""
     from .findings import look_around
@@ -36,7 +35,7 @@ def doctor(
     message = f"something is wrong with {', '.join(wrong)}" if wrong else "all is well"
     if json:
         print_document({"findings": findings} | ({"error": {"kind": "Unwell", "message": message}} if wrong else {}))
-    typer.echo(message, err=True)
+    say(message, err=True)
     if wrong:
         raise typer.Exit(1)
 

@@ -8,12 +8,13 @@ from typing import Annotated
 import typer
 
 from .json_document import print_document
-from .options import Debug, Json, Overwrite
-from .script_output import STDOUT, check_script, save_script
+from .options import Json, Overwrite, Recipe
+from .standard_files import STANDARD, check_text, open_recipe, save_text
+from .streams import say
 
 
 def export(
-    recipe: Annotated[str, typer.Argument(metavar="RECIPE", help="A shipped name or the path of an .mlx file.")],
+    recipe: Recipe,
     output: Annotated[
         Path, typer.Option("--output", "-o", metavar="PLAIN.mlx", help="The script to write; - is standard output.")
     ],
@@ -22,18 +23,16 @@ def export(
     ] = None,
     overwrite: Overwrite = False,
     json: Json = False,
-    debug: Debug = False,
 ) -> None:
     """Write a recipe as a script for MeshLab's desktop and plain pymeshlab.
 
     Every parameter is written, in MeshLab's order, with lengths in mesh units. A filter that MeshLab lacks is replaced by one
     that does the same, or refused.
     """
-    from ..recipe import load_recipe
     from ..scripts.export import MeshFacts, export_script
 
-    check_script(output, overwrite=overwrite, json=json)
-    script = load_recipe(recipe).script
+    check_text(output, ("mlx",), overwrite=overwrite, json=json)
+    script = open_recipe(recipe).script
     facts, lengths = None, []
     if mesh is not None:
         from ..authoring.lengths import lengths_on_mesh
@@ -44,10 +43,10 @@ def export(
         facts = MeshFacts(measures["diagonal"], edge, closed=measures["closed"])
         lengths = lengths_on_mesh(script, mesh)
     exported, replaced = export_script(script, mesh=facts, lengths=lengths)
-    save_script(exported, output, overwrite=overwrite)
+    save_text(exported, output, overwrite=overwrite)
     if json:
         print_document({"recipe": recipe, "output": output, "steps": len(script.steps), "replaced": replaced})
     else:
         for text in replaced:
-            typer.echo(text, err=output == STDOUT)
-        typer.echo(f"{output}: {len(script.steps)} {'step' if len(script.steps) == 1 else 'steps'}", err=output == STDOUT)
+            say(text, err=output == STANDARD)
+        say(f"{output}: {len(script.steps)} {'step' if len(script.steps) == 1 else 'steps'}", err=output == STANDARD)

@@ -1,21 +1,44 @@
-"""How the commands end: every error becomes one message or one JSON document, and an exit code."""
+"""What all commands share: options, how much they print, and their end as one message or JSON document with an exit code."""
 
 from __future__ import annotations
 
 import os
 import sys
 import traceback
+import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, NoReturn, cast
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup, TyperOption
 
 from .failure import INTERRUPTED, Failure
-from .streams import failure_of_stdout, secure_streams
+from .folder_options import folder_options, used_options
+from .streams import Talk, failure_of_stdout, secure_streams, talk, warn
 
 # typer does not export the base class of its usage errors.
 UsageError = cast("type[Exception]", typer.BadParameter.__bases__[0])
+
+
+def _option(names: Sequence[str], help: str, how_much: Talk | None = None) -> TyperOption:
+    def chosen(context: Any, parameter: Any, value: bool) -> None:
+        if value and how_much is not None:
+            talk(how_much)
+
+    return TyperOption(param_decls=[*names], is_flag=True, expose_value=False, callback=chosen, help=help)
+
+
+class Command(TyperCommand):
+    """A command with the options that all have; of -q and -v the last counts."""
+
+    def __init__(self, *args: Any, params: Sequence[Any] = (), **extra: Any) -> None:
+        shared = (
+            _option(("--quiet", "-q"), "Print errors and warnings alone, and what was asked for.", Talk.LITTLE),
+            _option(("--verbose", "-v"), "Print when steps begin, how far they are, and all notes.", Talk.MUCH),
+            _option(("--debug",), "Show the traceback of an error."),
+        )
+        super().__init__(*args, params=[*params, *shared], **extra)
 
 
 class CommandGroup(TyperGroup):
@@ -34,9 +57,13 @@ class CommandGroup(TyperGroup):
         arguments = list(sys.argv[1:] if args is None else args)
         options = arguments[: arguments.index("--")] if "--" in arguments else arguments
         secure_streams()
+        talk(Talk.USUAL)
+        warnings.showwarning = lambda message, *where: warn(message)
         if os.environ.get("NO_COLOR"):
             extra["color"] = False
         try:
+            if not any(name.endswith("_COMPLETE") for name in os.environ):
+                extra["default_map"] = folder_options(self)
             code = super().main(arguments, prog_name or "pymeshfair", complete_var, False, windows_expand_args, **extra)
             failure = INTERRUPTED if code == INTERRUPTED.exit_code else None
         except (KeyboardInterrupt, typer.Abort):
@@ -52,6 +79,8 @@ class CommandGroup(TyperGroup):
             if lost is None or code:
                 sys.exit(code or 0)
             failure = Failure("OSError", f"what was printed got lost: {(lost.strerror or str(lost)).lower()} on stdout", 1)
+        if failure.exit_code == 2 and (used := used_options(extra.get("default_map", {}), arguments)):
+            failure = replace(failure, message=f"{failure.message}\n{used}")
         failure.show(json="--json" in options)
         sys.exit(failure.exit_code)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .json_document import print_document
-from .options import AllowOutside, Debug, Json, Unchecked
+from .options import AllowOutside, Json, Unchecked
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -21,7 +21,6 @@ def info(
     allow_outside: AllowOutside = False,
     unchecked: Unchecked = False,
     json: Json = False,
-    debug: Debug = False,
 ) -> None:
     """Tell everything about a filter, a recipe or a mesh file.
 
@@ -63,7 +62,7 @@ def _nothing_named(subject: str, cause: str | None) -> Exception:
 
 
 def _tell_filter(known: Filter, *, json: bool) -> None:
-    from .filter_page import filter_document, filter_page
+    from .info_pages import filter_document, filter_page
 
     if json:
         print_document({"filter": filter_document(known)})
@@ -73,7 +72,7 @@ def _tell_filter(known: Filter, *, json: bool) -> None:
 
 def _tell_recipe(name: str, *, json: bool) -> None:
     from ..recipe import load_recipe
-    from .recipe_page import recipe_document, recipe_page
+    from .info_pages import recipe_document, recipe_page
 
     recipe = load_recipe(name)
     if json:
@@ -86,9 +85,8 @@ def _tell_mesh(path: Path, *, json: bool, allow_outside: bool, unchecked: bool) 
     from ..running.read import inspect_mesh
     from ..running.suitability import documents, ranked
     from .fitting import fitting_lines, rim_lines
-    from .measures_table import measures_table
     from .streams import warn
-    from .tables import console
+    from .tables import console, measures_table
 
     found = inspect_mesh(path, traits=True, allow_outside=allow_outside, unchecked=unchecked)
     recipes = ranked(found["traits"])

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from .group import Command
 from .json_document import print_document
-from .options import Debug, Json
-from .streams import warn
+from .options import Json
+from .streams import say, warn
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -26,14 +27,13 @@ _MARGIN = " " * 24
 app = typer.Typer(help="List filters or recipes.", rich_markup_mode=None)
 
 
-@app.command()
+@app.command(cls=Command)
 def filters(
     words: Annotated[
         list[str] | None, typer.Argument(metavar="WORDS", help="Words that the names or the summary must contain.")
     ] = None,
     origin: Annotated[str, typer.Option(help="Only filters of pymeshfair, of meshlab or of another package of plugins.")] = "",
     json: Json = False,
-    debug: Debug = False,
 ) -> None:
     """List the filters, MeshLab's and those of the plugins."""
     from ..registry import all_filters, broken_plugins
@@ -55,8 +55,8 @@ def filters(
             typer.echo(textwrap.fill(line, _WIDTH, initial_indent="    ", subsequent_indent="    "))
 
 
-@app.command()
-def recipes(json: Json = False, debug: Debug = False) -> None:
+@app.command(cls=Command)
+def recipes(json: Json = False) -> None:
     """List the recipes that pymeshfair ships, by what they are there to do."""
     from ..recipe import TASKS, shipped_heads
 
@@ -78,7 +78,7 @@ def recipes(json: Json = False, debug: Debug = False) -> None:
         return
     for line in _by_task(found):
         typer.echo(line)
-    typer.echo("\n`pymeshfair info RECIPE` tells more, `pymeshfair run RECIPE INPUT -o OUTPUT` runs it", err=True)
+    say("\n`pymeshfair info RECIPE` tells more, `pymeshfair run RECIPE INPUT -o OUTPUT` runs it", err=True)
 
 
 def _by_task(heads: Iterable[RecipeHead]) -> Iterator[str]:

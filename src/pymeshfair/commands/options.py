@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     from ..scripts.guards import Guards
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout; messages still go to stderr.")]
-Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace what is written if it exists.")]
 
 # ---------------------------------------------------------------------------------------- of commands that look at meshes
@@ -26,6 +25,28 @@ Limits = Annotated[
 ]
 
 # ------------------------------------------------------------------------------------------ of commands that run a recipe
+
+
+def _recipes(incomplete: str) -> list[str]:
+    """The shipped recipes, scripts and folders that a word may become, for the shell."""
+    import glob
+    import importlib.resources
+    import os
+
+    shipped = (
+        f.name.removesuffix(".mlx") for f in importlib.resources.files("pymeshfair.mlx_scripts").iterdir() if ".mlx" in f.name
+    )
+    paths = glob.glob(f"{glob.escape(incomplete)}*")  # noqa: PTH207 - as it was typed
+    own = [path + "/" if os.path.isdir(path) else path for path in paths if path.endswith(".mlx") or os.path.isdir(path)]  # noqa: PTH112
+    return sorted(name for name in shipped if name.startswith(incomplete)) + sorted(own)
+
+
+Recipe = Annotated[
+    str,
+    typer.Argument(
+        metavar="RECIPE", help="A shipped name, the path of an .mlx file, or - for standard input.", autocompletion=_recipes
+    ),
+]
 
 SetValues = Annotated[
     list[str] | None,
@@ -98,3 +119,59 @@ def guards(**texts: str) -> Guards:
     from ..scripts.guards import Guards
 
     return Guards.parse({name: text for name, text in texts.items() if text})
+
+
+if TYPE_CHECKING:
+    from ..filters.inspection import Limits as Ends
+
+
+def tolerance_in_mesh_units(text: str | None, unit: str | None, diagonal: float, mean_edge: float) -> float | None:
+    """The length that ``--tolerance`` means; None if it is not given.
+
+    Args:
+        text: such as ``0.05``, ``0.1%``, ``0.5edge`` or ``0.05mm``.
+        unit: the scan's, or None if it is not known.
+        diagonal: of the first mesh.
+        mean_edge: of the first mesh.
+
+    Raises:
+        ParameterError: it is no length, or has a unit and that of the scan is not known.
+        typer.BadParameter: it is not above 0.
+    """
+    if text is None:
+        return None
+    length = _in_mesh_units(text, unit, diagonal, mean_edge)
+    if not length > 0.0:
+        raise typer.BadParameter(f"{text} is not above 0", param_hint="--tolerance")
+    return length
+
+
+def limits_in_mesh_units(text: str | None, unit: str | None, diagonal: float, mean_edge: float) -> Ends | None:
+    """The two ends that ``--limits LOW,HIGH`` means; None if it is not given; see `tolerance_in_mesh_units`.
+
+    Raises:
+        ParameterError: see there.
+        typer.BadParameter: it is not two lengths, the lower one first.
+    """
+    from ..filters.inspection import Limits as Ends
+
+    if text is None:
+        return None
+    parts = text.split(",")
+    if len(parts) != 2:
+        raise typer.BadParameter(f"{text} is not two lengths: write it as -0.1,0.1 or -0.1mm,0.1mm", param_hint="--limits")
+    low, high = (_in_mesh_units(part, unit, diagonal, mean_edge) for part in parts)
+    if not low < high:
+        raise typer.BadParameter(f"{text}: the lower limit comes first", param_hint="--limits")
+    return Ends(low, high)
+
+
+def _in_mesh_units(text: str, unit: str | None, diagonal: float, mean_edge: float) -> float:
+    from ..declaration.units import PhysicalLength, check_unit, parse_length
+
+    if unit is not None:
+        check_unit(unit)
+    length = parse_length(text)
+    if isinstance(length, PhysicalLength):
+        length = length.in_mesh_units(unit)
+    return length.resolve(diagonal=diagonal, mean_edge=lambda: mean_edge)

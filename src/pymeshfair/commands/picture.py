@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from . import options
 from .json_document import print_document
-from .lengths import limits_in_mesh_units, tolerance_in_mesh_units
-from .options import AllowOutside, Debug, Json, Limits, Overwrite, Tolerance, Unchecked, Unit
 
 if TYPE_CHECKING:
     from ..running.read import ReadMesh
@@ -49,14 +48,13 @@ def picture(
         list[str] | None, typer.Option(metavar="TEXT", help="Of each panel, in order; the names of the files if not given.")
     ] = None,
     stripes: Annotated[float, typer.Option(help="Reflection lines all round; more show smaller defects.", min=1)] = 8.0,
-    limits: Limits = None,
-    tolerance: Tolerance = None,
-    unit: Unit = None,
-    allow_outside: AllowOutside = False,
-    unchecked: Unchecked = False,
-    overwrite: Overwrite = False,
-    json: Json = False,
-    debug: Debug = False,
+    limits: options.Limits = None,
+    tolerance: options.Tolerance = None,
+    unit: options.Unit = None,
+    allow_outside: options.AllowOutside = False,
+    unchecked: options.Unchecked = False,
+    overwrite: options.Overwrite = False,
+    json: options.Json = False,
 ) -> None:
     """Draw meshes from one camera, with a scale bar and, if colours tell something, a colour bar.
 
@@ -70,7 +68,7 @@ def picture(
     from ..looking.camera import view_angles
     from ..looking.coloring_names import check_coloring
     from ..running.read import read_mesh
-    from .streams import warn
+    from .streams import say, warn
 
     check_target(output, PICTURES, overwrite=overwrite)
     check_coloring(color)
@@ -87,8 +85,8 @@ def picture(
     measures = found[0].measures
     sizes = measures["diagonal"], measures["mean_edge"] or measures["mean_spacing"] or 0.0
     appearance = Appearance(
-        limits=limits_in_mesh_units(limits, unit, *sizes),
-        tolerance=tolerance_in_mesh_units(tolerance, unit, *sizes) or 0.0,
+        limits=options.limits_in_mesh_units(limits, unit, *sizes),
+        tolerance=options.tolerance_in_mesh_units(tolerance, unit, *sizes) or 0.0,
         color=color,
         azimuth=azimuth,
         elevation=elevation,
@@ -106,7 +104,7 @@ def picture(
     if json:
         print_document({"picture": output, "width": drawn.width, "height": drawn.height, "meshes": meshes})
     else:
-        typer.echo(f"Written: {output} ({drawn.width} x {drawn.height} pixels)")
+        say(f"Written: {output} ({drawn.width} x {drawn.height} pixels)")
 
 
 def _pixels(text: str) -> tuple[int, int]:

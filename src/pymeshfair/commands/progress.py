@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 import time
+from collections.abc import Callable, Iterator
 from types import TracebackType
 
 import typer
@@ -12,7 +14,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
 from ..running.job import Compiling, Event, Message, PhaseStarted, StepFinished, StepProgress, StepStarted
-from .streams import printable
+from .streams import Talk, printable, talk
 
 #: seconds between two lines about the same step where there is no bar
 _PATIENCE = 10.0
@@ -20,9 +22,10 @@ _COMPILING = "compiling filters for this machine"
 
 
 class ProgressLines:
-    """One line when a step begins, one when it ends, and one now and then within a long step."""
+    """One line when a step begins, and what filters note; with `much` also how long it takes, and how far a long one is."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, much: bool = False) -> None:
+        self._much = much
         self._step = ""
         self._compiled: Compiling | None = None
         self._warnings: list[str] = []
@@ -40,25 +43,30 @@ class ProgressLines:
 
     def __call__(self, event: Event) -> None:
         """Show an event of the run."""
-        if isinstance(event, PhaseStarted):
-            self._say(event.phase)
-        elif isinstance(event, StepStarted):
+        if isinstance(event, StepStarted):
             self._step = f"step {event.index} of {event.total}"
             self._say(f"{self._step}: {event.filter}")
-        elif isinstance(event, StepFinished):
-            self._say(f"{self._step}: {event.seconds:.2f} s")
-        elif isinstance(event, StepProgress) and time.monotonic() - self._silent_since > _PATIENCE:
-            self._say(f"{self._step}: {event.fraction:.0%}")
         elif isinstance(event, Compiling):
             self._compiled = event
             if event.kernels == 1 and event.is_going_on:
                 self._say(f"  {_COMPILING}")
-            elif time.monotonic() - self._silent_since > _PATIENCE:
-                self._say(f"  {_COMPILING}: {event.seconds:.0f} s so far")
         elif isinstance(event, Message) and event.level == "info":
             self._say(f"  step {event.step}: {event.text}" if event.step else f"  {event.text}")
         elif isinstance(event, Message):
             self._warnings.append(event.text)
+        if self._much:
+            self._show_more(event)
+
+    def _show_more(self, event: Event) -> None:
+        waited = time.monotonic() - self._silent_since > _PATIENCE
+        if isinstance(event, PhaseStarted):
+            self._say(event.phase)
+        elif isinstance(event, StepFinished):
+            self._say(f"{self._step}: {event.seconds:.2f} s")
+        elif isinstance(event, StepProgress) and waited:
+            self._say(f"{self._step}: {event.fraction:.0%}")
+        elif isinstance(event, Compiling) and waited:
+            self._say(f"  {_COMPILING}: {event.seconds:.0f} s so far")
 
     def _say(self, text: str) -> None:
         typer.echo(printable(text), err=True)
@@ -132,6 +140,11 @@ def _compiled(event: Compiling) -> str:
     return f"{event.seconds:.1f} s of that went into {_COMPILING}; {after}"
 
 
-def progress() -> ProgressBar | ProgressLines:
-    """A bar if stderr is a terminal, else lines."""
-    return ProgressBar() if sys.stderr.isatty() else ProgressLines()
+@contextlib.contextmanager
+def progress() -> Iterator[Callable[[Event], None]]:
+    """What shows events: nothing if little is to be printed, a bar if stderr is a terminal, else lines."""
+    if talk() == Talk.LITTLE:
+        yield lambda event: None
+        return
+    with ProgressLines(much=True) if talk() == Talk.MUCH else ProgressBar() if sys.stderr.isatty() else ProgressLines() as show:
+        yield show

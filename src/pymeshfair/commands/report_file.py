@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from .streams import printable
+from .streams import say
 
 if TYPE_CHECKING:
     from ..filters.inspection import Limits
@@ -99,4 +99,4 @@ def report_page(
 
 def say_report(path: Path) -> None:
     """Say that it was written."""
-    typer.echo(printable(f"Report: {path}"), err=True)
+    say(f"Report: {path}", err=True)

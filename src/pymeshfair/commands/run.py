@@ -12,7 +12,6 @@ import typer
 from .json_document import print_document
 from .options import (
     AllowOutside,
-    Debug,
     Json,
     KeepAll,
     KeepBroken,
@@ -21,6 +20,7 @@ from .options import (
     MaxVolumeChange,
     NoMeasures,
     Others,
+    Recipe,
     Require,
     SetValues,
     Unchecked,
@@ -31,7 +31,8 @@ from .options import (
     memory_limit,
 )
 from .report_file import Report, Up, check_report, say_report
-from .streams import printable, warn
+from .standard_files import open_recipe
+from .streams import Talk, printable, talk, warn
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
 
 
 def run(
-    recipe: Annotated[str, typer.Argument(metavar="RECIPE", help="A shipped name or the path of an .mlx file.")],
+    recipe: Recipe,
     input: Annotated[Path, typer.Argument(metavar="INPUT", help="The mesh file to clean.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="The mesh file to write; its extension is the format.")],
     set: SetValues = None,
@@ -79,7 +80,6 @@ def run(
     report: Report = None,
     up: Up = "y",
     json: Json = False,
-    debug: Debug = False,
 ) -> None:
     """Clean a mesh file with a recipe.
 
@@ -95,12 +95,11 @@ def run(
     with workers_of_runs() as workers:
         if not tiles:
             workers.prepare()
-        from ..recipe import load_recipe
         from ..running.job import Job
-        from ..scripts.traps import traps
+        from ..scripts.warnings import traps
 
         overrides = tuple(set or ())
-        found = load_recipe(recipe, upgrade=upgrade).override(overrides)
+        found = open_recipe(recipe, upgrade=upgrade).override(overrides)
         limits = guards(
             max_displacement=max_displacement, max_volume_change=max_volume_change, require=require, keep_sharp=keep_sharp
         )
@@ -157,7 +156,7 @@ def carry_out(
     """
     from ..looking import words  # noqa: F401  # for `_show`, while the worker still loads MeshLab
     from ..running.supervise import run_job
-    from . import measures_table  # noqa: F401
+    from . import tables  # noqa: F401
     from .progress import progress
 
     with progress() as show:
@@ -168,7 +167,7 @@ def carry_out(
         say_report(report)
     if json:
         print_document(_document(job, result))
-    else:
+    elif talk() > Talk.LITTLE:
         _show(result)
     if result.breaches:
         for breach in result.breaches:
@@ -199,8 +198,7 @@ def _document(job: Job, result: RunResult) -> dict[str, object]:
 
 def _show(result: RunResult) -> None:
     from ..looking.words import change_lines
-    from .measures_table import measures_table
-    from .tables import console
+    from .tables import console, measures_table
 
     if result.before:
         console().print(measures_table({"before": result.before, "after": result.after}))

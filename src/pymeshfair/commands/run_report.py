@@ -9,8 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import typer
-
 from ..files.writing import StagedFile, stage_file, write_file
 from ..looking.mesh_state import MeshState, state_of
 from ..report.comparison_page import RunPart, Verdict, verdict_of
@@ -20,6 +18,7 @@ from ..running.read import read_mesh
 from ..running.supervise import run_job
 from ..scripts.write import format_script
 from .report_file import check_report, compared_files, report_page, say_report
+from .streams import say
 
 if TYPE_CHECKING:
     from ..looking.comparison import Comparison
@@ -48,7 +47,7 @@ def reporting(job: Job, path: Path, up: str) -> Iterator[Callable[[RunResult], S
     try:
         yield staged
     except GuardBroken:
-        typer.echo("repeating the run for its report", err=True)
+        say("repeating the run for its report", err=True)
         with tempfile.TemporaryDirectory() as folder:
             again = replace(job, output=Path(folder) / "result.ply", keep_broken=True, map=None, overwrite=False)
             page = _page(job, run_job(again), before, up, kept=False)

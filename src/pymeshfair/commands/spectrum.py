@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .json_document import print_document
-from .options import Debug, Json, Overwrite
+from .options import Json, Overwrite
+from .streams import say
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from ..declaration import Length
     from ..filters.spectral.responses import Response
 
 #: the filter whose parameters the response has
@@ -46,12 +48,12 @@ def spectrum(
     timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop after that time.", min=0.001)] = None,
     overwrite: Overwrite = False,
     json: Json = False,
-    debug: Debug = False,
 ) -> None:
     """Tell how much of a shape lies at which wavelength, from its largest parts to its noise.
 
     Where the fall of the curve turns flat, noise begins: that wavelength is a detail size for smoothing.
     """
+    from ..declaration import AUTO
     from ..errors import ParameterError, require_extra
     from ..files.formats import extension
     from ..files.writing import check_target, write_file
@@ -62,11 +64,11 @@ def spectrum(
         check_target(output, PICTURES, overwrite=overwrite)
     filtering = {}
     if response:
-        given = {"response": response, "detail_size": detail_size or "6edge", "largest_size": largest_size or "0"}
+        given = {"response": response, "detail_size": detail_size or "6edge", "largest_size": largest_size or AUTO}
         checked = find_filter(FILTERS).with_defaults(given)
         filtering = {name: checked[name] for name in given}
-        if filtering["detail_size"].resolve(diagonal=1.0, mean_edge=lambda: 1.0) == 0.0:
-            raise ParameterError(f"detail_size {detail_size} is not above 0: it is a wavelength")
+        if _in_mesh_units(filtering["detail_size"], {"diagonal": 1.0, "mean_edge": 1.0}) == 0.0:
+            raise ParameterError(f"detail_size {detail_size} is no wavelength: give a length above 0")
     elif detail_size or largest_size:
         raise ParameterError("--detail-size and --largest-size are those of a response: give --response too")
     before = _measured(mesh, modes, timeout)
@@ -85,7 +87,7 @@ def spectrum(
         return
     _print(shown, drawn)
     if output is not None:
-        typer.echo(f"{output}: written", err=True)
+        say(f"{output}: written", err=True)
 
 
 def _measured(mesh: Path, modes: int, timeout: float | None) -> dict[str, Any]:
@@ -115,15 +117,19 @@ def _response(filtering: Mapping[str, Any], spectrum: Mapping[str, Any]) -> Resp
     from ..filters.spectral.responses import RESPONSES
     from ..filters.spectral.spectral_filter import BAND
 
-    detail_size, largest_size = (
-        filtering[name].resolve(diagonal=spectrum["diagonal"], mean_edge=lambda: float(spectrum["mean_edge"]))
-        for name in ("detail_size", "largest_size")
-    )
+    detail_size, largest_size = (_in_mesh_units(filtering[name], spectrum) for name in ("detail_size", "largest_size"))
     sizes = (detail_size,) if filtering["response"] == "low_pass" else (detail_size, largest_size or BAND * detail_size)
     try:
         return RESPONSES[filtering["response"]](*sizes)
     except FilterInputError as error:
         raise ParameterError(str(error)) from error
+
+
+def _in_mesh_units(length: Length | str, spectrum: Mapping[str, Any]) -> float:
+    """0 for "auto"."""
+    if isinstance(length, str):
+        return 0.0
+    return length.resolve(diagonal=spectrum["diagonal"], mean_edge=lambda: float(spectrum["mean_edge"]))
 
 
 def _told(response: Response, spectrum: Mapping[str, Any]) -> dict[str, Any]:

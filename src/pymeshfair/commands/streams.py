@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import enum
 import errno
 import io
 import os
@@ -69,6 +70,30 @@ def failure_of_stdout() -> OSError | None:
     """Why something that was printed on stdout got lost, or None if nothing did."""
     sys.stdout.flush()
     return sys.stdout.failure if isinstance(sys.stdout, LastingStream) else None
+
+
+class Talk(enum.IntEnum):
+    """How much is printed besides results, warnings and errors."""
+
+    LITTLE = 0
+    USUAL = 1
+    MUCH = 2
+
+
+_talk = Talk.USUAL
+
+
+def talk(how_much: Talk | None = None) -> Talk:
+    """How much is printed, from now on this much."""
+    global _talk
+    _talk = _talk if how_much is None else how_much
+    return _talk
+
+
+def say(text: object, *, err: bool = False) -> None:
+    """Print what nobody asked for, unless little is to be printed."""
+    if _talk > Talk.LITTLE:
+        typer.echo(printable(text), err=err)
 
 
 def printable(text: object) -> str:

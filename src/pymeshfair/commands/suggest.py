@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .json_document import print_document
-from .options import Debug, Json, Overwrite
-from .script_output import STDOUT, check_script, save_script
+from .options import Json, Overwrite
+from .standard_files import STANDARD, check_text, save_text
+from .streams import say
 
 if TYPE_CHECKING:
     from ..recipe import Recipe
@@ -42,7 +43,6 @@ def suggest(
     timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop after that time.", min=0.001)] = None,
     overwrite: Overwrite = False,
     json: Json = False,
-    debug: Debug = False,
 ) -> None:
     """Rank all recipes for a scan, with reasons, and find how it is denoised best.
 
@@ -58,14 +58,14 @@ def suggest(
     from .fitting import fitting_lines
 
     if output is not None:
-        check_script(output, overwrite=overwrite, json=json)
+        check_text(output, ("mlx",), overwrite=overwrite, json=json)
     traits = inspect_mesh(scan, traits=True)["traits"]
     values = _tried(scan, timeout) if traits["mesh"] else None
     recipe = None if values is None else _explicit(scan, values, traits["noise"])
     if output is not None:
         if recipe is None:
             raise PymeshfairError(f"{scan} has no noise to remove, so there is no recipe to write to {output}")
-        save_script(format_script(recipe.script), output, overwrite=overwrite)
+        save_text(format_script(recipe.script), output, overwrite=overwrite)
     recipes = ranked(_by_evidence(traits, values))
     if json:
         text = None if recipe is None else format_script(recipe.script)
@@ -73,14 +73,14 @@ def suggest(
         print_document({"scan": scan, "traits": traits, "recipes": ranking, "found": values, "recipe": text, "output": output})
         return
     for line in fitting_lines(recipes):
-        typer.echo(line, err=output == STDOUT)
+        typer.echo(line, err=output == STANDARD)
     if values is None:
         return
     typer.echo(_words(scan, values, traits["noise"]), err=True)
     for line in (*_contest(values), *_families(values)):
         typer.echo(line, err=True)
-    if output is not None and output != STDOUT:
-        typer.echo(f"{output}: written; `pymeshfair run {output} {scan} -o RESULT` applies it", err=True)
+    if output is not None and output != STANDARD:
+        say(f"{output}: written; `pymeshfair run {output} {scan} -o RESULT` applies it", err=True)
 
 
 def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dict[str, float]:

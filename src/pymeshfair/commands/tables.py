@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from ..looking.words import measure_rows
 from .streams import printable
 
 #: characters of a line where the output is a file or a pipe; programs read --json
@@ -32,3 +34,8 @@ def table(headers: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Ite
     for row in rows:
         result.add_row(*(Text(printable(cell)) for cell in row))
     return result
+
+
+def measures_table(columns: Mapping[str, Mapping[str, Any]]) -> Table:
+    """One column for each mesh, by its header; rare measures that are 0 or unknown in all of them are left out."""
+    return table(["", *columns], measure_rows(columns), numbers=range(1, len(columns) + 1))

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from .json_document import print_document
-from .options import Debug, Json
+from .options import Json
 
 
 def tune(
@@ -22,7 +22,6 @@ def tune(
     port: Annotated[int, typer.Option(help="Where to listen; 0 takes a free one.", min=0, max=65535)] = 0,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Whether to open the page in the browser.")] = True,
     json: Json = False,
-    debug: Debug = False,
 ) -> None:
     """Tune a recipe on a scan, on a page in the browser that shows the result of every change.
 

@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from .json_document import print_document
-from .options import Debug, Json, Overwrite
-from .script_output import STDOUT, check_script, save_script
+from .options import Json, Overwrite
+from .standard_files import STANDARD, check_text, read_script_bytes, save_text
+from .streams import say
 
 if TYPE_CHECKING:
     from ..scripts import Upgrade
 
 
 def upgrade(
-    script: Annotated[Path, typer.Argument(metavar="OLD.mlx", help="A script of any MeshLab since 2010.")],
+    script: Annotated[Path, typer.Argument(metavar="OLD.mlx", help="A script of any MeshLab since 2010; - is standard input.")],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="NEW.mlx", help="The script to write; - is standard output.")],
     accept: Annotated[bool, typer.Option("--accept", help="Write it even if its meaning changes.")] = False,
     mend: Annotated[bool, typer.Option("--mend", help="Set values that lack a type, which MeshLab drops.")] = False,
@@ -26,19 +27,19 @@ def upgrade(
     ] = None,
     overwrite: Overwrite = False,
     json: Json = False,
-    debug: Debug = False,
 ) -> None:
     """Bring a script of an older MeshLab up to date.
 
     Every change is listed, and whether the script still means the same. Nothing is written if a meaning changes, unless accepted.
     """
     from ..files.errors import InputError
-    from ..scripts import format_script, upgrade_file
-    from ..scripts.relative import relative_script
+    from ..scripts import format_script
+    from ..scripts.upgrade import relative_script, upgrade_script
     from ..scripts.write import NOMINAL_DIAGONAL
 
-    check_script(output, overwrite=overwrite, json=json)
-    upgraded = upgrade_file(script, mend=mend)
+    check_text(output, ("mlx",), overwrite=overwrite, json=json)
+    name = "<stdin>" if script == STANDARD else str(script)
+    upgraded = upgrade_script(read_script_bytes(script), name, path=None if script == STANDARD else script, mend=mend)
     found, diagonal = upgraded.script, NOMINAL_DIAGONAL
     if relative_to is not None:
         from ..running.read import inspect_mesh
@@ -49,13 +50,16 @@ def upgrade(
         found = relative_script(found, diagonal=diagonal)
     written = accept or not upgraded.warnings
     if written:
-        save_script(format_script(found, known_mesh=False, diagonal=diagonal), output, overwrite=overwrite)
+        save_text(format_script(found, known_mesh=False, diagonal=diagonal), output, overwrite=overwrite)
     if json:
         print_document(_document(script, output if written else None, upgraded))
     else:
         for change in upgraded.changes:
-            typer.echo(str(change), err=output == STDOUT)
-        typer.echo(_summary(output, upgraded) if written else _refusal(upgraded), err=not written or output == STDOUT)
+            say(str(change), err=output == STANDARD)
+        if written:
+            say(_summary(output, upgraded), err=output == STANDARD)
+        else:
+            typer.echo(_refusal(upgraded), err=True)
     if not written:
         raise typer.Exit(2)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from .json_document import print_document
-from .options import AllowOutside, Debug, Json, Unchecked
+from .options import AllowOutside, Json, Unchecked
 from .streams import printable
 
 if TYPE_CHECKING:
@@ -41,7 +41,6 @@ def verify(
     unchecked: Unchecked = False,
     memory: Annotated[str | None, typer.Option(metavar="SIZE", help="Memory that the run may take, such as 4GB.")] = None,
     json: Json = False,
-    debug: Debug = False,
 ) -> None:
     """Make a file again from its provenance, and compare.
 

@@ -17,16 +17,16 @@ This module imports neither pymeshlab nor any plugin.
 """
 
 from .elements import Arity, FilterClass, MeshElement
-from .equivalent import Equivalent
-from .filter import Filter, mesh_filter
+from .filter import Equivalent, Filter, mesh_filter
 from .layer import Bools, Edit, Floats, Ints, Layer, NewLayer
 from .length import Length, LengthUnit
 from .names import nearest
-from .parameter import Parameter
+from .parameter import AUTO, Parameter
 from .parameters import Bool, Enum, FileOpen, FileSave, Float, Int, Mesh, Percentage, Shot, String
 from .vectors import Color, Direction, Matrix, Point
 
 __all__ = [
+    "AUTO",
     "Arity",
     "Bool",
     "Bools",

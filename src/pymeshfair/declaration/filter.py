@@ -2,21 +2,62 @@
 
 from __future__ import annotations
 
+import dataclasses
+import functools
 import inspect
 import keyword
 import typing
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, TypeGuard
 
 from ..errors import DeclarationError, ParameterError, UnknownNameError
 from .elements import Arity, FilterClass, MeshElement
-from .equivalent import Equivalent
-from .groups import gathering, is_group
-from .layer import Edit
+from .layer import Edit, Layer
 from .names import nearest
 from .parameter import Parameter
 from .parameters import Enum
+
+
+def is_group(hint: Any) -> TypeGuard[type[Any]]:
+    """Whether a parameter's type is a dataclass, whose fields then are parameters of the filter."""
+    return isinstance(hint, type) and dataclasses.is_dataclass(hint)
+
+
+def gathering(function: Callable[..., Edit]) -> Callable[..., Edit]:
+    """The function that takes the fields of its groups one by one; the function itself if it has no group."""
+    hints = typing.get_type_hints(function)
+    groups = {
+        name: hints[name]
+        for name, argument in inspect.signature(function).parameters.items()
+        if argument.kind is argument.KEYWORD_ONLY and is_group(hints.get(name))
+    }
+    if not groups:
+        return function
+
+    @functools.wraps(function)
+    def gathered(layer: Layer, **values: Any) -> Edit:
+        for name, group in groups.items():
+            values[name] = group(**{field.name: values.pop(field.name) for field in dataclasses.fields(group)})
+        return function(layer, **values)
+
+    return gathered
+
+
+@dataclass(frozen=True)
+class Equivalent:
+    """A filter of MeshLab's, with the values by which it gives the same result, to rounding.
+
+    Attributes:
+        filter: its Python name.
+        values: by Python parameter name.
+        closed_only: the results are the same on closed meshes without a selection alone.
+    """
+
+    filter: str
+    values: Mapping[str, Any]
+    closed_only: bool = False
+
 
 FindEquivalent: TypeAlias = Callable[[Mapping[str, Any]], Equivalent | None]
 
@@ -197,6 +238,6 @@ def _completed(described: Parameter, argument: inspect.Parameter, where: str) ->
     default = described.default if argument.default is argument.empty else argument.default
     parameter = replace(described, name=argument.name, xml_name=described.xml_name or argument.name, default=default)
     try:
-        return replace(parameter, default=parameter.check(default))
+        return replace(parameter, default=parameter.check(parameter.from_number(default)))
     except ParameterError as error:
         raise DeclarationError(f"{where}: the default does not fit: {error}") from error

@@ -57,7 +57,3 @@ class Length:
 
     def __str__(self) -> str:
         return f"{self.amount!r}{_LENGTH_SUFFIX[self.unit]}"
-
-
-#: the length that stands for "auto" in scripts and for functions that choose one: no length is below 0
-AUTOMATIC = Length(-1.0)

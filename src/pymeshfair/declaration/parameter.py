@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import typing
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
 from ..errors import ParameterError
 from .length import Length
-from .values import shown
+from .values import as_float, shown
+
+#: the word for a value that the filter chooses for the mesh
+AUTO = "auto"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,6 +26,8 @@ class Parameter:
         default: the value when none is given; None in a built-in filter whose default depends on the mesh.
         advanced: whether a dialog hides it at first.
         xml_name: the name in .mlx scripts, MeshLab's C++ name.
+        automatic: the number that stands for "auto" where nothing else can: in .mlx scripts, whose types are MeshLab's, and for
+            the filter's function. None if nothing is automatic.
     """
 
     name: str = ""
@@ -30,6 +36,7 @@ class Parameter:
     default: Any = None
     advanced: bool = False
     xml_name: str = ""
+    automatic: float | None = None
 
     #: the word for the kind of value in messages, e.g. "a whole number"
     kind: typing.ClassVar[str] = "a value"
@@ -46,6 +53,23 @@ class Parameter:
     def describe_allowed(self) -> str:
         """What is allowed, in words: ``"a whole number of at least 1"``."""
         return self.kind
+
+    def from_number(self, value: Any) -> Any:
+        """The value, or "auto" in place of the number that stands for it."""
+        return AUTO if self.automatic is not None and as_float(value) == self.automatic else value
+
+    def to_number(self, value: Any) -> Any:
+        """The value, or in place of "auto" the number that stands for it."""
+        return self.automatic if self.automatic is not None and isinstance(value, str) and value == AUTO else value
+
+    def is_automatic(self, value: Any) -> bool:
+        """Whether the value is "auto", or the number that stands for it: an old spelling, with a `FutureWarning`."""
+        if self.automatic is None or not isinstance(self.from_number(value), str):
+            return False
+        if not isinstance(value, str):
+            text = value if isinstance(value, Length) else f"{value:g}"
+            warnings.warn(f"parameter {self.name!r}: write 'auto' in place of {text}", FutureWarning, stacklevel=4)
+        return bool(self.from_number(value) == AUTO)
 
     def refusal(self, value: Any) -> ParameterError:
         """The error that says what is allowed and what came."""

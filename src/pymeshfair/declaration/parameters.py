@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from ..errors import ParameterError
-from .length import AUTOMATIC, Length
+from .length import Length
 from .names import nearest
-from .parameter import Parameter
+from .parameter import AUTO, Parameter
 from .values import as_float
 
 
@@ -40,7 +40,9 @@ class Int(Parameter):
     minimum: int | None = None
     maximum: int | None = None
 
-    def check(self, value: Any) -> int:
+    def check(self, value: Any) -> int | str:
+        if self.is_automatic(value):
+            return AUTO
         if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Integral):
             raise self.refusal(value)
         number = int(value)
@@ -49,7 +51,7 @@ class Int(Parameter):
         return number
 
     def describe_allowed(self) -> str:
-        return self.kind + _bounds(self.minimum, self.maximum)
+        return self.kind + _bounds(self.minimum, self.maximum) + _or_automatic(self)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,7 +71,9 @@ class Float(Parameter):
     def xml_type(self) -> str:  # type: ignore[override]
         return self.rich_type
 
-    def check(self, value: Any) -> float:
+    def check(self, value: Any) -> float | str:
+        if self.is_automatic(value):
+            return AUTO
         number = as_float(value)
         if number is None or not (math.isfinite(number) and _at_least(number, self.minimum) and _at_most(number, self.maximum)):
             raise self.refusal(value)
@@ -77,7 +81,7 @@ class Float(Parameter):
         return number
 
     def describe_allowed(self) -> str:
-        return self.kind + _bounds(self.minimum, self.maximum)
+        return self.kind + _bounds(self.minimum, self.maximum) + _or_automatic(self)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,7 +92,6 @@ class Percentage(Parameter):
 
     Attributes:
         of_edges: whether mean edges are those of the layer's polylines even where it has faces, too.
-        automatic: whether it may be "auto": the function receives -1, and chooses.
     """
 
     kind = "a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units)"
@@ -97,13 +100,17 @@ class Percentage(Parameter):
     python_type = float
     minimum: float | None = 0.0
     of_edges: bool = False
-    automatic: bool = False
 
-    def check(self, value: Any) -> Length:
-        if self.automatic and value in ("auto", AUTOMATIC):
-            return AUTOMATIC
-        if isinstance(value, str):
+    def from_number(self, value: Any) -> Any:
+        if isinstance(value, Length) and (value.unit == "absolute" or not value.amount):
+            return AUTO if value.amount == self.automatic else value
+        return value
+
+    def check(self, value: Any) -> Any:
+        if isinstance(value, str) and (value != AUTO or self.automatic is None):
             value = Length.parse(value)
+        if self.is_automatic(value):
+            return AUTO
         number = as_float(value)
         if number is not None and not isinstance(value, bool):
             said = f"{number:g}"
@@ -117,7 +124,7 @@ class Percentage(Parameter):
         return value
 
     def describe_allowed(self) -> str:
-        return self.kind + _bounds(self.minimum, None) + (", or 'auto'" if self.automatic else "")
+        return self.kind + _bounds(self.minimum, None) + _or_automatic(self)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -196,6 +203,10 @@ class Shot(Parameter):
 
     def check(self, value: Any) -> Any:
         raise self.refusal(value)
+
+
+def _or_automatic(parameter: Parameter) -> str:
+    return "" if parameter.automatic is None else ", or 'auto'"
 
 
 def _at_least(number: float, minimum: float | None) -> bool:

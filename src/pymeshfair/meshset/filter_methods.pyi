@@ -128,7 +128,7 @@ class FilterMethods(metaclass=LateMethods):
         self,
         *,
         range_kernel: Literal["lorentzian", "gaussian", "tukey", "huber", "hampel", "truncated_l2", "l2"] = "lorentzian",
-        range_sigma: float = 0.0,
+        range_sigma: float | Literal["auto"] = "auto",
         step: float = 1.0,
         iterations: int = 10,
         selected: bool = False,
@@ -140,7 +140,8 @@ class FilterMethods(metaclass=LateMethods):
                 paper's, 1 / (1 + x^2) and exp(-x^2); 'tukey', 'hampel' and 'truncated_l2' stop it at edges; 'huber' slows it,
                 'l2' does not.
             range_sigma: Differences between neighbouring colours above it are edges, and stay; 1.73 is from black to white.
-                Larger smooths stronger noise and blurs more edges. 0: from the median difference. Takes a number of at least 0.
+                Larger smooths stronger noise and blurs more edges. 'auto' takes it from the median difference. Takes a number
+                of at least 0, or 'auto'.
             step: The share of the largest stable step, which is one over the largest number of neighbours of a vertex. Larger
                 is smoother per iteration. Takes a number from 0 to 1.
             iterations: How many steps are taken. More are smoother and slower. Takes a whole number from 0 to 100000.
@@ -469,8 +470,8 @@ class FilterMethods(metaclass=LateMethods):
         space_kernel: Literal[
             "l2", "l1", "truncated_l2", "truncated_l1", "huber", "lorentzian", "gaussian", "tukey", "hampel"
         ] = "gaussian",
-        range_sigma: LengthLike = "0",
-        space_sigma: LengthLike = "0",
+        range_sigma: LengthLike = "auto",
+        space_sigma: LengthLike = "auto",
         iterations: int = 2,
         border: Literal["fixed", "along", "free"] = "along",
         selected: bool = False,
@@ -487,10 +488,11 @@ class FilterMethods(metaclass=LateMethods):
             space_kernel: How neighbours count by their distance; beyond 1.4 times the space sigma none does. 'gaussian' is the
                 paper's, 'l2' counts all alike, 'l1' favours the nearest.
             range_sigma: Differences in height below it are taken for noise, larger ones for features. Larger removes stronger
-                noise, and flattens larger features. 0: estimated from the mesh. Takes a length such as '1%' (of the bounding
-                box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
-            space_sigma: How far away neighbours count. Larger averages over more, is smoother and slower. 0: 1.4 mean edges.
-                Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
+                noise, and flattens larger features. 'auto' estimates it from the mesh. Takes a length such as '1%' (of the
+                bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
+            space_sigma: How far away neighbours count. Larger averages over more, is smoother and slower. 'auto': 1.4 mean
+                edges. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least
+                0.0, or 'auto'.
             iterations: How many steps are taken. More are smoother, slower, and shrink more. Takes a whole number from 0 to
                 10000.
             border: What the vertices of open borders do: 'fixed' stay; 'along' see their neighbours on the border alone; 'free'
@@ -516,8 +518,8 @@ class FilterMethods(metaclass=LateMethods):
         space_kernel: Literal[
             "l2", "l1", "truncated_l2", "truncated_l1", "huber", "lorentzian", "gaussian", "tukey", "hampel"
         ] = "gaussian",
-        range_sigma: LengthLike = "0",
-        space_sigma: LengthLike = "0",
+        range_sigma: LengthLike = "auto",
+        space_sigma: LengthLike = "auto",
         border: Literal["fixed", "free"] = "free",
         selected: bool = False,
     ) -> dict[str, Any] | None:
@@ -534,10 +536,11 @@ class FilterMethods(metaclass=LateMethods):
             space_kernel: How neighbours count by their distance; beyond 1.4 times the space sigma none does. 'gaussian' is the
                 paper's, 'l2' counts all alike, 'l1' favours the nearest.
             range_sigma: Differences in height below it are taken for noise, larger ones for features. Larger removes stronger
-                noise, and flattens larger features. 0: estimated from the mesh. Takes a length such as '1%' (of the bounding
-                box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
-            space_sigma: How far away triangles count. Larger averages over more, is smoother and slower. 0: 2 mean edges. Takes
-                a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
+                noise, and flattens larger features. 'auto' estimates it from the mesh. Takes a length such as '1%' (of the
+                bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
+            space_sigma: How far away triangles count. Larger averages over more, is smoother and slower. 'auto': 2 mean edges.
+                Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0,
+                or 'auto'.
             border: What the vertices of open borders do: 'fixed' stay; 'free' move like any other vertex.
             selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
                 selected, the vertices all of whose triangles are selected.
@@ -561,9 +564,9 @@ class FilterMethods(metaclass=LateMethods):
         space_kernel: Literal[
             "l2", "l1", "truncated_l2", "truncated_l1", "huber", "lorentzian", "gaussian", "tukey", "hampel"
         ] = "gaussian",
-        range_sigma: LengthLike = "0",
-        space_sigma: LengthLike = "0",
-        iterations: int = 2,
+        range_sigma: LengthLike = "auto",
+        space_sigma: LengthLike = "auto",
+        iterations: int | Literal["auto"] = 2,
         use_normals: bool = False,
         selected: bool = False,
     ) -> dict[str, Any] | None:
@@ -583,14 +586,14 @@ class FilterMethods(metaclass=LateMethods):
             space_kernel: How neighbours count by their distance; beyond 1.4 times the space sigma none does. 'gaussian' is the
                 paper's, 'l2' counts all alike, 'l1' favours the nearest.
             range_sigma: Differences in height below it are taken for noise, larger ones for features. Larger removes stronger
-                noise, and flattens larger features. 0: estimated from the mesh. Takes a length such as '1%' (of the bounding
-                box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
-            space_sigma: How neighbours count by their distance. Larger weighs distant ones more like near ones. 0: from the
-                mean distance of the farthest neighbour. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge'
-                or '0.3' (mesh units) of at least 0.0.
-            iterations: How many steps are taken. More are smoother, slower, and shrink more. -1: automatic; the iterations, the
-                neighbours and a range sigma of 0 are those that best predict points which the filter has not seen. Takes a
-                whole number from -1 to 10000.
+                noise, and flattens larger features. 'auto' estimates it from the mesh. Takes a length such as '1%' (of the
+                bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
+            space_sigma: How neighbours count by their distance. Larger weighs distant ones more like near ones. 'auto' takes it
+                from the mean distance of the farthest neighbour. Takes a length such as '1%' (of the bounding box's diagonal),
+                '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
+            iterations: How many steps are taken. More are smoother, slower, and shrink more. 'auto' takes the iterations, the
+                neighbours and, if that is automatic, the range sigma that best predict points which the filter has not seen.
+                Takes a whole number from 0 to 10000, or 'auto'.
             use_normals: Move along the normals that the points have, in all iterations. Otherwise normals are estimated from
                 the same neighbours, anew in each iteration.
             selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
@@ -755,8 +758,8 @@ class FilterMethods(metaclass=LateMethods):
         self,
         *,
         gain: float = 2.0,
-        detail_size: LengthLike = "0",
-        largest_size: LengthLike = "0",
+        detail_size: LengthLike = "auto",
+        largest_size: LengthLike = "auto",
         most: float = 0.05,
         operator: Literal["auto", "cotangent", "robust"] = "auto",
         selected: bool = False,
@@ -772,11 +775,11 @@ class FilterMethods(metaclass=LateMethods):
             gain: How many times as high the relief becomes. Larger makes it stronger, below 1 flatter; 1 changes nothing. Takes
                 a number from 0 to 10.
             detail_size: The shortest wave of the relief: choose it above the size of the noise. Larger takes in larger details
-                alone. 0: where the spectrum of the surface rises above its noise, at least five mean edges. Takes a length such
-                as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0.
-            largest_size: The longest wave of the relief; what is larger is shape and stays. Larger takes in larger parts. 0:
-                four detail sizes. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units)
-                of at least 0.0.
+                alone. 'auto': where the spectrum of the surface rises above its noise, at least five mean edges. Takes a length
+                such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of at least 0.0, or 'auto'.
+            largest_size: The longest wave of the relief; what is larger is shape and stays. Larger takes in larger parts.
+                'auto': four detail sizes. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3'
+                (mesh units) of at least 0.0, or 'auto'.
             most: How far a vertex may move, as a share of the thickness of the body there, or of the gap in front of it if that
                 is less. Larger lets thin parts change more. Takes a number from 0.001 to 0.5.
             operator: 'cotangent' is the Laplace-Beltrami operator of the mesh; 'robust' is the same for slivers and
@@ -1069,17 +1072,17 @@ class FilterMethods(metaclass=LateMethods):
             "auto", "constant", "l2", "l1", "truncated_l2", "truncated_l1", "huber", "lorentzian", "gaussian", "tukey", "hampel"
         ] = "auto",
         range_measure: Literal["auto", "euclidean", "angle", "squared"] = "auto",
-        range_sigma: float = 0.0,
-        range_floor: float = -1.0,
-        space_sigma: float = 0.0,
+        range_sigma: float | Literal["auto"] = "auto",
+        range_floor: float | Literal["auto"] = "auto",
+        space_sigma: float | Literal["auto"] = "auto",
         neighborhood: Literal["auto", "edge", "vertex", "two_ring", "three_ring", "radius", "geodesic"] = "auto",
-        normal_iterations: int = 0,
-        vertex_iterations: int = 0,
-        outer_iterations: int = -1,
+        normal_iterations: int | Literal["auto"] = "auto",
+        vertex_iterations: int | Literal["auto"] = "auto",
+        outer_iterations: int | Literal["auto"] = "auto",
         vertex_update: Literal["auto", "sun", "ohtake", "conjugate_gradient"] = "auto",
         outliers: Literal["auto", "keep", "replace", "only"] = "auto",
         rounding: Literal["auto", "keep", "undo"] = "auto",
-        relaxation: int = -1,
+        relaxation: int | Literal["auto"] = "auto",
         relaxation_direction: Literal["auto", "all", "normal"] = "auto",
         choice: Literal["held_out", "fixed"] = "held_out",
         compare: bool = False,
@@ -1106,21 +1109,21 @@ class FilterMethods(metaclass=LateMethods):
             range_measure: How the deviation of two normals is measured: 'euclidean', the length of their difference, up to 2;
                 'angle' in radians; 'squared', the square of that length.
             range_sigma: The deviation of normals at which the range kernel falls, in the unit of the range measure; 0.5 is
-                about 30 degrees. Larger smooths more, and across sharper edges. 0: automatic. Takes a number of at least 0.
+                about 30 degrees. Larger smooths more, and across sharper edges. Takes a number of at least 0, or 'auto'.
             range_floor: Smaller deviations count as this one. Above 0, such as 0.03, it keeps 'l1' and 'truncated_l1' from
-                locking the normals of two faces that happen to agree. -1: automatic. Takes a number from -1 to 4.
+                locking the normals of two faces that happen to agree. Takes a number from 0 to 4, or 'auto'.
             space_sigma: The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres.
-                Larger smooths larger details. 0: automatic. Takes a number of at least 0.
+                Larger smooths larger details. Takes a number of at least 0, or 'auto'.
             neighborhood: Which faces are averaged over: those across the edges, those at the vertices, those in two or three
                 rings, or those within a radius of twice the mean distance of centres, straight ('radius') or along the surface
                 ('geodesic'), which does not jump across a thin wall. Larger smooths larger details and is slower.
-            normal_iterations: How often the normals are filtered before the vertices follow. More smooth more. 0: automatic.
-                Takes a whole number from 0 to 10000.
+            normal_iterations: How often the normals are filtered before the vertices follow. More smooth more. Takes a whole
+                number from 1 to 10000, or 'auto'.
             vertex_iterations: How many steps the vertices take towards faces with the filtered normals. More follow them more
-                closely. 0: automatic. Takes a whole number from 0 to 10000.
+                closely. Takes a whole number from 1 to 10000, or 'auto'.
             outer_iterations: How often both are repeated, the normals measured anew; more are smoother. 20 to 30 times one
-                normal iteration keep edges better than once 20. 0: outliers and relaxation alone. -1: automatic. Takes a whole
-                number from -1 to 10000.
+                normal iteration keep edges better than once 20. 0: outliers and relaxation alone. Takes a whole number from 0
+                to 10000, or 'auto'.
             vertex_update: How vertices follow: 'sun' by the mean of the projections onto their faces' planes, 'ohtake' by their
                 mean weighted by area, 'conjugate_gradient' by descent on the sum of squared deviations.
             outliers: Vertices that stand out from all around them, as those of stray measurements: 'keep' filters them like the
@@ -1130,8 +1133,8 @@ class FilterMethods(metaclass=LateMethods):
                 noise, 'undo' puts the vertices first on the smoothest surface within half a step of them. 'auto' keeps them
                 where all parameters of the filter are given.
             relaxation: How many pairs of Taubin's steps come before, of 0.5 and -0.53. More calm noise that turns faces over,
-                and round edges, which the filter sharpens again. -1: automatic, 0 where all parameters of the filter are given.
-                Takes a whole number from -1 to 10000.
+                and round edges, which the filter sharpens again. 'auto' takes 0 where all parameters of the filter are given.
+                Takes a whole number from 0 to 10000, or 'auto'.
             relaxation_direction: Where these steps go: 'all' directions, which evens out noise along the surface too, or along
                 the 'normal' alone, so that no vertex slides.
             choice: How what is not given is found. 'held_out': some 140 settings are tried on the mesh, or on patches of a
@@ -1252,7 +1255,7 @@ class FilterMethods(metaclass=LateMethods):
         *,
         response: Literal["low_pass", "band_pass", "enhance"] = "low_pass",
         detail_size: LengthLike = "6edge",
-        largest_size: LengthLike = "0",
+        largest_size: LengthLike = "auto",
         modes: int = 0,
         gain: float = 2.0,
         order: int = 2,
@@ -1277,9 +1280,9 @@ class FilterMethods(metaclass=LateMethods):
                 smoother. 'auto' takes the size whose slopes are expected to be nearest to the true ones. Not used when a number
                 of modes is given. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units)
                 of at least 0.0, or 'auto'.
-            largest_size: The longest wave of the band of 'enhance' and 'band_pass'. Larger takes in larger parts. 0: four
+            largest_size: The longest wave of the band of 'enhance' and 'band_pass'. Larger takes in larger parts. 'auto': four
                 detail sizes. Takes a length such as '1%' (of the bounding box's diagonal), '0.5edge' or '0.3' (mesh units) of
-                at least 0.0.
+                at least 0.0, or 'auto'.
             modes: In place of the detail size, how many modes (manifold harmonics) are kept, over all components; centroids
                 stay and do not count. More keep finer features: 5 leave a blob, 500 most of them. 0: not used, the detail size
                 decides. Takes a whole number from 0 to 1000000.
@@ -1371,7 +1374,7 @@ class FilterMethods(metaclass=LateMethods):
         step: float = 0.5,
         mu: float = -0.53,
         pass_band: float = 0.0,
-        iterations: int = 10,
+        iterations: int | Literal["auto"] = 10,
         border: Literal["fixed", "along", "free"] = "along",
         selected: bool = False,
     ) -> dict[str, Any] | None:
@@ -1389,8 +1392,8 @@ class FilterMethods(metaclass=LateMethods):
             pass_band: Frequencies below it are kept, above it damped; on the operator's scale from 0 to 2, typically 0.01 to
                 0.1. Smaller is smoother. 0: not used, mu decides. With it, mu = 1 / (pass band - 1 / lambda). Takes a number
                 from 0 to 2.
-            iterations: How many pairs of steps are taken. More are smoother and slower. -1: automatic, the number whose slopes
-                are expected to be nearest to the true ones. Takes a whole number from -1 to 100000.
+            iterations: How many pairs of steps are taken. More are smoother and slower. 'auto' takes the number whose slopes
+                are expected to be nearest to the true ones. Takes a whole number from 0 to 100000, or 'auto'.
             border: What the vertices of open borders do: 'fixed' stay; 'along' are smoothed as a curve, seeing their neighbours
                 on the border alone; 'free' move like any other vertex, so that borders recede.
             selected: Only the selected vertices change; the others are seen by their neighbours but stay. When no vertex is
@@ -1586,19 +1589,19 @@ class FilterMethods(metaclass=LateMethods):
             "auto", "constant", "l2", "l1", "truncated_l2", "truncated_l1", "huber", "lorentzian", "gaussian", "tukey", "hampel"
         ] = "auto",
         range_measure: Literal["auto", "euclidean", "angle", "squared"] = "auto",
-        range_sigma: float = 0.0,
-        range_floor: float = -1.0,
-        space_sigma: float = 0.0,
+        range_sigma: float | Literal["auto"] = "auto",
+        range_floor: float | Literal["auto"] = "auto",
+        space_sigma: float | Literal["auto"] = "auto",
         neighborhood: Literal["auto", "edge", "vertex", "two_ring", "three_ring", "radius", "geodesic"] = "auto",
-        normal_iterations: int = 0,
+        normal_iterations: int | Literal["auto"] = "auto",
         choice: Literal["held_out", "fixed"] = "held_out",
         selected: bool = False,
     ) -> dict[str, Any] | None:
         """Averages the normals of the faces without rounding edges, and leaves the vertices where they are.
 
         It is the first half of Normal Filtering, for shading and for filters that read face normals. Without any parameter they
-        are chosen from the noise that is measured; 0 normal iterations are as many as Normal Filtering takes in all. Returns
-        the parameters that were used.
+        are chosen from the noise that is measured; automatic normal iterations are as many as Normal Filtering takes in all.
+        Returns the parameters that were used.
 
         Args:
             method: What the weight of a neighbouring face is made of, besides its area. 'mean': nothing else, which rounds
@@ -1612,16 +1615,16 @@ class FilterMethods(metaclass=LateMethods):
             range_measure: How the deviation of two normals is measured: 'euclidean', the length of their difference, up to 2;
                 'angle' in radians; 'squared', the square of that length.
             range_sigma: The deviation of normals at which the range kernel falls, in the unit of the range measure; 0.5 is
-                about 30 degrees. Larger smooths more, and across sharper edges. 0: automatic. Takes a number of at least 0.
+                about 30 degrees. Larger smooths more, and across sharper edges. Takes a number of at least 0, or 'auto'.
             range_floor: Smaller deviations count as this one. Above 0, such as 0.03, it keeps 'l1' and 'truncated_l1' from
-                locking the normals of two faces that happen to agree. -1: automatic. Takes a number from -1 to 4.
+                locking the normals of two faces that happen to agree. Takes a number from 0 to 4, or 'auto'.
             space_sigma: The distance at which the space kernel falls, in mean distances of neighbouring triangles' centres.
-                Larger smooths larger details. 0: automatic. Takes a number of at least 0.
+                Larger smooths larger details. Takes a number of at least 0, or 'auto'.
             neighborhood: Which faces are averaged over: those across the edges, those at the vertices, those in two or three
                 rings, or those within a radius of twice the mean distance of centres, straight ('radius') or along the surface
                 ('geodesic'), which does not jump across a thin wall. Larger smooths larger details and is slower.
-            normal_iterations: How often the normals are filtered before the vertices follow. More smooth more. 0: automatic.
-                Takes a whole number from 0 to 10000.
+            normal_iterations: How often the normals are filtered before the vertices follow. More smooth more. Takes a whole
+                number from 1 to 10000, or 'auto'.
             choice: How what is not given is found. 'held_out': some 140 settings are tried on the mesh, or on patches of a
                 large one, and one of those is taken that best predict vertices which they have not seen. 'fixed': all-round
                 values, at once.
@@ -1673,7 +1676,7 @@ class FilterMethods(metaclass=LateMethods):
         self,
         *,
         range_kernel: Literal["lorentzian", "gaussian", "tukey", "huber", "hampel", "truncated_l2", "l2"] = "lorentzian",
-        range_sigma: float = 0.0,
+        range_sigma: float | Literal["auto"] = "auto",
         step: float = 1.0,
         iterations: int = 10,
         selected: bool = False,
@@ -1685,7 +1688,7 @@ class FilterMethods(metaclass=LateMethods):
                 paper's, 1 / (1 + x^2) and exp(-x^2); 'tukey', 'hampel' and 'truncated_l2' stop it at edges; 'huber' slows it,
                 'l2' does not.
             range_sigma: Differences between neighbours above it are edges, and stay. Larger smooths stronger noise and blurs
-                more edges. 0: from the median difference. Takes a number of at least 0.
+                more edges. 'auto' takes it from the median difference. Takes a number of at least 0, or 'auto'.
             step: The share of the largest stable step, which is one over the largest number of neighbours of a vertex. Larger
                 is smoother per iteration. Takes a number from 0 to 1.
             iterations: How many steps are taken. More are smoother and slower. Takes a whole number from 0 to 100000.

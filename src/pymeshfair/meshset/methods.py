@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import declaration
-from ..declaration import Bool, Enum, Filter, FilterClass, Length, Parameter
+from ..declaration import AUTO, Bool, Enum, Filter, FilterClass, Length, Parameter
 
 if TYPE_CHECKING:
     from .pymeshlab_classes import Color, PercentageValue, PureValue
@@ -63,7 +63,8 @@ def _signature_default(parameter: Parameter) -> Any:
 def _annotation(parameter: Parameter) -> Any:
     if isinstance(parameter, Enum):
         return Literal[parameter.choices]
-    return next(kind for of, (kind, _) in _TYPES.items() if isinstance(parameter, of))
+    kind = next(kind for of, (kind, _) in _TYPES.items() if isinstance(parameter, of))
+    return kind if parameter.automatic is None or kind is LengthLike else kind | Literal[AUTO]
 
 
 #: the type of each kind of parameter, and how it is written in a stub; the first kind that fits counts
@@ -87,7 +88,8 @@ def annotation_text(parameter: Parameter) -> str:
     """The type of a parameter as a stub says it."""
     if isinstance(parameter, Enum):
         return f"Literal[{', '.join(map(repr, parameter.choices))}]"
-    return next(text for of, (_, text) in _TYPES.items() if isinstance(parameter, of))
+    text = next(text for of, (_, text) in _TYPES.items() if isinstance(parameter, of))
+    return text if parameter.automatic is None or text == "LengthLike" else f"{text} | Literal[{AUTO!r}]"
 
 
 def shown_default(parameter: Parameter) -> Any:

@@ -23,7 +23,7 @@ from ..filters.compilation import on_compilation
 from ..mesh_data import MeshData
 from ..meshlab.loading import MeshLabLoadError, load_pymeshlab
 from ..scripts.script import Script
-from ..scripts.traps import lengths_out_of_proportion
+from ..scripts.warnings import lengths_out_of_proportion
 from .document import Document
 from .guarding import breaches
 from .intervention import stage_map

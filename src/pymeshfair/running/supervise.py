@@ -23,7 +23,7 @@ from ..processes.pool import Lender, Pool
 from ..processes.process import Items
 from ..processes.worker import report as report_event
 from ..scripts.guards import refuse_unmeasured
-from ..scripts.needs import check_needs
+from ..scripts.warnings import check_needs
 from .errors import GuardBroken
 from .interrupts import Interrupts
 from .intervention import removed_path

@@ -43,7 +43,7 @@ def read_value(parameter: Parameter, attributes: Attributes, *, filter_name: str
 
 def _checked(parameter: Parameter, value: Any) -> Any:
     try:
-        return parameter.check(value)
+        return parameter.check(parameter.from_number(value))
     except ParameterError as error:
         raise _RefusedError(str(error).removeprefix(f"parameter {parameter.name!r} ")) from None
 

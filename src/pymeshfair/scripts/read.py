@@ -10,6 +10,7 @@ from __future__ import annotations
 import codecs
 import re
 import stat
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from xml.parsers import expat
@@ -19,11 +20,27 @@ from ..errors import ParameterError
 from .elements import Document, FilterElement, ParamElement
 from .guards import ATTRIBUTES as GUARDS
 from .guards import Guards
-from .limits import MOST_BYTES, MOST_FILTERS, MOST_LEVELS, excess
 from .problems import MOST_PROBLEMS, Problem, ScriptError, shortened
 from .script import Script, clean_comment
 from .settings import Setting, read_setting
 from .step_builder import build_script
+
+MOST_BYTES = 5_000_000
+MOST_LEVELS = 64
+MOST_FILTERS = 1000
+#: of one element
+MOST_ATTRIBUTES = 100
+#: characters of a name of a filter, a parameter or a type
+LONGEST_NAME = 1000
+
+
+def excess(attributes: Mapping[str, str]) -> str | None:
+    """Why an element has more than it may; None if it has not."""
+    if len(attributes) > MOST_ATTRIBUTES:
+        return f"has an element of {len(attributes):,} attributes; {MOST_ATTRIBUTES} are the most"
+    longest = max(len(attributes.get(key, "")) for key in ("name", "type"))
+    return f"has a name of {longest:,} characters; {LONGEST_NAME:,} are the most" if longest > LONGEST_NAME else None
+
 
 #: what some old programs write: the document type twice
 SECOND_DOCUMENT_TYPE = re.compile(rb"\A(.*?<!DOCTYPE FilterScript>\s*)<!DOCTYPE FilterScript>", re.DOTALL)

@@ -11,19 +11,18 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ..declaration import Filter
+from ..declaration import Filter, Length
 from ..errors import UnknownNameError
 from ..meshlab.former import Former, former_filter, former_parameters
 from ..registry import find_filter
 from .changes import Change
-from .current_layer import CurrentLayer
 from .elements import FilterElement, ParamElement
 from .read import SECOND_DOCUMENT_TYPE, parse_document, read_bytes
-from .script import Script
+from .script import Script, Step
 from .step_builder import build_script
 from .suggestions import same_but_case
 from .upgraded_params import upgraded_params
-from .upgraded_steps import upgraded_steps
+from .upgraded_steps import CurrentLayer, upgraded_steps
 
 
 @dataclass(frozen=True)
@@ -150,3 +149,22 @@ def _named(element: FilterElement, name: str, known: Filter, former: Former | No
         if former is not None and former.invented and not meaning:
             meaning = "no MeshLab has had a filter of that name"
         yield Change(line=element.line, filter=name, what=f"is {known.name!r} now{added}", meaning=meaning)
+
+
+def relative_script(script: Script, *, diagonal: float) -> Script:
+    """The script with every absolute length as a percentage of the diagonal of the mesh that it was meant for.
+
+    Args:
+        script: the steps; a length of 0 stays, as it is 0 on every mesh.
+        diagonal: of the bounding box of that mesh, above 0.
+    """
+    return script.with_steps(_relative(step, diagonal) for step in script.steps)
+
+
+def _relative(step: Step, diagonal: float) -> Step:
+    lengths = {
+        name: Length(100.0 * value.amount / diagonal, "percent")
+        for name, value in step.values.items()
+        if isinstance(value, Length) and value.unit == "absolute" and value.amount
+    }
+    return step.with_checked(lengths)

@@ -14,8 +14,9 @@ _FALSE = frozenset({"false", "no", "off", "0"})
 def parse_value(parameter: Parameter, text: str) -> Any:
     """The value that a text gives to a parameter.
 
-    Switches are true or false (also yes, no, on, off, 1, 0); lengths ``1%``, ``0.5edge`` or mesh units; choices their word;
-    points ``1,2,3``; colours ``255,128,0`` or with an opacity; matrices sixteen numbers row by row.
+    "auto" where a number or a length may be automatic. Switches are true or false (also yes, no, on, off, 1, 0); lengths ``1%``,
+    ``0.5edge`` or mesh units; choices their word; points ``1,2,3``; colours ``255,128,0`` or with an opacity; matrices sixteen
+    numbers row by row.
 
     Raises:
         ParameterError: the text is no value of the parameter's kind, or lies outside its bounds.
@@ -25,7 +26,7 @@ def parse_value(parameter: Parameter, text: str) -> Any:
     if isinstance(parameter, Bool):
         value = True if plain.lower() in _TRUE else False if plain.lower() in _FALSE else text
     elif isinstance(parameter, Int | Mesh):
-        value = int(plain) if re.fullmatch(r"[+-]?[0-9]{1,20}", plain) else text
+        value = int(plain) if re.fullmatch(r"[+-]?[0-9]{1,20}", plain) else plain
     elif isinstance(parameter, Float):
         value = _number(plain)
     elif isinstance(parameter, Enum | Percentage):

@@ -1,13 +1,18 @@
-"""Everything that a valid script may surprise with, known before it runs."""
+"""Everything that a valid script may surprise with: steps that hardly do what was meant, and what they will not find."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from ..declaration import FileOpen, Length, Mesh, Parameter
 from ..errors import ParameterError
 from .fits import parse_fits
 from .head import paragraphs
-from .needs import unmet_needs
-from .script import Script
-from .traps import lengths_out_of_proportion, traps
+from .problems import Problem, ScriptError
+from .script import Script, Step
+from .upgraded_steps import deletes_result, left_current_layer, steps_on_leftover_selection
 
 
 def script_warnings(script: Script, *, layers: int = 1, diagonal: float | None = None) -> list[str]:
@@ -31,3 +36,104 @@ def _head_warnings(script: Script) -> list[str]:
     except ParameterError as error:
         found.append(f"head: {error}; no scan is checked against it")
     return found
+
+
+#: A length is out of proportion above this part of the diagonal and this multiple of the filter's own default ...
+_LARGE_PART, _LARGE_MULTIPLE = 0.1, 5.0
+#: ... and below this part of the diagonal.
+_SMALL_PART = 1e-7
+
+
+def traps(script: Script) -> Iterator[str]:
+    """What is likely to surprise, one sentence each, known without a mesh."""
+    for index, step in enumerate(script.steps):
+        later = script.steps[index + 1 :]
+        if left_current_layer(step) and deletes_result(later):
+            yield (
+                f"{_place(script, index + 1)} deletes the result of the step before: that is the current layer since "
+                "MeshLab 2016; `pymeshfair upgrade` leaves the step out"
+            )
+    for index in steps_on_leftover_selection(script.steps):
+        yield (
+            f"{_place(script, index)} works on the faces that Close Holes has selected, and on nothing else; "
+            "give it Selected=false for the whole mesh, as `pymeshfair upgrade` does"
+        )
+
+
+def lengths_out_of_proportion(script: Script, *, diagonal: float) -> Iterator[str]:
+    """The lengths in mesh units that hardly suit a mesh with that diagonal of its bounding box, one sentence each.
+
+    Nothing is said about the steps after one that scales the mesh.
+    """
+    if not diagonal > 0:
+        return
+    for index, step in enumerate(script.steps):
+        for name, value in step.values.items():
+            if isinstance(value, Length) and value.unit == "absolute" and value.amount:
+                part = abs(value.amount) / diagonal
+                if part < _SMALL_PART or part > max(_LARGE_PART, _LARGE_MULTIPLE * _default_part(step, name)):
+                    yield (
+                        f"{_place(script, index)}: {name} is {value.amount:g}, which is {100 * part:.3g} % of this mesh's "
+                        f"diagonal {diagonal:.4g}; `pymeshfair upgrade --relative-to MESH` makes the lengths of a script that "
+                        "was made for MESH relative to its size"
+                    )
+        if step.filter.python_name == "compute_matrix_from_scaling_or_normalization":
+            return
+
+
+def _default_part(step: Step, name: str) -> float:
+    """The filter's own default as a part of the diagonal; 0 if it is none."""
+    default = step.filter.defaults.get(name)
+    return default.amount / 100 if isinstance(default, Length) and default.unit == "percent" else 0.0
+
+
+def _place(script: Script, index: int) -> str:
+    step = script.steps[index]
+    return f"step {index + 1} ({step.filter.name}{'' if step.line is None else f', line {step.line}'})"
+
+
+_NEW_LAYER = ("create_", "generate_")
+#: it makes as many layers as the mesh has components
+_MANY_LAYERS = "generate_splitting_by_connected_components"
+
+
+def check_needs(script: Script, *, layers: int) -> None:
+    """Check that a run with so many mesh files gives every step what it needs.
+
+    Raises:
+        ScriptError: a step needs a layer or a file that there will not be, or rasters; lists every such step.
+    """
+    if unmet := list(unmet_needs(script, layers=layers)):
+        raise ScriptError(unmet)
+
+
+def unmet_needs(script: Script, *, layers: int) -> Iterator[Problem]:
+    """What the steps need and will not find when a run begins with `layers` layers, numbered from 0."""
+    name = "script" if script.path is None else str(script.path)
+    known: int | None = layers
+    for step in script.steps:
+        if "raster" in step.filter.name.casefold():
+            message = (
+                "needs rasters (photographs with their cameras), which no mesh file holds; "
+                "open the project in MeshLab for this step, and run the others here"
+            )
+            yield Problem(file=name, line=step.line, filter=step.filter.name, message=message)
+        for parameter in step.filter.parameters:
+            if (lacking := _lacking(parameter, step, known)) is not None:
+                yield Problem(file=name, line=step.line, filter=step.filter.name, parameter=parameter.xml_name, message=lacking)
+        if step.filter.python_name == _MANY_LAYERS:
+            known = None
+        elif known is not None and step.filter.python_name.startswith(_NEW_LAYER):
+            known += 1
+
+
+def _lacking(parameter: Parameter, step: Step, layers: int | None) -> str | None:
+    """What a value names that will not be there; None if it is, or if that is not known before the run."""
+    wanted: Any = step.values.get(parameter.name)
+    if isinstance(parameter, Mesh) and wanted is not None and layers is not None and wanted >= layers:
+        there = "is only layer 0" if layers == 1 else f"are only layers 0 to {layers - 1}"
+        return f"is layer {wanted}, but there {there} then; give the file of each further layer to `pymeshfair run` by --with"
+    made_by_itself = step.values.get("use_dummy_texture") is True
+    if isinstance(parameter, FileOpen) and wanted and not made_by_itself and not Path(wanted).is_file():
+        return f"is the file {wanted!r}, which is not there; its path counts from the folder in which the command runs"
+    return None

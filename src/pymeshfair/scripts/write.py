@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from ..declaration import Bool, Color, Enum, FileOpen, Float, Matrix, Parameter, Percentage, Point
+from ..declaration import Bool, Color, Enum, FileOpen, Float, Length, Matrix, Parameter, Percentage, Point
 from ..errors import PymeshfairError
 from ..files.formats import extension
 from ..files.writing import write_file
@@ -84,13 +84,16 @@ def _element(tag: str, attributes: Mapping[str, str], end: str = "/>") -> str:
 def param_attributes(parameter: Parameter, value: Any, *, diagonal: float, mean_edge: float) -> dict[str, str]:
     """The attributes of the ``<Param>`` that gives a checked value, in the order in which they are written."""
     written = {"type": parameter.xml_type, "name": parameter.xml_name}
+    value = parameter.to_number(value)
     if isinstance(parameter, Bool):
         written["value"] = "true" if value else "false"
     elif isinstance(parameter, Float):
         written["value"] = number_text(value)
         if parameter.minimum is not None and parameter.maximum is not None:
-            written |= {"min": number_text(parameter.minimum), "max": number_text(parameter.maximum)}
+            least = min(parameter.minimum, parameter.minimum if parameter.automatic is None else parameter.automatic)
+            written |= {"min": number_text(least), "max": number_text(parameter.maximum)}
     elif isinstance(parameter, Percentage):
+        value = value if isinstance(value, Length) else Length(value)
         amount = value.resolve(diagonal=diagonal, mean_edge=lambda: mean_edge)
         written |= {"value": number_text(amount), "min": number_text(min(0.0, amount)), "max": number_text(max(diagonal, amount))}
         if value.unit != "absolute":

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from typing import Any
 
+from ..declaration import AUTO
 from ..filters.denoising import FIXED, AutomaticParameters, NormalFilter, rings_of_round
 from ..filters.diffusion import explicit_smoothing, taubin_fairing
 from ..filters.mesh import Whole
@@ -15,8 +16,6 @@ from .halo import TileMesh
 EXPLICIT, TAUBIN, NORMALS = "apply_coord_explicit_smoothing", "apply_coord_taubin_fairing", "apply_coord_normal_filtering"
 #: operators whose weights need nothing but the one-ring
 _LOCAL = ("uniform", "cotangent")
-#: what stands for a parameter that is to be chosen, where that is neither 0 nor "auto"
-_AUTOMATIC = {"range_floor": -1.0, "outer_iterations": -1, "relaxation": -1}
 #: what else the filter does, where nobody says
 _DEFAULTS = {"vertex_update": "sun", "outliers": "keep", "rounding": "keep", "relaxation": 0, "relaxation_direction": "all"}
 #: bytes of a vertex in a tile
@@ -52,8 +51,8 @@ class Filtering:
 
 def filtering_of(values: Mapping[str, Any]) -> Filtering | None:
     """The parameters that the filter takes without a look at the mesh; None if some are chosen for the mesh."""
-    other = ("choice", "border", "selected")
-    given = {n: v for n, v in values.items() if n not in other and v not in (_AUTOMATIC.get(n, 0), "auto")}
+    other = ("choice", "compare", "border", "selected")
+    given = {n: v for n, v in values.items() if n not in other and v != AUTO}
     if not {f.name for f in fields(AutomaticParameters)} <= given.keys():
         if values["choice"] != "fixed":
             return None
@@ -76,6 +75,8 @@ def why_not(filter: str, values: Mapping[str, Any]) -> str | None:
         return "moves selected vertices alone, and a file holds no selection"
     if filter == NORMALS:
         return _why_not_filtering(filtering_of(values))
+    if values["iterations"] == AUTO:
+        return "chooses its iterations from the whole mesh; a number of them can be done"
     if values["operator"] not in _LOCAL:
         return f"has the operator {values['operator']!r}, which needs the whole mesh; 'uniform' and 'cotangent' do not"
     return None

@@ -142,6 +142,7 @@ def _control(parameter: Parameter, value: Any) -> dict[str, Any]:
         "help": parameter.help,
         "allowed": parameter.describe_allowed(),
         "advanced": parameter.advanced,
+        "automatic": parameter.automatic is not None,
         "value": value_text(value),
         "kind": "text",
     }
@@ -154,7 +155,7 @@ def _control(parameter: Parameter, value: Any) -> dict[str, Any]:
         return found | {"kind": "length", **_bounds(parameter.minimum, None, amount)}
     if isinstance(parameter, Int | Float):
         whole = isinstance(parameter, Int)
-        bounds = _bounds(parameter.minimum, parameter.maximum, value or 0)
+        bounds = _bounds(parameter.minimum, parameter.maximum, value if isinstance(value, int | float) else 0)
         return found | {"kind": "whole" if whole else "number", **bounds}
     return found
 

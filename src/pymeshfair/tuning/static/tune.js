@@ -44,15 +44,20 @@ function field(step, number, parameter) {
     const step_ = whole ? 1 : (parameter.high - parameter.low) / 200;
     const slider = element("input", { type: "range", min: String(parameter.low), max: String(parameter.high), step: String(step_), id: `${id}-slider`, "aria-label": `${parameter.label}, slider` });
     slider.value = parts[1];
-    input = element("input", { type: "number", id, step: whole ? "1" : "any", value: parts[1], placeholder: "found" });
+    input = element("input", { type: "number", id, step: whole ? "1" : "any", value: parts[1], placeholder: parameter.automatic ? "auto" : "found" });
     if (parameter.least !== null) input.min = String(parameter.least);
     if (parameter.most !== null) input.max = String(parameter.most);
     const unit = length ? element("select", { "aria-label": `${parameter.label}, unit` },
       ...[["edge", "mean edges"], ["%", "% of the diagonal"], ["", "mesh units"]].map(([value, words]) => element("option", { value, selected: value === (parts[2] || "") }, words))) : null;
-    text = () => input.value === "" ? "" : input.value + (unit ? unit.value : "");
+    text = () => input.value === "" ? (parameter.automatic ? "auto" : "") : input.value + (unit ? unit.value : "");
     slider.addEventListener("input", () => { input.value = String(Number(Number(slider.value).toPrecision(4))); changed(); });
     input.addEventListener("input", () => { slider.value = input.value; });
     row.append(label, slider, element("span", { class: "value" }, input, ...(unit ? [unit] : [])));
+    if (parameter.automatic) {
+      const automatic = element("button", { type: "button", title: "Let the filter choose it for the scan" }, "auto");
+      automatic.addEventListener("click", () => { input.value = ""; changed(); });
+      row.append(automatic);
+    }
     if (unit) unit.addEventListener("change", changed);
   }
   input.addEventListener(parameter.kind === "switch" || parameter.kind === "menu" ? "change" : "input", changed);
