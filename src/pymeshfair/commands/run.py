@@ -76,6 +76,10 @@ def run(
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="With --tiles: a dask scheduler whose workers do them.")
     ] = None,
+    resume: Annotated[
+        bool,
+        typer.Option("--resume", help="With --tiles: go on with a run that was killed, and let this one be gone on with."),
+    ] = False,
     report: Report = None,
     up: Up = "y",
     json: Json = False,
@@ -124,14 +128,14 @@ def run(
             measures=not no_measures,
             unit=unit,
         )
-        if tiles or scheduler is not None:
+        if tiles or scheduler is not None or resume:
             if not tiles or report is not None:
                 raise typer.BadParameter(
                     "it needs --tiles" if not tiles else "--tiles makes no report, which shows the whole mesh"
                 )
             from ..tiles.course import Tiling, run_by_tiles
 
-            carry_out(job, json=json, carry=lambda job, show: run_by_tiles(job, Tiling(scheduler), show))
+            carry_out(job, json=json, carry=lambda job, show: run_by_tiles(job, Tiling(scheduler, resume=resume), show))
             return
         if report is None:
             carry_out(job, json=json, workers=workers)

@@ -15,6 +15,7 @@ from typing import Any
 
 from ..errors import FilterInputError, Place, RunError
 from ..files.errors import ContentsError
+from ..filters.execution import ignore_progress, part_of
 from ..processes.cluster import LostSchedulerError, check_workers, conditions, open_client
 from ..processes.order import Answer, DefectError, answer
 from ..processes.pool import Pool
@@ -23,6 +24,7 @@ from ..running.errors import RunTimeout
 from ..running.interrupts import Interrupted
 from ..running.job import Job
 from .memory import Budget
+from .work_folder import WorkFolder
 
 #: seconds between two looks at silent workers
 _PULSE = 0.5
@@ -40,6 +42,7 @@ class Tasks:
     """Does tasks on workers, and gives their results in the order of the tasks.
 
     Attributes:
+        work: the folder of the files of the tasks; None without a journal.
         peaks: by process, the most bytes that it has held, as far as that is known.
         seconds: processor time of all tasks.
     """
@@ -65,18 +68,25 @@ class Tasks:
         self._timeout = math.inf if timeout is None else timeout
         self._deadline = time.monotonic() + self._timeout
         self._is_there = is_there
+        self.work: WorkFolder | None = None
         self.peaks: dict[str, int] = {}
         self.seconds = 0.0
+        self._calls = 0
 
     def run(self, task: Callable[..., Any], *arguments: Any) -> Any:
         """Do one task."""
-        return self.map(task, [arguments], lambda share: None)[0]
+        return self.map(task, [arguments], ignore_progress)[0]
+
+    def run_again(self, task: Callable[..., Any], *arguments: Any) -> Any:
+        """Do one task whose files are not in the work folder: a resumed run does it again."""
+        return self._map(task, [arguments], ignore_progress)[0].result
 
     def map(self, task: Callable[..., Any], tasks: Sequence[tuple[Any, ...]], progress: Callable[[float], None]) -> list[Any]:
         """Do a task with each of some arguments.
 
         Args:
-            task: a function of a module, or a method of an object that can be sent. It begins again if its worker is lost.
+            task: a function of a module, or a method of an object that can be sent. It must give the same if it is done twice,
+                also if it was not done to its end the first time: its worker may be lost, or all of the run killed.
             tasks: the arguments.
             progress: called with the share that is done.
 
@@ -85,10 +95,32 @@ class Tasks:
             LostSchedulerError, RunTimeout: as they say.
             Interrupted: a signal came.
         """
+        call, self._calls = self._calls, self._calls + 1
+        work = self.work
+        answers = [None if work is None else work.answer(call, number) for number in range(len(tasks))]
+        left = [number for number, done in enumerate(answers) if done is None]
+
+        def note(number: int, done: Answer) -> None:
+            if work is not None:
+                work.append(call, left[number], done)
+
+        share = part_of(progress, 1.0 - len(left) / max(len(tasks), 1), 1.0)
+        for number, done in zip(left, self._map(task, [tasks[number] for number in left], share, note), strict=True):
+            answers[number] = done
+        return [done.result for done in answers if done is not None]
+
+    def _map(
+        self,
+        task: Callable[..., Any],
+        tasks: Sequence[tuple[Any, ...]],
+        progress: Callable[[float], None],
+        note: Callable[[int, Answer], None] = lambda number, done: None,
+    ) -> list[Answer]:
         futures = [self._submit(task, *arguments) for arguments in tasks]
         for future in futures:
             future.add_done_callback(lambda done: self._items.put(("done", done)))
-        results: dict[Future[Answer], Any] = {}
+        numbers = {future: number for number, future in enumerate(futures)}
+        results: dict[int, Answer] = {}
         try:
             while len(results) < len(futures):
                 if time.monotonic() >= self._deadline:
@@ -101,15 +133,19 @@ class Tasks:
                     continue
                 if kind == "signal":
                     raise Interrupted
-                results[item] = self._result(item)
+                if item not in numbers:  # of tasks that were given up
+                    continue
+                number = numbers[item]
+                results[number] = self._result(item)
+                note(number, results[number])
                 progress(len(results) / len(futures))
         except BaseException:
             for future in futures:
                 future.cancel()
             raise
-        return [results[future] for future in futures]
+        return [results[number] for number in range(len(futures))]
 
-    def _result(self, future: Future[Answer]) -> Any:
+    def _result(self, future: Future[Answer]) -> Answer:
         try:
             done = future.result()
         except CancelledError as error:
@@ -123,7 +159,7 @@ class Tasks:
             self.peaks[done.process] = max(done.peak_memory, self.peaks.get(done.process, 0))
         match done.error:
             case None:
-                return done.result
+                return done
             case ContentsError() | FilterInputError():
                 raise done.error
             case MemoryError():
