@@ -117,5 +117,6 @@ def as_row(outcome: Outcome, far: Sequence[str]) -> dict[str, Any]:
         "far_in": " ".join(far),
         "warnings": len(outcome.warnings),
         "peak_memory_bytes": outcome.peak_memory,
+        "former_output": outcome.former,
         "error": (outcome.error or {}).get("message", "; ".join(str(b["message"]) for b in outcome.breaches)),
     }

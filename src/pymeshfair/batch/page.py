@@ -40,6 +40,7 @@ def write_page(folder: Path, summary: Summary, made: Mapping[str, Mapping[str, A
         OutputError: it cannot be written.
     """
     far = {outcome.output: words for outcome, words in zip(summary.outcomes, summary.far, strict=True)}
+    labels = {outcome.output: name for outcome, name in zip(summary.outcomes, summary.labels, strict=True)}
     recipe = summary.template.recipe
     text = render(
         "batch.html",
@@ -48,7 +49,7 @@ def write_page(folder: Path, summary: Summary, made: Mapping[str, Mapping[str, A
         subtitle=f"The recipe {recipe.name}, to {folder}, from {summary.started} to {summary.finished}.",
         verdict=_verdict(summary),
         headers=("scan", "state", *(head for head, _ in _COLUMNS)),
-        rows=[_row(folder, o, far[o.output], made.get(o.output, {})) for o in worst_first(summary.outcomes)],
+        rows=[_row(folder, o, labels[o.output], far[o.output], made.get(o.output, {})) for o in worst_first(summary.outcomes)],
         made=f"Made by pymeshfair on {summary.finished}. This page needs no network.",
     )
     return write_text(folder / NAME, text)
@@ -73,7 +74,7 @@ def _verdict(summary: Summary) -> Verdict:
     return Verdict("bad" if bad else "warn" if apart or counts["left"] else "good", told, tuple(lines))
 
 
-def _row(folder: Path, outcome: Outcome, far: Sequence[str], made: Mapping[str, Any]) -> dict[str, Any]:
+def _row(folder: Path, outcome: Outcome, label: str, far: Sequence[str], made: Mapping[str, Any]) -> dict[str, Any]:
     before, after = outcome.before or {}, outcome.after or {}
     numbers = (
         displacement_in_edges(outcome),
@@ -87,13 +88,14 @@ def _row(folder: Path, outcome: Outcome, far: Sequence[str], made: Mapping[str, 
     drawn = "source" in made
     page = page_path(folder, Path(outcome.output)).relative_to(folder).as_posix()
     return {
-        "name": Path(outcome.input).name,
+        "name": label,
         "status": outcome.status,
         "picture": made if drawn else None,
         "page": quote(page) if drawn else None,
         "cells": [_cell(number, bool(asked) and asked in far) for number, (_, asked) in zip(numbers, _COLUMNS, strict=True)],
         "errors": [
             *([outcome.error["message"]] if outcome.error else [breach["message"] for breach in outcome.breaches]),
+            *([outcome.former] if outcome.former else []),
             *([f"no page: {made['problem']}"] if "problem" in made else []),
         ],
         "warnings": outcome.warnings,

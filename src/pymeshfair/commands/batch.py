@@ -11,9 +11,13 @@ import typer
 from . import options
 from .json_document import print_document
 from .options import Debug, Json, guards, memory_limit
+from .streams import warn
 
 if TYPE_CHECKING:
     from ..batch.work import Task
+
+#: of the outputs that are left out only so many are named
+_NAMED = 10
 
 
 def batch(
@@ -22,7 +26,7 @@ def batch(
         list[str],
         typer.Argument(
             metavar="INPUT...",
-            help="Mesh files, folders, patterns such as 'scans/**/*.ply', lists (@LIST.txt) and tables (TABLE.csv).",
+            help="Mesh files, folders with all below them, patterns ('scans/*/*.ply'), lists (@LIST.txt), tables (TABLE.csv).",
         ),
     ],
     output: Annotated[
@@ -32,7 +36,8 @@ def batch(
         str,
         typer.Option(
             metavar="NAME",
-            help="The names of outputs, such as '{stem}_clean.ply', with {stem}, {name}, {extension}, {parent} and {number}.",
+            help="The names of outputs, such as '{stem}_clean.ply', with {stem}, {name}, {extension}, {folder}, {parent} and "
+            "{number}; by default inputs keep their names, and those of a folder their folders below it.",
         ),
     ] = "",
     set: options.SetValues = None,
@@ -75,7 +80,7 @@ def batch(
     Each is cleaned in a process of its own, and a failure costs that one alone. FOLDER also gets batch.csv and batch.json with a
     row for each, and batch.jsonl, the journal from which --resume goes on.
     """
-    from ..batch.inputs import expand
+    from ..batch.inputs import expand, without_outputs
     from ..batch.plan import plan_scans
     from ..batch.work import Task
     from ..operating_system import this_system
@@ -109,9 +114,21 @@ def batch(
         unit=unit,
     )
     folder = output.absolute()
-    scans = plan_scans(expand(inputs, [s.name for s in found.script.settings]), found, folder, name)
+    asked, outputs = without_outputs(expand(inputs, [s.name for s in found.script.settings]), folder)
+    for path in outputs[:_NAMED]:
+        warn(f"left out: {path}, which is the output of a run")
+    if len(outputs) > _NAMED:
+        warn(f"left out: {len(outputs) - _NAMED:,} further outputs of runs")
+    scans = plan_scans(asked, found, folder, name)
     slots = jobs or this_system().processors()
-    task = Task(scans, template, folder, scheduler, slots, resume=resume, stop=stop, sample=sample, report=report)
+    task = Task(
+        *(scans, template, folder, scheduler, slots),
+        resume=resume,
+        stop=stop,
+        sample=sample,
+        report=report,
+        renumber="{number" in name,
+    )
     if dry_run:
         _look_ahead(task, json=json)
     else:
