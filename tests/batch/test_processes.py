@@ -27,6 +27,7 @@ from .batches import (
     with_module,
     write_killers,
     write_recipe,
+    write_scan,
     write_scans,
 )
 
@@ -174,3 +175,29 @@ def test_two_batches_do_not_share_a_folder(tmp_path: Path, busy: subprocess.Pope
     assert second.returncode == 1
     assert "another batch is writing to" in second.stderr
     assert busy.poll() is None
+
+
+def test_a_killed_process_costs_a_second_try(tmp_path: Path) -> None:
+    """A scan whose process is killed is done by the next; if that is killed too it failed, and is not called damaged."""
+    scans = write_scans(tmp_path / "scans", 1)
+    write_scan(scans / "once.ply", 5)
+    write_scan(scans / "always.ply", 6)
+    program = """
+import os, signal
+import pymeshfair.files.inputs as inputs
+
+def read(path, *arguments, read=inputs.read_file, **options):
+    mark = path.with_name("killed.by")
+    if path.name == "always.ply" or (path.name == "once.ply" and not mark.exists()):
+        mark.touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return read(path, *arguments, **options)
+
+inputs.read_file = read
+"""
+    environment = with_module(tmp_path / "lib", program)
+    done = run_batch("smooth_taubin", scans, "-o", tmp_path / "out", "--jobs", "1", "--json", environment=environment)
+    statuses = {scan["name"]: scan for scan in json.loads(done.stdout)["scans"]}
+    assert statuses["once.ply"]["status"] == statuses["scan000.ply"]["status"] == "done"
+    assert "was killed (SIGKILL)" in statuses["always.ply"]["error"]["message"]
+    assert "damaged" not in statuses["always.ply"]["error"]["message"]

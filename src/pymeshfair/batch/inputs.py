@@ -40,8 +40,8 @@ class Asked:
 def expand(arguments: Sequence[str], settings: Sequence[str] = ()) -> list[Asked]:
     """The scans that arguments mean, in their order, each once.
 
-    An argument is a mesh file; a folder, with the mesh files in it and below it in the order of their paths, but without hidden and
-    .txt files; a pattern with ``*``, ``?``, ``[]`` or ``**``; ``@LIST``, a file with one of these a line; or a
+    An argument is a mesh file; a folder, with the mesh files in it and below it in the order of their paths, but without hidden
+    and .txt files; a pattern with ``*``, ``?``, ``[]`` or ``**``; ``@LIST``, a file with one of these a line; or a
     table ``*.csv``. What a list or a table names is relative to its own folder.
 
     Args:

@@ -14,6 +14,7 @@ from ..files.errors import OutputBusyError
 from ..operating_system import this_system
 from ..processes.pool import Pool
 from ..processes.process import Process
+from ..running.errors import WorkerDied
 from ..running.job import Job, RunResult
 from ..running.memory import default_memory
 from ..running.supervise import run_job, workers_of_runs
@@ -90,7 +91,7 @@ class Station:
             return {"problem": str(error)}
 
     def _run(self, key: str, job: Job) -> RunResult:
-        deadline = time.monotonic() + _PATIENCE
+        deadline, is_first = time.monotonic() + _PATIENCE, True
         job.output.parent.mkdir(parents=True, exist_ok=True)
         while True:
             try:
@@ -99,6 +100,10 @@ class Station:
                 if time.monotonic() > deadline:
                     raise
                 time.sleep(0.2)
+            except WorkerDied as error:
+                if error.signal != "SIGKILL" or not is_first or key in self._cancelled:
+                    raise
+                is_first = False  # by hand, or for want of memory while others ran
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Protocol
 
+from ..processes.cluster import Scheduler
 from ..processes.pool import Pool
 from ..running.job import Job
 from .checks import Prospect, check_own_files, look_ahead
@@ -65,7 +66,7 @@ class Task:
         scans: Sequence[Scan],
         template: Job,
         folder: Path,
-        address: str | None,
+        scheduler: Scheduler | None,
         jobs: int,
         *,
         resume: bool = False,
@@ -80,7 +81,7 @@ class Task:
             scans: all of them.
             template: of their runs: what all scans share.
             folder: where outputs go, an absolute path; made if need be.
-            address: of a scheduler of dask; None for this machine.
+            scheduler: of dask; None for this machine.
             jobs: scans at a time on this machine.
             resume: skip what is done.
             stop: give up after the first scan that fails.
@@ -92,7 +93,7 @@ class Task:
         self.template = template
         self.folder = folder
         self.written: tuple[Path, ...] = ()
-        self._address = address
+        self._scheduler = scheduler
         self._jobs = jobs
         self._resume = resume
         self._stop = stop
@@ -118,7 +119,7 @@ class Task:
     @contextmanager
     def processes(self) -> Iterator[Pool | None]:
         """Processes of this machine for `carry_out`, which are started as soon as the context is entered."""
-        if self._address is not None:
+        if self._scheduler is not None:
             yield None
             return
         with pool_of(min(self._jobs, len(self.scans))) as pool:
@@ -166,7 +167,7 @@ class Task:
                         self.template,
                         journal,
                         self.folder,
-                        address=self._address,
+                        scheduler=self._scheduler,
                         jobs=min(self._jobs, len(todo) or len(drawn)),
                         pool=pool,
                         stop=self._stop,

@@ -44,9 +44,11 @@ def batch(
     others: options.Others = None,
     upgrade: options.Upgrade = False,
     jobs: Annotated[int | None, typer.Option(metavar="N", help="Scans at a time; by default one a processor.", min=1)] = None,
-    scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Let the workers of this scheduler of dask do the work.")
-    ] = None,
+    scheduler: options.SchedulerAddress = None,
+    scheduler_file: options.SchedulerFile = None,
+    tls_ca_file: options.TlsCaFile = None,
+    tls_cert: options.TlsCert = None,
+    tls_key: options.TlsKey = None,
     memory: Annotated[
         str | None,
         typer.Option(metavar="SIZE", help="Memory that each scan may take, such as 4GB; by default its share of 80 %."),
@@ -87,7 +89,8 @@ def batch(
     from ..recipe import load_recipe
     from ..running.job import Job
 
-    if scheduler is not None and jobs is not None:
+    cluster = options.scheduler_of(scheduler, scheduler_file, tls_ca_file, tls_cert, tls_key)
+    if cluster is not None and jobs is not None:
         raise typer.BadParameter("the workers of a scheduler say themselves how many scans they take", param_hint="--jobs")
     if report:
         options.check_measured(no_measures=no_measures)
@@ -122,7 +125,7 @@ def batch(
     scans = plan_scans(asked, found, folder, name)
     slots = jobs or this_system().processors()
     task = Task(
-        *(scans, template, folder, scheduler, slots),
+        *(scans, template, folder, cluster, slots),
         resume=resume,
         stop=stop,
         sample=sample,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
+    from ..processes.cluster import Scheduler
     from ..scripts.guards import Guards
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout; messages still go to stderr.")]
@@ -98,3 +99,37 @@ def guards(**texts: str) -> Guards:
     from ..scripts.guards import Guards
 
     return Guards.parse({name: text for name, text in texts.items() if text})
+
+
+# ---------------------------------------------------------------------------------- of commands with a scheduler of dask
+
+SchedulerAddress = Annotated[
+    str | None, typer.Option("--scheduler", metavar="ADDRESS", help="Let the workers of this scheduler of dask do the work.")
+]
+SchedulerFile = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="The same, by the file of `dask scheduler --scheduler-file`.")
+]
+TlsCaFile = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Certificates that sign those of the scheduler and its workers.")
+]
+TlsCert = Annotated[Path | None, typer.Option(metavar="FILE", help="The certificate with which to go to the scheduler.")]
+TlsKey = Annotated[Path | None, typer.Option(metavar="FILE", help="The key of that certificate.")]
+
+
+def scheduler_of(
+    address: str | None, file: Path | None, ca_file: Path | None, certificate: Path | None, key: Path | None
+) -> Scheduler | None:
+    """The scheduler that the options name, None without one.
+
+    Raises:
+        BadParameter: certificates without a scheduler, or two schedulers.
+    """
+    if address is not None and file is not None:
+        raise typer.BadParameter("--scheduler names one already", param_hint="--scheduler-file")
+    if address is None and file is None:
+        if ca_file or certificate or key:
+            raise typer.BadParameter("it needs --scheduler or --scheduler-file", param_hint="--tls-...")
+        return None
+    from ..processes.cluster import Scheduler
+
+    return Scheduler(address or "", file, ca_file, certificate, key)

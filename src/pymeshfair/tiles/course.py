@@ -16,7 +16,7 @@ from ..files.reading import unchanged
 from ..files.writing import StagedFile
 from ..filters.execution import part_of
 from ..operating_system import this_system
-from ..processes.cluster import LostSchedulerError
+from ..processes.cluster import LostSchedulerError, Scheduler
 from ..processes.process import Items
 from ..processes.versions import packages_here
 from ..running.job import Event, Job, PhaseStarted, RunResult, StepFinished, StepProgress, StepStarted
@@ -46,13 +46,13 @@ class Tiling:
     """How to cut.
 
     Attributes:
-        scheduler: address of a dask scheduler, None for processes of this machine.
+        scheduler: of dask, None for processes of this machine.
         shape: of the tiles.
         most: points or vertices of a tile, None for as many as fit.
         resume: go on with the files of a run that was killed, and keep those of this one if it ends early.
     """
 
-    scheduler: str | None = None
+    scheduler: Scheduler | None = None
     shape: Shape = "boxes"
     most: int | None = None
     resume: bool = False

@@ -16,7 +16,7 @@ from typing import Any
 from ..errors import FilterInputError, Place, RunError
 from ..files.errors import ContentsError
 from ..filters.execution import ignore_progress, part_of
-from ..processes.cluster import LostSchedulerError, check_workers, conditions, open_client
+from ..processes.cluster import LostSchedulerError, Scheduler, check_workers, conditions, open_client
 from ..processes.order import Answer, DefectError, answer
 from ..processes.pool import Pool
 from ..processes.process import Items, LostProcessError
@@ -172,11 +172,11 @@ class Tasks:
 
 
 @contextlib.contextmanager
-def open_tasks(address: str | None, share: Budget, job: Job, items: Items, *, memory: int) -> Iterator[Tasks]:
+def open_tasks(scheduler: Scheduler | None, share: Budget, job: Job, items: Items, *, memory: int) -> Iterator[Tasks]:
     """Workers for as long as the context lasts.
 
     Args:
-        address: of a scheduler, whose workers must have the same versions and see the same disk; None for this machine.
+        scheduler: of dask, whose workers must have the same versions and see the same disk; None for this machine.
         share: how many workers of this machine, and their threads.
         job: the run.
         items: of `Interrupts`.
@@ -185,11 +185,11 @@ def open_tasks(address: str | None, share: Budget, job: Job, items: Items, *, me
     Raises:
         ClusterError: there is no scheduler, or a worker of it does not fit.
     """
-    if address is None:
+    if scheduler is None:
         with Pool(share.workers, share.threads) as pool:
             yield Tasks(partial(pool.submit, memory_limit=memory), items, timeout=job.timeout)
         return
-    with open_client(address) as client:
+    with open_client(scheduler) as client:
         with conditions(job.output.parent, [job.input]) as wanted:
             check_workers(client, wanted)
         executor = client.get_executor(pure=False, retries=0)
