@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ..errors import FilterInputError, Place, StepFailedError
+from ..errors import FilterInputError, ParameterError, Place, RunError, StepFailedError
 from ..files.provenance import described_file
 from ..files.reading import unchanged
 from ..files.writing import StagedFile
@@ -24,6 +24,7 @@ from ..running.memory import default_memory
 from ..running.plain_values import plain
 from ..running.report import Report, StepDone
 from ..running.supervise import run_job
+from ..scripts.problems import ScriptError
 from .checks import check, told_as_run
 from .cloud import Cloud, do_selection, write_cloud
 from .division import Shape
@@ -66,6 +67,8 @@ def run_by_tiles(
     job: Job,
     tiling: Tiling = AS_FITS,
     on_event: Callable[[Event], None] = lambda event: None,
+    *,
+    check_wanted: Callable[[], None] = lambda: None,
 ) -> RunResult:
     """Carry out a job by tiles; the output appears whole or not at all.
 
@@ -73,6 +76,7 @@ def run_by_tiles(
         job: what to do; its `memory_limit` is for the command and all its workers together.
         tiling: how to cut.
         on_event: called with each event, in this thread.
+        check_wanted: called every moment; may raise to stop.
 
     Raises:
         ScriptError: a step cannot be done by tiles.
@@ -83,7 +87,17 @@ def run_by_tiles(
     check(job, plan)
     memory = job.memory_limit or default_memory() or _USUAL_MEMORY
     share = budget(memory, this_system().processors())
-    return run_job(job, on_event, work=partial(_by_tiles, tiling, plan, share, memory))
+    return run_job(job, on_event, work=partial(_by_tiles, tiling, plan, share, memory, check_wanted))
+
+
+def can_be_cut(job: Job) -> bool:
+    """Whether a job can be done by tiles: its recipe, its files, its limits and its memory allow it."""
+    try:
+        check(job, plan_of(job.recipe.script))
+        budget(job.memory_limit or default_memory() or _USUAL_MEMORY, this_system().processors())
+    except (ScriptError, ParameterError, RunError):
+        return False
+    return not (job.keep_all or job.keep_broken)
 
 
 def _by_tiles(
@@ -91,6 +105,7 @@ def _by_tiles(
     plan: list[Selection] | list[Move],
     share: Budget,
     memory: int,
+    check_wanted: Callable[[], None],
     job: Job,
     stage: Path,
     items: Items,
@@ -98,7 +113,7 @@ def _by_tiles(
 ) -> Report:
     with ExitStack() as opened:
         opened.enter_context(unchanged(job.input))
-        tasks = opened.enter_context(open_tasks(tiling.scheduler, share, job, items, memory=memory))
+        tasks = opened.enter_context(open_tasks(tiling.scheduler, share, job, items, memory=memory, check=check_wanted))
         opened.enter_context(told_as_run(job))
         on_event(PhaseStarted("reading"))
         described = described_file(job.input) | {"side_files": [], "others": []}

@@ -53,7 +53,7 @@ class Tasks:
         items: Items,
         *,
         timeout: float | None = None,
-        is_there: Callable[[], bool] = lambda: True,
+        check: Callable[[], None] = lambda: None,
     ) -> None:
         """See the class.
 
@@ -61,13 +61,13 @@ class Tasks:
             submit: does a task with its arguments on some worker.
             items: of `pymeshfair.running.interrupts.Interrupts`.
             timeout: seconds from now in which all must be done.
-            is_there: whether answers are still to be expected.
+            check: called every moment; may raise to stop.
         """
         self._submit = submit
         self._items = items
         self._timeout = math.inf if timeout is None else timeout
         self._deadline = time.monotonic() + self._timeout
-        self._is_there = is_there
+        self._check = check
         self.work: WorkFolder | None = None
         self.peaks: dict[str, int] = {}
         self.seconds = 0.0
@@ -125,11 +125,10 @@ class Tasks:
             while len(results) < len(futures):
                 if time.monotonic() >= self._deadline:
                     raise RunTimeout(Place("working by tiles"), self._timeout)
+                self._check()
                 try:
                     kind, item = self._items.get(timeout=_PULSE)
                 except Empty:
-                    if not self._is_there():
-                        raise LostSchedulerError from None
                     continue
                 if kind == "signal":
                     raise Interrupted
@@ -172,7 +171,9 @@ class Tasks:
 
 
 @contextlib.contextmanager
-def open_tasks(scheduler: Scheduler | None, share: Budget, job: Job, items: Items, *, memory: int) -> Iterator[Tasks]:
+def open_tasks(
+    scheduler: Scheduler | None, share: Budget, job: Job, items: Items, *, memory: int, check: Callable[[], None]
+) -> Iterator[Tasks]:
     """Workers for as long as the context lasts.
 
     Args:
@@ -181,20 +182,27 @@ def open_tasks(scheduler: Scheduler | None, share: Budget, job: Job, items: Item
         job: the run.
         items: of `Interrupts`.
         memory: bytes that each worker of this machine may take.
+        check: called every moment; may raise to stop.
 
     Raises:
         ClusterError: there is no scheduler, or a worker of it does not fit.
     """
     if scheduler is None:
         with Pool(share.workers, share.threads) as pool:
-            yield Tasks(partial(pool.submit, memory_limit=memory), items, timeout=job.timeout)
+            yield Tasks(partial(pool.submit, memory_limit=memory), items, timeout=job.timeout, check=check)
         return
     with open_client(scheduler) as client:
         with conditions(job.output.parent, [job.input]) as wanted:
             check_workers(client, wanted)
         executor = client.get_executor(pure=False, retries=0)
         submit = partial(executor.submit, _do)
-        yield Tasks(submit, items, timeout=job.timeout, is_there=lambda: client.status == "running")
+
+        def check_scheduler() -> None:
+            check()
+            if client.status != "running":
+                raise LostSchedulerError
+
+        yield Tasks(submit, items, timeout=job.timeout, check=check_scheduler)
 
 
 def _do(task: Callable[..., Any], *arguments: Any) -> Answer:
