@@ -46,7 +46,7 @@ AllowOutside = Annotated[
     bool, typer.Option("--allow-outside", help="Let mesh files name textures, materials and buffers outside their folders.")
 ]
 Unchecked = Annotated[
-    bool, typer.Option("--unchecked", help="Let MeshLab read formats that are not checked before (.3ds, .ctm, .e57 ...).")
+    bool, typer.Option("--unchecked", help="Let MeshLab read formats that are not checked before (.3ds, .ctm ...).")
 ]
 KeepAll = Annotated[bool, typer.Option("--keep-all", help="Fail if anything of INPUT or of the result would not be in OUTPUT.")]
 MaxDisplacement = Annotated[
