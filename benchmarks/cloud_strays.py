@@ -1,9 +1,9 @@
 """How many stray points are found in clouds of any density: ``python benchmarks/cloud_strays.py [--points N ...] [--peers]``.
 
 Terrain of 400 m with buildings and noise of 3 cm, and 0.1 % of flyers above and below it, half of them beyond 5 m. Prints for
-Select Stray Points, with the values of `remove_outliers`, the share of flyers found by their distance from the nearest good point, and the
-share of good points that go. ``--peers`` adds PDAL's statistical and radius filters by their definitions, each with the setting of
-a grid that finds most flyers beyond 5 m at a cost of at most 0.1 % of the good points.
+Select Stray Points, with the values of `remove_outliers`, the share of flyers found by their distance from the nearest good
+point, and the share of good points that go. ``--peers`` adds PDAL's statistical and radius filters by their definitions, each
+with the setting of a grid that finds most flyers beyond 5 m at a cost of at most 0.1 % of the good points.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ NEIGHBORS, SPARSENESS = 16, 1.5
 
 def ground(x: Floats, y: Floats) -> Floats:
     """Heights of hills and of furrows."""
-    return 8 * np.sin(x / 60) + 5 * np.cos(y / 45) + 0.6 * np.sin(x / 7) * np.cos(y / 9)
+    return np.asarray(8 * np.sin(x / 60) + 5 * np.cos(y / 45) + 0.6 * np.sin(x / 7) * np.cos(y / 9))
 
 
 def terrain(count: int, side: float = 400.0, seed: int = 1) -> tuple[Floats, Floats]:
@@ -100,9 +100,8 @@ def main() -> None:
             peers: Peers = [(f"statistical {k} {m}", partial(statistical, k=k, factor=m)) for k, m in grid]
             rows.append(best_of(peers, points, good, flyers))
             balls = [(r, n) for r in (0.5, 1.0, 2.0, 4.0) for n in (1, 2, 4)]
-            rows.append(
-                best_of([(f"radius {r} {n}", lambda p, r=r, n=n: radius(p, r, n)) for r, n in balls], points, good, flyers)
-            )
+            peers = [(f"radius {r} {n}", partial(radius, distance=r, least=n)) for r, n in balls]
+            rows.append(best_of(peers, points, good, flyers))
         for name, stray in rows:
             bands, lost = shares(stray, good, flyers)
             words = ", ".join(f"{100 * share:.1f} %" for share in bands)
