@@ -36,7 +36,8 @@ FLOORS = [
     {"running"},
     {"authoring", "looking"},
     {"report"},
-    {"batch", "tiles", "tuning"},
+    {"tiles", "tuning"},
+    {"batch"},
     {"commands"},
     {"__main__"},
 ]

@@ -71,6 +71,10 @@ class Portable:
             with path.open("r+b") as file:
                 os.fsync(file.fileno())
 
+    def boot(self) -> str:
+        """A name of the time since the machine was started; here always the same."""
+        return ""
+
     def processors(self) -> int:
         """How many processors this process may use; here all of the machine."""
         return os.cpu_count() or 1
@@ -157,6 +161,12 @@ class Posix(Portable):
             os.fsync(descriptor)
         finally:
             os.close(descriptor)
+
+    def boot(self) -> str:
+        """As there; different after each start of Linux."""
+        with contextlib.suppress(OSError):
+            return Path("/proc/sys/kernel/random/boot_id").read_text("ascii").strip()
+        return super().boot()
 
     def processors(self) -> int:
         """As there, but for those that the system keeps from this process."""

@@ -55,6 +55,11 @@ class Scheduler:
         with Client(self.address, set_as_default=False) as client:
             client.wait_for_workers(count, timeout=60)
 
+    def kill(self) -> None:
+        """End the scheduler alone."""
+        self._processes[0].kill()
+        self._processes[0].wait()
+
     def close(self) -> None:
         """End all of them."""
         for process in self._processes:
@@ -143,6 +148,68 @@ def test_no_scheduler_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cluster, "_ANSWER", "1s")
     with (
         pytest.raises(cluster.ClusterError, match=r"no scheduler answers at tcp://127\.0\.0\.1:1"),
-        cluster.open_client("tcp://127.0.0.1:1"),
+        cluster.open_client(cluster.Scheduler("tcp://127.0.0.1:1")),
     ):
         pass
+
+
+def certificates(folder: Path, name: str) -> tuple[str, ...]:
+    """The options of a certificate that an authority of its own has signed, made as docs/batch.md does it."""
+    for command in (
+        f"req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=authority -keyout {name}-ca.key -out {name}-ca.pem",
+        f"req -newkey rsa:2048 -nodes -subj /CN=scans -keyout {name}.key -out {name}.request",
+        f"x509 -req -in {name}.request -CA {name}-ca.pem -CAkey {name}-ca.key -CAcreateserial -days 2 -out {name}.pem",
+    ):
+        subprocess.run(["openssl", *command.split()], cwd=folder, check=True, capture_output=True)
+    files = {"--tls-ca-file": f"{name}-ca.pem", "--tls-cert": f"{name}.pem", "--tls-key": f"{name}.key"}
+    return tuple(word for option, file in files.items() for word in (option, str(folder / file)))
+
+
+@pytest.mark.skipif(shutil.which("openssl") is None, reason="makes certificates")
+def test_a_scheduler_with_certificates(tmp_path: Path) -> None:
+    """Workers with a certificate do the scans; a client without one, or with a strange one, is refused in one sentence."""
+    ours, strange = certificates(tmp_path, "ours"), certificates(tmp_path, "strange")
+    file = tmp_path / "scheduler.json"
+    processes = [dask("scheduler", "--protocol", "tls", "--scheduler-file", str(file), "--port", "0", "--no-dashboard", *ours)]
+    options = ("--nthreads", "1", "--no-nanny", "--no-dashboard", "--memory-limit", "0")
+    processes.append(dask("worker", "--scheduler-file", str(file), *options, *ours))
+    scans = write_scans(tmp_path / "scans", 2)
+    try:
+        deadline = time.monotonic() + 60
+        done = None
+        while done is None or "the scheduler has no workers" in done.stderr or "has no address" in done.stderr:
+            assert time.monotonic() < deadline, done
+            done = run_batch("smooth_taubin", scans, "-o", tmp_path / "out", "--scheduler-file", file, *ours)
+        assert done.returncode == 0, done.stderr
+        address = json.loads(file.read_text())["address"]
+        assert address.startswith("tls://")
+        for wrong in ((), strange):
+            refused = run_batch("smooth_taubin", scans, "-o", tmp_path / "other", "--scheduler", address, *wrong)
+            assert refused.returncode == 1
+            assert f"no scheduler answers at {address}" in refused.stderr
+            assert "Traceback" not in refused.stderr
+            assert not list((tmp_path / "other").glob("*.ply"))
+    finally:
+        for process in processes:
+            process.kill()
+            process.wait()
+
+
+def test_a_lost_scheduler_is_one_sentence(tmp_path: Path, scheduler: Scheduler) -> None:
+    """When the scheduler is killed in the middle the batch ends with one sentence, and what is done stays done."""
+    scans = write_scans(tmp_path / "scans", 4)
+    worker = scheduler.start_worker("only")
+    scheduler.wait_for(1)
+    recipe = write_recipe(tmp_path / "recipe.mlx", steps=3000)
+    process = start_batch(recipe, scans, "-o", tmp_path / "out", "--scheduler", scheduler.address)
+    deadline = time.monotonic() + 60
+    while not journal_of(tmp_path / "out"):
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    scheduler.kill()
+    _, err = process.communicate(timeout=120)
+    worker.wait(60)
+    assert process.returncode == 1
+    assert "the scheduler does not answer any more; --resume goes on with what is not done" in err
+    assert "Traceback" not in err

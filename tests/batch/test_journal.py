@@ -77,14 +77,14 @@ def done(made: tuple[Path, Scan, Job]) -> Iterator[tuple[Scan, Job]]:
 def test_what_is_there_whole_is_done(done: tuple[Scan, Job]) -> None:
     """The provenance beside an output is enough, and a journal that fits it adds what it tells besides."""
     scan, template = done
-    found = done_before([scan], template, {})
-    assert found[1].status == "done"
-    assert found[1].resumed
-    assert found[1].displacement is not None
-    told = replace(found[1], displacement={"rms": 0.5, "largest": 1.0}, resumed=False)
-    assert done_before([scan], template, {told.output: told})[1].displacement == {"rms": 0.5, "largest": 1.0}
+    outcome = done_before([scan], template, {})[1].outcome
+    assert outcome.status == "done"
+    assert outcome.resumed
+    assert outcome.displacement is not None
+    told = replace(outcome, displacement={"rms": 0.5, "largest": 1.0}, resumed=False)
+    assert done_before([scan], template, {told.output: told})[1].outcome.displacement == {"rms": 0.5, "largest": 1.0}
     other = replace(told, digests={**told.digests, "output": "0" * 64})
-    assert done_before([scan], template, {other.output: other})[1].displacement == found[1].displacement
+    assert done_before([scan], template, {other.output: other})[1].outcome.displacement == outcome.displacement
 
 
 def other_version(monkeypatch: pytest.MonkeyPatch) -> None:

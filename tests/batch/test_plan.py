@@ -28,9 +28,10 @@ def names(*arguments: str) -> list[str]:
 
 
 def test_arguments_are_files_folders_and_patterns(folder: Path) -> None:
-    """In the order of the arguments, within a folder or pattern by name, each scan once; folders within a folder are left out."""
+    """In the order of the arguments, within a folder or pattern by path, each scan once; a folder with all below it."""
     assert names("b.ply", "b.ply") == ["b.ply"]
-    assert names(".") == ["a.stl", "b.ply"]
+    assert names(".") == ["a.stl", "b.ply", "deep/c.ply"]
+    assert names(".", "deep") == ["a.stl", "b.ply", "deep/c.ply"]
     assert names("*.ply") == ["b.ply"]
     assert names("**/*.ply") == ["b.ply", "deep/c.ply"]
     assert names("gone.ply") == ["gone.ply"]  # its turn tells that it is not there
@@ -91,7 +92,8 @@ def planned(*arguments: str, name: str = "", out: str = "out") -> list[str]:
 def test_outputs_are_named_after_inputs(folder: Path) -> None:
     """By default with the same name, in a format that can be written; else as asked, with folders if need be."""
     (folder / "d.pts").write_text("x")
-    assert planned(".") == ["a.stl", "b.ply", "d.pts"]
+    assert planned(".") == ["a.stl", "b.ply", "d.pts", "deep/c.ply"]
+    assert planned("**/*.ply", name="{folder}/x/{stem}.obj") == ["x/b.obj", "deep/x/c.obj"]
     assert planned("b.ply", "deep/c.ply", name="{parent}/{stem}_{number:02}.obj") == [f"{folder.name}/b_01.obj", "deep/c_02.obj"]
 
 
@@ -125,3 +127,15 @@ def test_a_row_changes_its_own_recipe_alone(folder: Path) -> None:
     (folder / "t.csv").write_text("input,1.nothing\nb.ply,3\n")
     with pytest.raises(LookupError, match="nothing"):
         plan_scans(expand(["t.csv"]), recipe, folder / "out")
+
+
+def test_scans_have_the_shortest_names_that_differ(folder: Path) -> None:
+    """A name that another scan has, too, gets the folders before it; one input with two outputs the names of these."""
+    for name in ("one/left/scan.ply", "two/left/scan.ply", "two/right/scan.ply"):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text("x")
+    (folder / "t.csv").write_text("input,output\none/left/scan.ply,x.ply\none/left/scan.ply,y.ply\n")
+    recipe = load_recipe("smooth_taubin")
+    scans = plan_scans(expand(["b.ply", "one", "two"]), recipe, folder / "out", "{number}.ply")
+    assert [scan.label for scan in scans] == ["b.ply", "one/left/scan.ply", "two/left/scan.ply", "right/scan.ply"]
+    assert [s.label for s in plan_scans(expand(["t.csv"]), recipe, folder / "out")] == ["scan.ply to x.ply", "scan.ply to y.ply"]

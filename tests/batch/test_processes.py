@@ -12,9 +12,15 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from pymeshfair.tiles.ply_slices import PlySlices
+from tests.commands.command_line import run_process
 from tests.running.test_supervise import slowness
+from tests.tiles.test_clouds import uneven
+from tests.tiles.test_processes import SLOW
+from tests.tiles.tiling import write_cloud
 
 from .batches import (
     KILLERS,
@@ -27,6 +33,7 @@ from .batches import (
     with_module,
     write_killers,
     write_recipe,
+    write_scan,
     write_scans,
 )
 
@@ -174,3 +181,74 @@ def test_two_batches_do_not_share_a_folder(tmp_path: Path, busy: subprocess.Pope
     assert second.returncode == 1
     assert "another batch is writing to" in second.stderr
     assert busy.poll() is None
+
+
+def test_a_killed_process_costs_a_second_try(tmp_path: Path) -> None:
+    """A scan whose process is killed is done by the next; if that is killed too it failed, and is not called damaged."""
+    scans = write_scans(tmp_path / "scans", 1)
+    write_scan(scans / "once.ply", 5)
+    write_scan(scans / "always.ply", 6)
+    program = """
+import os, signal
+import pymeshfair.files.inputs as inputs
+
+def read(path, *arguments, read=inputs.read_file, **options):
+    mark = path.with_name("killed.by")
+    if path.name == "always.ply" or (path.name == "once.ply" and not mark.exists()):
+        mark.touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return read(path, *arguments, **options)
+
+inputs.read_file = read
+"""
+    environment = with_module(tmp_path / "lib", program)
+    done = run_batch("smooth_taubin", scans, "-o", tmp_path / "out", "--jobs", "1", "--json", environment=environment)
+    statuses = {scan["name"]: scan for scan in json.loads(done.stdout)["scans"]}
+    assert statuses["once.ply"]["status"] == statuses["scan000.ply"]["status"] == "done"
+    assert "was killed (SIGKILL)" in statuses["always.ply"]["error"]["message"]
+    assert "damaged" not in statuses["always.ply"]["error"]["message"]
+
+
+def test_a_scan_without_enough_memory_is_cut(tmp_path: Path) -> None:
+    """Where a scan needs more memory than --memory it is cut into tiles, if its recipe can be: to the bytes of one piece."""
+    scans = tmp_path / "scans"
+    scans.mkdir()
+    cloud = write_cloud(scans / "memory.ply", uneven(3, 3000))
+    whole = tmp_path / "whole.ply"
+    assert run_process("run", "remove_outliers", cloud, "-o", whole).returncode == 0
+    environment = with_module(tmp_path / "lib", KILLERS)
+    for recipe, status in (("remove_outliers", "done"), ("clean_point_cloud", "failed")):
+        done = run_batch(recipe, scans, "-o", tmp_path / recipe, "--memory", "800MB", "--json", environment=environment)
+        (scan,) = json.loads(done.stdout)["scans"]
+        assert scan["status"] == status, done.stderr
+        assert (tmp_path / recipe / "memory.ply").exists() == (status == "done")
+    (scan,) = json.loads((tmp_path / "remove_outliers" / "batch.json").read_text("utf-8"))["scans"]
+    assert "it needed more memory than it was given, so that it was cut into tiles" in scan["warnings"]
+    ours, theirs = (PlySlices(path).vertices for path in (tmp_path / "remove_outliers" / "memory.ply", whole))
+    for name in ("x", "y", "z", "quality", "number"):
+        np.testing.assert_array_equal(ours.read(0, ours.element.count)[name], theirs.read(0, theirs.element.count)[name])
+
+
+@pytest.mark.usefixtures("terminal_signals")
+def test_ctrl_c_ends_a_scan_in_tiles(tmp_path: Path) -> None:
+    """A scan that is being cut into tiles ends with its batch, soon, and leaves nothing."""
+    (tmp_path / "scans").mkdir()
+    write_cloud(tmp_path / "scans" / "memory.ply", uneven(3, 3000))
+    program = KILLERS + SLOW
+    environment = {**with_module(tmp_path / "lib", program), "BEGUN": str(tmp_path / "begun"), "SLOW": "1000"}
+    process = start_batch(
+        "remove_outliers", tmp_path / "scans", "-o", tmp_path / "out", "--memory", "800MB", environment=environment
+    )
+    deadline = time.monotonic() + 100
+    while not (tmp_path / "begun").exists():
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    workers = descendants(process.pid)
+    started = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert time.monotonic() - started < 5.0 + slowness()
+    assert not [pid for pid in workers if is_alive(pid)]
+    assert [p.name for p in (tmp_path / "out").iterdir()] == ["batch.jsonl"]

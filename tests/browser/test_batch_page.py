@@ -23,7 +23,7 @@ def outcome(folder: Path, name: str, seconds: float, rms: float | None) -> Outco
 
 def names(page: Any) -> list[str]:
     """The scans in the order in which they are shown."""
-    found: list[str] = page.locator("tbody th").all_inner_texts()
+    found: list[str] = page.locator("table.scans tbody th").all_inner_texts()
     return found
 
 
@@ -38,7 +38,7 @@ def test_the_page_sorts(tmp_path: Path, page: Any, errors: list[str]) -> None:
     page.on("request", lambda request: asked.append(request.url))
     page.goto(path.as_uri())
     assert names(page) == ["c.ply", "a.ply", "b.ply"]
-    assert "<i>torn</i>" in page.locator("tbody tr").first.inner_text()
+    assert "<i>torn</i>" in page.locator("table.scans tbody tr").first.inner_text()
     page.get_by_role("button", name="seconds").click()
     assert names(page) == ["b.ply", "a.ply", "c.ply"]
     page.keyboard.press("Enter")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
@@ -156,19 +157,30 @@ def test_ctrl_c_leaves_nothing(recipe: Path, tmp_path: Path) -> None:
     assert sorted(p.name for p in tmp_path.iterdir()) == ["begun", "loop.mlx", "scan.ply", "slow"]
 
 
-def test_a_full_disk_is_named(recipe: Path, tmp_path: Path) -> None:
-    """Where the files of the work find no room nothing is written, and the message says so."""
+@pytest.mark.parametrize("is_filled_later", [False, True])
+def test_a_full_disk_is_named(recipe: Path, tmp_path: Path, is_filled_later: bool) -> None:
+    """Without the room for the work nothing is begun; where it goes meanwhile nothing is written, and the message says so."""
     folder = tmp_path / "small"
     folder.mkdir()
-    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=100k", "tmpfs", folder], capture_output=True, text=True)
+    size = "20m" if is_filled_later else "500k"
+    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", folder], capture_output=True, text=True)
     if mounted.returncode:
         pytest.skip(f"no file system can be mounted: {mounted.stderr}")
     try:
         scan = write_cloud(tmp_path / "scan.ply", uneven(5, 10_000))
-        done = run_process("run", recipe, scan, "-o", folder / "out.ply", "--tiles", *LITTLE)
-        assert done.returncode == 1
-        assert "there is no room for the files of the work: no space left on device" in done.stderr, done.stderr
-        assert list(folder.iterdir()) == []
+        if is_filled_later:
+            process = started(recipe, scan, folder / "out.ply", slow=2)
+            with contextlib.suppress(OSError):
+                (folder / "filler").write_bytes(bytes(30_000_000))
+            _, err = process.communicate(timeout=100)
+            assert "there is no room for the files of the work: no space left on device" in err
+            assert sorted(p.name for p in folder.iterdir()) == ["begun", "filler", "slow"]
+        else:
+            done = run_process("run", recipe, scan, "-o", folder / "out.ply", "--tiles", *LITTLE)
+            err = done.stderr
+            assert done.returncode == 1
+            assert "the work needs 0.000879 GB on the disk of" in err
+            assert list(folder.iterdir()) == []
     finally:
         subprocess.run(["umount", folder], check=True)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,7 +17,6 @@ from ..scripts.guards import refuse_unmeasured
 from ..scripts.warnings import check_needs
 from .journal import NAME as JOURNAL
 from .journal import read_journal
-from .outcome import Outcome
 from .page import NAME as PAGE
 from .plan import Scan
 from .summary import DOCUMENT, TABLE
@@ -48,14 +47,14 @@ class Prospect:
         return self.bytes_free is not None and self.bytes_free < _GROWTH * self.bytes_in
 
 
-def look_ahead(scans: Sequence[Scan], template: Job, folder: Path, done: Mapping[int, Outcome]) -> Prospect:
+def look_ahead(scans: Sequence[Scan], template: Job, folder: Path, done: Collection[int]) -> Prospect:
     """Look at everything that can be seen without opening a mesh, and change nothing.
 
     Args:
         scans: of the batch.
         template: of the runs of the batch.
         folder: of outputs, which need not exist.
-        done: the scans that are done already, by their numbers.
+        done: the numbers of the scans that are done already.
 
     Raises:
         ScriptError: the recipe needs layers or rasters that the batch does not have.

@@ -14,7 +14,7 @@ from typing import Any, cast
 from distributed import Client, Future, KilledWorker, Reschedule, Worker, WorkerPlugin, get_worker
 
 from ..errors import PymeshfairError
-from ..processes.cluster import ClusterError, Conditions, LostSchedulerError, check_workers, conditions, open_client
+from ..processes.cluster import ClusterError, Conditions, LostSchedulerError, Scheduler, check_workers, conditions, open_client
 from ..processes.process import Items
 from ..running.job import Job
 from .plan import Scan
@@ -27,12 +27,12 @@ _IDLE = 120.0
 
 @contextmanager
 def workers_of_scheduler(
-    address: str, template: Job, scans: Sequence[Scan], folder: Path, items: Items, name: str
+    scheduler: Scheduler, template: Job, scans: Sequence[Scan], folder: Path, items: Items, name: str
 ) -> Iterator[OfScheduler]:
     """The workers of a scheduler, see `pymeshfair.batch.workers.Workers`.
 
     Args:
-        address: of the scheduler.
+        scheduler: of dask.
         template: what all runs share.
         scans: of the batch.
         folder: of outputs.
@@ -44,7 +44,7 @@ def workers_of_scheduler(
     """
     firsts = {scan.input.parent: scan.input for scan in reversed(scans)}
     recipe = partial(recipe_problems, pickle.dumps(template.recipe), template.recipe.digest)
-    with open_client(address) as client, conditions(folder, [*firsts.values(), *template.others], recipe) as wanted:
+    with open_client(scheduler) as client, conditions(folder, [*firsts.values(), *template.others], recipe) as wanted:
         check_workers(client, wanted)
         client.register_plugin(_Plugin(name, pickle.dumps(template), folder, wanted), name=name)
         try:

@@ -12,7 +12,7 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any, Protocol
 
-from ..processes.cluster import LostSchedulerError
+from ..processes.cluster import LostSchedulerError, Scheduler
 from ..processes.pool import Pool
 from ..processes.process import Items
 from ..running.interrupts import Interrupted, Interrupts
@@ -46,7 +46,7 @@ def carry_out(
     journal: Journal,
     folder: Path,
     *,
-    address: str | None,
+    scheduler: Scheduler | None,
     jobs: int,
     pool: Pool | None = None,
     stop: bool,
@@ -61,7 +61,7 @@ def carry_out(
         template: what all runs share.
         journal: of the folder.
         folder: where outputs go; it exists.
-        address: of a scheduler, or None for this machine.
+        scheduler: of dask, or None for this machine.
         jobs: scans at a time on this machine.
         pool: processes for them; None starts some.
         stop: give up after the first scan that fails.
@@ -76,13 +76,13 @@ def carry_out(
     """
     items: Items = SimpleQueue()
     with ExitStack() as opened:
-        if address is None:
+        if scheduler is None:
             workers: Workers = opened.enter_context(ThisMachine(template, folder, jobs, items, pool or pool_of(jobs)))
         else:
             from .cluster import workers_of_scheduler
 
             name = f"pymeshfair-batch-{secrets.token_hex(8)}"
-            workers = opened.enter_context(workers_of_scheduler(address, template, scans or done, folder, items, name))
+            workers = opened.enter_context(workers_of_scheduler(scheduler, template, scans or done, folder, items, name))
         opened.enter_context(Interrupts(items))
         _Course(workers, journal, items, listener, stop=stop, pages=pages).run(scans, done)
 

@@ -1,10 +1,12 @@
-"""Which mesh files a command line means: files, folders, patterns, lists and tables."""
+"""The mesh files of a command line: files, folders, patterns, lists and tables; and short names that tell them apart."""
 
 from __future__ import annotations
 
 import csv
 import glob
+import os
 import sys
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +14,7 @@ from pathlib import Path
 from ..declaration import nearest
 from ..errors import ParameterError
 from ..files.formats import READABLE, extension
+from ..files.provenance import read_provenance
 
 #: what a folder may hold besides scans; a pattern takes them all the same
 _RARELY_A_MESH = frozenset(("txt",))
@@ -24,11 +27,13 @@ class Asked:
 
     Attributes:
         input: the mesh file, an absolute path; whether it exists is seen when its turn comes.
+        folder: its folder below the folder, or the fixed part of the pattern, of the command line; None of a file named there.
         output: its output relative to the folder of the batch, where a table names it.
         overrides: ``STEP.PARAM=VALUE``, from the columns of a table.
     """
 
     input: Path
+    folder: Path | None = None
     output: str | None = None
     overrides: tuple[str, ...] = ()
 
@@ -36,8 +41,8 @@ class Asked:
 def expand(arguments: Sequence[str], settings: Sequence[str] = ()) -> list[Asked]:
     """The scans that arguments mean, in their order, each once.
 
-    An argument is a mesh file; a folder, whose mesh files count in the order of their names, without those of its own folders and
-    without .txt files; a pattern with ``*``, ``?``, ``[]`` or ``**``; ``@LIST``, a file with one of these a line; or a table
+    An argument is a mesh file; a folder, with the mesh files in it and below it in the order of their paths, but without hidden
+    and .txt files; a pattern with ``*``, ``?``, ``[]`` or ``**``; ``@LIST``, a file with one of these a line; or a table
     ``*.csv``. ``@-`` and ``-`` are a list and a table on standard input. What a list or a table names is relative to its own
     folder.
 
@@ -48,10 +53,56 @@ def expand(arguments: Sequence[str], settings: Sequence[str] = ()) -> list[Asked
     Raises:
         ParameterError: an argument means nothing, or a list or table cannot be read.
     """
-    found: dict[Asked, None] = {}
+    scans: dict[tuple[object, ...], Asked] = {}
     for argument in arguments:
-        found |= dict.fromkeys(_expanded(argument, Path.cwd(), settings))
-    return list(found)
+        for scan in _expanded(argument, Path.cwd(), settings):
+            scans.setdefault((scan.input, scan.output, scan.overrides), scan)
+    return list(scans.values())
+
+
+def without_outputs(scans: Sequence[Asked], folder: Path) -> tuple[list[Asked], list[Path]]:
+    """Scans without the outputs of earlier runs on them, and these outputs.
+
+    Of the files of folders and patterns those are left out that lie in the folder of outputs, or that a run made of another scan.
+    A file that the command line names stays.
+    """
+    inputs = {scan.input for scan in scans}
+    kept: list[Asked] = []
+    outputs: list[Path] = []
+    for scan in scans:
+        is_output = scan.folder is not None and (folder in scan.input.parents or _source(scan.input) in inputs)
+        if is_output:
+            outputs.append(scan.input)
+        else:
+            kept.append(scan)
+    return kept, outputs
+
+
+def _source(path: Path) -> Path | None:
+    """The file that a run made this one of; None where no record says that."""
+    record = read_provenance(path)
+    return None if record is None else Path(str(record["input"].get("path")))
+
+
+def labels(inputs: Sequence[Path], outputs: Sequence[Path]) -> list[str]:
+    """A short name for each scan: as few of the last parts of its input as no other input ends with.
+
+    An input with several outputs has the name of the output, too.
+    """
+    ends = Counter(end for path in set(inputs) for end in _ends(path))
+    rows = Counter(inputs)
+    names = [next((end for end in _ends(path) if ends[end] == 1), str(path)) for path in inputs]
+    return [
+        name if rows[input] == 1 else f"{name} to {output.name}"
+        for name, input, output in zip(names, inputs, outputs, strict=True)
+    ]
+
+
+def _ends(path: Path) -> Iterator[str]:
+    """The last part of a path, its last two, and so on."""
+    parts = path.parts
+    for count in range(1, len(parts) + 1):
+        yield Path(*parts[-count:]).as_posix()
 
 
 def _expanded(argument: str, base: Path, settings: Sequence[str]) -> Iterator[Asked]:
@@ -60,10 +111,13 @@ def _expanded(argument: str, base: Path, settings: Sequence[str]) -> Iterator[As
         return
     path = base / argument
     if path.is_dir():
-        files = sorted(p for p in path.iterdir() if _is_scan(p))
+        root = path.absolute()
+        files = sorted(_scans_below(root))
         if not files:
-            raise ParameterError(f"the folder {path} holds no mesh files; '{argument}/**/*.ply' looks deeper")
+            raise ParameterError(f"the folder {path} holds no mesh files, nor do the folders below it")
     elif not path.exists() and glob.has_magic(argument):
+        parts = path.absolute().parts
+        root = Path(*parts[: next(k for k, part in enumerate(parts) if glob.has_magic(part))])
         files = sorted(p for p in map(Path, glob.glob(str(path), recursive=True)) if p.is_file())  # noqa: PTH207 - patterns with folders
         if not files:
             raise ParameterError(f"no file fits the pattern {argument!r} (looked for {path})")
@@ -71,14 +125,19 @@ def _expanded(argument: str, base: Path, settings: Sequence[str]) -> Iterator[As
         yield from _table(path, settings)
         return
     else:
-        files = [path]
+        yield Asked(path.absolute())
+        return
     for file in files:
-        yield Asked(file.absolute())
+        yield Asked(file.absolute(), file.absolute().parent.relative_to(root))
 
 
-def _is_scan(path: Path) -> bool:
-    kind = extension(path)
-    return not path.name.startswith(".") and kind in READABLE and kind not in _RARELY_A_MESH and path.is_file()
+def _scans_below(root: Path) -> Iterator[Path]:
+    """The mesh files in a folder and in those below it."""
+    for parent, folders, names in os.walk(root):
+        folders[:] = [name for name in folders if not name.startswith(".")]
+        for path in (Path(parent, name) for name in names if not name.startswith(".")):
+            if extension(path) in READABLE and extension(path) not in _RARELY_A_MESH and path.is_file():
+                yield path
 
 
 def _listed(path: Path, settings: Sequence[str]) -> Iterator[Asked]:
@@ -105,7 +164,7 @@ def _table(path: Path, settings: Sequence[str]) -> Iterator[Asked]:
             if not cells["input"]:
                 raise ParameterError(f"{path}:{number}: the cell of the column input is empty")
             overrides = tuple(f"{name}={cell}" for name, cell in cells.items() if name not in _COLUMNS and cell)
-            yield Asked(path.absolute().parent / cells["input"], cells.get("output") or None, overrides)
+            yield Asked(path.absolute().parent / cells["input"], None, cells.get("output") or None, overrides)
     except csv.Error as error:
         raise ParameterError(f"{path}:{rows.line_num}: {error}") from None
 

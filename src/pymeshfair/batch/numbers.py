@@ -29,13 +29,13 @@ def largest_in_edges(outcome: Outcome) -> float | None:
 
 def _in_edges(outcome: Outcome, name: str) -> float | None:
     moved, before = outcome.displacement, outcome.before
-    edge = before and (before["mean_edge"] or before["mean_spacing"])
+    edge = before and (before.get("mean_edge") or before.get("mean_spacing"))
     return None if moved is None or not edge else moved[name] / edge
 
 
 def area_change(outcome: Outcome) -> float | None:
     """By how many percent the area has changed; below 0 it was lost. None for clouds."""
-    if outcome.before is None or outcome.after is None or not outcome.before["area"]:
+    if outcome.before is None or outcome.after is None or not outcome.before.get("area"):
         return None
     change: float = 100.0 * (outcome.after["area"] / outcome.before["area"] - 1.0)
     return change
@@ -43,7 +43,7 @@ def area_change(outcome: Outcome) -> float | None:
 
 def roughness_before(outcome: Outcome) -> float | None:
     """How rough the scan was: the mean angle between neighbouring faces in degrees, None for clouds."""
-    found: float | None = None if outcome.before is None else outcome.before["roughness"]
+    found: float | None = None if outcome.before is None else outcome.before.get("roughness")
     return found
 
 
@@ -117,5 +117,6 @@ def as_row(outcome: Outcome, far: Sequence[str]) -> dict[str, Any]:
         "far_in": " ".join(far),
         "warnings": len(outcome.warnings),
         "peak_memory_bytes": outcome.peak_memory,
+        "former_output": outcome.former,
         "error": (outcome.error or {}).get("message", "; ".join(str(b["message"]) for b in outcome.breaches)),
     }

@@ -7,6 +7,7 @@ import time
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from datetime import datetime, timezone
+from pathlib import Path
 from typing import Any, Literal
 
 from ..errors import PymeshfairError
@@ -38,6 +39,7 @@ class Outcome:
         breaches: the guards that were broken.
         error: of a scan that failed: ``"kind"``, ``"message"``, ``"doing"`` (where in the run), ``"details"``.
         peak_memory: bytes.
+        former: of a scan that failed, the file that lies at the place of its output; empty if there is none.
         resumed: whether it was done before this batch began.
     """
 
@@ -56,6 +58,7 @@ class Outcome:
     breaches: tuple[Mapping[str, Any], ...] = ()
     error: Mapping[str, Any] | None = None
     peak_memory: int | None = None
+    former: str = ""
     resumed: bool = False
 
     @classmethod
@@ -91,7 +94,8 @@ class Outcome:
             "details": getattr(error, "details", ""),
         }
         breaches = tuple(getattr(error, "breaches", ()))
-        return cls(str(input), str(output), "failed", seconds, now(), host, breaches=breaches, error=told)
+        former = _former(Path(output))
+        return cls(str(input), str(output), "failed", seconds, now(), host, breaches=breaches, error=told, former=former)
 
     @classmethod
     def of_record(cls, record: Mapping[str, Any], input: Any, output: Any) -> Outcome:
@@ -126,6 +130,17 @@ class Outcome:
     def line(self) -> bytes:
         """The outcome as one line."""
         return json.dumps(self.to_document(), ensure_ascii=False).encode("utf-8", "surrogateescape") + b"\n"
+
+
+def _former(output: Path) -> str:
+    """The run that a file at the place of an output is of, in words; empty if there is no file."""
+    if not output.exists():
+        return ""
+    record = read_provenance(output)
+    if record is None:
+        return "the file there is of no run"
+    run, recipe = record.get("run", {}), record.get("recipe", {})
+    return f"the file there is of {recipe.get('name', 'another recipe')}, run at {run.get('started', 'an unknown time')}"
 
 
 def digests_of(record: Mapping[str, Any]) -> dict[str, str]:

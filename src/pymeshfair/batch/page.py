@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,10 @@ from .outcome import Outcome
 from .summary import Summary, write_text
 
 NAME = "batch.html"
+#: so many scans, those that moved most, have pictures on the page
+_PICTURES = 10
+#: so many scans are named with each kind of warning
+_EXAMPLES = 5
 #: the head of each column of numbers, and in which of `pymeshfair.batch.numbers.QUESTIONS` it tells outliers
 _COLUMNS = (
     ("moved (edges)", "displacement"),
@@ -40,6 +45,9 @@ def write_page(folder: Path, summary: Summary, made: Mapping[str, Mapping[str, A
         OutputError: it cannot be written.
     """
     far = {outcome.output: words for outcome, words in zip(summary.outcomes, summary.far, strict=True)}
+    labels = {outcome.output: name for outcome, name in zip(summary.outcomes, summary.labels, strict=True)}
+    moved = sorted(summary.outcomes, key=lambda outcome: -(displacement_in_edges(outcome) or 0.0))
+    pictured = {outcome.output for outcome in [o for o in moved if "source" in made.get(o.output, {})][:_PICTURES]}
     recipe = summary.template.recipe
     text = render(
         "batch.html",
@@ -48,7 +56,11 @@ def write_page(folder: Path, summary: Summary, made: Mapping[str, Mapping[str, A
         subtitle=f"The recipe {recipe.name}, to {folder}, from {summary.started} to {summary.finished}.",
         verdict=_verdict(summary),
         headers=("scan", "state", *(head for head, _ in _COLUMNS)),
-        rows=[_row(folder, o, far[o.output], made.get(o.output, {})) for o in worst_first(summary.outcomes)],
+        rows=[
+            _row(folder, o, labels[o.output], far[o.output], made.get(o.output, {}), has_picture=o.output in pictured)
+            for o in worst_first(summary.outcomes)
+        ],
+        warnings=warning_kinds(summary),
         made=f"Made by pymeshfair on {summary.finished}. This page needs no network.",
     )
     return write_text(folder / NAME, text)
@@ -73,7 +85,25 @@ def _verdict(summary: Summary) -> Verdict:
     return Verdict("bad" if bad else "warn" if apart or counts["left"] else "good", told, tuple(lines))
 
 
-def _row(folder: Path, outcome: Outcome, far: Sequence[str], made: Mapping[str, Any]) -> dict[str, Any]:
+def warning_kinds(summary: Summary) -> list[dict[str, Any]]:
+    """The warnings of all scans by their kind, the most frequent first: a text, how many scans have it, and some of their names.
+
+    Warnings are of one kind if they differ in numbers alone.
+    """
+    kinds: dict[str, dict[str, None]] = {}
+    texts: dict[str, str] = {}
+    for outcome, label in zip(summary.outcomes, summary.labels, strict=True):
+        for text in outcome.warnings:
+            kind = re.sub(r"[-+]?\d[\d.,e+-]*", "#", text)
+            texts.setdefault(kind, text)
+            kinds.setdefault(kind, {})[label] = None
+    ordered = sorted(kinds, key=lambda kind: (-len(kinds[kind]), kind))
+    return [{"text": texts[kind], "count": len(kinds[kind]), "names": list(kinds[kind])[:_EXAMPLES]} for kind in ordered]
+
+
+def _row(
+    folder: Path, outcome: Outcome, label: str, far: Sequence[str], made: Mapping[str, Any], *, has_picture: bool
+) -> dict[str, Any]:
     before, after = outcome.before or {}, outcome.after or {}
     numbers = (
         displacement_in_edges(outcome),
@@ -87,13 +117,14 @@ def _row(folder: Path, outcome: Outcome, far: Sequence[str], made: Mapping[str, 
     drawn = "source" in made
     page = page_path(folder, Path(outcome.output)).relative_to(folder).as_posix()
     return {
-        "name": Path(outcome.input).name,
+        "name": label,
         "status": outcome.status,
-        "picture": made if drawn else None,
+        "picture": made if has_picture else None,
         "page": quote(page) if drawn else None,
         "cells": [_cell(number, bool(asked) and asked in far) for number, (_, asked) in zip(numbers, _COLUMNS, strict=True)],
         "errors": [
             *([outcome.error["message"]] if outcome.error else [breach["message"] for breach in outcome.breaches]),
+            *([outcome.former] if outcome.former else []),
             *([f"no page: {made['problem']}"] if "problem" in made else []),
         ],
         "warnings": outcome.warnings,

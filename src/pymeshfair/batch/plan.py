@@ -14,10 +14,10 @@ from ..files.provenance import provenance_path
 from ..recipe import Recipe
 from ..running.job import Job
 from ..scripts.warnings import traps
-from .inputs import Asked
+from .inputs import Asked, labels
 
 #: what a name of outputs may say of an input
-PLACEHOLDERS = ("{stem}", "{name}", "{extension}", "{parent}", "{number}")
+PLACEHOLDERS = ("{stem}", "{name}", "{extension}", "{folder}", "{parent}", "{number}")
 #: so many collisions are named
 _NAMED = 10
 
@@ -32,6 +32,7 @@ class Scan:
         output: the file to write.
         overrides: what its own row of a table changes of the recipe.
         recipe: with these changes.
+        label: a short name that no other scan of the batch has.
     """
 
     number: int
@@ -39,6 +40,7 @@ class Scan:
     output: Path
     overrides: tuple[str, ...]
     recipe: Recipe
+    label: str
 
 
 def job_of(template: Job, scan: Scan, *, threads: int, memory: int | None) -> Job:
@@ -70,7 +72,7 @@ def plan_scans(asked: Sequence[Asked], recipe: Recipe, folder: Path, name: str =
         asked: what to clean.
         recipe: for all of them.
         folder: where outputs go, an absolute path; names may have folders within it.
-        name: of outputs, with `PLACEHOLDERS`; empty for that of the input, as .ply where its format cannot be written.
+        name: of outputs, with `PLACEHOLDERS`; empty for those of the inputs, as .ply where a format cannot be written.
 
     Raises:
         ParameterError: there is nothing to do, a name that cannot be, an output that is another's, an input's or outside.
@@ -83,22 +85,25 @@ def plan_scans(asked: Sequence[Asked], recipe: Recipe, folder: Path, name: str =
     for number, one in enumerate(asked, 1):
         if one.overrides not in variants:
             variants[one.overrides] = recipe.override(one.overrides) if one.overrides else recipe
-        output = folder / (one.output or _named(name, one.input, number))
+        output = folder / (one.output or _named(name, one, number))
         output = Path(os.path.normpath(output))
         if folder not in output.parents:
             raise ParameterError(f"the output {output} of {one.input} would lie outside the folder {folder}")
-        scans.append(Scan(number, one.input, output, one.overrides, variants[one.overrides]))
+        scans.append(Scan(number, one.input, output, one.overrides, variants[one.overrides], ""))
     _check_collisions(scans)
-    return scans
+    names = labels([scan.input for scan in scans], [scan.output for scan in scans])
+    return [replace(scan, label=name) for scan, name in zip(scans, names, strict=True)]
 
 
-def _named(name: str, input: Path, number: int) -> str:
+def _named(name: str, asked: Asked, number: int) -> str:
+    input, folder = asked.input, asked.folder or Path()
     if not name:
-        return input.name if extension(input) in WRITABLE else f"{input.stem}.ply"
+        return str(folder / (input.name if extension(input) in WRITABLE else f"{input.stem}.ply"))
     values = {
         "stem": input.stem,
         "name": input.name,
         "extension": extension(input),
+        "folder": folder.as_posix(),
         "parent": input.parent.name,
         "number": number,
     }

@@ -6,14 +6,17 @@ import socket
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+from ..errors import RunError
 from ..files.errors import OutputBusyError
 from ..operating_system import this_system
 from ..processes.pool import Pool
 from ..processes.process import Process
+from ..running.errors import OutOfMemory, WorkerDied
 from ..running.job import Job, RunResult
 from ..running.memory import default_memory
 from ..running.supervise import run_job, workers_of_runs
@@ -89,8 +92,14 @@ class Station:
         except Exception as error:
             return {"problem": str(error)}
 
+    def _check_wanted(self, key: str) -> None:
+        if key in self._cancelled:
+            raise RunError("the batch was given up")
+
     def _run(self, key: str, job: Job) -> RunResult:
-        deadline = time.monotonic() + _PATIENCE
+        from ..tiles.course import can_be_cut, run_by_tiles
+
+        deadline, is_first = time.monotonic() + _PATIENCE, True
         job.output.parent.mkdir(parents=True, exist_ok=True)
         while True:
             try:
@@ -99,6 +108,16 @@ class Station:
                 if time.monotonic() > deadline:
                     raise
                 time.sleep(0.2)
+            except OutOfMemory:
+                if not can_be_cut(job):
+                    raise
+                note = "it needed more memory than it was given, so that it was cut into tiles"
+                job = replace(job, warnings=(*job.warnings, note))
+                return run_by_tiles(job, check_wanted=partial(self._check_wanted, key))
+            except WorkerDied as error:
+                if error.signal != "SIGKILL" or not is_first or key in self._cancelled:
+                    raise
+                is_first = False  # by hand, or for want of memory while others ran
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from ..files.writing import write_file
 from ..processes.versions import versions
 from ..running.job import Job
 from ..running.plain_values import plain
+from .inputs import labels
 from .numbers import as_row, outliers
 from .outcome import Outcome
 
@@ -29,6 +30,7 @@ class Summary:
     Attributes:
         outcomes: of the scans that have one, in the order of the batch.
         far: of each, in what it lies far from the others.
+        labels: of each a short name that no other has.
         planned: how many scans the batch has.
         template: of the runs of the batch.
         started: when, in UTC.
@@ -38,6 +40,7 @@ class Summary:
 
     outcomes: Sequence[Outcome]
     far: Sequence[tuple[str, ...]]
+    labels: Sequence[str]
     planned: int
     template: Job
     started: str
@@ -49,7 +52,8 @@ class Summary:
         cls, outcomes: Sequence[Outcome], planned: int, template: Job, *, started: str, finished: str, seconds: float
     ) -> Summary:
         """The summary of these outcomes."""
-        return cls(outcomes, outliers(outcomes), planned, template, started, finished, seconds)
+        names = labels([Path(o.input) for o in outcomes], [Path(o.output) for o in outcomes])
+        return cls(outcomes, outliers(outcomes), names, planned, template, started, finished, seconds)
 
     @property
     def counts(self) -> dict[str, int]:
@@ -81,8 +85,8 @@ class Summary:
                 "seconds": round(self.seconds, 3),
                 "counts": self.counts,
                 "scans": [
-                    {**outcome.to_document(), "resumed": outcome.resumed, "far_in": far}
-                    for outcome, far in zip(self.outcomes, self.far, strict=True)
+                    {"name": name, **outcome.to_document(), "resumed": outcome.resumed, "far_in": far}
+                    for outcome, far, name in zip(self.outcomes, self.far, self.labels, strict=True)
                 ],
             }
         )
@@ -91,8 +95,11 @@ class Summary:
     def table(self) -> str:
         """The summary as comma-separated values, one row a scan."""
         text = io.StringIO()
-        rows = [as_row(outcome, far) for outcome, far in zip(self.outcomes, self.far, strict=True)]
-        writer = csv.DictWriter(text, rows[0] if rows else ["input"], lineterminator="\n")
+        rows = [
+            {"name": name, **as_row(outcome, far)}
+            for outcome, far, name in zip(self.outcomes, self.far, self.labels, strict=True)
+        ]
+        writer = csv.DictWriter(text, rows[0] if rows else ["name"], lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows)
         return text.getvalue()

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Protocol
 
+from ..processes.cluster import Scheduler
 from ..processes.pool import Pool
 from ..running.job import Job
 from .checks import Prospect, check_own_files, look_ahead
@@ -17,7 +18,7 @@ from .journal import NAME, Journal, read_journal
 from .outcome import Outcome, now
 from .page import write_page
 from .plan import Scan
-from .resume import done_before
+from .resume import Done, done_before, rename_outputs
 from .sample import sample
 from .station import pool_of
 from .summary import Summary
@@ -65,13 +66,14 @@ class Task:
         scans: Sequence[Scan],
         template: Job,
         folder: Path,
-        address: str | None,
+        scheduler: Scheduler | None,
         jobs: int,
         *,
         resume: bool = False,
         stop: bool = False,
         sample: int | None = None,
         report: bool = False,
+        renumber: bool = False,
     ) -> None:
         """Plan it.
 
@@ -79,23 +81,25 @@ class Task:
             scans: all of them.
             template: of their runs: what all scans share.
             folder: where outputs go, an absolute path; made if need be.
-            address: of a scheduler of dask; None for this machine.
+            scheduler: of dask; None for this machine.
             jobs: scans at a time on this machine.
             resume: skip what is done.
             stop: give up after the first scan that fails.
             sample: do only so many, spread by size and noise.
             report: make a page of every scan that is done, and one of the batch.
+            renumber: with `resume`, rename outputs whose numbers in the names have changed.
         """
         self.scans = scans
         self.template = template
         self.folder = folder
         self.written: tuple[Path, ...] = ()
-        self._address = address
+        self._scheduler = scheduler
         self._jobs = jobs
         self._resume = resume
         self._stop = stop
         self._sample = sample
         self._report = report
+        self._renumber = renumber and resume
 
     def look_ahead(self) -> Prospect:
         """What would be done; nothing is written.
@@ -106,13 +110,16 @@ class Task:
         """
         if self.folder.is_dir():
             check_own_files(self.folder, self.template, report=self._report)
-        done = done_before(self.scans, self.template, read_journal(self.folder / NAME)) if self._resume else {}
+        done = self._done(read_journal(self.folder / NAME))
         return look_ahead(self.scans, self.template, self.folder, done)
+
+    def _done(self, journal: Mapping[str, Outcome]) -> dict[int, Done]:
+        return done_before(self.scans, self.template, journal, renumber=self._renumber) if self._resume else {}
 
     @contextmanager
     def processes(self) -> Iterator[Pool | None]:
         """Processes of this machine for `carry_out`, which are started as soon as the context is entered."""
-        if self._address is not None:
+        if self._scheduler is not None:
             yield None
             return
         with pool_of(min(self._jobs, len(self.scans))) as pool:
@@ -138,7 +145,9 @@ class Task:
             raise BatchError(f"cannot make the folder {self.folder}: {error.strerror or error}") from error
         check_own_files(self.folder, self.template, report=self._report)
         with Journal(self.folder, resume=self._resume) as journal:
-            done = done_before(self.scans, self.template, journal.before) if self._resume else {}
+            done = self._done(journal.before)
+            if self._renumber:
+                rename_outputs(self.scans, done, journal)
             if journal.before and not self._resume:
                 audience.note(
                     f"the journal of {len(journal.before):,} scans in {self.folder} begins anew; --resume would go on with it"
@@ -149,7 +158,7 @@ class Task:
             if self._sample is not None:
                 todo = sample(todo, self._sample)
             audience.begin(len(todo))
-            record = _Record(audience, done)
+            record = _Record(audience, {number: one.outcome for number, one in done.items()})
             drawn = [scan for scan in self.scans if scan.number in done and self._report]
             try:
                 if todo or drawn:
@@ -158,7 +167,7 @@ class Task:
                         self.template,
                         journal,
                         self.folder,
-                        address=self._address,
+                        scheduler=self._scheduler,
                         jobs=min(self._jobs, len(todo) or len(drawn)),
                         pool=pool,
                         stop=self._stop,

@@ -12,9 +12,13 @@ from . import options
 from .json_document import print_document
 from .options import Json, guards, memory_limit
 from .standard_files import open_recipe
+from .streams import warn
 
 if TYPE_CHECKING:
     from ..batch.work import Task
+
+#: of the outputs that are left out only so many are named
+_NAMED = 10
 
 
 def batch(
@@ -23,8 +27,8 @@ def batch(
         list[str],
         typer.Argument(
             metavar="INPUT...",
-            help="Mesh files, folders, patterns such as 'scans/**/*.ply', lists (@LIST.txt) and tables (TABLE.csv); @- is a list "
-            "on standard input, - a table.",
+            help="Mesh files, folders with all below them, patterns ('scans/*/*.ply'), lists (@LIST.txt), tables (TABLE.csv); "
+            "@- is a list on standard input, - a table.",
         ),
     ],
     output: Annotated[
@@ -34,16 +38,19 @@ def batch(
         str,
         typer.Option(
             metavar="NAME",
-            help="The names of outputs, such as '{stem}_clean.ply', with {stem}, {name}, {extension}, {parent} and {number}.",
+            help="The names of outputs, such as '{stem}_clean.ply', with {stem}, {name}, {extension}, {folder}, {parent} and "
+            "{number}; by default inputs keep their names, and those of a folder their folders below it.",
         ),
     ] = "",
     set: options.SetValues = None,
     others: options.Others = None,
     upgrade: options.Upgrade = False,
     jobs: Annotated[int | None, typer.Option(metavar="N", help="Scans at a time; by default one a processor.", min=1)] = None,
-    scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Let the workers of this scheduler of dask do the work.")
-    ] = None,
+    scheduler: options.SchedulerAddress = None,
+    scheduler_file: options.SchedulerFile = None,
+    tls_ca_file: options.TlsCaFile = None,
+    tls_cert: options.TlsCert = None,
+    tls_key: options.TlsKey = None,
     memory: Annotated[
         str | None,
         typer.Option(metavar="SIZE", help="Memory that each scan may take, such as 4GB; by default its share of 80 %."),
@@ -76,13 +83,14 @@ def batch(
     Each is cleaned in a process of its own, and a failure costs that one alone. FOLDER also gets batch.csv and batch.json with a
     row for each, and batch.jsonl, the journal from which --resume goes on.
     """
-    from ..batch.inputs import expand
+    from ..batch.inputs import expand, without_outputs
     from ..batch.plan import plan_scans
     from ..batch.work import Task
     from ..operating_system import this_system
     from ..running.job import Job
 
-    if scheduler is not None and jobs is not None:
+    cluster = options.scheduler_of(scheduler, scheduler_file, tls_ca_file, tls_cert, tls_key)
+    if cluster is not None and jobs is not None:
         raise typer.BadParameter("the workers of a scheduler say themselves how many scans they take", param_hint="--jobs")
     if report:
         options.check_measured(no_measures=no_measures)
@@ -109,9 +117,21 @@ def batch(
         unit=unit,
     )
     folder = output.absolute()
-    scans = plan_scans(expand(inputs, [s.name for s in found.script.settings]), found, folder, name)
+    asked, outputs = without_outputs(expand(inputs, [s.name for s in found.script.settings]), folder)
+    for path in outputs[:_NAMED]:
+        warn(f"left out: {path}, which is the output of a run")
+    if len(outputs) > _NAMED:
+        warn(f"left out: {len(outputs) - _NAMED:,} further outputs of runs")
+    scans = plan_scans(asked, found, folder, name)
     slots = jobs or this_system().processors()
-    task = Task(scans, template, folder, scheduler, slots, resume=resume, stop=stop, sample=sample, report=report)
+    task = Task(
+        *(scans, template, folder, cluster, slots),
+        resume=resume,
+        stop=stop,
+        sample=sample,
+        report=report,
+        renumber="{number" in name,
+    )
     if dry_run:
         _look_ahead(task, json=json)
     else:

@@ -47,7 +47,7 @@ class BatchLines:
     def page(self, scan: Scan, made: Mapping[str, Any]) -> None:
         """A page was made."""
         if "problem" in made:
-            self.note(f"{scan.input.name}: no page: {made['problem']}")
+            self.note(f"{scan.label}: no page: {made['problem']}")
 
 
 class BatchBar:
@@ -92,7 +92,7 @@ class BatchBar:
         self._failed += outcome.status != "done"
         moved = displacement_in_edges(outcome)
         if moved is not None and (self._worst is None or moved > self._worst[0]):
-            self._worst = moved, scan.input.name
+            self._worst = moved, scan.label
         if outcome.status != "done":
             self.note(told(scan, outcome))
         rate = 60.0 * self._ended / max(1e-9, time.monotonic() - self._started)
@@ -104,14 +104,14 @@ class BatchBar:
     def page(self, scan: Scan, made: Mapping[str, Any]) -> None:
         """A page was made."""
         if "problem" in made:
-            self.note(f"{scan.input.name}: no page: {made['problem']}")
-        self._bar.update(self._task, description=escape(printable(f"page of {scan.input.name}")))
+            self.note(f"{scan.label}: no page: {made['problem']}")
+        self._bar.update(self._task, description=escape(printable(f"page of {scan.label}")))
 
 
 def told(scan: Scan, outcome: Outcome) -> str:
     """One line about a scan that has ended."""
     if outcome.error is not None:
-        return f"{scan.input.name}: failed: {outcome.error['message']}"
+        return f"{scan.label}: failed: {outcome.error['message']}" + (f"; {outcome.former}" if outcome.former else "")
     broken = "; ".join(f"{breach['guard']}: {breach['message']}" for breach in outcome.breaches)
     moved = displacement_in_edges(outcome)
     words = [f"{outcome.seconds:.2f} s"]
@@ -119,7 +119,7 @@ def told(scan: Scan, outcome: Outcome) -> str:
         words.append(f"moved by {moved:.2g} edges")
     if outcome.warnings:
         words.append(counted_warnings(outcome))
-    return f"{scan.input.name}: {', '.join(words)}" + (f", written although {broken}" if broken else "")
+    return f"{scan.label}: {', '.join(words)}" + (f", written although {broken}" if broken else "")
 
 
 def counted_warnings(outcome: Outcome) -> str:

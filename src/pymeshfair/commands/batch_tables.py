@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import typer
@@ -37,7 +36,8 @@ def _show_rows(summary: Summary, task: Task) -> None:
     far = {outcome.output: words for outcome, words in zip(summary.outcomes, summary.far, strict=True)}
     shown = list(summary.outcomes) if len(summary.outcomes) <= _LISTED else worst_first(summary.outcomes)[:_LISTED]
     headers = ["scan", "", "vertices", "moved (edges)", "at most", "area %", "seconds", ""]
-    rows = [_row(outcome, far[outcome.output]) for outcome in shown]
+    labels = {outcome.output: name for outcome, name in zip(summary.outcomes, summary.labels, strict=True)}
+    rows = [_row(outcome, labels[outcome.output], far[outcome.output]) for outcome in shown]
     console().print(table(headers, rows, numbers=range(2, 7)))
     if len(shown) < len(summary.outcomes):
         typer.echo(f"  and {len(summary.outcomes) - len(shown):,} that went better; batch.csv has them all")
@@ -58,13 +58,14 @@ def _complain(text: str) -> None:
     typer.echo(f"{typer.style('error:', fg='red')} {printable(text)}", err=True)
 
 
-def _row(outcome: Outcome, far: Sequence[str]) -> list[str]:
+def _row(outcome: Outcome, label: str, far: Sequence[str]) -> list[str]:
     vertices = None if outcome.after is None else outcome.after["vertices"]
     remarks = [f"far from the others in {' and '.join(far)}"] if far else []
+    remarks += [outcome.former] if outcome.former else []
     remarks += [counted_warnings(outcome)] if outcome.warnings else []
     numbers = (displacement_in_edges(outcome), largest_in_edges(outcome), area_change(outcome))
     return [
-        Path(outcome.input).name,
+        label,
         outcome.status + (" before" if outcome.resumed else ""),
         "-" if vertices is None else f"{vertices:,}",
         *("-" if number is None else f"{number:.3g}" for number in numbers),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -15,19 +16,25 @@ if TYPE_CHECKING:
 
 
 def doctor(
+    folder: Annotated[
+        Path | None, typer.Argument(metavar="FOLDER", help="A folder of outputs: name the files that killed runs left there.")
+    ] = None,
+    remove: Annotated[bool, typer.Option("--remove", help="Remove these files.")] = False,
     warm: Annotated[
         bool, typer.Option("--warm", help="First compile all filters for this machine, such as in the image of a container.")
     ] = False,
     json: Json = False,
 ) -> None:
     """Look for what keeps pymeshfair from working here."""
-    from .findings import look_around
+    from .findings import look_around, look_at_left_files
 
     if warm:
         _compile_all()
 
+    if remove and folder is None:
+        raise typer.BadParameter("it needs the FOLDER of the files", param_hint="--remove")
     findings = []
-    for finding in look_around():
+    for finding in (*look_around(), *(look_at_left_files(folder, remove=remove) if folder else ())):
         findings.append(finding)
         if not json:
             _show(finding)

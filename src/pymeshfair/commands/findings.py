@@ -12,8 +12,12 @@ import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+import typer
+
+from ..files.staging import WORK_PREFIX, abandoned_folders, remove_folder
 from ..processes.environment import program_of, worker_environment
 
 #: below this a temporary folder cannot hold the two copies of a large scan that a run needs
@@ -142,3 +146,25 @@ def look_at_disk() -> Iterator[Finding]:
     free = shutil.disk_usage(folder).free
     advice = "" if free >= _ENOUGH_DISK else "free some space, or set TMPDIR to a folder on another disk"
     yield Finding("disk", free >= _ENOUGH_DISK, f"{free / 1e9:.1f} GB free in {folder}", advice)
+
+
+def look_at_left_files(folder: Path, *, remove: bool) -> Iterator[Finding]:
+    """The folders that killed runs left in a folder, which is no fault of the machine.
+
+    Raises:
+        BadParameter: there is no such folder.
+    """
+    if not folder.is_dir():
+        raise typer.BadParameter(f"{folder} is no folder", param_hint="FOLDER")
+    left = abandoned_folders(folder)
+    if not left:
+        yield Finding("left files", True, f"no killed run has left files in {folder}")
+    for path in left:
+        size = sum(file.stat().st_size for file in path.rglob("*") if file.is_file())
+        if remove:
+            remove_folder(path)
+        detail = f"{'removed: ' if remove else ''}{path}, {size / 1e6:,.1f} MB of a run that was killed"
+        can_resume = "the same command with --resume goes on with it; " if path.name.startswith(WORK_PREFIX) else ""
+        yield Finding(
+            "left files", True, detail, "" if remove else f"{can_resume}`pymeshfair doctor {folder} --remove` removes it"
+        )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
+    from ..processes.cluster import Scheduler
     from ..scripts.guards import Guards
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout; messages still go to stderr.")]
@@ -66,7 +67,7 @@ AllowOutside = Annotated[
     bool, typer.Option("--allow-outside", help="Let mesh files name textures, materials and buffers outside their folders.")
 ]
 Unchecked = Annotated[
-    bool, typer.Option("--unchecked", help="Let MeshLab read formats that are not checked before (.3ds, .ctm, .e57 ...).")
+    bool, typer.Option("--unchecked", help="Let MeshLab read formats that are not checked before (.3ds, .ctm ...).")
 ]
 KeepAll = Annotated[bool, typer.Option("--keep-all", help="Fail if anything of INPUT or of the result would not be in OUTPUT.")]
 MaxDisplacement = Annotated[
@@ -175,3 +176,37 @@ def _in_mesh_units(text: str, unit: str | None, diagonal: float, mean_edge: floa
     if isinstance(length, PhysicalLength):
         length = length.in_mesh_units(unit)
     return length.resolve(diagonal=diagonal, mean_edge=lambda: mean_edge)
+
+
+# ---------------------------------------------------------------------------------- of commands with a scheduler of dask
+
+SchedulerAddress = Annotated[
+    str | None, typer.Option("--scheduler", metavar="ADDRESS", help="Let the workers of this scheduler of dask do the work.")
+]
+SchedulerFile = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="The same, by the file of `dask scheduler --scheduler-file`.")
+]
+TlsCaFile = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Certificates that sign those of the scheduler and its workers.")
+]
+TlsCert = Annotated[Path | None, typer.Option(metavar="FILE", help="The certificate with which to go to the scheduler.")]
+TlsKey = Annotated[Path | None, typer.Option(metavar="FILE", help="The key of that certificate.")]
+
+
+def scheduler_of(
+    address: str | None, file: Path | None, ca_file: Path | None, certificate: Path | None, key: Path | None
+) -> Scheduler | None:
+    """The scheduler that the options name, None without one.
+
+    Raises:
+        BadParameter: certificates without a scheduler, or two schedulers.
+    """
+    if address is not None and file is not None:
+        raise typer.BadParameter("--scheduler names one already", param_hint="--scheduler-file")
+    if address is None and file is None:
+        if ca_file or certificate or key:
+            raise typer.BadParameter("it needs --scheduler or --scheduler-file", param_hint="--tls-...")
+        return None
+    from ..processes.cluster import Scheduler
+
+    return Scheduler(address or "", file, ca_file, certificate, key)

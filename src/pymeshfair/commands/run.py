@@ -22,13 +22,19 @@ from .options import (
     Others,
     Recipe,
     Require,
+    SchedulerAddress,
+    SchedulerFile,
     SetValues,
+    TlsCaFile,
+    TlsCert,
+    TlsKey,
     Unchecked,
     Unit,
     Upgrade,
     check_measured,
     guards,
     memory_limit,
+    scheduler_of,
 )
 from .report_file import Report, Up, check_report, say_report
 from .standard_files import open_recipe
@@ -74,9 +80,15 @@ def run(
     tiles: Annotated[
         bool, typer.Option("--tiles", help="Work by tiles, for clouds and meshes larger than memory; see docs/scale.md.")
     ] = False,
-    scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="With --tiles: a dask scheduler whose workers do them.")
-    ] = None,
+    scheduler: SchedulerAddress = None,
+    scheduler_file: SchedulerFile = None,
+    tls_ca_file: TlsCaFile = None,
+    tls_cert: TlsCert = None,
+    tls_key: TlsKey = None,
+    resume: Annotated[
+        bool,
+        typer.Option("--resume", help="With --tiles: go on with a run that was killed, and let this one be gone on with."),
+    ] = False,
     report: Report = None,
     up: Up = "y",
     json: Json = False,
@@ -123,14 +135,15 @@ def run(
             measures=not no_measures,
             unit=unit,
         )
-        if tiles or scheduler is not None:
+        cluster = scheduler_of(scheduler, scheduler_file, tls_ca_file, tls_cert, tls_key)
+        if tiles or cluster is not None or resume:
             if not tiles or report is not None:
                 raise typer.BadParameter(
                     "it needs --tiles" if not tiles else "--tiles makes no report, which shows the whole mesh"
                 )
             from ..tiles.course import Tiling, run_by_tiles
 
-            carry_out(job, json=json, carry=lambda job, show: run_by_tiles(job, Tiling(scheduler), show))
+            carry_out(job, json=json, carry=lambda job, show: run_by_tiles(job, Tiling(cluster, resume=resume), show))
             return
         if report is None:
             carry_out(job, json=json, workers=workers)

@@ -19,11 +19,12 @@ ATTRIBUTES = (
 #: formats that are read here, strictly and to their last byte
 READABLE = (
     *("ply", "obj", "stl", "off", "3mf", "glb", "gltf", "dae", "wrl", "x3d", "x3dv"),
-    *("xyz", "pts", "asc", "txt", "apts", "ptx", "las", "laz"),
+    *("xyz", "pts", "asc", "txt", "apts", "ptx", "las", "laz", "e57"),
 )
 #: formats that MeshLab's own readers alone know; they believe whatever a file says
-UNCHECKED = ("3ds", "ctm", "qobj", "tri", "e57", "bre")
-#: what is said where the package for LAS and LAZ files is not installed
+UNCHECKED = ("3ds", "ctm", "qobj", "tri", "bre")
+#: messages where the package for E57 files, or for LAS and LAZ files, is not installed
+MISSING_PYE57 = "it needs the package pye57; install pymeshfair with its extra: python -m pip install 'pymeshfair[e57]'"
 MISSING_LASPY = "it needs the package laspy; install pymeshfair with its extra: python -m pip install 'pymeshfair[las]'"
 
 

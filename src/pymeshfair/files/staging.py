@@ -2,7 +2,8 @@
 
 It is removed with the run. One that was left behind, because the power failed or everything was killed at once, is removed by the
 next run in the same folder: a process that works in it holds a lock, and a dead one holds none. On a system without such locks it
-stays until a user removes it.
+stays until a user removes it. The folder of a run by tiles may hold hours of work: it stays until that run goes on, or a user
+removes it.
 """
 
 from __future__ import annotations
@@ -20,6 +21,8 @@ from .output_lock import output_lock
 
 #: what the name of the folder begins with
 STAGE_PREFIX = ".pymeshfair-run-"
+#: what that of a run by tiles begins with
+WORK_PREFIX = ".pymeshfair-tiles-"
 _LOCK = "lock"
 #: what the name of one ends with that is being removed
 _GONE = "-gone"
@@ -34,25 +37,38 @@ def staging_folder(output: Path) -> Iterator[Path]:
     Raises:
         OutputError: it cannot be made.
     """
-    system = this_system()
-    _remove_abandoned(output.parent)
+    for folder in abandoned_folders(output.parent):
+        if not folder.name.startswith(WORK_PREFIX):
+            remove_folder(folder)
     stage: Path | None = None
     try:
-        try:
-            stage = Path(tempfile.mkdtemp(prefix=STAGE_PREFIX, dir=output.parent))
-            # The file gets its final name once it is locked, so that no other run sees an unlocked one.
-            lock = (stage / f"{_LOCK}.new").open("xb")
-            for name in ("new", "old"):
-                (stage / name).mkdir()
-        except OSError as error:
-            raise OutputError(output, f"cannot make a temporary folder beside it: {error.strerror or error}") from error
-        with lock:
-            system.try_lock(lock, alone=False)
-            system.move_open_file(lock, Path(lock.name), stage / _LOCK)
+        with contextlib.ExitStack() as opened:
+            try:
+                stage = Path(tempfile.mkdtemp(prefix=STAGE_PREFIX, dir=output.parent))
+                opened.enter_context(in_use(stage))
+                for name in ("new", "old"):
+                    (stage / name).mkdir()
+            except OSError as error:
+                raise OutputError(output, f"cannot make a temporary folder beside it: {error.strerror or error}") from error
             yield stage
     finally:
         if stage is not None:
             remove_folder(stage)
+
+
+@contextlib.contextmanager
+def in_use(folder: Path) -> Iterator[None]:
+    """Hold a lock in a folder, so that it does not count as abandoned.
+
+    Raises:
+        OSError: the file of the lock cannot be made.
+    """
+    system = this_system()
+    # The file gets its final name once it is locked, so that no other run sees an unlocked one.
+    with (folder / f"{_LOCK}.new").open("wb") as lock:
+        system.try_lock(lock, alone=False)
+        system.move_open_file(lock, Path(lock.name), folder / _LOCK)
+        yield
 
 
 def remove_folder(folder: Path) -> None:
@@ -77,13 +93,15 @@ def clear_up(stage: Path, output: Path) -> None:
             return
 
 
-def _remove_abandoned(parent: Path) -> None:
-    """Remove the staging folders that no process uses any more."""
+def abandoned_folders(parent: Path) -> list[Path]:
+    """The folders of runs in `parent` that no process uses any more."""
+    found = []
     with contextlib.suppress(OSError):
-        for folder in parent.glob(f"{STAGE_PREFIX}*"):
+        for folder in sorted(path for prefix in (STAGE_PREFIX, WORK_PREFIX) for path in parent.glob(f"{prefix}*")):
             with contextlib.suppress(OSError):
                 if _is_abandoned(folder):
-                    remove_folder(folder)
+                    found.append(folder)
+    return found
 
 
 def _is_abandoned(folder: Path) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import logging
 import os
 import secrets
@@ -10,7 +11,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..errors import RunError
 from .versions import packages_here
@@ -57,26 +58,77 @@ class LostSchedulerError(ClusterError):
         super().__init__("the scheduler does not answer any more; --resume goes on with what is not done, when it runs again")
 
 
+@dataclass(frozen=True)
+class Scheduler:
+    """A scheduler of dask, as dask's own commands take it.
+
+    Attributes:
+        address: such as ``tcp://host:8786``; empty if `file` has it.
+        file: the file in which ``dask scheduler --scheduler-file`` writes its address.
+        ca_file: certificates of authorities, one of which has signed that of the scheduler.
+        certificate: of this client.
+        key: of that certificate.
+    """
+
+    address: str = ""
+    file: Path | None = None
+    ca_file: Path | None = None
+    certificate: Path | None = None
+    key: Path | None = None
+
+    def place(self) -> str:
+        """The address.
+
+        Raises:
+            ClusterError: the file cannot be read, or has none.
+        """
+        if self.file is None:
+            return self.address
+        try:
+            return str(json.loads(self.file.read_bytes())["address"])
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise ClusterError(f"{self.file} has no address of a scheduler: {error}") from error
+
+    def security(self) -> Any:
+        """The certificates; None leaves it to dask's configuration.
+
+        Raises:
+            ClusterError: one cannot be read.
+        """
+        from distributed.security import Security
+
+        files = {"tls_ca_file": self.ca_file, "tls_client_cert": self.certificate, "tls_client_key": self.key}
+        for path in files.values():
+            if path is not None and not path.is_file():
+                raise ClusterError(f"there is no file {path}")
+        there = {name: str(path) for name, path in files.items() if path is not None}
+        return Security(require_encryption=True, **there) if there else None  # type: ignore[no-untyped-call]
+
+
 @contextlib.contextmanager
-def open_client(address: str) -> Iterator[Client]:
-    """A client of the scheduler at `address`.
+def open_client(scheduler: Scheduler) -> Iterator[Client]:
+    """A client of a scheduler.
 
     Raises:
-        ClusterError: dask is not installed, or no scheduler answers there.
+        ClusterError: dask is not installed, no scheduler answers there, or it does not take the certificate.
     """
     try:
         import dask
         from distributed import Client
     except ImportError as error:
         raise ClusterError(f"dask is not installed ({error}); `python -m pip install 'pymeshfair[cluster]'` does it") from error
-    for name in ("distributed", "tornado"):
-        logging.getLogger(name).setLevel(logging.CRITICAL)  # what matters is told in our own words
+    # What matters is said in our own words. Dask gives some of its loggers a level of their own.
+    for name in ("distributed", "tornado", *logging.root.manager.loggerDict):
+        if name.partition(".")[0] in ("distributed", "tornado"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)
     with dask.config.set(_QUIET), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # other versions of dask's own packages
+        address, security = scheduler.place(), scheduler.security()
         try:
-            client = Client(address, timeout=_ANSWER, set_as_default=False)  # type: ignore[no-untyped-call]
-        except (OSError, ValueError, TimeoutError) as error:
-            raise ClusterError(f"no scheduler answers at {address}: {error}") from error
+            client = Client(address, security=security, timeout=_ANSWER, set_as_default=False)  # type: ignore[no-untyped-call]
+        except (OSError, ValueError, TimeoutError, TypeError, RuntimeError) as error:
+            hint = "; it may want a certificate (--tls-ca-file, --tls-cert, --tls-key)" if security is None else ""
+            raise ClusterError(f"no scheduler answers at {address}: {error}{hint}") from error
         with client:
             yield client
 

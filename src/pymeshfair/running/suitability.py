@@ -160,10 +160,11 @@ def traits_asked_for(recipe: Recipe, found: Found, attributes: AbstractSet[str])
     arrays, measures = (found.mesh.vertices, found.mesh.faces), found.measures
     if measures is None or not info.conditions:
         return {}, None
-    traits = traits_of(*arrays, measures, attributes, needed(info.conditions))
+    asked = needed(info.conditions)
+    traits = traits_of(*arrays, measures, attributes, asked)
     if not judged(recipe.name, info, traits).unmet:
         return traits, None
-    traits = traits_of(*arrays, measures, attributes)
+    traits |= traits_of(*arrays, measures, attributes, set(MEASURED) - asked)
     return traits, unsuitable(recipe.name, info, traits, ranked(traits))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import shutil
+import signal
 import time
 from collections import defaultdict, deque
 from collections.abc import Callable
@@ -156,7 +157,8 @@ class Watch:
         status = self._worker.wait()
         if self._place.doing.startswith("writing") and self._disk_is_full():
             return OutputError(self._job.output, "the disk is full")
-        advice = "the file is probably damaged" if self._place.doing.startswith("reading") else ""
+        is_crash = status != -getattr(signal, "SIGKILL", 0) and self._place.doing.startswith("reading")
+        advice = "the file is probably damaged" if is_crash else ""
         limit = self._job.memory_limit
         return WorkerDied(self._place, status, "\n".join(self._tail), memory_limit=limit, advice=advice)
 

@@ -67,7 +67,7 @@ class Cells:
         return made
 
     def fill(self, bucket: Bucket, first: int) -> tuple[Longs, Floats]:
-        """Put the points of a bucket into the slots from `first` on, and remove its file.
+        """Put the points of a bucket into the slots from `first` on.
 
         Returns:
             (c,) the first slot and (c, 2, 3) the box of each of its cells.
@@ -77,17 +77,18 @@ class Cells:
         places, numbers = places[order], numbers[order]
         self.points.write(first, places)
         self.numbers.write(first, numbers)
-        bucket.path.unlink(missing_ok=True)
         starts = np.arange(0, len(places), self.cell)
         boxes = np.stack([np.minimum.reduceat(places, starts), np.maximum.reduceat(places, starts)], axis=1)
         return starts + first, boxes
 
-    def index(self, found: Sequence[tuple[Longs, Floats]]) -> None:
-        """Write down where cells begin and their boxes, of all buckets in the order of their slots."""
-        starts = np.concatenate([starts for starts, _ in found])
-        boxes = np.concatenate([boxes for _, boxes in found])
+    def index(self, filled: Sequence[tuple[Longs, Floats]], buckets: Sequence[Bucket]) -> None:
+        """Write the first slots and the boxes of all cells, in the order of the buckets, whose files are removed."""
+        starts = np.concatenate([starts for starts, _ in filled])
+        boxes = np.concatenate([boxes for _, boxes in filled])
         self._starts.create(len(starts) + 1).write(0, np.append(starts, self.count))
         self._boxes.create(len(boxes)).write(0, boxes.reshape(-1, 6))
+        for bucket in buckets:
+            bucket.path.unlink(missing_ok=True)
 
     @property
     def starts(self) -> Longs:

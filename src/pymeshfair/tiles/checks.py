@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -11,10 +12,13 @@ from ..files.formats import extension
 from ..files.inputs import check_input, check_magic
 from ..files.outputs import check_output
 from ..running.job import Job
+from .memory import cloud_room, surface_room
 from .mesh import MeshFile
-from .plan import Move, Selection
+from .moves import NORMALS
+from .plan import LOOP, STRAYS, Move, Selection
 from .ply_slices import PlySlices
 from .sources import CLOUD_FORMATS, open_cloud
+from .work_folder import work_path
 from .workers import FullDiskError
 
 
@@ -50,6 +54,31 @@ def check(job: Job, plan: list[Selection] | list[Move]) -> None:
     kinds = [extension(path).replace("laz", "las") for path in (job.input, job.output)]
     if kinds[0] != kinds[1]:
         raise OutputError(job.output, f"by tiles a .{extension(job.input)} file becomes a file of the same kind")
+    _check_room(job, plan)
+
+
+def _check_room(job: Job, plan: list[Selection] | list[Move]) -> None:
+    folder = job.output.absolute().parent
+    if isinstance(plan[0], Selection):
+        cloud = open_cloud(job.input)
+        neighbors = {LOOP: 0, STRAYS: 0}
+        for selection in plan:
+            assert isinstance(selection, Selection)
+            neighbors[selection.filter] = max(neighbors[selection.filter], selection.neighbors)
+        needed = cloud_room(len(cloud), cloud.row, neighbors[LOOP], neighbors[STRAYS])
+    else:
+        mesh = MeshFile(PlySlices(job.input))
+        vertices, faces = len(mesh.file), mesh.file.tables["face"].element.count
+        row = mesh.file.vertices.dtype.itemsize + 24 + faces * mesh.file.tables["face"].dtype.itemsize // vertices
+        needed = surface_room(vertices, faces, row, rounds=any(step.filter == NORMALS for step in plan))
+    former = sum(file.stat().st_size for file in work_path(job.output).glob("**/*") if file.is_file())
+    free = shutil.disk_usage(folder).free + former
+    if needed > free:
+        raise OutputError(
+            job.output,
+            f"the work needs {needed / 1e9:.3g} GB on the disk of {folder}, of which {free / 1e9:.3g} GB are free: free some, or "
+            "name an output on another disk",
+        )
 
 
 @contextmanager

@@ -173,15 +173,15 @@ def do_selection(
         )
     progress(0.02)
     folder = cloud.folder / f"step-{selection.step}"
-    folder.mkdir()
+    folder.mkdir(exist_ok=True)
     points = cloud_points(tile, selection.neighbors) if most is None else most
     buckets = tasks.run(cloud.divide, count, folder, points, shape, size)
     progress(0.1)
-    cells = Cells.make(folder, count, tree_scale(float(max(high.max(), -low.min()))))
+    cells = tasks.run(Cells.make, folder, count, tree_scale(float(max(high.max(), -low.min()))))
     starts = np.cumsum([0, *(bucket.count for bucket in buckets)]).tolist()
-    filled = tasks.map(cells.fill, list(zip(buckets, starts, strict=False)), lambda share: progress(0.1 + 0.1 * share))
-    cells.index(filled)
-    tiles = cells.tiles(points)
+    filled = tasks.map(cells.fill, list(zip(buckets, starts, strict=False)), part_of(progress, 0.1, 0.2))
+    tasks.run(cells.index, filled, buckets)
+    tiles = tasks.run(cells.tiles, points)
     find = _factors if selection.filter == LOOP else _strays
     parts = find(cells, selection, tasks, tiles, points, size, part_of(progress, 0.2, 0.9))
     judgement = Judgement(
@@ -192,9 +192,9 @@ def do_selection(
         Column(cloud.folder / f"kept-{selection.step}", "u1"),
     )
     spread = tasks.run(judgement.gather, size)
-    shutil.rmtree(folder)
+    shutil.rmtree(folder, ignore_errors=True)
     values = tasks.run(judgement.select, spread, size)
-    judgement.found.path.unlink()
+    judgement.found.path.unlink(missing_ok=True)
     if selection.deletes and values["selected_vertices"] == count:
         raise FilterInputError(f"all {count} points were selected, so that nothing is left of the cloud")
     progress(1.0)
@@ -207,7 +207,7 @@ def _factors(
 ) -> tuple[Part, ...]:
     """Of each tile the factors of LoOP."""
     work = OutlierTiles(cells, selection.neighbors, most)
-    work.distances.create(cells.count)
+    tasks.run(work.distances.create, cells.count)
     tasks.map(work.find, tiles, part_of(progress, 0.0, 0.85))
     tasks.map(work.finish, [(first,) for first, _ in tiles], part_of(progress, 0.85, 1.0))
     return tuple(work.part(first) for first, _ in tiles)
@@ -219,7 +219,7 @@ def _strays(
     """Of each tile which points are stray."""
     values = selection.values
     work = StrayTiles(cells, StrayRule(selection.neighbors, values["sparseness"], values["smallest_part"]), most)
-    work.create()
+    tasks.run(work.create)
     tasks.map(work.find, tiles, part_of(progress, 0.0, 0.7))
     median = tasks.run(work.median, size)
     tasks.map(work.link, [(median, *tile) for tile in tiles], part_of(progress, 0.7, 0.8))

@@ -10,18 +10,21 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ..errors import FilterInputError, Place, StepFailedError
+from ..errors import FilterInputError, ParameterError, Place, RunError, StepFailedError
 from ..files.provenance import described_file
 from ..files.reading import unchanged
 from ..files.writing import StagedFile
 from ..filters.execution import part_of
 from ..operating_system import this_system
+from ..processes.cluster import LostSchedulerError, Scheduler
 from ..processes.process import Items
+from ..processes.versions import packages_here
 from ..running.job import Event, Job, PhaseStarted, RunResult, StepFinished, StepProgress, StepStarted
 from ..running.memory import default_memory
 from ..running.plain_values import plain
 from ..running.report import Report, StepDone
 from ..running.supervise import run_job
+from ..scripts.problems import ScriptError
 from .checks import check, told_as_run
 from .cloud import Cloud, do_selection, write_cloud
 from .division import Shape
@@ -32,6 +35,7 @@ from .plan import Move, Selection, plan_of
 from .ply_slices import PlySlices
 from .sources import open_cloud
 from .surface import Surface
+from .work_folder import work_folder
 from .workers import Tasks, open_tasks
 
 #: bytes of memory where the system does not say how many there are
@@ -43,14 +47,16 @@ class Tiling:
     """How to cut.
 
     Attributes:
-        scheduler: address of a dask scheduler, None for processes of this machine.
+        scheduler: of dask, None for processes of this machine.
         shape: of the tiles.
         most: points or vertices of a tile, None for as many as fit.
+        resume: go on with the files of a run that was killed, and keep those of this one if it ends early.
     """
 
-    scheduler: str | None = None
+    scheduler: Scheduler | None = None
     shape: Shape = "boxes"
     most: int | None = None
+    resume: bool = False
 
 
 #: tiles on this machine, as large as fits
@@ -61,6 +67,8 @@ def run_by_tiles(
     job: Job,
     tiling: Tiling = AS_FITS,
     on_event: Callable[[Event], None] = lambda event: None,
+    *,
+    check_wanted: Callable[[], None] = lambda: None,
 ) -> RunResult:
     """Carry out a job by tiles; the output appears whole or not at all.
 
@@ -68,6 +76,7 @@ def run_by_tiles(
         job: what to do; its `memory_limit` is for the command and all its workers together.
         tiling: how to cut.
         on_event: called with each event, in this thread.
+        check_wanted: called every moment; may raise to stop.
 
     Raises:
         ScriptError: a step cannot be done by tiles.
@@ -78,7 +87,17 @@ def run_by_tiles(
     check(job, plan)
     memory = job.memory_limit or default_memory() or _USUAL_MEMORY
     share = budget(memory, this_system().processors())
-    return run_job(job, on_event, work=partial(_by_tiles, tiling, plan, share, memory))
+    return run_job(job, on_event, work=partial(_by_tiles, tiling, plan, share, memory, check_wanted))
+
+
+def can_be_cut(job: Job) -> bool:
+    """Whether a job can be done by tiles: its recipe, its files, its limits and its memory allow it."""
+    try:
+        check(job, plan_of(job.recipe.script))
+        budget(job.memory_limit or default_memory() or _USUAL_MEMORY, this_system().processors())
+    except (ScriptError, ParameterError, RunError):
+        return False
+    return not (job.keep_all or job.keep_broken)
 
 
 def _by_tiles(
@@ -86,6 +105,7 @@ def _by_tiles(
     plan: list[Selection] | list[Move],
     share: Budget,
     memory: int,
+    check_wanted: Callable[[], None],
     job: Job,
     stage: Path,
     items: Items,
@@ -93,16 +113,28 @@ def _by_tiles(
 ) -> Report:
     with ExitStack() as opened:
         opened.enter_context(unchanged(job.input))
-        tasks = opened.enter_context(open_tasks(tiling.scheduler, share, job, items, memory=memory))
+        tasks = opened.enter_context(open_tasks(tiling.scheduler, share, job, items, memory=memory, check=check_wanted))
         opened.enter_context(told_as_run(job))
         on_event(PhaseStarted("reading"))
         described = described_file(job.input) | {"side_files": [], "others": []}
-        report = _Course(job, tiling, share, tasks, stage, on_event).run(plan)
+        key = {
+            "the input": described["sha256"],
+            "the recipe": job.recipe.digest,
+            "the versions of packages": packages_here(),
+            "the memory of a tile": share.tile,
+            "the shape of the tiles": (tiling.shape, tiling.most),
+            "the start of the machine": this_system().boot(),
+        }
+        keep = (BaseException,) if tiling.resume else (LostSchedulerError,)
+        work = opened.enter_context(work_folder(job.output, key, resume=tiling.resume, keep=keep))
+        tasks.work = work
+        report = _Course(job, tiling, share, tasks, work.path, stage / "new" / job.output.name, on_event).run(plan)
     peaks = sorted(tasks.peaks.values())[-share.workers :]
     workers = {"workers": share.workers, "memory_limit": memory, "processor_seconds": round(tasks.seconds, 3)}
     return replace(
         report,
         input=described,
+        warnings=(*report.warnings, *filter(None, [work.note])),
         tiles={**(report.tiles or {}), **workers},
         peak_memory=(this_system().peak_memory() or 0) + sum(peaks) if peaks else None,
     )
@@ -112,16 +144,23 @@ class _Course:
     """The steps of one run."""
 
     def __init__(
-        self, job: Job, tiling: Tiling, share: Budget, tasks: Tasks, stage: Path, on_event: Callable[[Event], None]
+        self,
+        job: Job,
+        tiling: Tiling,
+        share: Budget,
+        tasks: Tasks,
+        folder: Path,
+        staged: Path,
+        on_event: Callable[[Event], None],
     ) -> None:
         self._job = job
         self._tiling = tiling
         self._share = share
         self._tasks = tasks
-        self._stage = stage
+        self._folder = folder
+        self._staged = staged
         self._on_event = on_event
         self._steps: list[StepDone] = []
-        self._made = stage / "new" / job.output.name
 
     def run(self, plan: list[Selection] | list[Move]) -> Report:
         """Do the steps and write the result; the report."""
@@ -129,7 +168,7 @@ class _Course:
         return self._select(selections) if selections else self._move([step for step in plan if isinstance(step, Move)])
 
     def _select(self, plan: list[Selection]) -> Report:
-        cloud = Cloud(open_cloud(self._job.input), self._stage / "new")
+        cloud = Cloud(open_cloud(self._job.input), self._folder)
         tilings = []
         for selection in plan:
             values: dict[str, Any] = {}
@@ -152,13 +191,13 @@ class _Course:
                     pass
         self._on_event(PhaseStarted("writing"))
         size = slice_rows(self._share.tile, cloud.source.row)
-        written = self._tasks.run(write_cloud, cloud, self._made, size)
+        written = self._tasks.run_again(write_cloud, cloud, self._staged, size)
         count, low, high = self._tasks.run(cloud.survey, size)
         assert written == count
         return self._report(before, _measures(count, 0, low.tolist(), high.tolist()), {"stages": tilings})
 
     def _move(self, plan: list[Move]) -> Report:
-        mesh, folder = MeshFile(PlySlices(self._job.input)), self._stage / "new"
+        mesh, folder = MeshFile(PlySlices(self._job.input)), self._folder
         for move in plan:
             with self._step(move.step, {}):
                 progress, start = self._progress(move.step), 0.0
@@ -171,7 +210,7 @@ class _Course:
         work = MeshTiles(surface)
         self._tasks.map(work.finish, tiles, lambda share: None)
         size = slice_rows(self._share.tile, mesh.file.vertices.dtype.itemsize)
-        self._tasks.run(mesh.write, self._made, tuple(work.part(first) for first, _ in tiles), size)
+        self._tasks.run_again(mesh.write, self._staged, tuple(work.part(first) for first, _ in tiles), size)
         counts = known["points"], known["faces"]
         told = {"tiles": len(tiles), "points_per_tile": known["points_per_tile"]}
         before, after = _measures(*counts, known["low"], known["high"]), _measures(*counts, *box)
@@ -189,9 +228,9 @@ class _Course:
         change = {"sides": [None if s == 0 and not b else s for s, b in zip(sides, before["sides"], strict=True)]}
         report = Report(
             input={},
-            output=described_file(self._made, named=self._job.output) | {"side_files": []},
+            output=described_file(self._staged, named=self._job.output) | {"side_files": []},
             steps=tuple(self._steps),
-            staged=(StagedFile(self._made, self._job.output),),
+            staged=(StagedFile(self._staged, self._job.output),),
             warnings=("done by tiles, so that only the numbers of elements and the box were measured",),
             tiles=tiles,
         )

@@ -41,6 +41,7 @@ class Bucket:
     def read(self) -> tuple[Floats, Longs]:
         """The coordinates and the numbers."""
         rows = np.fromfile(self.path, ROW)
+        assert len(rows) == self.count, f"{self.path}: {len(rows)} of {self.count} points"
         return np.ascontiguousarray(rows["place"]), np.ascontiguousarray(rows["number"])
 
 
@@ -61,6 +62,8 @@ def divide(slices: Slices, count: int, folder: Path, *, most: int, shape: Shape,
     wanted = min(MOST_BUCKETS, 1 << max(0, int(np.ceil(np.log2(1.15 * count / most)))))
     axes, pivots, leaves = _pivots(_sample(slices, count, wanted), wanted, shape)
     paths = [folder / f"{name}-{leaf}" for leaf in range(leaves)]
+    for path in paths:  # of a process that was killed here
+        path.unlink(missing_ok=True)
     counts = np.zeros(leaves, np.int64)
     for places, numbers in slices():
         chosen = np.empty(len(places), np.int32)

@@ -58,7 +58,7 @@ class LasCloud:
             header, records = header_of(reader.header, reader.evlrs)
         if scalars and _SCALAR not in header.point_format.dimension_names:
             header.add_extra_dim(laspy.ExtraBytesParams(_SCALAR, "float64"))
-        with target.open("xb") as file:
+        with target.open("wb") as file:
             with laspy.open(file, "w", header=header, closefd=False, do_compress=target.suffix.lower() == ".laz") as writer:
                 for chunk, (left, values) in zip(self._chunks(size), marks, strict=True):
                     made = laspy.ScaleAwarePointRecord.zeros(int(left.sum()), header=header)

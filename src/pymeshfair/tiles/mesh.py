@@ -73,7 +73,7 @@ class MeshFile:
         properties = tuple(PlyProperty(p.name, "double") if p.name in "xyz" else p for p in table.element.properties)
         made = np.dtype([(p.name, f"{order}f8" if p.name in "xyz" else table.dtype[p.name]) for p in properties])
         elements = [replace(e, properties=properties) if e.name == "vertex" else e for e in header.elements]
-        with target.open("xb") as file:
+        with target.open("wb") as file:
             file.write(header_bytes(header, elements))
             for element in header.elements:
                 if element.name != "vertex":
@@ -174,14 +174,16 @@ def cut(
     vertices = surface_vertices(tile, each, rings) if most is None else most
     buckets = tasks.run(cloud.divide, count, folder, vertices, shape, size)
     progress(0.2)
-    cells = Cells.make(folder, count, 1.0)
+    cells = tasks.run(Cells.make, folder, count, 1.0)
     starts = np.cumsum([0, *(bucket.count for bucket in buckets)]).tolist()
     surface = Surface(cells, tuple(starts))
-    surface.slots.create(count)
-    cells.index(tasks.map(surface.fill, list(zip(buckets, starts, strict=False)), lambda share: progress(0.2 + 0.2 * share)))
+    tasks.run(surface.slots.create, count)
+    filled = tasks.map(surface.fill, list(zip(buckets, starts, strict=False)), part_of(progress, 0.2, 0.4))
+    tasks.run(cells.index, filled, buckets)
     faces = tasks.run(_sort_faces, surface, mesh, size)
     progress(0.7)
-    tasks.map(surface.order_faces, [(bucket,) for bucket in range(len(buckets))], lambda share: progress(0.7 + 0.3 * share))
+    tasks.map(surface.order_faces, [(bucket,) for bucket in range(len(buckets))], part_of(progress, 0.7, 1.0))
+    tasks.run(surface.remove_unordered)
     known = {"points": count, "faces": faces, "low": low.tolist(), "high": high.tolist(), "points_per_tile": vertices}
     return surface, known
 
@@ -209,7 +211,7 @@ def do_move(
     if filtering is not None:
         boxes = Rounds(surface, filtering, whole).do(tiles, tasks, rest)
     else:
-        surface.moved.create(surface.cells.count)
+        tasks.run(surface.moved.create, surface.cells.count)
         boxes = tasks.map(work.move, [(move, whole, *tile) for tile in tiles], rest)
-    surface.turn()
+    tasks.run(surface.turn, surface.moved, surface.cells.points)
     return np.min([b[0] for b in boxes], axis=0).tolist(), np.max([b[1] for b in boxes], axis=0).tolist()

@@ -14,17 +14,18 @@ LOOP, STRAYS = "compute_selection_by_outlier_probability_per_vertex", "compute_s
 _DELETE = "meshing_remove_selected_vertices"
 _CAN = (
     "by tiles a recipe may select stray points or outliers of a cloud (Select Stray Points, LoOP) and delete the selected "
-    "vertices, or move the vertices of a mesh by Explicit Smoothing, Taubin Fairing and Normal Filtering with fixed parameters; "
-    "'remove_outliers' is such a recipe"
+    "vertices, or move the vertices of a mesh by Explicit Smoothing, Taubin Fairing and Normal Filtering with fixed parameters"
 )
-#: steps that need all of a cloud or a mesh, and why
+_CLOUD = "take 'remove_outliers', or clean the cloud in one piece"
+#: steps that need all of a cloud or a mesh: the reason, and what to take in their place
 _WHY = {
-    "compute_normal_for_point_clouds": "turns normals alike from point to point, through the whole cloud",
-    "meshing_remove_duplicate_vertices": "compares all vertices with each other",
-    "apply_coord_implicit_fairing": "solves one system of equations for all vertices",
-    "apply_coord_taubin_smoothing": "is MeshLab's own, which reads the whole mesh; 'Taubin Fairing' does the same by tiles",
-    "apply_coord_laplacian_smoothing": "is MeshLab's own, which reads the whole mesh; 'Explicit Smoothing' with update "
-    "'meshlab' does the same by tiles",
+    "compute_normal_for_point_clouds": f"turns normals alike from point to point, through the whole cloud; {_CLOUD}",
+    "meshing_remove_duplicate_vertices": f"compares all vertices with each other; {_CLOUD}",
+    "apply_coord_bilateral_projection_of_points": f"moves points with the bandwidth of the whole cloud; {_CLOUD}",
+    "apply_coord_implicit_fairing": "solves one system of equations for all vertices; take 'Taubin Fairing'",
+    "apply_coord_taubin_smoothing": "is MeshLab's own, which reads the whole mesh; take 'Taubin Fairing', which does the same",
+    "apply_coord_laplacian_smoothing": "is MeshLab's own, which reads the whole mesh; take 'Explicit Smoothing' with update "
+    "'meshlab', which does the same",
 }
 
 

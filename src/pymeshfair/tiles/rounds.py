@@ -78,8 +78,8 @@ class Rounds:
     def do(self, tiles: list[tuple[int, int]], tasks: Tasks, progress: Callable[[float], None]) -> list[tuple[Floats, Floats]]:
         """All rounds; the box of each tile after them."""
         surface, count = self.surface, self.filtering.outer_iterations
-        surface.state.create(surface.cells.count)
-        surface.moved.create(surface.cells.count)
+        for column in (surface.state, surface.moved):
+            tasks.run(column.create, surface.cells.count)
         tasks.map(self.begin, tiles, lambda share: None)
         for done in range(count):
             distance = 0.0
@@ -87,9 +87,9 @@ class Rounds:
                 sums = tasks.map(self.measure, tiles, lambda share: None)
                 number = sum(n for _, n in sums)
                 distance = math.fsum(part for parts, _ in sums for part in parts) / number if number else 0.0
-            surface.next_state.create(surface.cells.count)
+            tasks.run(surface.next_state.create, surface.cells.count)
             part = lambda share, done=done: progress((done + share) / count)  # noqa: E731
             tasks.map(self.round, [(distance, *tile) for tile in tiles], part)
-            surface.next_state.path.replace(surface.state.path)
+            tasks.run(surface.turn, surface.next_state, surface.state)
         found: list[tuple[Floats, Floats]] = tasks.map(self.end, tiles, lambda share: None)
         return found

@@ -74,7 +74,7 @@ class PlyCloud(PlySlices):
         kept = tuple(p for p in self.vertices.element.properties if p.name != SCALAR or not scalars)
         more = (PlyProperty(SCALAR, "double"),) if scalars else ()
         element = PlyElement("vertex", count, (*kept, *more))
-        with target.open("xb") as file:
+        with target.open("wb") as file:
             file.write(header_bytes(self.header, (element,)))
             names = [p.name for p in kept]
             order = self.vertices.dtype["x"].byteorder

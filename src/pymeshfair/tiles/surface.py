@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -80,6 +81,7 @@ class Surface:
         """
         slots = np.memmap(self.slots.path, "<i4", "r")
         starts, count = np.array(self.buckets), 0
+        self.remove_unordered()  # of a process that was killed here
         for corners in slices():
             if len(corners) and (corners.min() < 0 or corners.max() >= len(slots)):
                 bad = int(((corners < 0) | (corners >= len(slots))).any(axis=1).argmax())
@@ -109,7 +111,11 @@ class Surface:
         self._faces(bucket).write_bytes(faces[row[order]].tobytes())
         counts = np.bincount(cell[row, column] - first, minlength=last - first)
         self._starts(bucket).create(last - first + 1).write(0, np.append(0, np.cumsum(counts)))
-        raw.unlink(missing_ok=True)
+
+    def remove_unordered(self) -> None:
+        """Remove the faces as they were before `order_faces`."""
+        for bucket in range(len(self.buckets) - 1):
+            self._raw(bucket).unlink(missing_ok=True)
 
     def cell_range(self, bucket: int) -> tuple[int, int]:
         """The cells of a bucket, from one to before another."""
@@ -129,6 +135,7 @@ class Surface:
                 found.append(np.fromfile(self._faces(bucket), FACE, end - begin, offset=begin * FACE.itemsize))
         return np.concatenate(found)
 
-    def turn(self) -> None:
-        """Make the new coordinates the coordinates."""
-        self.moved.path.replace(self.cells.points.path)
+    def turn(self, new: Column, old: Column) -> None:
+        """Put new values in the place of the old ones."""
+        with contextlib.suppress(FileNotFoundError):  # it was done before the process was killed
+            new.path.replace(old.path)

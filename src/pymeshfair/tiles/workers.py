@@ -15,7 +15,8 @@ from typing import Any
 
 from ..errors import FilterInputError, Place, RunError
 from ..files.errors import ContentsError
-from ..processes.cluster import LostSchedulerError, check_workers, conditions, open_client
+from ..filters.execution import ignore_progress, part_of
+from ..processes.cluster import LostSchedulerError, Scheduler, check_workers, conditions, open_client
 from ..processes.order import Answer, DefectError, answer
 from ..processes.pool import Pool
 from ..processes.process import Items, LostProcessError
@@ -23,6 +24,7 @@ from ..running.errors import RunTimeout
 from ..running.interrupts import Interrupted
 from ..running.job import Job
 from .memory import Budget
+from .work_folder import WorkFolder
 
 #: seconds between two looks at silent workers
 _PULSE = 0.5
@@ -40,6 +42,7 @@ class Tasks:
     """Does tasks on workers, and gives their results in the order of the tasks.
 
     Attributes:
+        work: the folder of the files of the tasks; None without a journal.
         peaks: by process, the most bytes that it has held, as far as that is known.
         seconds: processor time of all tasks.
     """
@@ -50,7 +53,7 @@ class Tasks:
         items: Items,
         *,
         timeout: float | None = None,
-        is_there: Callable[[], bool] = lambda: True,
+        check: Callable[[], None] = lambda: None,
     ) -> None:
         """See the class.
 
@@ -58,25 +61,32 @@ class Tasks:
             submit: does a task with its arguments on some worker.
             items: of `pymeshfair.running.interrupts.Interrupts`.
             timeout: seconds from now in which all must be done.
-            is_there: whether answers are still to be expected.
+            check: called every moment; may raise to stop.
         """
         self._submit = submit
         self._items = items
         self._timeout = math.inf if timeout is None else timeout
         self._deadline = time.monotonic() + self._timeout
-        self._is_there = is_there
+        self._check = check
+        self.work: WorkFolder | None = None
         self.peaks: dict[str, int] = {}
         self.seconds = 0.0
+        self._calls = 0
 
     def run(self, task: Callable[..., Any], *arguments: Any) -> Any:
         """Do one task."""
-        return self.map(task, [arguments], lambda share: None)[0]
+        return self.map(task, [arguments], ignore_progress)[0]
+
+    def run_again(self, task: Callable[..., Any], *arguments: Any) -> Any:
+        """Do one task whose files are not in the work folder: a resumed run does it again."""
+        return self._map(task, [arguments], ignore_progress)[0].result
 
     def map(self, task: Callable[..., Any], tasks: Sequence[tuple[Any, ...]], progress: Callable[[float], None]) -> list[Any]:
         """Do a task with each of some arguments.
 
         Args:
-            task: a function of a module, or a method of an object that can be sent. It begins again if its worker is lost.
+            task: a function of a module, or a method of an object that can be sent. It must give the same if it is done twice,
+                also if it was not done to its end the first time: its worker may be lost, or all of the run killed.
             tasks: the arguments.
             progress: called with the share that is done.
 
@@ -85,31 +95,56 @@ class Tasks:
             LostSchedulerError, RunTimeout: as they say.
             Interrupted: a signal came.
         """
+        call, self._calls = self._calls, self._calls + 1
+        work = self.work
+        answers = [None if work is None else work.answer(call, number) for number in range(len(tasks))]
+        left = [number for number, done in enumerate(answers) if done is None]
+
+        def note(number: int, done: Answer) -> None:
+            if work is not None:
+                work.append(call, left[number], done)
+
+        share = part_of(progress, 1.0 - len(left) / max(len(tasks), 1), 1.0)
+        for number, done in zip(left, self._map(task, [tasks[number] for number in left], share, note), strict=True):
+            answers[number] = done
+        return [done.result for done in answers if done is not None]
+
+    def _map(
+        self,
+        task: Callable[..., Any],
+        tasks: Sequence[tuple[Any, ...]],
+        progress: Callable[[float], None],
+        note: Callable[[int, Answer], None] = lambda number, done: None,
+    ) -> list[Answer]:
         futures = [self._submit(task, *arguments) for arguments in tasks]
         for future in futures:
             future.add_done_callback(lambda done: self._items.put(("done", done)))
-        results: dict[Future[Answer], Any] = {}
+        numbers = {future: number for number, future in enumerate(futures)}
+        results: dict[int, Answer] = {}
         try:
             while len(results) < len(futures):
                 if time.monotonic() >= self._deadline:
                     raise RunTimeout(Place("working by tiles"), self._timeout)
+                self._check()
                 try:
                     kind, item = self._items.get(timeout=_PULSE)
                 except Empty:
-                    if not self._is_there():
-                        raise LostSchedulerError from None
                     continue
                 if kind == "signal":
                     raise Interrupted
-                results[item] = self._result(item)
+                if item not in numbers:  # of tasks that were given up
+                    continue
+                number = numbers[item]
+                results[number] = self._result(item)
+                note(number, results[number])
                 progress(len(results) / len(futures))
         except BaseException:
             for future in futures:
                 future.cancel()
             raise
-        return [results[future] for future in futures]
+        return [results[number] for number in range(len(futures))]
 
-    def _result(self, future: Future[Answer]) -> Any:
+    def _result(self, future: Future[Answer]) -> Answer:
         try:
             done = future.result()
         except CancelledError as error:
@@ -123,7 +158,7 @@ class Tasks:
             self.peaks[done.process] = max(done.peak_memory, self.peaks.get(done.process, 0))
         match done.error:
             case None:
-                return done.result
+                return done
             case ContentsError() | FilterInputError():
                 raise done.error
             case MemoryError():
@@ -136,29 +171,38 @@ class Tasks:
 
 
 @contextlib.contextmanager
-def open_tasks(address: str | None, share: Budget, job: Job, items: Items, *, memory: int) -> Iterator[Tasks]:
+def open_tasks(
+    scheduler: Scheduler | None, share: Budget, job: Job, items: Items, *, memory: int, check: Callable[[], None]
+) -> Iterator[Tasks]:
     """Workers for as long as the context lasts.
 
     Args:
-        address: of a scheduler, whose workers must have the same versions and see the same disk; None for this machine.
+        scheduler: of dask, whose workers must have the same versions and see the same disk; None for this machine.
         share: how many workers of this machine, and their threads.
         job: the run.
         items: of `Interrupts`.
         memory: bytes that each worker of this machine may take.
+        check: called every moment; may raise to stop.
 
     Raises:
         ClusterError: there is no scheduler, or a worker of it does not fit.
     """
-    if address is None:
+    if scheduler is None:
         with Pool(share.workers, share.threads) as pool:
-            yield Tasks(partial(pool.submit, memory_limit=memory), items, timeout=job.timeout)
+            yield Tasks(partial(pool.submit, memory_limit=memory), items, timeout=job.timeout, check=check)
         return
-    with open_client(address) as client:
+    with open_client(scheduler) as client:
         with conditions(job.output.parent, [job.input]) as wanted:
             check_workers(client, wanted)
         executor = client.get_executor(pure=False, retries=0)
         submit = partial(executor.submit, _do)
-        yield Tasks(submit, items, timeout=job.timeout, is_there=lambda: client.status == "running")
+
+        def check_scheduler() -> None:
+            check()
+            if client.status != "running":
+                raise LostSchedulerError
+
+        yield Tasks(submit, items, timeout=job.timeout, check=check_scheduler)
 
 
 def _do(task: Callable[..., Any], *arguments: Any) -> Answer:

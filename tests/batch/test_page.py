@@ -1,0 +1,50 @@
+"""The page of a batch tells the few from the many."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+from pymeshfair.batch.outcome import Outcome
+from pymeshfair.batch.page import warning_kinds, write_page
+from pymeshfair.batch.summary import Summary
+from pymeshfair.recipe import load_recipe
+from pymeshfair.running.job import Job
+
+
+def summary_of(folder: Path, count: int) -> Summary:
+    """Of so many scans, each of which moved more than the one before and has warnings."""
+    measures = {"mean_edge": 1.0, "mean_spacing": None, "area": 1.0, "roughness": 3.0, "vertices": 10}
+    outcomes = []
+    for k in range(count):
+        moved = {"mean": 0.1 * k, "rms": 0.1 * k, "largest": 0.1 * k}
+        warnings = (f"{k + 1:,} faces have no area; 1.5e-{k} of the surface", "the texture is not there")[: 1 + (k % 4 == 0)]
+        output = str(folder / f"{k:02}.ply")
+        done = Outcome(f"/in/{k:02}.ply", output, "done", 1.0, before=measures, after=measures, displacement=moved)
+        outcomes.append(replace(done, warnings=warnings))
+    job = Job(load_recipe("smooth_taubin"), folder, folder)
+    return Summary.of(outcomes, count, job, started="then", finished="now", seconds=20.0)
+
+
+def test_warnings_are_grouped_by_kind(tmp_path: Path) -> None:
+    """Those that differ in numbers alone are one, with how many scans have it; the most frequent come first."""
+    summary = summary_of(tmp_path, 12)
+    assert [(kind["count"], kind["names"]) for kind in warning_kinds(summary)] == [
+        (12, ["00.ply", "01.ply", "02.ply", "03.ply", "04.ply"]),
+        (3, ["00.ply", "04.ply", "08.ply"]),
+    ]
+    page = write_page(tmp_path, summary, {}).read_text("utf-8")
+    assert "Warnings by kind" in page
+    assert "04.ply and 7 more" in page
+
+
+def test_the_ten_most_moved_have_pictures(tmp_path: Path) -> None:
+    """The pictures are those of the ten scans that moved most; the pages of the others are linked all the same."""
+    summary = summary_of(tmp_path, 14)
+    made = {
+        o.output: {"source": f"data:image/png;base64,{Path(o.output).stem}", "width": 8, "height": 8} for o in summary.outcomes
+    }
+    page = write_page(tmp_path, summary, made).read_text("utf-8")
+    assert re.findall(r'src="data:image/png;base64,(\d+)"', page) == [f"{k:02}" for k in range(13, 3, -1)]
+    assert len(re.findall(r'<a href="reports/', page)) == 14

@@ -1,0 +1,103 @@
+"""E57 files: all scans and fields, placed by their poses; what is damaged, and what would be written, is refused."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pymeshfair.files.errors import InputError, OutputError
+from pymeshfair.files.inputs import read_file
+from pymeshfair.files.outputs import MadeFrom, check_output
+from tests.commands.command_line import document, invoke
+
+pye57 = pytest.importorskip("pye57")
+
+
+def survey(path: Path, count: int = 2000) -> list[dict[str, Any]]:
+    """Two scans of a wall, with intensities, colours and the rows of the scanner; some points were not measured."""
+    random = np.random.default_rng(3)
+    scans = []
+    with pye57.E57(str(path), mode="w") as file:
+        for k, place in enumerate(([10.0, 0.0, 2.0], [-5.0, 3.0, 2.0])):
+            scan: dict[str, Any] = {
+                "cartesianX": random.uniform(0, 5, count),
+                "cartesianY": random.uniform(0, 5, count),
+                "cartesianZ": random.normal(scale=0.005, size=count),
+                "intensity": random.uniform(0, 1, count).astype(np.float32),
+                "rowIndex": random.integers(0, 500, count).astype(np.uint16),
+                "columnIndex": random.integers(0, 500, count).astype(np.uint16),
+                "cartesianInvalidState": (random.random(count) < 0.1).astype(np.int8),
+            }
+            scan |= {name: random.integers(0, 256, count).astype(np.uint8) for name in ("colorRed", "colorGreen", "colorBlue")}
+            turn = np.array([np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)]) if k else np.array([1.0, 0.0, 0.0, 0.0])
+            file.write_scan_raw(scan, rotation=turn, translation=np.array(place))
+            scans.append(scan)
+    return scans
+
+
+def test_all_scans_and_fields_are_read(tmp_path: Path) -> None:
+    """Points lie where pye57's own reader puts them; fields are attributes, and what was not measured is left out and named."""
+    scans = survey(tmp_path / "in.e57")
+    reading = read_file(tmp_path / "in.e57")
+    mesh = reading.mesh
+    with pye57.E57(str(tmp_path / "in.e57")) as file:
+        theirs = [file.read_scan(k, intensity=True, colors=True) for k in range(2)]
+    places = np.concatenate([np.stack([s[f"cartesian{axis}"] for axis in "XYZ"], axis=1) for s in theirs])
+    np.testing.assert_allclose(mesh.vertices, places, rtol=0, atol=1e-12)
+    kept = [scan["cartesianInvalidState"] == 0 for scan in scans]
+    for name in ("intensity", "rowIndex", "columnIndex"):
+        np.testing.assert_array_equal(
+            mesh.vertex_attributes[name], np.concatenate([s[name][k] for s, k in zip(scans, kept, strict=True)])
+        )
+    np.testing.assert_array_equal(mesh.vertex_attributes["colors"][:, 0], np.concatenate([s["colorRed"] for s in theirs]))
+    np.testing.assert_array_equal(mesh.vertex_attributes["scan"], np.repeat([0, 1], [k.sum() for k in kept]))
+    assert mesh.unit == "m"
+    missing = sum(int((~k).sum()) for k in kept)
+    assert reading.doubts == (f"{missing:,} points at which nothing was measured are left out",)
+
+
+def test_commands_take_an_e57_file(tmp_path: Path) -> None:
+    """`info` measures it and `run` cleans it; --tiles and an output of the format are refused before the work."""
+    scans = survey(tmp_path / "in.e57")
+    done = invoke("info", tmp_path / "in.e57", "--json")
+    assert done.exit_code == 0, done.stderr
+    count = sum(int((scan["cartesianInvalidState"] == 0).sum()) for scan in scans)
+    assert f'"vertices": {count}' in done.stdout
+    done = invoke("run", "remove_outliers", tmp_path / "in.e57", "-o", tmp_path / "out.laz", "--json")
+    assert done.exit_code == 0, done.stderr
+    assert document(done.stdout)["after"]["vertices"] <= count
+    assert "its" in done.stderr
+    done = invoke("run", "remove_outliers", tmp_path / "in.e57", "-o", tmp_path / "out.e57")
+    assert done.exit_code == 1
+    assert "out.e57" in done.stderr
+    done = invoke("run", "remove_outliers", tmp_path / "in.e57", "-o", tmp_path / "tiles.ply", "--tiles")
+    assert done.exit_code == 1
+    assert "a run reads .ply, .las, .laz" in done.stderr
+    with pytest.raises(OutputError, match="e57"):
+        check_output(tmp_path / "out.e57", MadeFrom(tmp_path / "in.e57", "x"), overwrite=False)
+
+
+@pytest.mark.parametrize("cut", [40, 2000, 30_000])
+def test_damaged_files_are_refused(tmp_path: Path, cut: int) -> None:
+    """A file that ends too early, or in which a byte has changed, is no cloud; it stays where it is."""
+    survey(tmp_path / "in.e57")
+    data = bytearray((tmp_path / "in.e57").read_bytes())
+    (tmp_path / "torn.e57").write_bytes(data[:cut])
+    data[cut] ^= 0xFF
+    (tmp_path / "changed.e57").write_bytes(data)
+    for name in ("torn.e57", "changed.e57"):
+        with pytest.raises(InputError):
+            read_file(tmp_path / name)
+        assert (tmp_path / name).exists()
+
+
+def test_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without pye57 the message names the extra that installs it."""
+    survey(tmp_path / "in.e57", 10)
+    monkeypatch.setitem(sys.modules, "pye57", None)
+    with pytest.raises(InputError, match=r"pymeshfair\[e57\]"):
+        read_file(tmp_path / "in.e57")
