@@ -71,7 +71,8 @@ def test_balls_that_cut_each_other_are_wrapped_in_one_surface(tmp_path: Path) ->
     vertices, faces = icosphere(3)
     scan = _saved(tmp_path / "balls.ply", (vertices, faces), (vertices + np.array([1.0, 0.0, 0.0]), faces))
     pymeshfair.run("wrap_for_print", scan, tmp_path / "out.stl", settings={"alpha": "4%", "offset": "0.5%"})
-    made = trimesh.load(tmp_path / "out.stl")
+    made = trimesh.load(tmp_path / "out.stl", force="mesh")
+    assert isinstance(made, trimesh.Trimesh)
     assert made.is_watertight
     assert made.is_winding_consistent
     both = 2.0 * 4.0 / 3.0 * np.pi - np.pi * (4.0 + 1.0) * 1.0 / 12.0  # less the lens that they share
