@@ -129,6 +129,7 @@ SHOWN: dict[str, tuple[Callable[[], Scene], dict[str, Any]]] = {
     "smooth_section": (noisy_statue, WHOLE),
     "smooth_taubin": (slightly_noisy_statue, EAR),
     "spectral_low_pass": (slightly_noisy_statue, EAR),
+    "wrap_for_print": (two_tubes, TILTED),
 }
 
 

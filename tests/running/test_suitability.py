@@ -14,9 +14,11 @@ from pymeshfair.filters.inspection.surface_measures import surface_measures
 from pymeshfair.filters.traits import measured_traits
 from pymeshfair.recipe import RecipeHead, head_info, load_recipe
 from pymeshfair.running.job import Job
-from pymeshfair.running.suitability import needed, ranked, traits_of, unsuitable
+from pymeshfair.running.suitability import Trial, needed, ranked, traits_of, unsuitable
 from pymeshfair.running.supervise import run_job
+from pymeshfair.running.trials import trials
 from pymeshfair.scripts.fits import parse_fits
+from pymeshfair.scripts.script import Script
 from tests.meshes import icosphere
 
 
@@ -35,6 +37,32 @@ def test_the_recipe_that_is_made_for_most_of_the_scan_comes_first() -> None:
     strong = sharp | {"noise": 0.7}
     assert [s.recipe for s in ranked(strong, HEADS) if s.fits] == ["some", "all"]
     assert [s.recipe for s in ranked({"mesh": 0.0, "cloud": 1.0}, HEADS) if s.fits] == []
+
+
+def test_what_was_tried_leads_by_its_error_and_what_erases_detail_comes_last() -> None:
+    """The least error comes first, a recipe that moves nothing before one that is worse, and relief lost behind all."""
+    traits = {"mesh": 1.0, "noise": 0.2, "sharpness": 0.9}
+    good, worse = Trial(error=0.1, before=0.2, relief=0.02), Trial(error=0.3, before=0.2, relief=0.0)
+    assert [s.recipe for s in ranked(traits, HEADS, {"few": worse, "all": good})] == ["all", "some", "few"]
+    erasing = Trial(error=0.05, before=0.2, relief=0.4)
+    found = ranked(traits, HEADS, {"few": erasing, "all": good})
+    assert [s.recipe for s in found] == ["all", "some", "few"]
+    assert found[-1].trial == erasing
+    assert "would take 40% of the relief" in erasing.words
+
+
+def test_a_recipe_that_erases_bumps_is_seen_on_a_clean_scan() -> None:
+    """Of a ball with bumps of ten edges a heavy smoothing takes a third of the relief and more, a light one hardly any."""
+    vertices, faces = icosphere(4)
+    x, y, z = 9.0 * vertices.T
+    bumps = vertices * (1.0 + 0.02 * np.sin(x) * np.sin(y) * np.cos(z))[:, None]
+    implicit = load_recipe("smooth_implicit").script.steps[0]
+    scripts = {size: Script((implicit.with_values({"detail_size": size}),)) for size in ("3edge", "12edge")}
+    found = trials(bumps, faces, scripts, clean=True)
+    assert found["12edge"].erases
+    assert (found["12edge"].relief or 0.0) > 1.0 / 3.0
+    assert not found["3edge"].erases
+    assert found["3edge"].before == 0.0
 
 
 def test_a_scan_outside_of_a_recipe_is_told_the_one_to_take() -> None:

@@ -48,6 +48,8 @@ def test_controls_follow_the_declaration() -> None:
         assert parameter["help"]
         if "low" in parameter:
             assert parameter["low"] < parameter["high"]
+            if parameter["value"] == "":  # found by the filter
+                continue
             number = float(parameter["value"].removesuffix("edge").removesuffix("%"))
             assert parameter["low"] <= number <= parameter["high"]
 
@@ -87,7 +89,7 @@ def test_wrong_settings_say_where() -> None:
 
 def test_lengths_on_a_part_are_those_of_the_whole() -> None:
     """Percent and edges become mesh units of the whole scan, defaults that nobody gave as well."""
-    given = load_recipe("smooth_implicit").script
+    given = load_recipe("spectral_low_pass").script
     script = in_mesh_units(given, diagonal=200.0, mean_edge=0.5)
     assert given.steps[0].values["detail_size"].unit == "edge"
     assert script.steps[0].values["detail_size"] == Length(given.steps[0].values["detail_size"].amount * 0.5)

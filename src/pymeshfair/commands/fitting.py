@@ -23,7 +23,8 @@ def fitting_lines(found: Sequence[Suitability]) -> Iterator[str]:
         title = f"{number:>4}  {suited.recipe}: {suited.title}"
         yield textwrap.fill(title, WIDTH, subsequent_indent=_INDENT)
         # That there are faces goes without saying where there is more to say.
-        reasons = "; ".join(said for _, said in suited.met[len(suited.met) > 1 :])
+        said = [said for _, said in suited.met[len(suited.met) > 1 :]]
+        reasons = "; ".join([*said, *([] if suited.trial is None else [suited.trial.words])])
         yield textwrap.fill(reasons, WIDTH, initial_indent=_INDENT, subsequent_indent=_INDENT)
     others = [s for s in found if not s.fits]
     if others:

@@ -79,7 +79,7 @@ Unit = Annotated[
 MaxVolumeChange = Annotated[str, typer.Option(metavar="PERCENT", help="Fail if the volume changes by more: 1%.")]
 Require = Annotated[
     str,
-    typer.Option(metavar="WHAT,...", help="Fail if the result is not so: watertight, manifold, oriented, components=N, genus=N."),
+    typer.Option(metavar="WHAT,...", help="Fail unless it is: watertight, manifold, oriented, printable, components=N, genus=N."),
 ]
 KeepSharp = Annotated[str, typer.Option(metavar="PERCENT", help="Fail if less of the length of the sharp edges is kept: 95%.")]
 KeepBroken = Annotated[

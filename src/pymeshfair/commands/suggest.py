@@ -14,6 +14,7 @@ from .streams import say
 
 if TYPE_CHECKING:
     from ..recipe import Recipe
+    from ..running.suitability import Trial
 
 #: the filter whose automatic parameters are made explicit
 FILTER = "apply_coord_normal_filtering"
@@ -46,7 +47,8 @@ def suggest(
 ) -> None:
     """Rank all recipes for a scan, with reasons, and find how it is denoised best.
 
-    What is measured is compared with what each recipe says at its head under Fits. Whether there is noise to remove, and how, is
+    What is measured is compared with what each recipe says at its head under Fits. Those that smooth are tried on a sample of the
+    scan: first comes what leaves the least error there, last what erases detail. Whether there is noise to remove, and how, is
     found by vertices that no filter has seen; with -o the settings that predict these best become a recipe, which does what
     denoise does on this scan, and can be changed and used for others of its kind. Low-pass smoothers are compared in the same
     way, each with the amount that suits the scan best.
@@ -66,7 +68,9 @@ def suggest(
         if recipe is None:
             raise PymeshfairError(f"{scan} has no noise to remove, so there is no recipe to write to {output}")
         save_text(format_script(recipe.script), output, overwrite=overwrite)
-    recipes = ranked(_by_evidence(traits, values))
+    traits_here = _by_evidence(traits, values)
+    tried = {} if values is None else _trials(scan, traits_here, values, recipe, timeout)
+    recipes = ranked(traits_here, tried=tried)
     if json:
         text = None if recipe is None else format_script(recipe.script)
         ranking = documents(recipes)
@@ -103,6 +107,43 @@ def _tried(scan: Path, timeout: float | None) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder, progress() as show:
         result = run_job(Job(trial, scan, Path(folder) / "tried.ply", timeout=timeout), show)
     return dict(result.steps[0].values)
+
+
+def _trials(
+    scan: Path, traits: dict[str, float], values: dict[str, Any], recipe: Recipe | None, timeout: float | None
+) -> dict[str, Trial]:
+    """What the recipes that smooth and fit would do."""
+    from dataclasses import replace
+
+    from ..recipe import load_recipe
+    from ..registry import find_filter
+    from ..running.read import read_mesh
+    from ..running.suitability import ranked
+    from ..running.trials import moving_script, trials
+
+    fitting = [s.recipe for s in ranked(traits) if s.fits and s.task in ("denoise", "smooth", "clean")]
+    chosen = None if recipe is None else recipe.script.steps[0]
+    scripts = {}
+    for name in fitting:
+        known = load_recipe(name)
+        script = None if known.info.behind in fitting else moving_script(known, chosen)
+        if script is not None:
+            scripts[name] = script
+    mesh = read_mesh(scan).mesh
+    found = trials(mesh.vertices, mesh.faces, scripts, clean=values["shape"] == "clean", timeout=timeout)
+    if values["shape"] != "correlated":
+        return found
+    # Held-out vertices are no evidence where neighbours share their noise: the filter that knows such noise was judged otherwise.
+    errors = [trial["error"] for trial in values["tried"]]
+    if not errors:
+        return {}
+    filtered = {name for name, script in scripts.items() if any(step.filter is find_filter(FILTER) for step in script.steps)}
+    return {
+        name: replace(
+            trial, as_good=False, before=errors[0], error=min(errors) if name in filtered else max(errors[0], trial.error)
+        )
+        for name, trial in found.items()
+    }
 
 
 def _explicit(scan: Path, values: dict[str, Any], noise: float) -> Recipe | None:

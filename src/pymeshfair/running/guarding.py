@@ -103,6 +103,8 @@ def _requirement(word: str, number: int | None, measures: Mapping[str, Any]) -> 
         yield Breach("require", f"the result is not watertight: it has {count:,} border edges", amount=count, allowed=0)
     elif word == "oriented" and not measures["oriented"]:
         yield Breach("require", "the result is not oriented: neighbouring faces look to different sides")
+    elif word == "printable":
+        return  # seen on the written file, see `pymeshfair.running.printable`
     elif word == "manifold":
         edges, vertices = measures["non_manifold_edges"], measures["non_manifold_vertices"]
         if edges or vertices:

@@ -31,6 +31,7 @@ from .job import Compiling, Event, Job, Message, PhaseStarted, StepFinished, Ste
 from .measuring import Found, Measuring, change_of
 from .origins import Origins, find_origins
 from .plain_values import plain
+from .printable import PRINTABLE, print_faults
 from .reasons import caused_by_memory, reason_of
 from .report import Report, StepDone
 from .shape_change import ShapeChange, warnings_of
@@ -216,7 +217,7 @@ class Session:
             report = self._watched(report, origins, change)
         if not report.breaches or self._job.keep_broken:
             try:
-                report = self._saved(report, after)
+                report = self._checked(self._saved(report, after), report)
             except OSError as error:
                 raise OutputError(self._job.output, (error.strerror or str(error)).lower()) from error
         return replace(report, warnings=tuple(self.warnings))
@@ -245,6 +246,14 @@ class Session:
         staged = (saved.output, *saved.side_files)
         described = [described_file(f.staged, named=f.target) for f in staged] + [described_file(path) for path in saved.reused]
         return replace(report, output=described[0] | {"side_files": described[1:]}, staged=staged)
+
+    def _checked(self, saved: Report, unsaved: Report) -> Report:
+        """The report of the written file; where that must be printable and is not, of a run that wrote none."""
+        if (PRINTABLE, None) not in self._job.all_guards.require:
+            return saved
+        faults = [plain(asdict(fault)) for fault in print_faults(saved.staged[0].staged, self._stage / "checked")]
+        broken = (*saved.breaches, *faults)
+        return replace(saved if self._job.keep_broken or not faults else unsaved, breaches=broken)
 
     def _watched(self, report: Report, origins: Origins, change: ShapeChange | None) -> Report:
         """Find the limits that were broken, and write the intervention map."""

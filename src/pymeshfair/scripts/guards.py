@@ -12,7 +12,14 @@ from ..declaration.units import PhysicalLength, check_unit, parse_length
 from ..errors import ParameterError
 
 #: what a result can be required to be, and whether it takes a number
-REQUIREMENTS = {"watertight": False, "manifold": False, "oriented": False, "components": True, "genus": True}
+REQUIREMENTS = {
+    "watertight": False,
+    "manifold": False,
+    "oriented": False,
+    "printable": False,
+    "components": True,
+    "genus": True,
+}
 #: the attributes of ``<FilterScript>`` that set guards, by the names of the fields of `Guards`
 ATTRIBUTES = {
     "max_displacement": "maxDisplacement",

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..declaration import Bool, Enum, Float, Int, Length, Parameter, Percentage, Shot, String
+from ..declaration import AUTO, Bool, Enum, Float, Int, Length, Parameter, Percentage, Shot, String
 from ..errors import ParameterError
 from ..recipe import Recipe
 from ..scripts.script import Script, Step
@@ -151,7 +151,8 @@ def _control(parameter: Parameter, value: Any) -> dict[str, Any]:
     if isinstance(parameter, Enum):
         return found | {"kind": "menu", "choices": list(parameter.choices)}
     if isinstance(parameter, Percentage):
-        amount = value.amount if isinstance(value, Length) else 0.0
+        shown = parameter.default if value == AUTO else value  # the slider has the reach of the filter's own default
+        amount = shown.amount if isinstance(shown, Length) else 0.0
         return found | {"kind": "length", **_bounds(parameter.minimum, None, amount)}
     if isinstance(parameter, Int | Float):
         whole = isinstance(parameter, Int)

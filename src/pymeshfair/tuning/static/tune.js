@@ -48,7 +48,7 @@ function field(step, number, parameter) {
     if (parameter.least !== null) input.min = String(parameter.least);
     if (parameter.most !== null) input.max = String(parameter.most);
     const unit = length ? element("select", { "aria-label": `${parameter.label}, unit` },
-      ...[["edge", "mean edges"], ["%", "% of the diagonal"], ["", "mesh units"]].map(([value, words]) => element("option", { value, selected: value === (parts[2] || "") }, words))) : null;
+      ...[["edge", "mean edges"], ["%", "% of the diagonal"], ["", "mesh units"]].map(([value, words]) => element("option", { value, selected: value === (parts[2] || (parameter.automatic && parameter.value === "auto" ? "edge" : "")) }, words))) : null;
     text = () => input.value === "" ? (parameter.automatic ? "auto" : "") : input.value + (unit ? unit.value : "");
     slider.addEventListener("input", () => { input.value = String(Number(Number(slider.value).toPrecision(4))); changed(); });
     input.addEventListener("input", () => { slider.value = input.value; });

@@ -1,0 +1,91 @@
+"""Whether a written file can be printed: it is read back as a slicer reads it, equal points merged, triangles alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from ..declaration import Bools, Floats, Ints
+from ..files.equal_rows import numbered
+from ..files.inputs import read_file
+from ..filters.inspection.surface_measures import surface_measures
+from ..filters.libraries import sparse
+from ..filters.mesh import Longs
+from ..mesh_data import MeshData
+from ..registry import find_filter
+from ..scripts.script import Step
+from .document import Document
+from .guarding import Breach
+
+#: the word of `require` that asks for this
+PRINTABLE = "printable"
+#: so many places of one kind are named
+_PLACES = 3
+
+
+def print_faults(written: Path, folder: Path) -> Iterator[Breach]:
+    """What would keep a slicer from knowing what is inside: borders, edges of many faces, faces turned over or cutting others.
+
+    Args:
+        written: the file.
+        folder: for what is handed over to MeshLab, which looks for faces that cut others.
+
+    Raises:
+        MeshLabLoadError: MeshLab cannot be loaded.
+    """
+    mesh = read_file(written).mesh
+    firsts, numbers = numbered(mesh.vertices)
+    vertices, faces = mesh.vertices[firsts], numbers[mesh.faces].astype(np.int32)
+    measures = surface_measures(vertices, faces)
+    counts, ends = _uses(faces)
+    for what, wrong in (("border edges", counts == 1), ("edges with more than two faces", counts > 2)):
+        if wrong.any():
+            yield _fault(what, int(wrong.sum()), vertices, ends[wrong])
+    if measures.closed and not measures.non_manifold_edges and measures.non_manifold_vertices:
+        text = f"the written file touches itself at {measures.non_manifold_vertices:,} vertices"
+        yield Breach("require", text, amount=measures.non_manifold_vertices, allowed=0)
+    if not measures.oriented:
+        yield Breach("require", "neighbouring faces of the written file look to different sides")
+    elif measures.volume is not None and measures.volume <= 0.0:
+        yield Breach("require", "the written file has no volume, or its faces look inwards", amount=measures.volume)
+    cuts = _cutting(MeshData(vertices=vertices, faces=faces), folder)
+    if cuts.any():
+        fault = _fault("faces that cut others", int(cuts.sum()), vertices, faces[cuts])
+        yield replace(
+            fault, message=f"{fault.message}; mend these places, or take wrap_for_print, which wraps all in one surface"
+        )
+
+
+def _uses(faces: Ints) -> tuple[Longs, Ints]:
+    """How many faces each edge has, and its (e, 2) vertices."""
+    ends = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    edges, counts = np.unique(ends, axis=0, return_counts=True)
+    return counts.astype(np.int64), edges
+
+
+def _fault(what: str, count: int, vertices: Floats, cells: Ints) -> Breach:
+    """The fault of (k, 2) edges or (k, 3) faces, with the middles of the largest places that they form."""
+    n = len(vertices)
+    ends = np.concatenate([cells[:, :2], cells[:, [0, -1]]])
+    links = sparse.coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(n, n))
+    place_of = sparse.csgraph.connected_components(links, directed=False)[1][cells[:, 0]]
+    places, sizes = np.unique(place_of, return_counts=True)
+    largest = places[np.argsort(-sizes, kind="stable")][:_PLACES]
+    middles = [vertices[np.unique(cells[place_of == place])].mean(axis=0).tolist() for place in largest]
+    said = "; ".join(", ".join(f"{c:.6g}" for c in middle) for middle in middles)
+    more = f", and {len(places) - _PLACES:,} more places" if len(places) > _PLACES else ""
+    x, y, z = middles[0]
+    text = f"the written file has {count:,} {what}, around {said}{more}"
+    return Breach("require", text, place=(x, y, z), amount=count, allowed=0)
+
+
+def _cutting(mesh: MeshData, folder: Path) -> Bools:
+    """(m,) the faces that cut others, as MeshLab finds them; about the middle, where its tests have all their digits."""
+    middle = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))
+    document = Document(folder)
+    document.add(MeshData(vertices=mesh.vertices - middle, faces=mesh.faces))
+    document.apply(Step(find_filter("compute_selection_by_self_intersections_per_face"), {}, 0))
+    return document.current.face_selection

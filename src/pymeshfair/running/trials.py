@@ -1,0 +1,105 @@
+"""What recipes would do on a scan: the error at vertices that they have not seen, and the relief that they take."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from ..declaration import FilterClass, Floats, Ints, MeshElement
+from ..errors import PymeshfairError
+from ..files.inputs import read_file
+from ..filters.denoising import Scan
+from ..filters.diffusion import relief_lost
+from ..filters.evidence import first_guess, held_out_vertices, judge
+from ..mesh_data import MeshData
+from ..recipe import Recipe
+from ..scripts.script import Script, Step
+from .job import Job
+from .suitability import Trial
+from .supervise import run_job
+
+#: sets of vertices, of which the largest is held out
+_MASKS = 4
+# Of what is within so many standard errors of the best another reason decides.
+_EQUAL = 2.0
+
+
+def moving_script(recipe: Recipe, chosen: Step | None = None) -> Script | None:
+    """The steps of a recipe that smooth, without those that delete; None if there are none.
+
+    Args:
+        recipe: the recipe.
+        chosen: the step of normal filtering with the values that were found for the scan, which need not be found again.
+    """
+    steps = [step for step in recipe.script.steps if _smooths(step)]
+    if chosen is not None:
+        steps = [chosen if step.filter is chosen.filter else step for step in steps]
+    return Script(tuple(steps)) if steps else None
+
+
+def _smooths(step: Step) -> bool:
+    known = step.filter
+    return bool(known.classes & FilterClass.SMOOTHING) and not known.changes & MeshElement.FACENUMBER
+
+
+def trials(
+    vertices: Floats, faces: Ints, scripts: Mapping[str, Script], *, clean: bool, timeout: float | None = None
+) -> dict[str, Trial]:
+    """Try scripts on a sample of a scan.
+
+    On a scan with noise some vertices, no two of them neighbours, are put where the others say, and the distance of each
+    result from their real places is measured; what is done to the surface counts, not what slides along it.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        scripts: what is tried, by name.
+        clean: whether the scan has no noise.
+        timeout: seconds for each.
+
+    Returns:
+        By name; a script that fails is left out, and all are where no vertex can be held out.
+    """
+    scan = Scan.of(vertices, faces)
+    masks = held_out_vertices(scan.points, scan.faces, scored=scan.scored, masks=_MASKS)
+    held = max(masks, key=len, default=np.empty(0, np.int32))
+    if not len(held):
+        return {}
+    start = scan.points if clean else first_guess(scan.points, scan.faces, normals=scan.normals, scored=scan.scored)(held)
+    results = dict(_results(start, scan.faces, scripts, timeout))
+
+    def heights(points: Floats, which: Ints) -> Floats:
+        return np.asarray(np.einsum("ij,ij->i", scan.points[which] - points[which], scan.normals[which]))
+
+    which = np.flatnonzero(scan.scored).astype(np.int32) if clean else held
+    verdict = judge(np.stack([heights(points, which) for points in (start, *results.values())]))
+    equal = verdict.within(_EQUAL) & (not clean)
+    level = 0.0 if clean else scan.noise.level
+    return {
+        name: Trial(
+            float(verdict.errors[k]),
+            float(verdict.errors[0]),
+            relief_lost(scan.points, points, scan.faces, noise=level),
+            as_good=bool(equal[k]),
+        )
+        for k, (name, points) in enumerate(results.items(), 1)
+    }
+
+
+def _results(points: Floats, faces: Ints, scripts: Mapping[str, Script], timeout: float | None) -> Iterator[tuple[str, Floats]]:
+    from ..files.ply_write import write_ply
+
+    with tempfile.TemporaryDirectory(prefix="pymeshfair-trials-") as folder:
+        source, target = Path(folder) / "scan.ply", Path(folder) / "result.ply"
+        with source.open("xb") as file:
+            write_ply(MeshData(vertices=points, faces=faces), file)
+        for name, script in scripts.items():
+            job = Job(Recipe(name, script), source, target, measures=False, overwrite=True, timeout=timeout)
+            try:
+                run_job(job)
+            except PymeshfairError:
+                continue
+            yield name, read_file(target).mesh.vertices

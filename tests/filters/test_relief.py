@@ -1,0 +1,36 @@
+"""The loss of relief: what is taken of heights that are no noise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pymeshfair.filters.diffusion import relief_lost
+from pymeshfair.filters.geometry import mean_edge_length
+from tests.meshes import Mesh, icosphere
+
+
+def _bumpy() -> tuple[Mesh, np.ndarray]:
+    """A ball with bumps, and the ball without them."""
+    vertices, faces = icosphere(4)
+    x, y, z = 12.0 * vertices.T
+    return (vertices * (1.0 + 0.03 * np.sin(x) * np.sin(y) * np.cos(z))[:, None], faces), vertices
+
+
+def test_nothing_is_lost_where_nothing_moves_and_all_where_bumps_go() -> None:
+    """0 for the same surface; bumps at half their height are half lost, those that are gone are lost."""
+    (bumps, faces), ball = _bumpy()
+    assert relief_lost(bumps, bumps, faces) == pytest.approx(0.0, abs=1e-12)
+    assert relief_lost(bumps, 0.5 * (bumps + ball), faces) == pytest.approx(0.5, abs=0.03)
+    assert relief_lost(bumps, ball, faces) == pytest.approx(1.0, abs=0.06)
+
+
+def test_noise_that_goes_is_no_loss() -> None:
+    """Bumps with noise of 0.05 edges: the bumps without it lost less than 5 %; noise alone is no relief."""
+    (bumps, faces), ball = _bumpy()
+    edge = mean_edge_length(ball, faces)
+    noise = np.random.default_rng(4).normal(scale=0.05 * edge, size=(len(ball), 1)) * ball
+    lost = relief_lost(bumps + noise, bumps, faces, noise=0.05)
+    assert lost is not None
+    assert lost < 0.05
+    assert relief_lost(ball + 6.0 * noise, ball, faces, noise=0.3) is None

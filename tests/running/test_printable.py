@@ -1,0 +1,79 @@
+"""The written file as a slicer sees it: equal points merged, closed, manifold, oriented, nothing that cuts anything."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pymeshlab
+import pytest
+import trimesh
+
+import pymeshfair
+from pymeshfair.recipe import load_recipe
+from pymeshfair.running.errors import GuardBroken
+from pymeshfair.running.job import Job
+from pymeshfair.running.printable import print_faults
+from pymeshfair.running.supervise import run_job
+from tests.meshes import Mesh, cube, icosphere, torus
+
+
+def _saved(path: Path, *meshes: Mesh) -> Path:
+    counts = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])
+    vertices = np.concatenate([vertices for vertices, _ in meshes])
+    faces = np.concatenate([faces + np.int32(first) for (_, faces), first in zip(meshes, counts, strict=False)])
+    document = pymeshlab.MeshSet()
+    document.add_mesh(pymeshlab.Mesh(vertices, faces))
+    document.save_current_mesh(str(path))
+    return path
+
+
+def _faults(path: Path, folder: Path) -> list[str]:
+    return [fault.message for fault in print_faults(path, folder / "meshlab")]
+
+
+def test_a_cube_of_loose_triangles_is_printable(tmp_path: Path) -> None:
+    """An STL file has three points a face; merged they make a closed cube."""
+    assert _faults(_saved(tmp_path / "cube.stl", cube()), tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("other", "expected"),
+    [((1.0, 1.0, 0.0), "1 edges with more than two faces, around 1, 1, 0.5"), ((0.5, 0.4, 0.3), "faces that cut others")],
+)
+def test_what_only_merging_and_looking_shows_has_a_place(tmp_path: Path, other: tuple[float, ...], expected: str) -> None:
+    """Two closed cubes that share an edge have four faces there; two that overlap cut each other."""
+    vertices, faces = cube()
+    told = "; ".join(_faults(_saved(tmp_path / "cubes.stl", (vertices, faces), (vertices + other, faces)), tmp_path))
+    assert expected in told
+    assert "around" in told
+
+
+def test_an_open_cube_and_one_inside_out_are_refused(tmp_path: Path) -> None:
+    """The border is named with its place; the faces that look inwards as such."""
+    vertices, faces = cube()
+    assert "3 border edges" in _faults(_saved(tmp_path / "open.stl", (vertices, faces[1:])), tmp_path / "a")[0]
+    assert "look inwards" in _faults(_saved(tmp_path / "in.stl", (vertices, faces[:, ::-1])), tmp_path / "b")[0]
+
+
+def test_lids_that_cross_are_an_error_with_places(tmp_path: Path) -> None:
+    """Half a torus has two round borders, one within the other, whose lids lie in each other: nothing is written."""
+    vertices, faces = torus(30, 16)
+    half = np.ascontiguousarray(faces[vertices[faces].mean(axis=1)[:, 2] > 0.0])
+    scan = _saved(tmp_path / "half.ply", (vertices, half))
+    with pytest.raises(GuardBroken, match=r"faces that cut others, around .*wrap_for_print"):
+        run_job(Job(load_recipe("prepare_for_print"), scan, tmp_path / "out.stl"))
+    assert not (tmp_path / "out.stl").exists()
+
+
+def test_balls_that_cut_each_other_are_wrapped_in_one_surface(tmp_path: Path) -> None:
+    """The wrapped file is closed and oriented for trimesh too, in one piece, a little larger than the two balls."""
+    vertices, faces = icosphere(3)
+    scan = _saved(tmp_path / "balls.ply", (vertices, faces), (vertices + np.array([1.0, 0.0, 0.0]), faces))
+    pymeshfair.run("wrap_for_print", scan, tmp_path / "out.stl", settings={"alpha": "4%", "offset": "0.5%"})
+    made = trimesh.load(tmp_path / "out.stl", force="mesh")
+    assert isinstance(made, trimesh.Trimesh)
+    assert made.is_watertight
+    assert made.is_winding_consistent
+    both = 2.0 * 4.0 / 3.0 * np.pi - np.pi * (4.0 + 1.0) * 1.0 / 12.0  # less the lens that they share
+    assert made.volume == pytest.approx(both, rel=0.06)
