@@ -213,7 +213,8 @@ def _scene(
         limits["displacement"] = robust_limits(moved)
     if curvatures:
         limits["curvature"] = symmetric_limits(np.concatenate(list(curvatures.values())))
-    shown = []
+    shown: list[Shown] = []
+    same = len(before.vertices) == len(after.vertices) and np.array_equal(before.faces, after.faces)
     for name, state in (("before", compared.before), ("after", compared.after)):
         scalars = {"curvature": curvatures[name]} if name in curvatures else {}
         if name == "after":
@@ -221,11 +222,9 @@ def _scene(
             if moved is not None:
                 scalars["displacement"] = moved
         mesh = state.mesh
-        shown.append(
-            shown_mesh(
-                name, mesh.vertices, mesh.faces, mesh.edges, normals=mesh.vertex_attributes.get("normals"), scalars=scalars
-            )
-        )
+        normals = mesh.vertex_attributes.get("normals")
+        like = shown[0] if same and name == "after" else None
+        shown.append(shown_mesh(name, mesh.vertices, mesh.faces, mesh.edges, normals=normals, scalars=scalars, like=like))
     tolerance = compared.found.tolerance.mesh_units if compared.found.tolerance else 0.0
     return pack_scene(shown, limits, up=up, markers=markers, tolerance=tolerance), shown
 
@@ -300,5 +299,5 @@ def _sections(compared: Compared, planes: Sequence[Plane]) -> list[SectionChart]
 
 def _edge_lengths(vertices: Floats, faces: Any) -> Floats:
     """The length of every side of every face; an inner edge counts twice."""
-    corners = vertices[faces]
-    return np.asarray(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).ravel())
+    sides = (vector_lengths(vertices[faces[:, k]] - vertices[faces[:, k - 1]]) for k in range(3))
+    return np.concatenate(list(sides))
