@@ -23,6 +23,9 @@ _APART = 1.0
 #: of the largest coordinate: what lies no further apart is the same place
 _ROUNDING = 256 * float(np.finfo(np.float64).eps)
 
+#: samples whose normals are compared at a time
+_BLOCK = 1 << 16
+
 
 @dataclass(frozen=True)
 class LengthIn:
@@ -269,9 +272,12 @@ def _faces(before: MeshState, after: MeshState, distances: Distances, *, same_fa
         return dict.fromkeys(names)
     there, here = distances
     old, new = (face_normals(scaled_to_unit(m.vertices)[0], m.faces) for m in (before.mesh, after.mesh))
-    normals, ground = new[there.faces], old[there.faces if same_faces else there.elements]
-    angles = np.degrees(angles_between(ground, normals))
-    counted = normals.any(axis=1) & ground.any(axis=1)
+    angles, counted = np.empty(len(there.faces)), np.empty(len(there.faces), dtype=np.bool_)
+    for start in range(0, len(angles), _BLOCK):
+        part = slice(start, start + _BLOCK)
+        normals, ground = new[there.faces[part]], old[(there.faces if same_faces else there.elements)[part]]
+        angles[part] = np.degrees(angles_between(ground, normals))
+        counted[part] = normals.any(axis=1) & ground.any(axis=1)
     turned = np.bincount(there.faces[counted], np.where(angles[counted] > 90.0, 1.0, -1.0))
     weights = there.weights * counted
     apart = _APART * before.mean_edge

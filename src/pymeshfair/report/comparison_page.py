@@ -285,7 +285,7 @@ def _charts(compared: Compared, ends: Limits, curvatures: Mapping[str, Floats]) 
         every = np.concatenate(list(curvatures.values()))
         charts += [
             histogram("Mean curvature", "1 / mesh unit", curvatures, *symmetric_limits(every)),
-            histogram("Edge lengths", "mesh units", edges, 0.0, robust_limits(np.concatenate(list(edges.values()))).high),
+            histogram("Edge lengths", "mesh units", edges, 0.0, max(robust_limits(e).high for e in edges.values())),
             histogram("Shape of triangles", "1: equilateral, 0: degenerate", shapes, *Limits(0.0, 1.0)),
         ]
     charts.append(spectrum_chart(compared.spectra))

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from ..declaration import Bool, Enum, Float, Int, Length, Parameter, Percentage, Shot, String
+from ..declaration.length import AUTOMATIC
 from ..errors import ParameterError
 from ..recipe import Recipe
 from ..scripts.script import Script, Step
 from ..scripts.value_text import parse_value
 from ..scripts.write import number_text
+
+#: how the help of a number says which value lets the filter choose
+_AUTOMATIC = re.compile(r"(-?\d+): automatic")
 
 
 @dataclass(frozen=True)
@@ -150,12 +155,14 @@ def _control(parameter: Parameter, value: Any) -> dict[str, Any]:
     if isinstance(parameter, Enum):
         return found | {"kind": "menu", "choices": list(parameter.choices)}
     if isinstance(parameter, Percentage):
-        amount = value.amount if isinstance(value, Length) else 0.0
-        return found | {"kind": "length", **_bounds(parameter.minimum, None, amount)}
+        amount = max(value.amount, 0.0) if isinstance(value, Length) else 0.0
+        automatic = "auto" if parameter.automatic else None
+        return found | {"kind": "length", "automatic": automatic, **_bounds(parameter.minimum, None, amount)}
     if isinstance(parameter, Int | Float):
         whole = isinstance(parameter, Int)
         bounds = _bounds(parameter.minimum, parameter.maximum, value or 0)
-        return found | {"kind": "whole" if whole else "number", **bounds}
+        automatic = _AUTOMATIC.search(parameter.help)
+        return found | {"kind": "whole" if whole else "number", "automatic": automatic and automatic[1], **bounds}
     return found
 
 
@@ -174,6 +181,8 @@ def value_text(value: Any) -> str:
     """A checked value in the form that `parse_value` reads; empty for None."""
     if value is None:
         return ""
+    if value == AUTOMATIC:
+        return "auto"
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, float):
