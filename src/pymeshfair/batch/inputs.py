@@ -68,6 +68,8 @@ def _expanded(argument: str, base: Path, settings: Sequence[str]) -> Iterator[As
     elif extension(path) == "csv":
         yield from _table(path, settings)
         return
+    elif extension(path) in ("html", "htm"):
+        raise ParameterError(f"{argument} is a page, not a scan; --report takes no name, it writes batch.html to the folder")
     else:
         files = [path]
     for file in files:

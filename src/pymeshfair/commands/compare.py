@@ -25,8 +25,12 @@ def compare(
     before: Annotated[Path, typer.Argument(metavar="BEFORE", help="The mesh file that comparison starts from.")],
     after: Annotated[Path, typer.Argument(metavar="AFTER", help="The mesh file that is compared with it.")],
     self_intersections: Annotated[
-        bool, typer.Option("--self-intersections/--no-self-intersections", help="Whether to look for faces that cut others.")
-    ] = True,
+        bool | None,
+        typer.Option(
+            "--self-intersections/--no-self-intersections",
+            help="Whether to look for faces that cut others; by default in meshes of at most 200,000 vertices.",
+        ),
+    ] = None,
     tolerance: Tolerance = None,
     limits: Limits = None,
     unit: Unit = None,

@@ -49,6 +49,8 @@ def compared_files(before: MeshState, after: MeshState, *, tolerance: float | No
     found, distances = compare(before, after, tolerance=tolerance)
     spectra: dict[str, Any] = {}
     left_out = []
+    if before.self_intersecting is None and after.self_intersecting is None:
+        left_out.append("Faces that cut others were not looked for: `compare --self-intersections` does, in large meshes, too.")
     if max(len(before.mesh.vertices), len(after.mesh.vertices)) > MOST_OF_SPECTRUM:
         left_out.append(f"No spectrum: a mesh has more than {MOST_OF_SPECTRUM:,} vertices. `pymeshfair spectrum` takes its time.")
     else:

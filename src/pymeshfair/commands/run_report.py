@@ -37,7 +37,7 @@ def reporting(job: Job, path: Path, up: str) -> Iterator[Callable[[RunResult], S
         path: the file to write.
         up: the upright axis.
     """
-    before = state_of(read_mesh(job.input, self_intersections=True, allow_outside=job.allow_outside, unchecked=job.unchecked))
+    before = state_of(read_mesh(job.input, self_intersections=None, allow_outside=job.allow_outside, unchecked=job.unchecked))
     target = path.absolute()
 
     def staged(result: RunResult) -> Sequence[StagedFile]:
@@ -58,7 +58,7 @@ def reporting(job: Job, path: Path, up: str) -> Iterator[Callable[[RunResult], S
 
 
 def _page(job: Job, result: RunResult, before: MeshState, up: str, *, kept: bool) -> bytes:
-    compared, left_out = compared_files(before, state_of(read_mesh(result.output, self_intersections=True)))
+    compared, left_out = compared_files(before, state_of(read_mesh(result.output, self_intersections=None)))
     # How far vertices moved is what the run said, before the file rounded their coordinates.
     compared = replace(compared, found=replace(compared.found, displacement=None))
     places = [(breach["place"], f"{breach['guard']}, vertex {breach['vertex']}") for breach in result.breaches if breach["place"]]

@@ -161,8 +161,8 @@ def _control(parameter: Parameter, value: Any) -> dict[str, Any]:
     if isinstance(parameter, Int | Float):
         whole = isinstance(parameter, Int)
         bounds = _bounds(parameter.minimum, parameter.maximum, value or 0)
-        automatic = _AUTOMATIC.search(parameter.help)
-        return found | {"kind": "whole" if whole else "number", "automatic": automatic and automatic[1], **bounds}
+        said = _AUTOMATIC.search(parameter.help)
+        return found | {"kind": "whole" if whole else "number", "automatic": said and said[1], **bounds}
     return found
 
 

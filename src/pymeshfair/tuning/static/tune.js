@@ -7,7 +7,7 @@ socket.binaryType = "arraybuffer";
 
 const state = {
   recipe: null, asked: 0, pending: 0, awaited: null, scan: null, result: null, told: null, kept: [], left: null, running: false,
-  choosing: false, cut: false, scale: { diagonal: 1, edge: 1 },
+  choosing: false, cut: false, switching: false, scale: { diagonal: 1, edge: 1 },
 };
 let viewer = null;
 
@@ -205,7 +205,7 @@ async function receive(told, scene) {
     showLeft("0 1");
     showNumbers(told);
     if (state.choosing) running(false, "drag a box over the scan, or click on it");
-    else if (!state.asked || state.cut) ask(0);
+    else if (!state.switching && (!state.asked || state.cut)) ask(0);
     state.cut = false;
   } else if (told.asked === state.asked) {
     state.result = scene;
@@ -213,6 +213,7 @@ async function receive(told, scene) {
     stale(false);
     by("keep").disabled = false;
     if (told.is === "result") {
+      state.seconds = told.seconds;
       running(true, `mesh there after ${told.seconds.toFixed(1)} s, numbers to come`);
       state.warnings = told.warnings;
       [...by("steps").querySelectorAll("li[data-step]")].filter((item) => item.querySelector("[data-on]").checked).forEach((item, k) => {
@@ -223,7 +224,7 @@ async function receive(told, scene) {
     } else {
       showNumbers({ ...told, warnings: state.warnings });
       by("numbers").classList.remove("awaited");
-      running(false, `done, numbers after ${told.seconds.toFixed(1)} s more`);
+      running(false, `done in ${state.seconds.toFixed(1)} s, numbers ${told.seconds.toFixed(1)} s later`);
       document.body.dataset.measured = String(told.asked);
     }
   }
@@ -319,9 +320,10 @@ const answers = {
   recipe(told) {
     const kept = state.scan ? null : remembered();
     showRecipe(told);
+    state.switching = Boolean(kept && kept.recipe !== told.key);
     if (state.returning) { putSettings(state.returning.steps); state.returning = null; }
     if (state.scan) ask(0);
-    else if (kept && kept.recipe !== told.key) send("recipe", { recipe: kept.recipe });
+    else if (state.switching) send("recipe", { recipe: kept.recipe });
   },
   opening(told) { by("state").textContent = `reading ${told.whole ? "the whole scan" : "the scan"}`; },
   begun(told) { state.current = told.run; running(true, told.run ? "running" : "running on the whole scan"); document.body.dataset.begun = String(told.asked ?? 0); },
