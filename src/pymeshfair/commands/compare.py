@@ -85,6 +85,7 @@ def compare(
     for warning in warnings:
         warn(warning)
     first, second = (state_of(mesh) for mesh in meshes)
+    unit = unit or first.unit
     allowed = tolerance_in_mesh_units(tolerance, unit, first.diagonal, first.mean_edge)
     ends = limits_in_mesh_units(limits, unit, first.diagonal, first.mean_edge)
     if report is None:
@@ -113,13 +114,14 @@ def compare(
             left_out=left_out,
             limits=ends,
             planes=planes,
+            unit=unit,
         )
         write_file(report, page, overwrite=overwrite)
         say_report(report)
     if json:
         print_document(numbers)
     else:
-        _show(found)
+        _show(found, unit)
         if alignment is not None:
             typer.echo(
                 f"Aligned first: turned by {alignment['degrees']:.4g} degrees, moved by {alignment['shift']:.4g}; 80 % of AFTER "
@@ -154,17 +156,17 @@ def _aligned(before: ReadMesh, after: ReadMesh) -> tuple[ReadMesh, dict[str, Any
     return replace(after, mesh=moved(after.mesh, found.vertices), warnings=warnings), told
 
 
-def _show(found: Comparison) -> None:
-    from ..looking.words import AREA_HEADERS, DISTANCE_HEADERS, area_rows, comparison_lines, distance_rows, verdict_text
+def _show(found: Comparison, unit: str | None) -> None:
+    from ..looking.words import area_headers, area_rows, comparison_lines, distance_headers, distance_rows, verdict_text
     from .measures_table import measures_table
     from .tables import console, table
 
     console().print(measures_table({"before": found.before, "after": found.after}))
     typer.echo("")
-    console().print(table(DISTANCE_HEADERS, distance_rows(found), numbers=(1, 2, 3)))
+    console().print(table(distance_headers(unit), distance_rows(found), numbers=(1, 2, 3)))
     typer.echo("")
     if found.out_of_tolerance:
-        console().print(table(AREA_HEADERS, area_rows(found, _AREAS), numbers=(2, 3, 4)))
+        console().print(table(area_headers(unit), area_rows(found, _AREAS), numbers=(2, 3, 4)))
         typer.echo("")
     for line in comparison_lines(found):
         typer.echo(line)

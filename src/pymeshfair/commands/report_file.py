@@ -77,8 +77,9 @@ def report_page(
     run: RunPart | None = None,
     limits: Limits | None = None,
     planes: Sequence[Plane] = (),
+    unit: str | None = None,
 ) -> bytes:
-    """The page as the bytes of its file; see `pymeshfair.report.comparison_page.comparison_page`."""
+    """The page as the bytes of its file, with names of files alone; see `pymeshfair.report.comparison_page.comparison_page`."""
     from ..report.comparison_page import comparison_page
     from .json_document import plain
 
@@ -86,7 +87,7 @@ def report_page(
         compared,
         title=title,
         subtitle=subtitle,
-        numbers=plain(numbers),
+        numbers=plain({**numbers, "files": {key: path and path.name for key, path in numbers["files"].items()}}),
         verdict=verdict,
         markers=markers,
         warnings=warnings,
@@ -95,6 +96,7 @@ def report_page(
         up=up,
         limits=limits,
         planes=planes,
+        unit=unit,
     )
     return text.encode("utf-8", "replace")  # names of files may hold bytes that are no text
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -73,6 +74,7 @@ def _page(job: Job, result: RunResult, before: MeshState, up: str, *, kept: bool
             "comparison": compared.found,
         },
         up=up,
+        unit=job.unit or before.unit,
         warnings=result.warnings,
         left_out=left_out,
         verdict=_verdict(job, result, compared.found, kept=kept),
@@ -81,9 +83,16 @@ def _page(job: Job, result: RunResult, before: MeshState, up: str, *, kept: bool
             result.steps,
             result.change,
             format_script(job.recipe.script),
-            result.provenance.read_text("utf-8") if kept else "A run without output leaves no provenance.",
+            _without_folders(result.provenance.read_text("utf-8"), job) if kept else "A run without output leaves no provenance.",
         ),
     )
+
+
+def _without_folders(text: str, job: Job) -> str:
+    """The record without the folders of this machine, which say nothing to those who get the page."""
+    for folder in (job.input.absolute().parent, job.output.absolute().parent, Path.cwd()):
+        text = text.replace(f"{json.dumps(str(folder))[1:-1]}/", "")
+    return text
 
 
 def _verdict(job: Job, result: RunResult, found: Comparison, *, kept: bool) -> Verdict:

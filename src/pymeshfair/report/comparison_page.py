@@ -23,12 +23,12 @@ from ..looking.mesh_state import MeshState
 from ..looking.picture import Appearance, draw_meshes
 from ..looking.section import Plane
 from ..looking.words import (
-    AREA_HEADERS,
-    DISTANCE_HEADERS,
+    area_headers,
     area_rows,
     became_text,
     change_lines,
     comparison_lines,
+    distance_headers,
     distance_rows,
     measure_rows,
     verdict_text,
@@ -113,6 +113,7 @@ def comparison_page(
     up: str = "y",
     limits: Limits | None = None,
     planes: Sequence[Plane] = (),
+    unit: str | None = None,
 ) -> str:
     """The report as the text of an HTML file.
 
@@ -129,6 +130,7 @@ def comparison_page(
         up: the upright axis, "y" or "z".
         limits: the ends of the colours of distances; found from them if it is None.
         planes: of the sections to show.
+        unit: of the scan, if it is known.
     """
     ends = limits or _limits(compared)
     curvatures = _curvatures(compared)
@@ -142,9 +144,9 @@ def comparison_page(
         scene=scene,
         notes=[_decimation(mesh) for mesh in shown if mesh.decimated],
         change=change_lines(run.change) if run and run.change else (),
-        distance_headers=DISTANCE_HEADERS,
+        distance_headers=distance_headers(unit),
         distance_rows=distance_rows(compared.found),
-        area_headers=AREA_HEADERS,
+        area_headers=area_headers(unit),
         area_rows=area_rows(compared.found, _AREAS),
         lines=comparison_lines(compared.found),
         measure_rows=measure_rows({"before": compared.found.before, "after": compared.found.after}),

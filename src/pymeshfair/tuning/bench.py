@@ -16,7 +16,7 @@ from ..errors import RunError
 from ..filters.inspection import mean_curvature, symmetric_limits
 from ..looking.comparison import compare
 from ..looking.mesh_state import state_of
-from ..looking.words import DISTANCE_HEADERS, comparison_lines, distance_rows, measure_rows
+from ..looking.words import comparison_lines, distance_headers, distance_rows, measure_rows
 from ..mesh_data import MeshData
 from ..processes.worker import report
 from ..report.display import Shown, shown_mesh
@@ -82,7 +82,7 @@ class Bench:
         found, distances = compare(self._before, after)
         numbers = {
             "measures": measure_rows({"scan": self._before.measures, "result": after.measures}),
-            "distance": [list(DISTANCE_HEADERS), *distance_rows(found)],
+            "distance": [list(distance_headers(self._before.unit)), *distance_rows(found)],
             "lines": comparison_lines(found),
         }
         scalars = {**shown.scalars, "distance": distances.after.at_vertices[shown.kept]}
