@@ -72,10 +72,15 @@ def corner_angles(vertices: Floats, faces: Ints) -> Floats:
         faces: (m, 3) triangles.
     """
     angles = np.empty(faces.shape)
-    for k in range(3):
-        at = vertices[faces[:, k]]
-        angles[:, k] = angles_between(vertices[faces[:, (k + 1) % 3]] - at, vertices[faces[:, (k + 2) % 3]] - at)
+    _fill_corner_angles(np.ascontiguousarray(vertices, dtype=np.float64), faces, angles)
     return angles
+
+
+@compiled(nogil=True)
+def _fill_corner_angles(points: Floats, faces: Ints, angles: Floats) -> None:
+    for f in range(faces.shape[0]):
+        a, b, c = faces[f]
+        angles[f] = angle_at(points, a, b, c), angle_at(points, b, c, a), angle_at(points, c, a, b)
 
 
 def area_vector(loop: Floats) -> Floats:

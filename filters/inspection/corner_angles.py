@@ -5,7 +5,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..geometry import corner_angles, cross_products
+from ..compilation import compiled
+from ..geometry import angle_at, corner_angles, cross_product
 from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
 from ..topology import border_vertices, proper_faces
 
@@ -72,12 +73,25 @@ def vertex_normals(points: Floats, faces: Ints) -> Floats:
         points: (n, 3) coordinates of ordinary size.
         faces: (m, 3) triangles.
     """
-    if not len(faces):
-        return np.zeros((len(points), 3))
-    directions = _unit(cross_products(points, faces))
-    angles = _angles(points, faces)
-    sums = [np.bincount(faces.ravel(), (angles * directions[:, [axis]]).ravel(), minlength=len(points)) for axis in range(3)]
-    return _unit(np.column_stack(sums))
+    sums = np.zeros((len(points), 3))
+    _add_normals(points, faces, sums)
+    return _unit(sums)
+
+
+@compiled(nogil=True)
+def _add_normals(points: Floats, faces: Ints, sums: Floats) -> None:
+    for f in range(faces.shape[0]):
+        a, b, c = faces[f]
+        x, y, z = cross_product(points, a, b, c)
+        length = math.sqrt(x * x + y * y + z * z)
+        if not length > 0.0:
+            continue
+        at_a, at_b, at_c = angle_at(points, a, b, c), angle_at(points, b, c, a), angle_at(points, c, a, b)
+        rest = (math.pi - at_a - at_b - at_c) / 3.0
+        for corner, angle in ((a, at_a + rest), (b, at_b + rest), (c, at_c + rest)):
+            sums[corner, 0] += angle * x / length
+            sums[corner, 1] += angle * y / length
+            sums[corner, 2] += angle * z / length
 
 
 def _angles(points: Floats, faces: Ints) -> Floats:

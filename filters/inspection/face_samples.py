@@ -48,5 +48,7 @@ def face_samples(vertices: Floats, faces: Ints, count: int) -> FaceSamples:
     s, t = ((step * k) % 1.0 for step in _STEPS)
     over = s + t > 1.0
     s, t = np.where(over, 1.0 - s, s)[:, None], np.where(over, 1.0 - t, t)[:, None]
-    a, b, c = (vertices[faces[of, corner]] for corner in range(3))
-    return FaceSamples(a + s * (b - a) + t * (c - a), of, (measured / per_face)[of])
+    a = vertices[faces[of, 0]]
+    places = a + s * (vertices[faces[of, 1]] - a)
+    places += t * (vertices[faces[of, 2]] - a)
+    return FaceSamples(places, of, (measured / per_face)[of])

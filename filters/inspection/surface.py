@@ -17,6 +17,9 @@ from ..topology import faces_across, proper_faces
 from .corner_angles import vertex_normals
 from .triangle_tree import TriangleTree, largest_distances
 
+#: points that are looked up at a time
+_BLOCK = 1 << 16
+
 
 class NearestPlaces(NamedTuple):
     """The places of a surface nearest to q points.
@@ -72,21 +75,27 @@ class Surface:
         The side is that of the face, and at an edge or a vertex that of the sum of its faces' normals, weighted with the angle
         at a vertex: then it is right for every point around a closed surface [baerentzen2005].
         """
+        count = len(queries)
+        found = NearestPlaces(np.empty((count, 3)), np.empty(count), np.empty(count, np.int64), np.ones(count))
+        # By blocks, as what is computed on the way takes five times the memory of what is found.
+        for start in range(0, count, _BLOCK):
+            part = slice(start, start + _BLOCK)
+            for whole, values in zip(found, self._nearest(queries[part]), strict=True):
+                whole[part] = values
+        return found
+
+    def _nearest(self, queries: Floats) -> tuple[Floats, Floats, Longs, Floats | float]:
         mesh = self.mesh
         local = self.local(queries)
-        if not len(local):
-            return NearestPlaces(np.empty((0, 3)), np.empty(0), np.empty(0, np.int64), np.empty(0))
         if not len(mesh.cells):
             distances, points = self._points.query(local)
-            vectors = local - mesh.points[points]
-            return NearestPlaces(vectors / mesh.scale, distances / mesh.scale, mesh.used[points], np.ones(len(local)))
+            return (local - mesh.points[points]) / mesh.scale, distances / mesh.scale, mesh.used[points], 1.0
         cells, weights, distances = self._tree.nearest(local)
         corners = mesh.points[mesh.cells[cells]]
         s, t = weights[:, :1], weights[:, 1:]
         vectors = local - corners[:, 0] - s * (corners[:, 1] - corners[:, 0]) - t * (corners[:, 2] - corners[:, 0])
         outwards = np.einsum("ij,ij->i", vectors, self._normals_at(cells, weights))
-        sides = np.where(outwards < 0.0, -1.0, 1.0)
-        return NearestPlaces(vectors / mesh.scale, distances / mesh.scale, self.faces[cells], sides)
+        return vectors / mesh.scale, distances / mesh.scale, self.faces[cells], np.where(outwards < 0.0, -1.0, 1.0)
 
     def local(self, places: Floats) -> Floats:
         """Places about the middle of the surface and of its scale, in which `search` and `largest_distances` work."""
@@ -112,7 +121,7 @@ class Surface:
     def normals_at_vertices(self) -> Floats:
         """(n, 3) the unit normals of all vertices; 0 where there are none."""
         normals = np.zeros((self.vertex_count, 3))
-        normals[self.mesh.used] = vertex_normals(self.mesh.points, self.mesh.cells)
+        normals[self.mesh.used] = self._vertex_normals
         return normals
 
     def _normals_at(self, cells: Longs, weights: Floats) -> Floats:
@@ -128,12 +137,7 @@ class Surface:
             normals[edge[across >= 0]] += self._normals[across[across >= 0]]
         corner, at = np.nonzero(on & np.roll(on, 1, axis=1))
         if len(corner):
-            points, cells_of_mesh = self.mesh.points, self.mesh.cells
-            asked = cells_of_mesh[cells[corner], at]
-            of_points = np.zeros(len(points), dtype=np.bool_)
-            of_points[asked] = True
-            around = cells_of_mesh[of_points[cells_of_mesh].any(axis=1)]
-            normals[corner] = vertex_normals(points, around)[asked]
+            normals[corner] = self._vertex_normals[self.mesh.cells[cells[corner], at]]
         return normals
 
     @cached_property
@@ -147,6 +151,10 @@ class Surface:
     @cached_property
     def _normals(self) -> Floats:
         return face_normals(self.mesh.points, self.mesh.cells)
+
+    @cached_property
+    def _vertex_normals(self) -> Floats:
+        return vertex_normals(self.mesh.points, self.mesh.cells)
 
     @cached_property
     def _across(self) -> Ints:

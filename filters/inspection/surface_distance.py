@@ -18,6 +18,8 @@ SAMPLES = 100_000
 PERCENTILES = (50, 90, 95, 99)
 #: the largest distance is searched for until no other one can be larger by more than this factor
 _PROVEN = 1.01
+#: faces that are looked at together at first
+_BLOCK = 1 << 16
 
 
 @dataclass(frozen=True)
@@ -152,17 +154,25 @@ def _largest(
     if not len(faces):
         return largest, furthest, largest
     scale = to.mesh.scale
-    corners, d = to.local(points)[faces], at_vertices.distances[faces] * scale
+    local, at_points = to.local(points), at_vertices.distances * scale
     if not len(to.faces):
-        sides = np.max([vector_lengths(corners[:, k] - corners[:, k - 1]) for k in range(3)], axis=0)
-        return largest, furthest, float((d.max(axis=1) + sides).max()) / scale
+        sides = np.max([vector_lengths(local[faces[:, k]] - local[faces[:, k - 1]]) for k in range(3)], axis=0)
+        return largest, furthest, float((at_points[faces].max(axis=1) + sides).max()) / scale
     beside = to.cells_of(nearest.elements[np.searchsorted(samples.faces, np.arange(len(faces)))])[:, None]
-    bound = to.largest_distances(corners, d, beside)
+    bound = np.concatenate(
+        [
+            to.largest_distances(local[faces[part]], at_points[faces[part]], beside[part])
+            for part in np.array_split(np.arange(len(faces)), 1 + len(faces) // _BLOCK)
+        ]
+    )
+    high = bound > largest * scale * _PROVEN
+    corners, d, rest = local[faces[high]], at_points[faces[high]], float(bound[~high].max(initial=0.0))
+    bound = bound[high]
     left = len(points) + len(samples.places)
     while True:
         open_ones = np.flatnonzero(bound > largest * scale * _PROVEN)
         if not len(open_ones) or 3 * len(open_ones) > left:
-            return largest, furthest, max(float(bound.max()) / scale, largest)
+            return largest, furthest, max(float(bound.max(initial=rest)) / scale, largest)
         corners, d = corners[open_ones], d[open_ones]
         middles = 0.5 * (corners + np.roll(corners, -1, axis=1))
         cells, found = to.search(middles.reshape(-1, 3))

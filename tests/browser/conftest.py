@@ -1,9 +1,12 @@
-"""A headless Chromium for tests of pages; they are skipped where there is none."""
+"""Headless Chromium and Firefox for tests of pages; the tests of a browser are skipped where there is none."""
 
 from __future__ import annotations
 
+import os
 import shutil
+import subprocess
 from collections.abc import Iterator
+from contextlib import ExitStack
 from typing import Any
 
 import pytest
@@ -18,19 +21,44 @@ FLAGS = [
     "--disable-background-networking",
     "--disable-component-update",
 ]
+#: the names of each browser's program
+PROGRAMS = {"chromium": ("chromium", "chromium-browser", "google-chrome"), "firefox": ("firefox-esr", "firefox")}
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    """Chromium, driven by playwright."""
-    program = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+@pytest.fixture(scope="session")
+def screen() -> Iterator[dict[str, str]]:
+    """The environment of a program that needs a screen: WebGL of Firefox does, without a window as well."""
+    if "DISPLAY" in os.environ or shutil.which("Xvfb") is None:
+        yield dict(os.environ)
+        return
+    read, write = os.pipe()
+    command = ["Xvfb", "-displayfd", str(write), "-screen", "0", "1400x1000x24", "-nolisten", "tcp"]
+    with subprocess.Popen(command, pass_fds=(write,), stderr=subprocess.DEVNULL) as process:
+        os.close(write)
+        with os.fdopen(read) as told:
+            number = told.readline().strip()
+        yield {**os.environ, "DISPLAY": f":{number}"}
+        process.terminate()
+
+
+@pytest.fixture(scope="module", params=list(PROGRAMS))
+def browser(request: pytest.FixtureRequest, screen: dict[str, str]) -> Iterator[Any]:
+    """A browser, driven by playwright."""
+    program = next(filter(None, map(shutil.which, PROGRAMS[request.param])), None)
     if program is None:
-        pytest.skip("no Chromium here: `apt install chromium` installs one")
+        pytest.skip(f"no {request.param} here: `apt install {PROGRAMS[request.param][0]} xvfb` installs one")
     driver = pytest.importorskip("playwright.sync_api", reason="playwright is not installed: it is in the extra `test`")
-    with driver.sync_playwright() as playwright:
-        opened = playwright.chromium.launch(executable_path=program, args=FLAGS)
+    with driver.sync_playwright() as playwright, ExitStack() as stack:
+        if request.param == "chromium":
+            opened = playwright.chromium.launch(executable_path=program, args=FLAGS)
+        else:
+            # That channel is Firefox as it is, by the protocol of the W3C, and not playwright's own build.
+            prefs = {"webgl.force-enabled": True}
+            opened = playwright.firefox.launch(
+                channel="moz-firefox", executable_path=program, env=screen, firefox_user_prefs=prefs
+            )
+        stack.callback(opened.close)
         yield opened
-        opened.close()
 
 
 @pytest.fixture
@@ -42,7 +70,7 @@ def errors() -> list[str]:
 @pytest.fixture
 def page(browser: Any, errors: list[str]) -> Iterator[Any]:
     """A new page whose network is off."""
-    context = browser.new_context(viewport={"width": 1000, "height": 900}, offline=True)
+    context = browser.new_context(viewport={"width": 1000, "height": 900}, offline=browser.browser_type.name == "chromium")
     page = context.new_page()
     page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
     page.on("pageerror", lambda error: errors.append(str(error)))

@@ -130,8 +130,8 @@ def test_a_button_goes_to_the_largest_distance(opened: Any) -> None:
 
 
 def test_its_numbers_are_those_of_the_document(opened: Any, report: tuple[Path, dict[str, Any]]) -> None:
-    """The data in the page are the document that the command printed, and the table shows them."""
-    expected = report[1]
+    """The data in the page are the document that the command printed, with names for paths, and the table shows them."""
+    expected = {**report[1], "files": {"before": NAME, "after": "after.ply"}}
     assert json.loads(opened.locator("#numbers").text_content()) == expected
     cells = opened.locator("table", has_text="Hausdorff distance").first.locator("tr").last.locator("td").all_inner_texts()
     found = expected["comparison"]["hausdorff"]

@@ -26,7 +26,7 @@ from pymeshfair.scripts.script import Script, Step
 from pymeshfair.scripts.write import write_script
 from pymeshfair.tuning.access import redirecting_file
 from pymeshfair.tuning.notebook import Tuning
-from tests.browser.pixels import canvas_pixels, halves, share_changed
+from tests.browser.pixels import canvas_pixels, halves, share_changed, soon
 from tests.commands.command_line import COMMAND, document, run_process
 from tests.meshes import icosphere
 
@@ -89,7 +89,7 @@ def tuning(browser: Any, served: Served, errors: list[str]) -> Iterator[Any]:
     page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
     page.on("pageerror", lambda error: errors.append(str(error)))
     page.goto(served.address)
-    page.wait_for_selector("body[data-shown='1'], #problem:not([hidden])")
+    page.wait_for_selector("body[data-measured='1'], #problem:not([hidden])")
     assert not page.locator("#problem").inner_text()
     yield page
     context.close()
@@ -121,7 +121,7 @@ def test_a_slider_changes_the_result_alone(tuning: Any) -> None:
     """After a slider was moved the right mesh and the numbers are others, the scan on the left is the same."""
     before, mean = canvas_pixels(tuning), size(tuning)
     change(tuning, "iterations", "60")
-    tuning.wait_for_selector("body[data-shown='2']")
+    tuning.wait_for_selector("body[data-measured='2']")
     after = canvas_pixels(tuning)
     assert share_changed(halves(before)[0], halves(after)[0]) == 0.0
     assert share_changed(halves(before)[1], halves(after)[1]) > 0.05
@@ -134,7 +134,7 @@ def test_a_change_cancels_the_run_before(tuning: Any) -> None:
     tuning.wait_for_selector("body[data-begun='2']")
     assert not tuning.locator("#stop").is_disabled()
     change(tuning, "iterations", "3")
-    tuning.wait_for_selector("body[data-shown='3']")
+    tuning.wait_for_selector("body[data-measured='3']")
     assert tuning.locator("body").get_attribute("data-cancelled") == "1"
     assert "done in" in tuning.locator("#state").inner_text()
 
@@ -152,16 +152,115 @@ def test_two_settings_beside_each_other(tuning: Any) -> None:
     kept = canvas_pixels(tuning)
     assert share_changed(*halves(kept)) < 0.01
     change(tuning, "iterations", "80")
-    tuning.wait_for_selector("body[data-shown='2']")
+    tuning.wait_for_selector("body[data-measured='2']")
     found = canvas_pixels(tuning)
     assert share_changed(halves(kept)[0], halves(found)[0]) == 0.0
     assert share_changed(*halves(found)) > 0.05
 
 
+def test_the_mesh_comes_before_its_numbers(tuning: Any) -> None:
+    """After a change the old result is greyed; then the new mesh is there with the old numbers greyed; then both are new."""
+    tuning.evaluate(
+        """() => {
+          window.seen = [];
+          new MutationObserver(() => {
+            const look = (part) => Number(getComputedStyle(document.querySelector(part)).opacity);
+            const { shown, measured } = document.body.dataset;
+            const said = [shown, measured, look("canvas"), look("#numbers")].join(" ");
+            if (window.seen.at(-1) !== said) window.seen.push(said);
+          }).observe(document.body, { attributes: true, subtree: true });
+        }"""
+    )
+    change(tuning, "iterations", "30")
+    tuning.wait_for_selector("body[data-measured='2']")
+    assert soon(tuning, lambda: tuning.evaluate("getComputedStyle(document.querySelector('#numbers')).opacity") == "1")
+    seen = tuning.evaluate("window.seen")
+    assert [state for k, state in enumerate(seen) if state not in seen[:k]] == [
+        "1 1 0.4 0.4",
+        "1 1 1 0.4",
+        "2 1 1 0.4",
+        "2 2 1 1",
+    ]
+
+
+def test_a_stopped_filter_costs_no_worker(tuning: Any, served: Served) -> None:
+    """A filter that tells its progress stops by itself: the same two processes go on."""
+    before = workers(served)
+    change(tuning, "iterations", "100000")
+    tuning.wait_for_selector("body[data-begun='2']")
+    tuning.wait_for_timeout(1000)
+    change(tuning, "iterations", "3")
+    tuning.wait_for_selector("body[data-measured='3']")
+    assert tuning.locator("body").get_attribute("data-cancelled") == "1"
+    assert before == workers(served)
+
+
+def workers(served: Served) -> set[str]:
+    """The numbers of the processes that work for the server."""
+    listed = subprocess.run(["ps", "-o", "pid=", "--ppid", str(served.process.pid)], capture_output=True, text=True, check=True)
+    return set(listed.stdout.split())
+
+
+def test_kept_results_and_the_way_back(tuning: Any) -> None:
+    """A kept result is listed with its settings and its distance, shown on the left again, and its settings are set again."""
+    change(tuning, "iterations", "25")
+    tuning.wait_for_selector("body[data-measured='2']")
+    tuning.click("#keep")
+    entry = tuning.locator("#kept li").first
+    assert "iterations 25" in entry.inner_text()
+    assert "root mean square distance" in entry.inner_text()
+    distance = size(tuning)
+    change(tuning, "iterations", "60")
+    tuning.wait_for_selector("body[data-measured='3']")
+    tuning.check("input[name=views][value='0 1']")
+    entry.get_by_text("Show left").click()
+    assert soon(tuning, lambda: tuning.locator("[data-view-name]").first.inner_text() == "kept 1")
+    entry.get_by_text("Back to it").click()
+    tuning.wait_for_selector("body[data-measured='4']")
+    assert tuning.locator("[data-parameter=iterations] input[type=number]").input_value() == "25"
+    assert size(tuning) == distance
+
+
+def test_settings_survive_a_reload(tuning: Any) -> None:
+    """Another recipe, and a value that was changed in it, are there again when the page is loaded again."""
+    tuning.select_option("#recipe", "smooth_implicit")
+    tuning.wait_for_selector("body[data-measured='2']")
+    change(tuning, "detail_size", "3.5")
+    tuning.wait_for_selector("body[data-measured='3']")
+    value = tuning.locator("[data-parameter=detail_size] input[type=number]").input_value()
+    assert value != "5"
+    tuning.reload()
+    tuning.wait_for_selector("body[data-measured='1']")
+    assert tuning.locator("#recipe").input_value() == "smooth_implicit"
+    assert tuning.locator("[data-parameter=detail_size] input[type=number]").input_value() == value
+
+
+def test_auto_is_chosen_and_its_errors_are_a_curve(tuning: Any) -> None:
+    """With "auto" the slider has no say, the page runs, and the errors of what was tried stand over the slider."""
+    tuning.select_option("#recipe", "smooth_implicit")
+    tuning.wait_for_selector("body[data-measured='2']")
+    row = tuning.locator("[data-parameter=detail_size]")
+    row.locator("[data-auto]").check()
+    tuning.wait_for_selector("body[data-measured='3']")
+    assert not tuning.locator("#problem").inner_text()
+    assert row.locator("input[type=range]").is_disabled()
+    assert row.locator("svg.curve path").get_attribute("d").count("L") > 1
+    assert "did not see, least at" in row.locator("svg.curve title").text_content()
+
+
+def test_a_second_tab_takes_over(browser: Any, tuning: Any, served: Served) -> None:
+    """The tab that was opened last is served, and the one before says so."""
+    second = browser.new_page()
+    second.goto(served.address)
+    second.wait_for_selector("body[data-measured='1']", timeout=PATIENCE)
+    assert "Another page was opened for this scan" in tuning.locator("#problem").inner_text()
+    second.close()
+
+
 def test_the_saved_recipe_gives_the_bytes_of_the_page(tuning: Any, served: Served) -> None:
     """The output of the page and that of the command with the recipe that the page saved are the same file."""
     change(tuning, "iterations", "7")
-    tuning.wait_for_selector("body[data-shown='2']")
+    tuning.wait_for_selector("body[data-measured='2']")
     tuning.fill("#recipe-name", "mine.mlx")
     tuning.fill("#note", "seven is enough")
     tuning.click("#save")
@@ -227,10 +326,21 @@ def test_a_part_first_and_the_whole_on_demand(browser: Any, served: Served, erro
         counts = page.locator("th:text-is('vertices')").locator("xpath=..").locator("td")
         for shown, choice in ((1, "part"), (2, "whole")):
             page.check(f"input[name=whole][value={choice}]")
-            page.wait_for_selector(f"body[data-shown='{shown}']")
+            page.wait_for_selector(f"body[data-measured='{shown}']")
             scan, result = (int(text.replace(",", "")) for text in counts.all_inner_texts()[:2])
             assert scan == result
             assert 380 <= scan <= 420 if choice == "part" else scan == 2562
+        first = counts.first.inner_text()
+        page.click("#choose-part")
+        page.locator("#state", has_text="drag a box").wait_for()
+        box = page.locator("canvas").bounding_box()
+        page.mouse.move(box["x"] + 0.22 * box["width"], box["y"] + 0.45 * box["height"])
+        page.mouse.down()
+        page.mouse.move(box["x"] + 0.28 * box["width"], box["y"] + 0.55 * box["height"], steps=3)
+        page.mouse.up()
+        page.wait_for_selector("body[data-measured='3']")
+        assert 20 < int(counts.first.inner_text().replace(",", "")) < 1000
+        assert counts.first.inner_text() != first
         page.close()
         process.send_signal(signal.SIGINT)
         assert process.wait(20) == 0

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 import trimesh
 
+from pymeshfair.files.saving import Writing
+from pymeshfair.files.three_mf import write_3mf
 from pymeshfair.looking.coloring import COLORINGS
 from pymeshfair.looking.comparison import Comparison, compare
 from pymeshfair.looking.mesh_state import state_of
@@ -231,6 +233,18 @@ def test_the_command_fails_out_of_tolerance(tmp_path: Path) -> None:
     unknown = judged("--tolerance", "60mm")
     assert unknown.exit_code == 2
     assert "say it by --unit" in unknown.stderr
+
+
+def test_the_unit_of_the_file_is_that_of_the_numbers(tmp_path: Path) -> None:
+    """A 3MF file says its unit: a tolerance in another one needs no --unit, and the tables name it."""
+    vertices, faces = icosphere(2)
+    for name, size in (("a.3mf", 1.0), ("b.3mf", 1.05)):
+        with (tmp_path / name).open("xb") as file:
+            write_3mf(MeshData(vertices=size * vertices, faces=faces, unit="mm"), file, Writing(lambda: 0.0, {}, "", []))
+    done = invoke("compare", tmp_path / "a.3mf", tmp_path / "b.3mf", "--no-self-intersections", "--tolerance", "0.004cm")
+    assert done.exit_code == 1, done.stderr
+    assert "by (mm)" in done.stdout
+    assert "mesh units" not in done.stdout
 
 
 def test_scans_taken_twice_are_aligned(tmp_path: Path) -> None:

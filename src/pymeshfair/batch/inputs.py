@@ -124,6 +124,8 @@ def _expanded(argument: str, base: Path, settings: Sequence[str]) -> Iterator[As
     elif argument == "-" or extension(path) == "csv":
         yield from _table(path, settings)
         return
+    elif extension(path) in ("html", "htm"):
+        raise ParameterError(f"{argument} is a page, not a scan; --report takes no name, it writes batch.html to the folder")
     else:
         yield Asked(path.absolute())
         return

@@ -35,8 +35,12 @@ def compare(
     before: Annotated[Path, typer.Argument(metavar="BEFORE", help="The mesh file that comparison starts from.")],
     after: Annotated[Path, typer.Argument(metavar="AFTER", help="The mesh file that is compared with it.")],
     self_intersections: Annotated[
-        bool, typer.Option("--self-intersections/--no-self-intersections", help="Whether to look for faces that cut others.")
-    ] = True,
+        bool | None,
+        typer.Option(
+            "--self-intersections/--no-self-intersections",
+            help="Whether to look for faces that cut others; by default in meshes of at most 200,000 vertices.",
+        ),
+    ] = None,
     tolerance: Tolerance = None,
     limits: Limits = None,
     unit: Unit = None,
@@ -91,6 +95,7 @@ def compare(
     for warning in warnings:
         warn(warning)
     first, second = (state_of(mesh) for mesh in meshes)
+    unit = unit or first.unit
     allowed = tolerance_in_mesh_units(tolerance, unit, first.diagonal, first.mean_edge)
     ends = limits_in_mesh_units(limits, unit, first.diagonal, first.mean_edge)
     if report is None:
@@ -123,13 +128,14 @@ def compare(
             left_out=left_out,
             limits=ends,
             planes=planes,
+            unit=unit,
         )
         write_file(report, page, overwrite=overwrite)
         say_report(report)
     if json:
         print_document(numbers)
     elif deviations != STANDARD:
-        _show(found)
+        _show(found, unit)
         if alignment is not None:
             typer.echo(
                 f"Aligned first: turned by {alignment['degrees']:.4g} degrees, moved by {alignment['shift']:.4g}; 80 % of AFTER "
@@ -164,16 +170,16 @@ def _aligned(before: ReadMesh, after: ReadMesh) -> tuple[ReadMesh, dict[str, Any
     return replace(after, mesh=moved(after.mesh, found.vertices), warnings=warnings), told
 
 
-def _show(found: Comparison) -> None:
-    from ..looking.words import AREA_HEADERS, DISTANCE_HEADERS, area_rows, comparison_lines, distance_rows, verdict_text
+def _show(found: Comparison, unit: str | None) -> None:
+    from ..looking.words import area_headers, area_rows, comparison_lines, distance_headers, distance_rows, verdict_text
     from .tables import console, measures_table, table
 
     console().print(measures_table({"before": found.before, "after": found.after}))
     typer.echo("")
-    console().print(table(DISTANCE_HEADERS, distance_rows(found), numbers=(1, 2, 3)))
+    console().print(table(distance_headers(unit), distance_rows(found), numbers=(1, 2, 3)))
     typer.echo("")
     if found.out_of_tolerance:
-        console().print(table(AREA_HEADERS, area_rows(found, _AREAS), numbers=(2, 3, 4)))
+        console().print(table(area_headers(unit), area_rows(found, _AREAS), numbers=(2, 3, 4)))
         typer.echo("")
     for line in comparison_lines(found):
         typer.echo(line)

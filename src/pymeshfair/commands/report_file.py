@@ -49,6 +49,8 @@ def compared_files(before: MeshState, after: MeshState, *, tolerance: float | No
     found, distances = compare(before, after, tolerance=tolerance)
     spectra: dict[str, Any] = {}
     left_out = []
+    if before.self_intersecting is None and after.self_intersecting is None:
+        left_out.append("Faces that cut others were not looked for: `compare --self-intersections` does, in large meshes, too.")
     if max(len(before.mesh.vertices), len(after.mesh.vertices)) > MOST_OF_SPECTRUM:
         left_out.append(f"No spectrum: a mesh has more than {MOST_OF_SPECTRUM:,} vertices. `pymeshfair spectrum` takes its time.")
     else:
@@ -75,8 +77,9 @@ def report_page(
     run: RunPart | None = None,
     limits: Limits | None = None,
     planes: Sequence[Plane] = (),
+    unit: str | None = None,
 ) -> bytes:
-    """The page as the bytes of its file; see `pymeshfair.report.comparison_page.comparison_page`."""
+    """The page as the bytes of its file, with names of files alone; see `pymeshfair.report.comparison_page.comparison_page`."""
     from ..report.comparison_page import comparison_page
     from .json_document import plain
 
@@ -84,7 +87,7 @@ def report_page(
         compared,
         title=title,
         subtitle=subtitle,
-        numbers=plain(numbers),
+        numbers=plain({**numbers, "files": {key: path and path.name for key, path in numbers["files"].items()}}),
         verdict=verdict,
         markers=markers,
         warnings=warnings,
@@ -93,6 +96,7 @@ def report_page(
         up=up,
         limits=limits,
         planes=planes,
+        unit=unit,
     )
     return text.encode("utf-8", "replace")  # names of files may hold bytes that are no text
 

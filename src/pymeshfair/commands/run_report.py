@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -36,7 +37,7 @@ def reporting(job: Job, path: Path, up: str) -> Iterator[Callable[[RunResult], S
         path: the file to write.
         up: the upright axis.
     """
-    before = state_of(read_mesh(job.input, self_intersections=True, allow_outside=job.allow_outside, unchecked=job.unchecked))
+    before = state_of(read_mesh(job.input, self_intersections=None, allow_outside=job.allow_outside, unchecked=job.unchecked))
     target = path.absolute()
 
     def staged(result: RunResult) -> Sequence[StagedFile]:
@@ -57,7 +58,7 @@ def reporting(job: Job, path: Path, up: str) -> Iterator[Callable[[RunResult], S
 
 
 def _page(job: Job, result: RunResult, before: MeshState, up: str, *, kept: bool) -> bytes:
-    compared, left_out = compared_files(before, state_of(read_mesh(result.output, self_intersections=True)))
+    compared, left_out = compared_files(before, state_of(read_mesh(result.output, self_intersections=None)))
     # How far vertices moved is what the run said, before the file rounded their coordinates.
     compared = replace(compared, found=replace(compared.found, displacement=None))
     places = [(breach["place"], f"{breach['guard']}, vertex {breach['vertex']}") for breach in result.breaches if breach["place"]]
@@ -72,6 +73,7 @@ def _page(job: Job, result: RunResult, before: MeshState, up: str, *, kept: bool
             "comparison": compared.found,
         },
         up=up,
+        unit=job.unit or before.unit,
         warnings=result.warnings,
         left_out=left_out,
         verdict=_verdict(job, result, compared.found, kept=kept),
@@ -80,9 +82,16 @@ def _page(job: Job, result: RunResult, before: MeshState, up: str, *, kept: bool
             result.steps,
             result.change,
             format_script(job.recipe.script),
-            result.provenance.read_text("utf-8") if kept else "A run without output leaves no provenance.",
+            _without_folders(result.provenance.read_text("utf-8"), job) if kept else "A run without output leaves no provenance.",
         ),
     )
+
+
+def _without_folders(text: str, job: Job) -> str:
+    """The record without the folders of this machine, which say nothing to those who get the page."""
+    for folder in (job.input.absolute().parent, job.output.absolute().parent, Path.cwd()):
+        text = text.replace(f"{json.dumps(str(folder))[1:-1]}/", "")
+    return text
 
 
 def _verdict(job: Job, result: RunResult, found: Comparison, *, kept: bool) -> Verdict:

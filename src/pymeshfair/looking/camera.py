@@ -10,6 +10,7 @@ import numpy as np
 
 from ..declaration import Floats, nearest
 from ..errors import ParameterError
+from ..filters.mesh import bounding_box
 
 #: azimuth and elevation in degrees of each view that has a name
 VIEWS = {
@@ -43,9 +44,15 @@ class Camera:
 
     def screen(self, vertices: Floats, columns: int, rows: int) -> Floats:
         """(n, 3) pixels from the left, pixels from the top, and nearness in mesh units, in a picture of columns x rows pixels."""
-        seen = (vertices - self.centre) @ self.rows.T
-        across, down = columns / self.width, rows / self.height
-        return np.column_stack([columns / 2 + seen[:, 0] * across, rows / 2 - seen[:, 1] * down, seen[:, 2]])
+        scale = np.array([columns / self.width, -rows / self.height, 1.0])
+        seen = turned(vertices - self.centre, scale[:, None] * self.rows)
+        seen += [columns / 2, rows / 2, 0.0]
+        return seen
+
+
+def turned(vectors: Floats, rows: Floats) -> Floats:
+    """(n, 3) vectors in the directions of the rows; for so few columns faster than a product of matrices."""
+    return np.asarray(np.einsum("ij,kj->ik", vectors, rows))
 
 
 def view_angles(text: str) -> tuple[float, float]:
@@ -97,8 +104,8 @@ def fitting_camera(clouds: Sequence[Floats], rows: Floats, aspect: float) -> Cam
     """
     # About one of the points, as coordinates far from the origin lose digits when they are turned.
     origin = next(points[0] for points in clouds if len(points))
-    seen = np.concatenate([(points - origin) @ rows.T for points in clouds])
-    low, high = seen.min(axis=0), seen.max(axis=0)
+    ends = [bounding_box(turned(points - origin, rows)) for points in clouds if len(points)]
+    low, high = np.min([low for low, _ in ends], axis=0), np.max([high for _, high in ends], axis=0)
     width, height = (high - low)[:2] / (1.0 - 2.0 * _MARGIN)
     height = max(float(height), float(width) / aspect) or 1.0
     return Camera(rows, origin + (low + high) / 2 @ rows, height * aspect, height)

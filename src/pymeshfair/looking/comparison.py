@@ -12,8 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..declaration import Floats
-from ..filters.geometry import vector_lengths
+from ..filters.geometry import angles_between, face_normals, vector_lengths
 from ..filters.inspection import SHARP, DistanceStatistics, Surface, SurfaceDistance, share_kept, surface_distance
+from ..filters.mesh import scaled_to_unit
 from .mesh_state import MeshState
 from .out_of_tolerance import Area, areas_out_of_tolerance
 
@@ -21,6 +22,9 @@ from .out_of_tolerance import Area, areas_out_of_tolerance
 _APART = 1.0
 #: of the largest coordinate: what lies no further apart is the same place
 _ROUNDING = 256 * float(np.finfo(np.float64).eps)
+
+#: samples whose normals are compared at a time
+_BLOCK = 1 << 16
 
 
 @dataclass(frozen=True)
@@ -177,9 +181,10 @@ def compare(before: MeshState, after: MeshState, *, tolerance: float | None = No
         tolerance: within which the surfaces should lie, in mesh units.
     """
     first, second = before.mesh, after.mesh
-    old, new = (Surface.of(mesh.vertices, mesh.faces) for mesh in (first, second))
+    # One after the other: what searches need takes as much memory as all the rest.
     distances = Distances(
-        surface_distance(second.vertices, second.faces, old), surface_distance(first.vertices, first.faces, new)
+        surface_distance(second.vertices, second.faces, Surface.of(first.vertices, first.faces)),
+        surface_distance(first.vertices, first.faces, Surface.of(second.vertices, second.faces)),
     )
     same_vertices = bool(len(first.faces)) and len(first.vertices) == len(second.vertices)
     same_vertices = same_vertices and np.array_equal(first.faces, second.faces)
@@ -208,7 +213,7 @@ def compare(before: MeshState, after: MeshState, *, tolerance: float | None = No
         attributes_lost=tuple(a for a in had if a not in has),
         attributes_gained=tuple(a for a in has if a not in had),
         **({} if tolerance is None else _judged(before, after, distances, tolerance, length)),
-        **_faces(before, after, distances, old, new, same_faces=same_vertices),
+        **_faces(before, after, distances, same_faces=same_vertices),
     ), distances
 
 
@@ -260,19 +265,19 @@ def _change(before: float | None, after: float | None) -> float | None:
     return 100.0 * (after - before) / abs(before) if before and after is not None else None
 
 
-def _faces(
-    before: MeshState, after: MeshState, distances: Distances, old: Surface, new: Surface, *, same_faces: bool
-) -> dict[str, Any]:
+def _faces(before: MeshState, after: MeshState, distances: Distances, *, same_faces: bool) -> dict[str, Any]:
     """What the samples of two meshes tell of their faces; everything None if one of them has none."""
     names = ("normal_deviation", "largest_normal_deviation", "flipped_faces", "added_area", "removed_area")
     if not (len(before.mesh.faces) and len(after.mesh.faces)):
         return dict.fromkeys(names)
     there, here = distances
-    normals = new.normals_of(there.faces)
-    ground = old.normals_of(there.faces if same_faces else there.elements)
-    cross = np.linalg.norm(np.cross(ground, normals), axis=1)
-    angles = np.degrees(np.arctan2(cross, np.einsum("ij,ij->i", ground, normals)))
-    counted = normals.any(axis=1) & ground.any(axis=1)
+    old, new = (face_normals(scaled_to_unit(m.vertices)[0], m.faces) for m in (before.mesh, after.mesh))
+    angles, counted = np.empty(len(there.faces)), np.empty(len(there.faces), dtype=np.bool_)
+    for start in range(0, len(angles), _BLOCK):
+        part = slice(start, start + _BLOCK)
+        normals, ground = new[there.faces[part]], old[(there.faces if same_faces else there.elements)[part]]
+        angles[part] = np.degrees(angles_between(ground, normals))
+        counted[part] = normals.any(axis=1) & ground.any(axis=1)
     turned = np.bincount(there.faces[counted], np.where(angles[counted] > 90.0, 1.0, -1.0))
     weights = there.weights * counted
     apart = _APART * before.mean_edge

@@ -94,7 +94,6 @@ def render(scene: Scene, camera: Camera, width: int, height: int) -> NDArray[np.
 def _lit_surface(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuffer, seen: Bools) -> Floats:
     """(k, 3) the colours of the pixels that are `seen`."""
     elements = buffer.elements[seen]
-    middle = scene.vertices.mean(axis=0)
     if scene.paint is not None:
         weights = _weights(screen, scene.faces, elements, seen)
         normals = mesh_normals(scene.vertices, scene.faces)
@@ -104,7 +103,11 @@ def _lit_surface(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuff
         # A surface seen from inside is polished there, too.
         mixed[mixed @ camera.rows[2] < 0.0] *= -1.0
         return scene.paint(mixed)
-    normals = face_normals(scene.vertices - middle, scene.faces) @ camera.rows.T
+    in_front = np.zeros(len(scene.faces), dtype=np.bool_)
+    in_front[elements] = True
+    rows = (np.cumsum(in_front) - 1)[elements]
+    # About the middle of the picture, as coordinates far from the origin lose digits.
+    normals = (face_normals(scene.vertices - camera.centre, scene.faces[in_front]) @ camera.rows.T)[rows]
     colors = np.broadcast_to(CLAY, (len(elements), 3))
     if scene.colors is not None and scene.by_face:
         colors = scene.colors[elements]
@@ -112,9 +115,9 @@ def _lit_surface(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuff
         weights = _weights(screen, scene.faces, elements, seen)
         corners = scene.faces[elements]
         colors = np.asarray(sum(weights[:, k, None] * scene.colors[corners[:, k]] for k in range(3)))
-    inside = normals[elements, 2] < 0.0
-    colors = np.where(inside[:, None], 0.45 * colors + 0.55 * _INSIDE, colors)
-    facing = np.where((normals[:, 2] < 0.0)[:, None], -normals, normals)[elements]
+    inside = normals[:, 2:] < 0.0
+    colors = np.where(inside, 0.45 * colors + 0.55 * _INSIDE, colors)
+    facing = np.where(inside, -normals, normals)
     return _lit(facing, colors, _CLAY_LIGHT if scene.colors is None else _NUMBERS_LIGHT)
 
 

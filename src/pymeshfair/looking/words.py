@@ -32,10 +32,17 @@ _MEASURES = (
     ("noise", "noise along the normals", False),
     ("sharp_edge_length", "length of sharp edges", False),
 )
-#: above the columns of `distance_rows`
-DISTANCE_HEADERS = ("", "mesh units", "mean edges", "% of diagonal")
-#: above the columns of `area_rows`
-AREA_HEADERS = ("area out of tolerance", "furthest at", "by", "size", "area")
+
+
+def distance_headers(unit: str | None = None) -> tuple[str, ...]:
+    """Above the columns of `distance_rows`; `unit` is that of the scan, if it is known."""
+    return ("", unit or "mesh units", "mean edges", "% of diagonal")
+
+
+def area_headers(unit: str | None = None) -> tuple[str, ...]:
+    """Above the columns of `area_rows`; `unit` is that of the scan, if it is known."""
+    length, square = (f"{unit}", f"{unit}²") if unit else ("mesh units", "mesh units²")
+    return ("area out of tolerance", "furthest at", f"by ({length})", f"size ({length})", f"area ({square})")
 
 
 def measure_rows(columns: Mapping[str, Mapping[str, Any]]) -> list[list[str]]:
@@ -147,7 +154,7 @@ def verdict_text(found: Comparison) -> str:
 
 
 def area_rows(found: Comparison, most: int) -> list[list[str]]:
-    """The areas out of tolerance, the furthest first; see `AREA_HEADERS`."""
+    """The areas out of tolerance, the furthest first; see `area_headers`."""
     return [
         [f"{k}, of {a.mesh.upper()}", _at(a.place), f"{a.amount:+.4g}", f"{a.size:.4g}", f"{a.area:.4g}"]
         for k, a in enumerate(found.out_of_tolerance[:most], 1)
@@ -155,7 +162,7 @@ def area_rows(found: Comparison, most: int) -> list[list[str]]:
 
 
 def distance_rows(found: Comparison) -> list[list[str]]:
-    """How far what lies from what, in three units; see `DISTANCE_HEADERS`."""
+    """How far what lies from what, in three units; see `distance_headers`."""
     there, here, moved = found.after_from_before, found.before_from_after, found.displacement
     rows = [
         _length("AFTER from BEFORE, mean (above 0: outwards)", there.mean),

@@ -23,12 +23,12 @@ from ..looking.mesh_state import MeshState
 from ..looking.picture import Appearance, draw_meshes
 from ..looking.section import Plane
 from ..looking.words import (
-    AREA_HEADERS,
-    DISTANCE_HEADERS,
+    area_headers,
     area_rows,
     became_text,
     change_lines,
     comparison_lines,
+    distance_headers,
     distance_rows,
     measure_rows,
     verdict_text,
@@ -113,6 +113,7 @@ def comparison_page(
     up: str = "y",
     limits: Limits | None = None,
     planes: Sequence[Plane] = (),
+    unit: str | None = None,
 ) -> str:
     """The report as the text of an HTML file.
 
@@ -129,6 +130,7 @@ def comparison_page(
         up: the upright axis, "y" or "z".
         limits: the ends of the colours of distances; found from them if it is None.
         planes: of the sections to show.
+        unit: of the scan, if it is known.
     """
     ends = limits or _limits(compared)
     curvatures = _curvatures(compared)
@@ -142,9 +144,9 @@ def comparison_page(
         scene=scene,
         notes=[_decimation(mesh) for mesh in shown if mesh.decimated],
         change=change_lines(run.change) if run and run.change else (),
-        distance_headers=DISTANCE_HEADERS,
+        distance_headers=distance_headers(unit),
         distance_rows=distance_rows(compared.found),
-        area_headers=AREA_HEADERS,
+        area_headers=area_headers(unit),
         area_rows=area_rows(compared.found, _AREAS),
         lines=comparison_lines(compared.found),
         measure_rows=measure_rows({"before": compared.found.before, "after": compared.found.after}),
@@ -213,7 +215,8 @@ def _scene(
         limits["displacement"] = robust_limits(moved)
     if curvatures:
         limits["curvature"] = symmetric_limits(np.concatenate(list(curvatures.values())))
-    shown = []
+    shown: list[Shown] = []
+    same = len(before.vertices) == len(after.vertices) and np.array_equal(before.faces, after.faces)
     for name, state in (("before", compared.before), ("after", compared.after)):
         scalars = {"curvature": curvatures[name]} if name in curvatures else {}
         if name == "after":
@@ -221,11 +224,9 @@ def _scene(
             if moved is not None:
                 scalars["displacement"] = moved
         mesh = state.mesh
-        shown.append(
-            shown_mesh(
-                name, mesh.vertices, mesh.faces, mesh.edges, normals=mesh.vertex_attributes.get("normals"), scalars=scalars
-            )
-        )
+        normals = mesh.vertex_attributes.get("normals")
+        like = shown[0] if same and name == "after" else None
+        shown.append(shown_mesh(name, mesh.vertices, mesh.faces, mesh.edges, normals=normals, scalars=scalars, like=like))
     tolerance = compared.found.tolerance.mesh_units if compared.found.tolerance else 0.0
     return pack_scene(shown, limits, up=up, markers=markers, tolerance=tolerance), shown
 
@@ -286,7 +287,7 @@ def _charts(compared: Compared, ends: Limits, curvatures: Mapping[str, Floats]) 
         every = np.concatenate(list(curvatures.values()))
         charts += [
             histogram("Mean curvature", "1 / mesh unit", curvatures, *symmetric_limits(every)),
-            histogram("Edge lengths", "mesh units", edges, 0.0, robust_limits(np.concatenate(list(edges.values()))).high),
+            histogram("Edge lengths", "mesh units", edges, 0.0, max(robust_limits(e).high for e in edges.values())),
             histogram("Shape of triangles", "1: equilateral, 0: degenerate", shapes, *Limits(0.0, 1.0)),
         ]
     charts.append(spectrum_chart(compared.spectra))
@@ -300,5 +301,5 @@ def _sections(compared: Compared, planes: Sequence[Plane]) -> list[SectionChart]
 
 def _edge_lengths(vertices: Floats, faces: Any) -> Floats:
     """The length of every side of every face; an inner edge counts twice."""
-    corners = vertices[faces]
-    return np.asarray(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).ravel())
+    sides = (vector_lengths(vertices[faces[:, k]] - vertices[faces[:, k - 1]]) for k in range(3))
+    return np.concatenate(list(sides))

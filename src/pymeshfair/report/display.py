@@ -29,6 +29,7 @@ class Shown:
         scalars: (n,) numbers by the name of their coloring.
         of_vertices: how many vertices the mesh has.
         of_faces: how many faces the mesh has.
+        kept: (n,) the vertex of the mesh whose normal and numbers each vertex has.
     """
 
     name: str
@@ -38,6 +39,7 @@ class Shown:
     scalars: Mapping[str, Floats]
     of_vertices: int
     of_faces: int
+    kept: Ints
 
     @property
     def decimated(self) -> bool:
@@ -53,6 +55,7 @@ def shown_mesh(
     *,
     normals: Floats | None = None,
     scalars: Mapping[str, Floats] | None = None,
+    like: Shown | None = None,
     most_faces: int = MOST_FACES,
     most_points: int = MOST_POINTS,
 ) -> Shown:
@@ -67,6 +70,7 @@ def shown_mesh(
         edges: (e, 2) edges, shown where there are no faces.
         normals: (n, 3), those of a cloud; computed where there are faces.
         scalars: (n,) each.
+        like: another mesh of the same vertices and faces, moved; what remains of it is what remains here.
         most_faces: a mesh with more is decimated by quadrics.
         most_points: of a cloud with more, evenly chosen ones are left out.
     """
@@ -76,7 +80,10 @@ def shown_mesh(
     elif normals is None:
         normals = np.zeros((len(vertices), 3))
     points, elements = vertices, faces if len(faces) else edges if len(edges) else np.empty((0, 3), dtype=np.int32)
-    if len(faces) > most_faces:
+    if like is not None:
+        kept, elements = like.kept, like.elements
+        points = vertices[kept]
+    elif len(faces) > most_faces:
         points, elements, kept = _simplified(vertices, faces, most_faces)
     elif not len(elements) and len(vertices) > most_points:
         kept = np.linspace(0, len(vertices) - 1, most_points).astype(np.int32)
@@ -84,7 +91,7 @@ def shown_mesh(
     else:
         kept = np.arange(len(vertices), dtype=np.int32)
     of = {key: np.asarray(values)[kept] for key, values in given.items()}
-    return Shown(name, points, elements, normals[kept], of, len(vertices), len(faces))
+    return Shown(name, points, elements, normals[kept], of, len(vertices), len(faces), kept)
 
 
 def _simplified(vertices: Floats, faces: Ints, most: int) -> tuple[Floats, Ints, Ints]:

@@ -23,6 +23,9 @@ from .measuring import Found, Measuring
 from .plain_values import plain
 from .supervise import run_job
 
+#: vertices of a mesh beyond which MeshLab's search for faces that cut others takes as long as all the rest of a report
+MOST_CUTS = 200_000
+
 
 @dataclass(frozen=True, eq=False)
 class ReadMesh:
@@ -49,13 +52,15 @@ class ReadMesh:
         return dict(plain(asdict(self.found.measures)))
 
 
-def read_mesh(path: Path, *, self_intersections: bool = False, allow_outside: bool = False, unchecked: bool = False) -> ReadMesh:
+def read_mesh(
+    path: Path, *, self_intersections: bool | None = False, allow_outside: bool = False, unchecked: bool = False
+) -> ReadMesh:
     """Read and measure a mesh file.
 
     Args:
         path: the file.
         self_intersections: whether to find the faces that cut others, too, with MeshLab in a process of its own. If it crashes
-            over that a warning says so.
+            over that a warning says so. None: in meshes of at most `MOST_CUTS` vertices.
         allow_outside: see `pymeshfair.running.job.Job`.
         unchecked: see there; MeshLab reads such a file in a process of its own.
 
@@ -78,6 +83,8 @@ def read_mesh(path: Path, *, self_intersections: bool = False, allow_outside: bo
     except FilterInputError as error:
         raise InputError(path, "it has coordinates that are not finite") from error
     cuts = None
+    if self_intersections is None:
+        self_intersections = len(reading.mesh.vertices) <= MOST_CUTS
     if self_intersections:
         try:
             cuts = self_intersecting(reading.mesh)

@@ -1,35 +1,42 @@
-"""The work for the page: the scan, read and measured once, and each result compared with it and packed for the browser.
+"""The work for the page: the scan, read and measured once; each result packed for the browser, and then compared with the scan.
 
 It is done in a process that stays, so that libraries and the scan are there when a parameter changes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..declaration import Floats
+from ..errors import RunError
 from ..filters.inspection import mean_curvature, symmetric_limits
 from ..looking.comparison import compare
-from ..looking.mesh_state import MeshState, state_of
-from ..looking.words import DISTANCE_HEADERS, comparison_lines, distance_rows, measure_rows
+from ..looking.mesh_state import state_of
+from ..looking.words import comparison_lines, distance_headers, distance_rows, measure_rows
+from ..mesh_data import MeshData
 from ..processes.worker import report
-from ..report.display import shown_mesh
-from ..report.scene import Scene, pack_scene
-from ..running.job import Job, PhaseStarted
+from ..report.display import Shown, shown_mesh
+from ..report.scene import pack_scene
+from ..running.job import Event, Job, PhaseStarted
 from ..running.measuring import Measuring
 from ..running.read import ReadMesh, read_mesh
 from ..running.session import Session
 
 #: the box of coordinates is so much larger than the scan, as results may grow
 _ROOM = 1.5
-
+#: the file in the folder of a run that asks it to stop
+STOP = "stop"
 
 #: the numbers of a result, and its mesh for the browser
 Result: TypeAlias = tuple[dict[str, Any], bytes]
+
+
+class Stopped(RunError):  # noqa: N818 - says what happened
+    """The page asked for the run to stop."""
 
 
 class Bench:
@@ -45,38 +52,69 @@ class Bench:
         vertices = self._before.mesh.vertices
         low, high = vertices.min(axis=0), vertices.max(axis=0)
         self._box = 0.5 * (low + high), 0.5 * _ROOM * float((high - low).max()) or 1.0
+        self._scan = self._shown("scan", self._before.mesh)
+        self._result: tuple[MeshData, Shown] | None = None
 
     def opening(self) -> Result:
         """What the page shows before anything ran."""
-        return {"measures": measure_rows({"scan": self._before.measures})}, self._packed("scan", self._before, {}).message
+        return {"measures": measure_rows({"scan": self._before.measures})}, self._packed(self._scan)
 
     def run(self, job: Job, stage: Path) -> Result:
-        """Carry out the steps of a job, compare and pack."""
-        session = Session(job, stage, report)
+        """Carry out the steps of a job; the mesh, without the numbers of `measure`, which take longer than many filters."""
+        session = Session(job, stage, _stoppable(stage))
         outcome = session.carry_out(self._before.mesh)
-        report(PhaseStarted("comparing"))
-        result = Measuring(wanted=True).look(outcome.result)
-        after = state_of(ReadMesh(job.input, outcome.result, result, ()))
+        self._result = outcome.result, self._shown("result", outcome.result)
+        numbers = {
+            "warnings": session.warnings,
+            "step_seconds": [round(step.seconds, 3) for step in outcome.steps],
+            "tried": [step.values.get("tried", []) for step in outcome.steps],
+        }
+        return numbers, self._packed(self._result[1])
+
+    def measure(self, stage: Path) -> Result:
+        """The numbers of the last result, and its mesh with distances as colours."""
+        assert self._result is not None
+        mesh, shown = self._result
+        tell = _stoppable(stage)
+        tell(PhaseStarted("comparing"))
+        after = state_of(ReadMesh(stage / "result.ply", mesh, Measuring(wanted=True).look(mesh), ()))
+        tell(PhaseStarted("comparing"))
         found, distances = compare(self._before, after)
         numbers = {
             "measures": measure_rows({"scan": self._before.measures, "result": after.measures}),
-            "distance": [list(DISTANCE_HEADERS), *distance_rows(found)],
+            "distance": [list(distance_headers(self._before.unit)), *distance_rows(found)],
             "lines": comparison_lines(found),
-            "warnings": session.warnings,
-            "step_seconds": [round(step.seconds, 3) for step in outcome.steps],
         }
-        return numbers, self._packed("result", after, {"distance": distances.after.at_vertices}).message
+        scalars = {**shown.scalars, "distance": distances.after.at_vertices[shown.kept]}
+        return numbers, self._packed(replace(shown, scalars=scalars))
 
-    def _packed(self, name: str, state: MeshState, scalars: Mapping[str, Floats]) -> Scene:
-        mesh = state.mesh
-        numbers = dict(scalars)
-        if len(mesh.faces):
-            numbers["curvature"] = mean_curvature(mesh.vertices, mesh.faces)
-        limits = {key: symmetric_limits(np.asarray(values)) for key, values in numbers.items()}
-        shown = shown_mesh(
-            name, mesh.vertices, mesh.faces, mesh.edges, normals=mesh.vertex_attributes.get("normals"), scalars=numbers
+    def _shown(self, name: str, mesh: MeshData) -> Shown:
+        first = self._before.mesh
+        same = mesh is not first and len(mesh.vertices) == len(first.vertices) and np.array_equal(mesh.faces, first.faces)
+        return shown_mesh(
+            name,
+            mesh.vertices,
+            mesh.faces,
+            mesh.edges,
+            normals=mesh.vertex_attributes.get("normals"),
+            scalars={"curvature": mean_curvature(mesh.vertices, mesh.faces)} if len(mesh.faces) else {},
+            like=self._scan if same else None,
         )
-        return pack_scene([shown], limits, box=self._box)
+
+    def _packed(self, shown: Shown) -> bytes:
+        limits = {key: symmetric_limits(np.asarray(values)) for key, values in shown.scalars.items()}
+        return pack_scene([shown], limits, box=self._box).message
+
+
+def _stoppable(stage: Path) -> Callable[[Event], None]:
+    """What reports events, and stops the work at the next one after the page has asked for that by a file."""
+
+    def tell(event: Event) -> None:
+        if (stage / STOP).exists():
+            raise Stopped("stopped")
+        report(event)
+
+    return tell
 
 
 # ------------------------------------------------------------------------------------------------ tasks of a process that stays
@@ -95,3 +133,8 @@ def run_recipe(job: Job, stage: Path) -> Result:
     if job.input not in _BENCHES:
         open_scan(job.input)
     return _BENCHES[job.input].run(job, stage)
+
+
+def measure_result(scan: Path, stage: Path) -> Result:
+    """Measure the last result of this process."""
+    return _BENCHES[scan].measure(stage)

@@ -142,7 +142,7 @@ def _control(parameter: Parameter, value: Any) -> dict[str, Any]:
         "help": parameter.help,
         "allowed": parameter.describe_allowed(),
         "advanced": parameter.advanced,
-        "automatic": parameter.automatic is not None,
+        "automatic": AUTO if parameter.automatic is not None else None,
         "value": value_text(value),
         "kind": "text",
     }

@@ -5,20 +5,22 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
+import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from ..errors import ParameterError, PymeshfairError
 from ..recipe import Recipe, load_recipe, shipped_heads
 from ..scripts.script import Script
 from ..scripts.write import write_script
-from .bench import Result
+from .bench import Result, Stopped
 from .controls import ChoiceError, choices_of, controls, in_mesh_units, saved_comment, script_with
-from .scan import Scan
+from .scan import Scan, cut_out
 from .whole import Finisher
 from .workshop import Workshop
 
@@ -47,7 +49,7 @@ class Conversation:
         workshops: by whether it is the whole of a large scan.
     """
 
-    def __init__(self, connection: WebSocket, subject: Subject, workshops: Mapping[bool, Workshop]) -> None:
+    def __init__(self, connection: WebSocket, subject: Subject, workshops: dict[bool, Workshop]) -> None:
         """See the class."""
         self._connection = connection
         self._subject = subject
@@ -69,6 +71,8 @@ class Conversation:
             "stop": self._stop,
             "save": self._save,
             "finish": self._finish,
+            "overview": self._overview,
+            "part": self._part,
         }
         order: Any = {"do": "welcome"}
         try:
@@ -114,6 +118,8 @@ class Conversation:
             scan=scan.path.name,
             vertices=scan.vertices,
             has_part=scan.part is not None,
+            diagonal=scan.diagonal,
+            mean_edge=scan.mean_edge,
             recipes=heads,
             chosen=self._subject.recipe,
             folder=str(self._subject.folder),
@@ -128,6 +134,25 @@ class Conversation:
         opening, scene = await self._workshops[whole].open()
         self._opened.add(whole)
         await self._tell("scan", scene, whole=whole, **opening)
+
+    async def _overview(self, order: Mapping[str, Any]) -> None:
+        """Show the whole of a large scan, so that a part of it can be chosen."""
+        await self._stop(order)
+        await self._open(True)
+
+    async def _part(self, order: Mapping[str, Any]) -> None:
+        """Take another part of a large scan."""
+        x, y, z = map(float, order["place"])
+        radius = None if order.get("radius") is None else float(order["radius"])
+        scan = self._subject.scan
+        if scan.part is None or not np.isfinite([x, y, z, radius or 0.0]).all():
+            raise ParameterError("this scan has no such part")
+        await self._stop(order)
+        part = Path(tempfile.mkdtemp(prefix="part-", dir=scan.part.parent)) / "part.ply"
+        await asyncio.to_thread(cut_out, scan.path, part, (x, y, z), radius)
+        await self._workshops[False].close()
+        self._workshops[False] = Workshop(part, part.with_suffix(""))
+        await self._open(False)
 
     async def _show_recipe(self, name: str) -> None:
         if name not in self._recipes:
@@ -154,20 +179,23 @@ class Conversation:
         self._number += 1
         number = self._number
         await self._tell("begun", run=number, asked=order.get("asked"))
-        running = await self._workshops[whole].begin(number, script, self._telling(number))
-        self._keep(self._told(number, order.get("asked"), running))
+        workshop = self._workshops[whole]
+        running = await workshop.begin(number, script, self._telling(number))
+        self._keep(self._told(workshop, number, order.get("asked"), running))
 
-    async def _told(self, number: int, asked: Any, running: asyncio.Task[Result]) -> None:
+    async def _told(self, workshop: Workshop, number: int, asked: Any, running: asyncio.Task[Result]) -> None:
+        """The mesh, and when they are there its numbers."""
         try:
-            numbers, scene = await asyncio.shield(running)
-        except asyncio.CancelledError:
-            if running.cancelled():
+            told, scene = await asyncio.shield(running)
+            await self._tell("result", scene, run=number, asked=asked, **told)
+            if (measuring := await workshop.measure(number)) is not None:
+                told, scene = await asyncio.shield(measuring)
+                await self._tell("numbers", scene, run=number, asked=asked, **told)
+        except (asyncio.CancelledError, Stopped) as error:
+            if isinstance(error, Stopped) or running.cancelled():
                 await self._tell("cancelled", run=number, asked=asked)
-            return
         except (PymeshfairError, OSError) as error:
             await self._tell("failed", run=number, asked=asked, message=str(error))
-            return
-        await self._tell("result", scene, run=number, asked=asked, **numbers)
 
     async def _stop(self, order: Mapping[str, Any]) -> None:
         self._finisher.stop()

@@ -59,16 +59,31 @@ def prepared_scan(path: Path, folder: Path, *, most: int = MOST_VERTICES, part: 
         # Of what is in the middle of the first view the foremost, so that the part is seen from outside.
         aside = np.linalg.norm(mesh.vertices[:, :2] - np.median(mesh.vertices[:, :2], axis=0), axis=1)
         central = np.flatnonzero(aside <= max(float(aside.min()), 0.01 * measures["diagonal"]))
-        centre = mesh.vertices[central[mesh.vertices[central, 2].argmax()]]
-        distances = np.linalg.norm(mesh.vertices - centre, axis=1)
-        _cut_out(path, cut, centre.tolist(), float(np.partition(distances, part)[part]))
+        x, y, z = mesh.vertices[central[mesh.vertices[central, 2].argmax()]].tolist()
+        cut_out(path, cut, (x, y, z), vertices=part)
     edge = float(measures["mean_edge"] or measures["mean_spacing"] or 0.0)
     return Scan(path, len(mesh.vertices), float(measures["diagonal"]), edge, cut, read.warnings)
 
 
-def _cut_out(path: Path, target: Path, centre: list[float], radius: float) -> None:
-    """Write what lies within a ball, with all that it has: attributes, colours, textures."""
+def cut_out(
+    path: Path, target: Path, centre: tuple[float, float, float], radius: float | None = None, *, vertices: int = PART
+) -> None:
+    """Write what lies within a ball, with all that it has: attributes, colours, textures.
+
+    Args:
+        path: the scan.
+        target: the file of the part.
+        centre: of the ball.
+        radius: of the ball, in mesh units; if it is None such that about so many vertices are in it.
+        vertices: see `radius`.
+
+    Raises:
+        InputError, RunError: the scan cannot be read.
+    """
     x, y, z = centre
+    if radius is None:
+        distances = np.linalg.norm(read_mesh(path).mesh.vertices - np.array(centre), axis=1)
+        radius = float(np.partition(distances, min(vertices, len(distances) - 1))[min(vertices, len(distances) - 1)])
     outside = f"((x - ({x!r}))^2 + (y - ({y!r}))^2 + (z - ({z!r}))^2) > {radius * radius!r}"
     steps = (
         Step(find_filter("compute_selection_by_condition_per_vertex")).with_values({"condselect": outside}),

@@ -8,14 +8,10 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 
-from ..errors import RunError
 from ..recipe import Recipe
 from ..running.job import Event, Job, RunResult
 from ..running.supervise import run_job
-
-
-class Stopped(RunError):  # noqa: N818 - says what happened
-    """The page asked for the run to stop."""
+from .bench import Stopped
 
 
 class Finisher:

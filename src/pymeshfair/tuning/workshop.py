@@ -6,8 +6,9 @@ import asyncio
 import contextlib
 import itertools
 import shutil
+import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any, cast
@@ -21,7 +22,10 @@ from ..running.memory import default_memory
 from ..running.supervise import MODULES
 from ..running.talk import parse_talk
 from ..scripts.script import Script
-from .bench import Result, open_scan, run_recipe
+from .bench import STOP, Result, Stopped, measure_result, open_scan, run_recipe
+
+#: seconds in which a filter that can be stopped stops
+_PATIENCE = 1.0
 
 
 class Worker:
@@ -33,6 +37,7 @@ class Worker:
         self._scan = scan
         self.stage = stage
         stage.mkdir(parents=True)
+        self._run = stage
         self._opening = asyncio.create_task(self._result(Order.of(open_scan, scan, memory_limit=default_memory())))
 
     async def opened(self) -> Result:
@@ -50,12 +55,19 @@ class Worker:
             RunError: it failed; LostProcessError if the process died.
         """
         await self.opened()
-        stage = self.stage / str(number)
-        (stage / "new").mkdir(parents=True)
-        job = Job(Recipe("tuned", script), self._scan, stage / "result.ply")
-        numbers, scene = await self._result(Order.of(run_recipe, job, stage, memory_limit=default_memory()), on_event)
-        shutil.rmtree(stage, ignore_errors=True)
-        return numbers, scene
+        self._run = Path(tempfile.mkdtemp(prefix=f"{number}-", dir=self.stage))
+        (self._run / "new").mkdir()
+        job = Job(Recipe("tuned", script), self._scan, self._run / "result.ply")
+        return await self._result(Order.of(run_recipe, job, self._run, memory_limit=default_memory()), on_event)
+
+    async def measure(self) -> Result:
+        """The numbers of the last result."""
+        return await self._result(Order.of(measure_result, self._scan, self._run, memory_limit=default_memory()))
+
+    def ask_to_stop(self) -> None:
+        """Let what runs stop at its next sign of life."""
+        with contextlib.suppress(OSError):
+            (self._run / STOP).touch()
 
     async def end(self) -> None:
         """Kill it, with whatever it has started."""
@@ -75,6 +87,8 @@ class Worker:
         if answer.error is None:
             numbers, scene = answer.result
             return {**numbers, "seconds": round(time.perf_counter() - started, 2)}, scene
+        if isinstance(answer.error, Stopped):
+            raise answer.error
         if isinstance(answer.error, MemoryError | PymeshfairError | OSError):
             raise RunError(str(answer.error)) from answer.error
         raise answer.error
@@ -110,6 +124,7 @@ class Workshop:
         self._scan = scan
         self._folder = folder
         self._numbers = itertools.count(1)
+        self._number = 0  # of the run that was begun last; 0 once it was stopped
         self._worker: Worker | None = None
         self._spare: Worker | None = None
         self._busy: asyncio.Task[Result] | None = None
@@ -129,7 +144,7 @@ class Workshop:
         return self._opening
 
     async def begin(self, number: int, script: Script, on_event: Callable[[Event], None]) -> asyncio.Task[Result]:
-        """Run a script; a run that is still going on is killed, and its task cancelled.
+        """Run a script; a run that is still going on is stopped first.
 
         Args:
             number: of the run.
@@ -143,11 +158,20 @@ class Workshop:
             await self._stop()
             self._worker = self._worker or self._started()
             self._spare = self._spare or self._started()
-            self._busy = asyncio.create_task(self._run(self._worker, number, script, on_event))
+            self._number = number
+            self._busy = asyncio.create_task(self._done(self._worker, self._worker.run(number, script, on_event)))
+            return self._busy
+
+    async def measure(self, number: int) -> asyncio.Task[Result] | None:
+        """Measure what a run gave; None if another one has begun by now."""
+        async with self._lock:
+            if number != self._number or self._worker is None:
+                return None
+            self._busy = asyncio.create_task(self._done(self._worker, self._worker.measure()))
             return self._busy
 
     async def stop(self) -> bool:
-        """Kill the run that is going on; whether there was one."""
+        """Stop what is going on; whether there was anything."""
         async with self._lock:
             return await self._stop()
 
@@ -161,21 +185,24 @@ class Workshop:
             self._worker = self._spare = None
 
     async def _stop(self) -> bool:
-        """As `stop`; the spare worker takes the place of the killed one."""
-        task, self._busy = self._busy, None
-        if task is None or task.done():
+        """As `stop`. What does not stop by itself is killed, and the spare worker takes its place."""
+        task, self._busy, self._number = self._busy, None, 0
+        if task is None or task.done() or self._worker is None:
             return False
+        self._worker.ask_to_stop()
+        await asyncio.wait({task}, timeout=_PATIENCE)
+        if task.done():
+            return True
         task.cancel()
         with contextlib.suppress(asyncio.CancelledError, RunError):
             await task
         killed, self._worker, self._spare = self._worker, self._spare, None
-        if killed is not None:
-            await killed.end()
+        await killed.end()
         return True
 
-    async def _run(self, worker: Worker, number: int, script: Script, on_event: Callable[[Event], None]) -> Result:
+    async def _done(self, worker: Worker, work: Coroutine[Any, Any, Result]) -> Result:
         try:
-            return await worker.run(number, script, on_event)
+            return await work
         except LostProcessError as error:  # the spare one takes its place
             self._worker, self._spare = self._spare, None
             await worker.end()

@@ -114,6 +114,8 @@ class Camera {
     this.azimuth = ((this.azimuth + azimuth + 180) % 360 + 360) % 360 - 180;
     this.elevation = Math.max(-90, Math.min(90, this.elevation + elevation));
   }
+  /* within what a view can show */
+  grow(factor) { this.zoom = Math.max(0.2, Math.min(2000, this.zoom * factor)); }
   move(across, upwards) {
     const [right, up] = this.rows;
     this.focus = this.focus.map((x, k) => x - across * right[k] - upwards * up[k]);
@@ -154,6 +156,30 @@ class Viewer {
 
   /* bring a place, in the units of the scene, to the middle */
   approach(place, zoom) { this.camera.focus = [...place]; this.camera.zoom = zoom; this.draw(); }
+
+  /* the vertex in front at a place of the screen, in the units of the scene, with its number and its mesh; null where nothing is */
+  pick(clientX, clientY, reach = 8) {
+    const box = this.canvas.getBoundingClientRect(), { stacked, width, height } = this.layout;
+    const k = stacked ? Math.floor((clientY - box.top) / height) : Math.floor((clientX - box.left) / width);
+    const mesh = this.scene.meshes[this.views[k]];
+    if (!mesh) return null;
+    const x = (clientX - box.left) - (stacked ? 0 : k * width) - width / 2, y = height / 2 - ((clientY - box.top) - (stacked ? k * height : 0));
+    const places = mesh.arrays.positions.array, [right, up, eye] = this.camera.rows, focus = this.camera.focus, pixels = this.pixels;
+    let found = null, front = -Infinity;
+    for (let i = 0; i < places.length; i += 3) {
+      const p = [0, 1, 2].map((c) => places[i + c] / 32767.5 - 1 - focus[c]);
+      const dx = (p[0] * right[0] + p[1] * right[1] + p[2] * right[2]) * pixels - x, dy = (p[0] * up[0] + p[1] * up[1] + p[2] * up[2]) * pixels - y;
+      const near = p[0] * eye[0] + p[1] * eye[1] + p[2] * eye[2];
+      if (dx * dx + dy * dy <= reach * reach && near > front) {
+        front = near;
+        found = { mesh, vertex: i / 3, place: p.map((value, c) => value + focus[c]) };
+      }
+    }
+    return found;
+  }
+
+  /* a place of the scene in mesh units */
+  inMeshUnits(place) { return place.map((value, c) => value * this.scene.half + this.scene.centre[c]); }
 
   _prepare() {
     const gl = this.gl;
@@ -317,6 +343,21 @@ class Viewer {
     this.root.dispatchEvent(new CustomEvent("drawn"));
   }
 
+  /* the number under the pointer, at the colour bar */
+  _tellValue(event) {
+    const told = this.root.querySelector("[data-value]"), coloring = this.scene && this.scene.colorings[this.style];
+    if (!told || this.looking) return;
+    this.looking = true;
+    requestAnimationFrame(() => {
+      this.looking = false;
+      const found = coloring && this.pick(event.clientX, event.clientY), level = found && found.mesh.arrays[`scalar:${this.style}`];
+      if (!level) { told.textContent = ""; return; }
+      const [low, high] = found.mesh.limits[this.style], share = level.array[found.vertex] / 255;
+      const end = share === 0 ? "at most " : share === 1 ? "at least " : "";
+      told.textContent = `here ${end}${shortNumber(low + share * (high - low))}`;
+    });
+  }
+
   /* ------------------------------------------------------------------------------------------------------------- gestures */
 
   _listen() {
@@ -325,7 +366,7 @@ class Viewer {
       const box = canvas.getBoundingClientRect(), { width, height } = this.layout;
       const x = ((event.clientX - box.left) % width) - width / 2, y = height / 2 - ((event.clientY - box.top) % height);
       const before = this.pixels;
-      this.camera.zoom = Math.max(0.2, Math.min(2000, this.camera.zoom * factor));
+      this.camera.grow(factor);
       const after = this.pixels;
       this.camera.move(x / after - x / before, y / after - y / before);
       this.draw();
@@ -336,7 +377,7 @@ class Viewer {
     });
     canvas.addEventListener("pointermove", (event) => {
       const before = fingers.get(event.pointerId);
-      if (!before) return;
+      if (!before) { this._tellValue(event); return; }
       const dx = event.clientX - before.clientX, dy = event.clientY - before.clientY;
       if (fingers.size === 2) {
         const [other] = [...fingers.values()].filter((f) => f.pointerId !== event.pointerId);
@@ -355,8 +396,8 @@ class Viewer {
       const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
       if (step && event.shiftKey) this.camera.move(-0.1 * step[0] / this.camera.zoom, -0.1 * step[1] / this.camera.zoom);
       else if (step) this.camera.turn(10 * step[0], 10 * step[1]);
-      else if (event.key === "+" || event.key === "=") this.camera.zoom *= 1.25;
-      else if (event.key === "-") this.camera.zoom /= 1.25;
+      else if (event.key === "+" || event.key === "=") this.camera.grow(1.25);
+      else if (event.key === "-") this.camera.grow(0.8);
       else if (event.key === "0" || event.key === "Home") this.camera.reset();
       else return;
       event.preventDefault();

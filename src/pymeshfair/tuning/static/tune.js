@@ -5,7 +5,10 @@ const by = (id) => document.getElementById(id);
 const socket = new WebSocket(`ws://${location.host}${location.pathname}socket`);
 socket.binaryType = "arraybuffer";
 
-const state = { recipe: null, asked: 0, pending: 0, awaited: null, scan: null, result: null, kept: null, running: false };
+const state = {
+  recipe: null, asked: 0, pending: 0, awaited: null, scan: null, result: null, told: null, kept: [], left: null, running: false,
+  choosing: false, cut: false, switching: false, scale: { diagonal: 1, edge: 1 },
+};
 let viewer = null;
 
 function element(name, attributes = {}, ...children) {
@@ -25,10 +28,11 @@ function field(step, number, parameter) {
   const row = element("div", { class: "control", "data-parameter": parameter.name, title });
   const label = element("label", { for: id }, parameter.label);
   const changed = () => { row.dataset.text = text(); row.classList.remove("wrong"); ask(150); };
-  let text, input;
+  let text, input, put = (value) => { input.value = value; };
   if (parameter.kind === "switch") {
     input = element("input", { type: "checkbox", id, checked: parameter.value === "true" });
     text = () => String(input.checked);
+    put = (value) => { input.checked = value === "true"; };
     row.append(input, label);
   } else if (parameter.kind === "menu") {
     input = element("select", { id }, ...parameter.choices.map((word) => element("option", { selected: word === parameter.value }, word)));
@@ -40,29 +44,58 @@ function field(step, number, parameter) {
     row.append(label, input);
   } else {
     const length = parameter.kind === "length", whole = parameter.kind === "whole";
-    const parts = /^(.*?)(%|edge)?$/.exec(parameter.value);
     const step_ = whole ? 1 : (parameter.high - parameter.low) / 200;
     const slider = element("input", { type: "range", min: String(parameter.low), max: String(parameter.high), step: String(step_), id: `${id}-slider`, "aria-label": `${parameter.label}, slider` });
-    slider.value = parts[1];
-    input = element("input", { type: "number", id, step: whole ? "1" : "any", value: parts[1], placeholder: parameter.automatic ? "auto" : "found" });
+    input = element("input", { type: "number", id, step: whole ? "1" : "any", placeholder: "found" });
     if (parameter.least !== null) input.min = String(parameter.least);
     if (parameter.most !== null) input.max = String(parameter.most);
     const unit = length ? element("select", { "aria-label": `${parameter.label}, unit` },
-      ...[["edge", "mean edges"], ["%", "% of the diagonal"], ["", "mesh units"]].map(([value, words]) => element("option", { value, selected: value === (parts[2] || (parameter.automatic && parameter.value === "auto" ? "edge" : "")) }, words))) : null;
-    text = () => input.value === "" ? (parameter.automatic ? "auto" : "") : input.value + (unit ? unit.value : "");
+      ...[["edge", "mean edges"], ["%", "% of the diagonal"], ["", "mesh units"]].map(([value, words]) => element("option", { value }, words))) : null;
+    const auto = parameter.automatic ? element("input", { type: "checkbox", "data-auto": "" }) : null;
+    text = () => auto && auto.checked ? parameter.automatic : input.value === "" ? "" : input.value + (unit ? unit.value : "");
+    const enable = () => { for (const part of [slider, input, ...(unit ? [unit] : [])]) part.disabled = Boolean(auto && auto.checked); };
+    put = (value) => {
+      if (auto) auto.checked = value === parameter.automatic;
+      enable();
+      if (auto && auto.checked) return;
+      const parts = /^(.*?)(%|edge)?$/.exec(value);
+      input.value = slider.value = parts[1];
+      if (unit) unit.value = parts[2] || "";
+    };
     slider.addEventListener("input", () => { input.value = String(Number(Number(slider.value).toPrecision(4))); changed(); });
     input.addEventListener("input", () => { slider.value = input.value; });
-    row.append(label, slider, element("span", { class: "value" }, input, ...(unit ? [unit] : [])));
-    if (parameter.automatic) {
-      const automatic = element("button", { type: "button", title: "Let the filter choose it for the scan" }, "auto");
-      automatic.addEventListener("click", () => { input.value = ""; changed(); });
-      row.append(automatic);
-    }
+    row.append(label, slider, element("span", { class: "value" }, input, ...(unit ? [unit] : []),
+      ...(auto ? [element("label", {}, auto, " auto")] : [])));
     if (unit) unit.addEventListener("change", changed);
+    if (auto) auto.addEventListener("change", () => { enable(); if (!auto.checked && input.value === "") input.value = slider.value; changed(); });
+    row.showTried = (tried) => { row.querySelector("svg")?.remove(); if (length && tried.length > 1) slider.before(curve(tried, parameter, unit.value)); };
   }
+  row.put = (value) => { put(value); row.dataset.text = value; };
+  row.put(parameter.value);
+  row.dataset.first = row.dataset.text;
   input.addEventListener(parameter.kind === "switch" || parameter.kind === "menu" ? "change" : "input", changed);
-  row.dataset.text = parameter.value;
   return row;
+}
+
+/* the error at held-out vertices of every detail size that was tried, over the slider */
+function curve(tried, parameter, unit) {
+  const { diagonal, edge } = state.scale, factor = unit === "edge" ? 1 : unit === "%" ? 100 * edge / diagonal : edge;
+  const points = tried.map(({ amount, error }) => [amount * factor, error]).sort((a, b) => a[0] - b[0]);
+  const errors = points.map(([, error]) => error), low = Math.min(...errors), high = Math.max(...errors);
+  const x = (v) => 8 + 284 * Math.max(0, Math.min(1, (v - parameter.low) / (parameter.high - parameter.low)));
+  const y = (v) => 4 + 32 * (high - v) / (high - low || 1);
+  const drawn = document.createElementNS("http://www.w3.org/2000/svg", "svg"), title = document.createElementNS(drawn.namespaceURI, "title");
+  const [best] = points.reduce((a, b) => b[1] < a[1] ? b : a);
+  title.textContent = `Error at vertices that the filter did not see, least at ${shortNumber(best)}: ` +
+    points.map(([size, error]) => `${shortNumber(size)}: ${shortNumber(error)}`).join(", ");
+  drawn.setAttribute("viewBox", "0 0 300 40");
+  drawn.setAttribute("class", "curve");
+  drawn.setAttribute("role", "img");
+  const path = document.createElementNS(drawn.namespaceURI, "path"), dot = document.createElementNS(drawn.namespaceURI, "circle");
+  path.setAttribute("d", "M" + points.filter(([size]) => size <= parameter.high).map(([size, error]) => `${x(size).toFixed(1)} ${y(error).toFixed(1)}`).join("L"));
+  for (const [name, value] of [["cx", x(best)], ["cy", y(low)], ["r", 3]]) dot.setAttribute(name, String(value));
+  drawn.append(title, path, dot);
+  return drawn;
 }
 
 function showRecipe(recipe) {
@@ -77,6 +110,8 @@ function showRecipe(recipe) {
     if (more.length) item.append(element("details", {}, element("summary", {}, "More"), ...more.map((p) => field(step, number, p))));
     return item;
   }));
+  const kept = remembered();
+  if (kept && kept.recipe === recipe.key) putSettings(kept.steps);
   by("recipe").value = recipe.key;
   by("recipe-name").value = `${recipe.name.replace(/^.*[\\/]/, "").replace(/\.mlx$/i, "")}_tuned.mlx`;
 }
@@ -88,6 +123,21 @@ function settings() {
   }));
 }
 
+function putSettings(steps) {
+  [...by("steps").children].forEach((item, number) => {
+    item.querySelector("[data-on]").checked = steps[number].on;
+    for (const row of item.querySelectorAll("[data-parameter]")) row.put(steps[number].values[row.dataset.parameter] ?? row.dataset.text);
+  });
+}
+
+/* the settings, as they were before the page was loaded again; of this tab and this scan */
+function remember() {
+  try { sessionStorage.setItem(location.pathname, JSON.stringify({ recipe: state.recipe, steps: settings() })); } catch { /* a frame of a notebook may keep nothing */ }
+}
+function remembered() {
+  try { return JSON.parse(sessionStorage.getItem(location.pathname)); } catch { return null; }
+}
+
 function send(what, more = {}) {
   if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify({ do: what, recipe: state.recipe, steps: settings(), ...more }));
 }
@@ -95,6 +145,8 @@ function send(what, more = {}) {
 /* run with what is set now, after a short while without another change */
 function ask(patience) {
   clearTimeout(state.pending);
+  stale(true);
+  remember();
   state.pending = setTimeout(() => {
     complain("");
     const whole = document.querySelector("input[name=whole]:checked").value === "whole";
@@ -105,6 +157,9 @@ function ask(patience) {
 /* ------------------------------------------------------------------------------------------------------------------ results */
 
 function complain(text) { by("problem").textContent = text; by("problem").hidden = !text; }
+
+/* whether what is shown belongs to other settings than those of the controls */
+function stale(so) { document.querySelector(".result").classList.toggle("stale", so && Boolean(state.result)); }
 
 function running(on, words) {
   state.running = on;
@@ -123,6 +178,7 @@ function table(caption, headers, rows) {
 }
 
 function showNumbers(told) {
+  state.told = told;
   const columns = told.distance ? ["", "scan", "result"] : ["", "scan"];
   const made = [];
   if (told.distance) made.push(table("How far apart", told.distance[0], told.distance.slice(1)));
@@ -134,9 +190,9 @@ function showNumbers(told) {
 
 /* one scene of meshes that came one by one: their colours share the limits of the newest result */
 function showScene() {
-  const { scan, result, kept } = state;
-  const shown = [scan, result, kept].map((scene) => scene && scene.meshes[0]);
-  if (shown[2]) shown[2] = { ...shown[2], name: "kept result" };
+  const { scan, result, left } = state;
+  const shown = [scan, result, left && left.scene].map((scene) => scene && scene.meshes[0]);
+  if (shown[2]) shown[2] = { ...shown[2], name: left.name };
   const colorings = { ...scan.colorings, ...(result || scan).colorings };
   if (scan.colorings.curvature) colorings.curvature = scan.colorings.curvature;
   viewer.show({ ...scan, colorings, meshes: shown.map((mesh) => mesh || { ...scan.meshes[0], name: "no result yet" }) });
@@ -144,30 +200,131 @@ function showScene() {
 
 async function receive(told, scene) {
   if (told.is === "scan") {
-    Object.assign(state, { scan: scene, result: null, kept: null });
-    showScene();
+    Object.assign(state, { scan: scene, result: null, left: null });
+    stale(false);
+    showLeft("0 1");
     showNumbers(told);
-    if (!state.asked) ask(0);
+    if (state.choosing) running(false, "drag a box over the scan, or click on it");
+    else if (!state.switching && (!state.asked || state.cut)) ask(0);
+    state.cut = false;
   } else if (told.asked === state.asked) {
     state.result = scene;
     showScene();
-    showNumbers(told);
+    stale(false);
     by("keep").disabled = false;
-    running(false, `done in ${told.seconds.toFixed(1)} s`);
-    document.body.dataset.shown = String(told.asked);
+    if (told.is === "result") {
+      state.seconds = told.seconds;
+      running(true, `mesh there after ${told.seconds.toFixed(1)} s, numbers to come`);
+      state.warnings = told.warnings;
+      [...by("steps").querySelectorAll("li[data-step]")].filter((item) => item.querySelector("[data-on]").checked).forEach((item, k) => {
+        for (const row of item.querySelectorAll("[data-parameter=detail_size]")) row.showTried(told.tried[k] || []);
+      });
+      by("numbers").classList.add("awaited");
+      document.body.dataset.shown = String(told.asked);
+    } else {
+      showNumbers({ ...told, warnings: state.warnings });
+      by("numbers").classList.remove("awaited");
+      running(false, `done in ${state.seconds.toFixed(1)} s, numbers ${told.seconds.toFixed(1)} s later`);
+      document.body.dataset.measured = String(told.asked);
+    }
   }
+}
+
+/* --------------------------------------------------------------------------------------------------------------------- kept */
+
+function showLeft(views) {
+  const choice = document.querySelector(`input[value='${views}']`);
+  choice.disabled = false;
+  choice.checked = true;
+  showScene();
+  choice.dispatchEvent(new Event("change", { bubbles: true }));
+}
+
+function keep() {
+  const changed = [...by("steps").querySelectorAll("[data-parameter]")].filter((row) => row.dataset.text !== row.dataset.first)
+    .map((row) => `${row.dataset.parameter} ${row.dataset.text}`).join(", ");
+  const rows = state.told && state.told.distance ? state.told.distance.slice(1) : [], rms = rows.find(([words]) => words.startsWith("root mean square"));
+  const kept = { name: `kept ${state.kept.length + 1}`, scene: state.result, told: state.told, recipe: state.recipe, steps: settings() };
+  state.kept.push(kept);
+  const show = element("button", { type: "button" }, "Show left"), back = element("button", { type: "button" }, "Back to it");
+  show.addEventListener("click", () => { state.left = kept; showLeft("2 1"); });
+  back.addEventListener("click", () => {
+    if (state.recipe !== kept.recipe) {
+      state.returning = kept;
+      send("recipe", { recipe: kept.recipe });
+    } else { putSettings(kept.steps); ask(0); }
+  });
+  by("kept").append(element("li", {}, `${kept.name}: ${changed || "as the recipe says"}${rms ? `; root mean square distance ${rms[1]}` : ""} `, show, " ", back));
+  state.left = kept;
+  showLeft("2 1");
+}
+
+/* ----------------------------------------------------------------------------------------------------------- choosing a part */
+
+function choosePart() {
+  state.choosing = true;
+  send("overview");
+}
+
+function partChosen(from, to) {
+  const middle = viewer.pick((from.clientX + to.clientX) / 2, (from.clientY + to.clientY) / 2, 30);
+  if (!middle) { running(false, "nothing is there: drag a box over the scan, or click on it"); return; }
+  const size = Math.hypot(to.clientX - from.clientX, to.clientY - from.clientY);
+  const radius = size < 6 ? null : 0.5 * size / viewer.pixels * viewer.scene.half;
+  Object.assign(state, { choosing: false, cut: true });
+  running(false, "cutting the part out");
+  document.querySelector("input[name=whole][value=part]").checked = true;
+  send("part", { place: viewer.inMeshUnits(middle.place), radius });
+}
+
+function listenForPart(canvas) {
+  let from = null;
+  const box = element("span", { class: "box" });
+  canvas.parentElement.append(box);
+  box.hidden = true;
+  canvas.addEventListener("pointerdown", (event) => {
+    if (!state.choosing) return;
+    event.stopImmediatePropagation();
+    canvas.setPointerCapture(event.pointerId);
+    from = event;
+  }, true);
+  canvas.addEventListener("pointermove", (event) => {
+    if (!from) return;
+    event.stopImmediatePropagation();
+    const edge = canvas.getBoundingClientRect();
+    Object.assign(box.style, {
+      left: `${Math.min(from.clientX, event.clientX) - edge.left}px`, width: `${Math.abs(event.clientX - from.clientX)}px`,
+      top: `${Math.min(from.clientY, event.clientY) - edge.top}px`, height: `${Math.abs(event.clientY - from.clientY)}px`,
+    });
+    box.hidden = false;
+  }, true);
+  canvas.addEventListener("pointerup", (event) => {
+    if (!from) return;
+    const first = from;
+    from = null;
+    box.hidden = true;
+    partChosen(first, event);
+  }, true);
 }
 
 const answers = {
   welcome(told) {
     by("recipe").replaceChildren(...told.recipes.map(({ name, title }) => element("option", { value: name, title }, name)));
     by("folder").textContent = `Files are written to ${told.folder}.`;
+    state.scale = { diagonal: told.diagonal, edge: told.mean_edge };
     by("extent").hidden = !told.has_part;
     by("about").textContent = `${told.vertices.toLocaleString("en")} vertices. ` +
       (told.has_part ? "Parameters are tried on a part of the scan first; lengths are those of the whole. " : "") + told.warnings.join(" ");
     by("output-name").value = told.scan.replace(/(\.[^.]*)?$/, "_clean$1");
   },
-  recipe(told) { showRecipe(told); if (state.scan) ask(0); },
+  recipe(told) {
+    const kept = state.scan ? null : remembered();
+    showRecipe(told);
+    state.switching = Boolean(kept && kept.recipe !== told.key);
+    if (state.returning) { putSettings(state.returning.steps); state.returning = null; }
+    if (state.scan) ask(0);
+    else if (state.switching) send("recipe", { recipe: kept.recipe });
+  },
   opening(told) { by("state").textContent = `reading ${told.whole ? "the whole scan" : "the scan"}`; },
   begun(told) { state.current = told.run; running(true, told.run ? "running" : "running on the whole scan"); document.body.dataset.begun = String(told.asked ?? 0); },
   event(told) {
@@ -195,7 +352,7 @@ const answers = {
 socket.addEventListener("message", async ({ data }) => {
   if (typeof data === "string") {
     const told = JSON.parse(data);
-    if (told.is === "scan" || told.is === "result") state.awaited = told;
+    if (["scan", "result", "numbers"].includes(told.is)) state.awaited = told;
     else answers[told.is]?.(told);
   } else {
     const told = state.awaited;
@@ -211,16 +368,11 @@ by("extent").addEventListener("change", () => ask(0));
 by("settings").addEventListener("submit", (event) => event.preventDefault());
 by("save").addEventListener("click", () => { complain(""); send("save", { name: by("recipe-name").value, note: by("note").value, replace: by("replace").checked }); });
 by("finish").addEventListener("click", () => { complain(""); send("finish", { name: by("output-name").value, replace: by("replace").checked }); });
-by("keep").addEventListener("click", () => {
-  state.kept = state.result;
-  const choice = document.querySelector("input[value='2 1']");
-  choice.disabled = false;
-  choice.checked = true;
-  showScene();
-  choice.dispatchEvent(new Event("change", { bubbles: true }));
-});
+by("keep").addEventListener("click", keep);
+by("choose-part").addEventListener("click", choosePart);
 
 try {
   viewer = new Viewer(by("viewer"));
   connect(viewer, by("switches"));
+  listenForPart(viewer.canvas);
 } catch (error) { complain(error.message); }
