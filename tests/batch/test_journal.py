@@ -9,9 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from pymeshfair.batch.errors import BatchError
 from pymeshfair.batch.inputs import Asked
-from pymeshfair.batch.journal import Journal, read_journal
+from pymeshfair.batch.journal import BatchError, Journal, read_journal
 from pymeshfair.batch.outcome import Outcome
 from pymeshfair.batch.plan import Scan, job_of, plan_scans
 from pymeshfair.batch.resume import done_before

@@ -18,8 +18,7 @@ from ..processes.cluster import ClusterError, Conditions, LostSchedulerError, Sc
 from ..processes.process import Items
 from ..running.job import Job
 from .plan import Scan
-from .station import Station, pool_of
-from .workers import Kind, do_task
+from .station import Kind, Station, do_task, pool_of
 
 #: seconds without work after which a worker ends its processes
 _IDLE = 120.0
@@ -29,7 +28,7 @@ _IDLE = 120.0
 def workers_of_scheduler(
     scheduler: Scheduler, template: Job, scans: Sequence[Scan], folder: Path, items: Items, name: str
 ) -> Iterator[OfScheduler]:
-    """The workers of a scheduler, see `pymeshfair.batch.workers.Workers`.
+    """The workers of a scheduler, see `pymeshfair.batch.station.Workers`.
 
     Args:
         scheduler: of dask.
@@ -66,7 +65,7 @@ def recipe_problems(recipe: bytes, digest: str) -> list[str]:
 
 
 class OfScheduler:
-    """The workers of a scheduler; see `pymeshfair.batch.workers.Workers`."""
+    """The workers of a scheduler; see `pymeshfair.batch.station.Workers`."""
 
     def __init__(self, client: Client, name: str, items: Items) -> None:
         """See `workers_of_scheduler`."""

@@ -20,8 +20,7 @@ from ..running.job import Job
 from .journal import Journal
 from .outcome import Outcome
 from .plan import Scan
-from .station import pool_of
-from .workers import ThisMachine, Workers
+from .station import ThisMachine, Workers, pool_of
 
 #: seconds between two looks at the workers
 _PULSE = 1.0

@@ -7,12 +7,16 @@ import os
 from pathlib import Path
 from types import TracebackType
 
+from ..errors import PymeshfairError
 from ..operating_system import this_system
-from .errors import BatchError
 from .outcome import Outcome
 
 #: its name in the folder of outputs
 NAME = "batch.jsonl"
+
+
+class BatchError(PymeshfairError):
+    """The batch as a whole cannot be done; what its journal holds stays done."""
 
 
 class Journal:

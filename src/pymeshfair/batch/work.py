@@ -13,8 +13,7 @@ from ..processes.pool import Pool
 from ..running.job import Job
 from .checks import Prospect, check_own_files, look_ahead
 from .engine import Listener, carry_out
-from .errors import BatchError
-from .journal import NAME, Journal, read_journal
+from .journal import NAME, BatchError, Journal, read_journal
 from .outcome import Outcome, now
 from .page import write_page
 from .plan import Scan

@@ -15,9 +15,8 @@ from ..errors import FilterInputError
 from ..filters.execution import ignore_progress, part_of
 from ..filters.neighbours import tree_scale
 from ..filters.outliers import JOINED, SPREAD_BLOCK, StrayRule, probabilities_of, spread_of
-from .by_number import Part, in_order
 from .cells import Cells, Ranges
-from .columns import Column
+from .columns import Column, Part, in_order
 from .division import Bucket, Floats, Longs, Shape, divide
 from .memory import cloud_points, slice_rows
 from .outliers import OutlierTiles

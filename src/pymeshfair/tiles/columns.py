@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -65,3 +66,67 @@ class Column:
             return np.empty(rows.shape if self.width == 1 else (*rows.shape, self.width), self.dtype)
         whole = np.memmap(self.path, self.dtype, "r")
         return np.array(whole[rows] if self.width == 1 else whole.reshape(-1, self.width)[rows])
+
+
+@dataclass(frozen=True)
+class Part:
+    """The values of the points of one tile, by ascending number.
+
+    Attributes:
+        path: of the file of the values; that of the numbers is beside it.
+        dtype: of a value.
+        width: numbers in a value.
+    """
+
+    path: Path
+    dtype: str
+    width: int = 1
+
+    @property
+    def values(self) -> Column:
+        """The values."""
+        return Column(self.path, self.dtype, self.width)
+
+    @property
+    def numbers(self) -> Column:
+        """The numbers of the points that they belong to."""
+        return Column(self.path.with_name(f"{self.path.name}.numbers"), "<i8")
+
+    def write(self, numbers: NDArray[np.int64], values: NDArray[Any]) -> None:
+        """Write the values of points given by ascending number."""
+        self.values.create(len(values)).write(0, values)
+        self.numbers.create(len(numbers)).write(0, numbers)
+
+    def replace(self, rows: NDArray[Any], values: NDArray[Any]) -> None:
+        """Write other values into some rows."""
+        known = self.values.read(0, len(self.values))
+        known[rows] = values
+        self.values.write(0, known)
+
+
+def in_order(parts: Sequence[Part], count: int, size: int) -> Iterator[NDArray[Any]]:
+    """The values of the points 0 to `count`, each of which is in one part, `size` at a time.
+
+    Raises:
+        AssertionError: a point is in no part.
+    """
+    values, numbers = [p.values for p in parts], [p.numbers for p in parts]
+    at, ends = [0] * len(parts), [len(n) for n in numbers]
+    held = [np.empty(0, np.int64)] * len(parts)  # numbers that were read and not used yet
+    ahead = max(1, size // max(1, len(parts)))
+    for first in range(0, count, size):
+        last = min(first + size, count)
+        block = np.empty((last - first, *((parts[0].width,) if parts[0].width > 1 else ())), parts[0].dtype)
+        found = 0
+        for i in range(len(parts)):
+            while True:
+                if not len(held[i]) and at[i] < ends[i]:
+                    held[i] = numbers[i].read(at[i], min(at[i] + ahead, ends[i]))
+                here = int(np.searchsorted(held[i], last))
+                if here:
+                    block[held[i][:here] - first] = values[i].read(at[i], at[i] + here)
+                    at[i], held[i], found = at[i] + here, held[i][here:], found + here
+                if len(held[i]) or at[i] == ends[i]:
+                    break
+        assert found == last - first, f"points {first} to {last}: {found} values"
+        yield block

@@ -1,7 +1,8 @@
-"""The work of a run by tiles, in place of that in one piece: reads, does the steps and writes by parts of the mesh."""
+"""A run by tiles: the checks before it, and the work in place of that in one piece, which reads and writes by parts."""
 
 from __future__ import annotations
 
+import shutil
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -11,6 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import FilterInputError, ParameterError, Place, RunError, StepFailedError
+from ..files.errors import ContentsError, InputError, OutputError
+from ..files.formats import extension
+from ..files.inputs import check_input, check_magic
+from ..files.outputs import check_output
 from ..files.provenance import described_file
 from ..files.reading import unchanged
 from ..files.writing import StagedFile
@@ -25,18 +30,17 @@ from ..running.plain_values import plain
 from ..running.report import Report, StepDone
 from ..running.supervise import run_job
 from ..scripts.problems import ScriptError
-from .checks import check, told_as_run
 from .cloud import Cloud, do_selection, write_cloud
 from .division import Shape
-from .memory import Budget, budget, slice_rows
+from .memory import Budget, budget, cloud_room, slice_rows, surface_room
 from .mesh import MeshFile, MeshTiles, cut, do_move
-from .moves import cost_of
-from .plan import Move, Selection, plan_of
+from .moves import NORMALS, cost_of
+from .plan import LOOP, STRAYS, Move, Selection, plan_of
 from .ply_slices import PlySlices
-from .sources import open_cloud
+from .sources import CLOUD_FORMATS, open_cloud
 from .surface import Surface
-from .work_folder import work_folder
-from .workers import Tasks, open_tasks
+from .work_folder import work_folder, work_path
+from .workers import FullDiskError, Tasks, open_tasks
 
 #: bytes of memory where the system does not say how many there are
 _USUAL_MEMORY = 4_000_000_000
@@ -114,7 +118,7 @@ def _by_tiles(
     with ExitStack() as opened:
         opened.enter_context(unchanged(job.input))
         tasks = opened.enter_context(open_tasks(tiling.scheduler, share, job, items, memory=memory, check=check_wanted))
-        opened.enter_context(told_as_run(job))
+        opened.enter_context(as_failures_of_run(job))
         on_event(PhaseStarted("reading"))
         described = described_file(job.input) | {"side_files": [], "others": []}
         key = {
@@ -263,3 +267,74 @@ def _measures(vertices: int, faces: int, low: list[float], high: list[float]) ->
     """What is measured of a mesh by tiles."""
     sides = [b - a for a, b in zip(low, high, strict=True)] if vertices else [0.0] * 3
     return {"vertices": vertices, "faces": faces, "diagonal": sum(s * s for s in sides) ** 0.5, "sides": sides}
+
+
+def formats_of(plan: list[Selection] | list[Move]) -> tuple[str, ...]:
+    """The extensions of what a plan reads and writes."""
+    return CLOUD_FORMATS if isinstance(plan[0], Selection) else ("ply",)
+
+
+def check(job: Job, plan: list[Selection] | list[Move]) -> None:
+    """Refuse what cannot be done by tiles, before anything is done.
+
+    Raises:
+        ParameterError: something is asked for that needs the whole mesh.
+        InputError, OutputError: a file cannot be read or written by slices.
+    """
+    if not plan:
+        raise ParameterError("the recipe has no steps, so there is nothing to do by tiles")
+    formats = formats_of(plan)
+    if job.all_guards or job.map is not None or job.others:
+        raise ParameterError(
+            "limits of the result, an intervention map and further layers need the whole mesh at once; leave them out, or --tiles"
+        )
+    check_input(job.input, formats)
+    try:
+        check_magic(job.input)
+        if isinstance(plan[0], Selection):
+            open_cloud(job.input)
+        else:
+            MeshFile(PlySlices(job.input)).check()
+    except ContentsError as error:
+        raise InputError(job.input, str(error)) from error
+    check_output(job.output, job.made_from, overwrite=job.overwrite, formats=formats)
+    kinds = [extension(path).replace("laz", "las") for path in (job.input, job.output)]
+    if kinds[0] != kinds[1]:
+        raise OutputError(job.output, f"by tiles a .{extension(job.input)} file becomes a file of the same kind")
+    _check_room(job, plan)
+
+
+def _check_room(job: Job, plan: list[Selection] | list[Move]) -> None:
+    folder = job.output.absolute().parent
+    if isinstance(plan[0], Selection):
+        cloud = open_cloud(job.input)
+        neighbors = {LOOP: 0, STRAYS: 0}
+        for selection in plan:
+            assert isinstance(selection, Selection)
+            neighbors[selection.filter] = max(neighbors[selection.filter], selection.neighbors)
+        needed = cloud_room(len(cloud), cloud.row, neighbors[LOOP], neighbors[STRAYS])
+    else:
+        mesh = MeshFile(PlySlices(job.input))
+        vertices, faces = len(mesh.file), mesh.file.tables["face"].element.count
+        row = mesh.file.vertices.dtype.itemsize + 24 + faces * mesh.file.tables["face"].dtype.itemsize // vertices
+        needed = surface_room(vertices, faces, row, rounds=any(step.filter == NORMALS for step in plan))
+    former = sum(file.stat().st_size for file in work_path(job.output).glob("**/*") if file.is_file())
+    free = shutil.disk_usage(folder).free + former
+    if needed > free:
+        raise OutputError(
+            job.output,
+            f"the work needs {needed / 1e9:.3g} GB on the disk of {folder}, of which {free / 1e9:.3g} GB are free: free some, or "
+            "name an output on another disk",
+        )
+
+
+@contextmanager
+def as_failures_of_run(job: Job) -> Iterator[None]:
+    """Failures of tasks in the words of a run."""
+    try:
+        yield
+    except ContentsError as error:
+        raise InputError(job.input, str(error)) from error
+    except (FullDiskError, OSError) as error:
+        words = (error.strerror if isinstance(error, OSError) else None) or str(error)
+        raise OutputError(job.output, f"there is no room for the files of the work: {words}".lower()) from error

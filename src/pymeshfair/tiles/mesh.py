@@ -17,9 +17,9 @@ from ..files.ply import CORNERS
 from ..files.ply_header import PlyProperty, header_bytes
 from ..filters.execution import part_of
 from ..filters.mesh import Whole, check_healthy
-from .by_number import Part, in_order
 from .cells import Cells
 from .cloud import Cloud
+from .columns import Part, in_order
 from .division import Floats, Shape
 from .halo import tile_with_rings
 from .memory import slice_rows, surface_vertices

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from ..filters.neighbours import Nearest
 from ..filters.outliers import compare, compare_rows, standard_distances
-from .by_number import Part
 from .cells import Cells
-from .columns import Column
+from .columns import Column, Part
 from .division import Floats
 from .neighbours import TilePoints, search_tile
 

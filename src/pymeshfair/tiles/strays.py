@@ -25,9 +25,8 @@ from ..filters.outliers import (
     standard_distances,
     thicknesses,
 )
-from .by_number import Part
 from .cells import Cells
-from .columns import Column
+from .columns import Column, Part
 from .division import Floats, Longs
 from .neighbours import TilePoints, search_tile
 
