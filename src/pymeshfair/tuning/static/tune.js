@@ -40,7 +40,7 @@ function field(step, number, parameter) {
     row.append(label, input);
   } else {
     const length = parameter.kind === "length", whole = parameter.kind === "whole";
-    const parts = /^(.*?)(%|edge)?$/.exec(parameter.value);
+    const parts = parameter.value === "auto" ? ["", "", "edge"] : /^(.*?)(%|edge)?$/.exec(parameter.value);
     const step_ = whole ? 1 : (parameter.high - parameter.low) / 200;
     const slider = element("input", { type: "range", min: String(parameter.low), max: String(parameter.high), step: String(step_), id: `${id}-slider`, "aria-label": `${parameter.label}, slider` });
     slider.value = parts[1];
