@@ -138,6 +138,25 @@ def test_its_numbers_are_those_of_the_document(opened: Any, report: tuple[Path, 
     assert cells == [f"{found[unit]:.4g}" for unit in ("mesh_units", "mean_edges", "percent_of_diagonal")]
 
 
+def test_the_keys_zoom_within_limits(opened: Any) -> None:
+    """However often + is pressed, a view shows 1/2000 of the scene at least."""
+    opened.locator("canvas").focus()
+    for _ in range(50):
+        opened.keyboard.press("+")
+    assert soon(opened, lambda: opened.locator("[data-status]").inner_text().endswith(" 2000.00 times"))
+
+
+def test_the_pointer_tells_the_distance(opened: Any) -> None:
+    """Over the dent of the mesh after the number is near its depth, over the ground there is none."""
+    opened.check("input[value=distance]")
+    canvas_pixels(opened)
+    box = opened.locator("canvas").bounding_box()
+    opened.mouse.move(box["x"] + 0.75 * box["width"], box["y"] + 0.4 * box["height"])
+    assert soon(opened, lambda: opened.locator("[data-value]").inner_text().startswith("here -0.1"))
+    opened.mouse.move(box["x"] + 0.52 * box["width"], box["y"] + 0.04 * box["height"])
+    assert soon(opened, lambda: opened.locator("[data-value]").inner_text() == "")
+
+
 def test_a_name_stays_a_name(opened: Any) -> None:
     """Markup in the name of a file is shown as text: it makes no element and runs nothing."""
     assert NAME in opened.locator("h1").inner_text()
