@@ -61,6 +61,20 @@ def browser(request: pytest.FixtureRequest, screen: dict[str, str]) -> Iterator[
         yield opened
 
 
+def note_errors(page: Any, errors: list[str]) -> None:
+    """Collect what a page complains of.
+
+    Firefox also reports the style that playwright adds for a screenshot, and that the policy of the page refuses.
+    """
+
+    def note(text: str) -> None:
+        if "blocked an inline style" not in text:
+            errors.append(text)
+
+    page.on("console", lambda message: note(message.text) if message.type == "error" else None)
+    page.on("pageerror", lambda error: note(str(error)))
+
+
 @pytest.fixture
 def errors() -> list[str]:
     """What pages complain of; a test ends with none."""
@@ -72,7 +86,6 @@ def page(browser: Any, errors: list[str]) -> Iterator[Any]:
     """A new page whose network is off."""
     context = browser.new_context(viewport={"width": 1000, "height": 900}, offline=browser.browser_type.name == "chromium")
     page = context.new_page()
-    page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
-    page.on("pageerror", lambda error: errors.append(str(error)))
+    note_errors(page, errors)
     yield page
     context.close()

@@ -42,7 +42,7 @@ def opened(page: Any, report: tuple[Path, dict[str, Any]], errors: list[str]) ->
     page.goto(report[0].as_uri())
     page.wait_for_selector("[data-ready]", timeout=30_000)
     yield page
-    assert [url for url in asked if not url.startswith("data:")] == [report[0].as_uri()]
+    assert [url for url in asked if not url.startswith("data:") and url != report[0].as_uri()] == []
     assert errors == []
 
 
@@ -136,6 +136,25 @@ def test_its_numbers_are_those_of_the_document(opened: Any, report: tuple[Path, 
     cells = opened.locator("table", has_text="Hausdorff distance").first.locator("tr").last.locator("td").all_inner_texts()
     found = expected["comparison"]["hausdorff"]
     assert cells == [f"{found[unit]:.4g}" for unit in ("mesh_units", "mean_edges", "percent_of_diagonal")]
+
+
+def test_the_keys_zoom_within_limits(opened: Any) -> None:
+    """However often + is pressed, a view shows 1/2000 of the scene at least."""
+    opened.locator("canvas").focus()
+    for _ in range(50):
+        opened.keyboard.press("+")
+    assert soon(opened, lambda: opened.locator("[data-status]").inner_text().endswith(" 2000.00 times"))
+
+
+def test_the_pointer_tells_the_distance(opened: Any) -> None:
+    """Over the dent of the mesh after the number is near its depth, over the ground there is none."""
+    opened.check("input[value=distance]")
+    canvas_pixels(opened)
+    box = opened.locator("canvas").bounding_box()
+    opened.mouse.move(box["x"] + 0.75 * box["width"], box["y"] + 0.4 * box["height"])
+    assert soon(opened, lambda: opened.locator("[data-value]").inner_text().startswith("here -0.1"))
+    opened.mouse.move(box["x"] + 0.52 * box["width"], box["y"] + 0.04 * box["height"])
+    assert soon(opened, lambda: opened.locator("[data-value]").inner_text() == "")
 
 
 def test_a_name_stays_a_name(opened: Any) -> None:

@@ -26,6 +26,7 @@ from pymeshfair.scripts.script import Script, Step
 from pymeshfair.scripts.write import write_script
 from pymeshfair.tuning.access import redirecting_file
 from pymeshfair.tuning.notebook import Tuning
+from tests.browser.conftest import note_errors
 from tests.browser.pixels import canvas_pixels, halves, share_changed, soon
 from tests.commands.command_line import COMMAND, document, run_process
 from tests.meshes import icosphere
@@ -86,8 +87,7 @@ def tuning(browser: Any, served: Served, errors: list[str]) -> Iterator[Any]:
     context = browser.new_context(viewport={"width": 1300, "height": 900})
     page = context.new_page()
     page.set_default_timeout(PATIENCE)
-    page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
-    page.on("pageerror", lambda error: errors.append(str(error)))
+    note_errors(page, errors)
     page.goto(served.address)
     page.wait_for_selector("body[data-measured='1'], #problem:not([hidden])")
     assert not page.locator("#problem").inner_text()

@@ -70,7 +70,7 @@ def test_five_places_say_the_same(name: str, scan: Path, tmp_path: Path) -> None
     # The map: faces by what became of them, and how far vertices have moved.
     states = read_file(tmp_path / "map.ply").mesh
     assert np.count_nonzero(states.face_scalars == 2.0) == added["faces"]
-    of_old = (states.vertex_colors != COLORS[ADDED]).any(axis=1)
+    of_old = (np.rint(255.0 * states.vertex_colors) != COLORS[ADDED]).any(axis=1)
     assert np.count_nonzero(~of_old) == added["vertices"]
     if moved["same"]:
         assert np.count_nonzero(states.vertex_scalars[of_old]) == moved["moved"]
