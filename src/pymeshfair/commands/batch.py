@@ -87,9 +87,9 @@ def batch(
     if report:
         options.check_measured(no_measures=no_measures)
     overrides = tuple(set or ())
-    found = open_recipe(recipe, upgrade=upgrade).override(overrides)
+    loaded = open_recipe(recipe, upgrade=upgrade).override(overrides)
     template = Job(
-        found,
+        loaded,
         Path(),  # a scan's
         Path(),
         tuple(path.absolute() for path in others or ()),
@@ -109,7 +109,7 @@ def batch(
         unit=unit,
     )
     folder = output.absolute()
-    scans = plan_scans(expand(inputs, [s.name for s in found.script.settings]), found, folder, name)
+    scans = plan_scans(expand(inputs, [s.name for s in loaded.script.settings]), loaded, folder, name)
     slots = jobs or this_system().processors()
     task = Task(scans, template, folder, scheduler, slots, resume=resume, stop=stop, sample=sample, report=report)
     if dry_run:
