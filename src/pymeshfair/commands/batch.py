@@ -95,9 +95,9 @@ def batch(
     if report:
         options.check_measured(no_measures=no_measures)
     overrides = tuple(set or ())
-    found = open_recipe(recipe, upgrade=upgrade).override(overrides)
+    loaded = open_recipe(recipe, upgrade=upgrade).override(overrides)
     template = Job(
-        found,
+        loaded,
         Path(),  # a scan's
         Path(),
         tuple(path.absolute() for path in others or ()),
@@ -117,12 +117,12 @@ def batch(
         unit=unit,
     )
     folder = output.absolute()
-    asked, outputs = without_outputs(expand(inputs, [s.name for s in found.script.settings]), folder)
+    asked, outputs = without_outputs(expand(inputs, [s.name for s in loaded.script.settings]), folder)
     for path in outputs[:_NAMED]:
         warn(f"left out: {path}, which is the output of a run")
     if len(outputs) > _NAMED:
         warn(f"left out: {len(outputs) - _NAMED:,} further outputs of runs")
-    scans = plan_scans(asked, found, folder, name)
+    scans = plan_scans(asked, loaded, folder, name)
     slots = jobs or this_system().processors()
     task = Task(
         *(scans, template, folder, cluster, slots),

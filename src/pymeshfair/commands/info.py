@@ -35,13 +35,13 @@ def info(
     from ..registry import find_filter
 
     try:
-        known = find_filter(subject)
+        filter = find_filter(subject)
     except UnknownNameError as error:
         if not Path(subject).exists():
             raise _nothing_named(subject, error.cause) from None
         _tell_mesh(Path(subject), json=json, allow_outside=allow_outside, unchecked=unchecked)
     else:
-        _tell_filter(known, json=json)
+        _tell_filter(filter, json=json)
 
 
 def _nothing_named(subject: str, cause: str | None) -> Exception:
@@ -51,7 +51,7 @@ def _nothing_named(subject: str, cause: str | None) -> Exception:
     from ..recipe import shipped_recipes
     from ..registry import all_filters
 
-    names = [name for known in all_filters() for name in (known.python_name, known.name)]
+    names = [name for filter in all_filters() for name in (filter.python_name, filter.name)]
     near = nearest(subject, [*names, *shipped_recipes()])
     hint = (
         cause or f"did you mean {near!r}?"
@@ -61,13 +61,13 @@ def _nothing_named(subject: str, cause: str | None) -> Exception:
     return UnknownNameError(f"{subject!r} is no filter, no recipe and no file; {hint}", suggestion=near, cause=cause)
 
 
-def _tell_filter(known: Filter, *, json: bool) -> None:
+def _tell_filter(filter: Filter, *, json: bool) -> None:
     from .info_pages import filter_document, filter_page
 
     if json:
-        print_document({"filter": filter_document(known)})
+        print_document({"filter": filter_document(filter)})
     else:
-        typer.echo(filter_page(known))
+        typer.echo(filter_page(filter))
 
 
 def _tell_recipe(name: str, *, json: bool) -> None:
@@ -88,36 +88,36 @@ def _tell_mesh(path: Path, *, json: bool, allow_outside: bool, unchecked: bool) 
     from .streams import warn
     from .tables import console, measures_table
 
-    found = inspect_mesh(path, traits=True, allow_outside=allow_outside, unchecked=unchecked)
-    recipes = ranked(found["traits"])
+    measures = inspect_mesh(path, traits=True, allow_outside=allow_outside, unchecked=unchecked)
+    recipes = ranked(measures["traits"])
     if json:
-        print_document({"mesh": found, "recipes": documents(recipes)})
+        print_document({"mesh": measures, "recipes": documents(recipes)})
         return
-    console().print(measures_table({path.name: found}))
-    for line in _more(found):
+    console().print(measures_table({path.name: measures}))
+    for line in _more(measures):
         typer.echo(line)
-    for line in rim_lines(found["rims"]):
+    for line in rim_lines(measures["rims"]):
         typer.echo(line)
     typer.echo("\nRecipes for it, the best known to fit first:")
     for line in fitting_lines([s for s in recipes if s.fits]):
         typer.echo(line)
-    for warning in found["warnings"]:
+    for warning in measures["warnings"]:
         warn(warning)
 
 
-def _more(found: Mapping[str, Any]) -> Iterator[str]:
+def _more(measures: Mapping[str, Any]) -> Iterator[str]:
     """Attributes, box, noise and the number of rims of a mesh, one line each."""
-    yield f"\nIt has {', '.join(found['attributes'] or ['vertices alone'])}."
-    if found["box"]:
-        low, high = found["box"]
+    yield f"\nIt has {', '.join(measures['attributes'] or ['vertices alone'])}."
+    if measures["box"]:
+        low, high = measures["box"]
         sides = " x ".join(f"{b - a:.6g}" for a, b in zip(low, high, strict=True))
         yield f"Its box is {sides}, from {_place(low)} to {_place(high)}."
-    traits = found["traits"]
+    traits = measures["traits"]
     if "noise" in traits:
         yield f"Its noise is about {traits['noise']:.2g} mean edges."
-    if found["rims"]:
-        holes = sum(not rim["outer"] for rim in found["rims"])
-        yield f"It has {holes:,} {'hole' if holes == 1 else 'holes'} and {len(found['rims']) - holes:,} outer borders:"
+    if measures["rims"]:
+        holes = sum(not rim["outer"] for rim in measures["rims"])
+        yield f"It has {holes:,} {'hole' if holes == 1 else 'holes'} and {len(measures['rims']) - holes:,} outer borders:"
 
 
 def _place(point: Iterable[float]) -> str:

@@ -15,21 +15,21 @@ from ..scripts.settings import Setting
 _WIDTH = 100
 
 
-def filter_document(known: Filter) -> dict[str, Any]:
+def filter_document(filter: Filter) -> dict[str, Any]:
     """The declaration in terms of JSON."""
     return {
-        "python_name": known.python_name,
-        "name": known.name,
-        "origin": known.origin,
-        "info": known.info,
-        "classes": known.classes,
-        "requires": known.requires,
-        "changes": known.changes,
-        "arity": known.arity.name.lower(),
-        "references": known.references,
-        "parameters": [_parameter_document(p) for p in known.parameters],
-        "python": python_call(known),
-        "mlx": mlx_element(known),
+        "python_name": filter.python_name,
+        "name": filter.name,
+        "origin": filter.origin,
+        "info": filter.info,
+        "classes": filter.classes,
+        "requires": filter.requires,
+        "changes": filter.changes,
+        "arity": filter.arity.name.lower(),
+        "references": filter.references,
+        "parameters": [_parameter_document(p) for p in filter.parameters],
+        "python": python_call(filter),
+        "mlx": mlx_element(filter),
     }
 
 
@@ -50,45 +50,45 @@ def _parameter_document(parameter: Parameter) -> dict[str, Any]:
     }
 
 
-def filter_page(known: Filter) -> str:
+def filter_page(filter: Filter) -> str:
     """The declaration as a page: what it does, its parameters, how to call it."""
-    return "\n".join(_page(known))
+    return "\n".join(_page(filter))
 
 
-def _page(known: Filter) -> Iterator[str]:
-    menus = ", ".join(c.name.replace("_", " ").lower() for c in type(known.classes) if c in known.classes and c.name)
-    yield f"{known.python_name}\n{known.name!r}, a filter of {known.origin} ({menus})"
-    if known.info:
-        yield f"\n{known.info}"
-    yield "\nParameters" if known.parameters else "\nIt has no parameters."
-    for parameter in known.parameters:
+def _page(filter: Filter) -> Iterator[str]:
+    menus = ", ".join(c.name.replace("_", " ").lower() for c in type(filter.classes) if c in filter.classes and c.name)
+    yield f"{filter.python_name}\n{filter.name!r}, a filter of {filter.origin} ({menus})"
+    if filter.info:
+        yield f"\n{filter.info}"
+    yield "\nParameters" if filter.parameters else "\nIt has no parameters."
+    for parameter in filter.parameters:
         default = "depends on the mesh" if parameter.default is None else repr(said(parameter.default))
         yield f"\n  {parameter.name}  (default {default}{', advanced' if parameter.advanced else ''})"
         yield _indented(f"{parameter.label}: {parameter.describe_allowed()}.")
         if parameter.help:
             yield _indented(parameter.help)
-    yield f"\nIn Python\n{textwrap.indent(python_call(known), '  ')}"
-    yield f"\nIn a .mlx script\n{textwrap.indent(mlx_element(known), '  ')}"
-    if known.references:
-        yield f"\nReferences (docs/bibliography.bib)\n  {', '.join(known.references)}"
+    yield f"\nIn Python\n{textwrap.indent(python_call(filter), '  ')}"
+    yield f"\nIn a .mlx script\n{textwrap.indent(mlx_element(filter), '  ')}"
+    if filter.references:
+        yield f"\nReferences (docs/bibliography.bib)\n  {', '.join(filter.references)}"
 
 
 def _indented(text: str) -> str:
     return textwrap.fill(text, _WIDTH, initial_indent=" " * 6, subsequent_indent=" " * 6)
 
 
-def python_call(known: Filter) -> str:
+def python_call(filter: Filter) -> str:
     """The call with every default that is known without a mesh."""
-    given = [f"{p.name}={said(p.default)!r}" for p in known.parameters if p.default is not None]
-    call = f"ms.{known.python_name}({', '.join(given)})"
+    values = [f"{p.name}={said(p.default)!r}" for p in filter.parameters if p.default is not None]
+    call = f"ms.{filter.python_name}({', '.join(values)})"
     if len(call) <= _WIDTH:
         return call
-    return f"ms.{known.python_name}(\n" + "".join(f"    {g},\n" for g in given) + ")"
+    return f"ms.{filter.python_name}(\n" + "".join(f"    {g},\n" for g in values) + ")"
 
 
-def mlx_element(known: Filter) -> str:
+def mlx_element(filter: Filter) -> str:
     """The step of a script with every default that is known without a mesh."""
-    lines = format_script(Script((Step(known).with_defaults(),))).splitlines()
+    lines = format_script(Script((Step(filter).with_defaults(),))).splitlines()
     first = next(i for i, line in enumerate(lines) if line.lstrip().startswith("<filter"))
     last = next(i for i, line in enumerate(lines) if line.startswith("</FilterScript"))
     return textwrap.dedent("\n".join(lines[first:last]))

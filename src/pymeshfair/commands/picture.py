@@ -76,13 +76,13 @@ def picture(
     width, height = _pixels(size)
     if title is not None and len(title) != len(meshes):
         raise ParameterError(f"{len(title)} titles for {len(meshes)} meshes: give one --title for each, or none")
-    found = [read_mesh(path, allow_outside=allow_outside, unchecked=unchecked) for path in meshes]
+    opened = [read_mesh(path, allow_outside=allow_outside, unchecked=unchecked) for path in meshes]
     from ..looking.picture import Appearance, draw_meshes
 
-    for warning in dict.fromkeys(w for mesh in found for w in mesh.warnings):
+    for warning in dict.fromkeys(w for mesh in opened for w in mesh.warnings):
         warn(warning)
-    centre, extent = _region(zoom, found[-1]) if zoom else (None, 0.0)
-    measures = found[0].measures
+    centre, extent = _region(zoom, opened[-1]) if zoom else (None, 0.0)
+    measures = opened[0].measures
     sizes = measures["diagonal"], measures["mean_edge"] or measures["mean_spacing"] or 0.0
     appearance = Appearance(
         limits=options.limits_in_mesh_units(limits, unit, *sizes),
@@ -97,7 +97,7 @@ def picture(
         height=height,
         stripes=stripes,
     )
-    drawn = draw_meshes([read.mesh for read in found], title or [path.name for path in meshes], appearance)
+    drawn = draw_meshes([read.mesh for read in opened], title or [path.name for path in meshes], appearance)
     encoded = io.BytesIO()
     drawn.save(encoded, format=PICTURES[extension(output)])
     write_file(output, encoded.getvalue(), overwrite=overwrite)

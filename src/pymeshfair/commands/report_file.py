@@ -46,7 +46,7 @@ def compared_files(before: MeshState, after: MeshState, *, tolerance: float | No
     from ..looking.spectrum import measured_spectrum
     from ..report.comparison_page import Compared
 
-    found, distances = compare(before, after, tolerance=tolerance)
+    comparison, distances = compare(before, after, tolerance=tolerance)
     spectra: dict[str, Any] = {}
     left_out = []
     if before.self_intersecting is None and after.self_intersecting is None:
@@ -60,7 +60,7 @@ def compared_files(before: MeshState, after: MeshState, *, tolerance: float | No
         except PymeshfairError as error:
             spectra.clear()
             left_out.append(f"No spectrum: {error}")
-    return Compared(before, after, found, distances, spectra), left_out
+    return Compared(before, after, comparison, distances, spectra), left_out
 
 
 def report_page(

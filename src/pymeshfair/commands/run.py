@@ -111,16 +111,16 @@ def run(
         from ..scripts.warnings import traps
 
         overrides = tuple(set or ())
-        found = open_recipe(recipe, upgrade=upgrade).override(overrides)
+        loaded = open_recipe(recipe, upgrade=upgrade).override(overrides)
         limits = guards(
             max_displacement=max_displacement, max_volume_change=max_volume_change, require=require, keep_sharp=keep_sharp
         )
         job = Job(
-            recipe=found,
+            recipe=loaded,
             input=input,
             output=output,
             others=tuple(others or ()),
-            warnings=(*(str(change) for change in found.changes if not change.same_meaning), *traps(found.script)),
+            warnings=(*(str(change) for change in loaded.changes if not change.same_meaning), *traps(loaded.script)),
             overwrite=overwrite,
             timeout=timeout,
             memory_limit=memory_limit(memory),

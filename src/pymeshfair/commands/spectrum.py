@@ -64,9 +64,9 @@ def spectrum(
         check_target(output, PICTURES, overwrite=overwrite)
     filtering = {}
     if response:
-        given = {"response": response, "detail_size": detail_size or "6edge", "largest_size": largest_size or AUTO}
-        checked = find_filter(FILTERS).with_defaults(given)
-        filtering = {name: checked[name] for name in given}
+        values = {"response": response, "detail_size": detail_size or "6edge", "largest_size": largest_size or AUTO}
+        checked = find_filter(FILTERS).with_defaults(values)
+        filtering = {name: checked[name] for name in values}
         if _in_mesh_units(filtering["detail_size"], {"diagonal": 1.0, "mean_edge": 1.0}) == 0.0:
             raise ParameterError(f"detail_size {detail_size} is no wavelength: give a length above 0")
     elif detail_size or largest_size:
@@ -153,8 +153,8 @@ def _print(spectra: Mapping[str, Mapping[str, Any]], response: Response | None) 
 
     heights: dict[int, dict[str, float]] = {}
     first = spectra["before"]
-    for name, found in spectra.items():
-        for omega, energy in zip(_middles(found), found["band_energies"], strict=True):
+    for name, spectrum in spectra.items():
+        for omega, energy in zip(_middles(spectrum), spectrum["band_energies"], strict=True):
             heights.setdefault(round(3 * math.log2(omega) - 0.5), {})[name] = math.sqrt(max(energy, 0.0))
     headers = ["wavelength", "in mean edges", *(f"height {name}" if len(spectra) > 1 else "height" for name in spectra)]
     rows = []

@@ -39,17 +39,17 @@ def draw_spectra(spectra: Mapping[str, Mapping[str, Any]], response: Response | 
 def draw_on(axes: Any, spectra: Mapping[str, Mapping[str, Any]], response: Response | None = None) -> None:
     """Draw bands as steps and single modes as dots, on logarithmic axes of matplotlib's; the upper one tells wavelengths."""
     lowest, highest, least, most = math.inf, 0.0, math.inf, 0.0
-    for name, found in spectra.items():
-        edges, energies = np.asarray(found["band_edges"]), np.asarray(found["band_energies"])
+    for name, spectrum in spectra.items():
+        edges, energies = np.asarray(spectrum["band_edges"]), np.asarray(spectrum["band_energies"])
         if len(energies) == 0:
             continue
         color = _COLORS.get(name)
         axes.stairs(
             energies, edges, color=color, label=f"bands of 1/3 octave, {name}" if len(spectra) > 1 else "bands of 1/3 octave"
         )
-        energy = np.asarray(found["energies"])
+        energy = np.asarray(spectrum["energies"])
         seen = energy > 0.0
-        axes.plot(np.asarray(found["frequencies"])[seen], energy[seen], ".", color=color, markersize=3, alpha=0.5)
+        axes.plot(np.asarray(spectrum["frequencies"])[seen], energy[seen], ".", color=color, markersize=3, alpha=0.5)
         lowest, highest = min(lowest, float(edges[0])), max(highest, float(edges[-1]))
         most = max(most, float(energies.max()))
         least = least if name == "after" and math.isfinite(least) else float(energies[energies > 0.0].min())

@@ -154,8 +154,8 @@ def _explicit(scan: Path, values: dict[str, Any], noise: float) -> Recipe | None
 
     if values["shape"] == "clean":
         return None
-    known = find_filter(FILTER)
-    step = Step(known).with_values({p.name: values[p.name] for p in known.parameters if p.name in values})
+    filter = find_filter(FILTER)
+    step = Step(filter).with_values({p.name: values[p.name] for p in filter.parameters if p.name in values})
     name = scan.name.replace("--", "- ").strip("-")
     comment = f"Denoises scans such as {name}\n\nFor: {_kind(values)}, with noise of {noise:.2g} edges."
     return Recipe("suggestion", Script((step,), comment))
@@ -211,8 +211,8 @@ def _families(values: dict[str, Any]) -> list[str]:
     lines = ["smoothers, each with the amount that suits this scan best; error in mean edges of"]
     for trial in sorted(compared, key=lambda trial: trial["error"]):
         name, amount = _SMOOTHERS[trial["smoother"]]
-        said = f" {amount.format(trial['amount'])}" if amount else ""
-        lines.append(f"  {trial['error']:.4f}  {name}{said} ({_behind(trial)}{', chosen' if trial['chosen'] else ''})")
+        words = f" {amount.format(trial['amount'])}" if amount else ""
+        lines.append(f"  {trial['error']:.4f}  {name}{words} ({_behind(trial)}{', chosen' if trial['chosen'] else ''})")
     return lines
 
 

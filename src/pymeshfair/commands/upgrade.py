@@ -40,17 +40,17 @@ def upgrade(
     check_text(output, ("mlx",), overwrite=overwrite, json=json)
     name = "<stdin>" if script == STANDARD else str(script)
     upgraded = upgrade_script(read_script_bytes(script), name, path=None if script == STANDARD else script, mend=mend)
-    found, diagonal = upgraded.script, NOMINAL_DIAGONAL
+    result, diagonal = upgraded.script, NOMINAL_DIAGONAL
     if relative_to is not None:
         from ..running.read import inspect_mesh
 
         diagonal = inspect_mesh(relative_to)["diagonal"]
         if not diagonal > 0:
             raise InputError(relative_to, "its points are all in one place, so that no length can be relative to its size")
-        found = relative_script(found, diagonal=diagonal)
+        result = relative_script(result, diagonal=diagonal)
     written = accept or not upgraded.warnings
     if written:
-        save_text(format_script(found, known_mesh=False, diagonal=diagonal), output, overwrite=overwrite)
+        save_text(format_script(result, known_mesh=False, diagonal=diagonal), output, overwrite=overwrite)
     if json:
         print_document(_document(script, output if written else None, upgraded))
     else:

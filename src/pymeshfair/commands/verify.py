@@ -57,7 +57,7 @@ def verify(
 
     limit = None if memory is None else parse_memory(memory)
     with progress() as show:
-        found = verify_output(
+        verified = verify_output(
             output,
             recorded=recorded,
             allow_outside=allow_outside,
@@ -68,12 +68,12 @@ def verify(
             by_tiles=_by_tiles,
         )
     if json:
-        print_document({"output": output, "verdict": found.verdict, "findings": found.findings, "notes": found.notes})
+        print_document({"output": output, "verdict": verified.verdict, "findings": verified.findings, "notes": verified.notes})
     else:
-        typer.echo(f"{printable(output)}: {found.verdict}")
-        for text in (*found.findings, *found.notes):
+        typer.echo(f"{printable(output)}: {verified.verdict}")
+        for text in (*verified.findings, *verified.notes):
             typer.echo(f"  {printable(text)}")
-    raise typer.Exit(EXIT_CODES[found.verdict])
+    raise typer.Exit(EXIT_CODES[verified.verdict])
 
 
 def _by_tiles(job: Job, on_event: Callable[[Event], None]) -> None:
