@@ -86,8 +86,8 @@ def rules() -> dict[str, list[tuple[Any, str, Any]]]:
     """For every rule of the method what is put in place of what, where, so that it is off."""
     return {
         "clip": [(tuned, "CLIP", np.inf)],
-        "least clip": [(tuned, "LEAST_CLIP", 0.0)],
         "quadrics": [(cross_validation, "put_where_expected", lambda p, f, _, held: without(p, one_rings(f, len(p)), held))],
+        "flipped": [(tuned, "FLIPPED", 1.0)],
         "masks": [(tuned, "MASKS", 1)],
         "direction": [(automatic, "direction_for", lambda _: "all")],
         "all directions": [(automatic, "direction_for", lambda _: "normal")],

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from .checks import check_choice
 from .denoising import estimate_noise, filter_face_normals, neighbours_share_noise, surface_noise
 from .diffusion import taubin_fairing
-from .evidence import Sample, sample_of, tuned
+from .evidence import Sample, sample_of
 from .geometry import edge_lengths, seen_from_one_side
 from .mesh import check_mesh, normalised_mesh
 from .topology import edges, face_adjacency
@@ -115,7 +115,7 @@ def sharpness(sample: Sample, noise: float) -> float:
     bending = angles * edge_lengths(points, shared)
     total = float(bending.sum())
     # What planes bend is the rounding of a file.
-    return float(bending[angles >= tuned.SHARP].sum()) / total if total > 1e-6 * len(bending) else 0.0
+    return float(bending[angles >= np.radians(30.0)].sum()) / total if total > 1e-6 * len(bending) else 0.0
 
 
 __all__ = ["TRAITS", "Trait", "facing", "measured_traits", "sharpness", "surface_noise"]

@@ -103,10 +103,10 @@ def _impulses(scan: Scan) -> tuple[Scan | None, bool]:
     and all vertices there are off.
     """
     replaced, outlying = replace_outlying(scan.points, scan.faces, scan.movable)
-    if np.mean(outlying) <= tuned.STAND_OUT:
+    if np.mean(outlying) <= tuned.UNEVEN_FROM:
         return None, False
     beside, elsewhere = sizes_beside(replaced, scan.faces, scan.normals, outlying, scan.scored)
-    if beside > max(tuned.LOUDER * elsewhere, tuned.LOUD):
+    if beside > max(tuned.LOUDER * elsewhere, tuned.WEAK):
         return None, True
     impulsive = np.mean(outlying) > tuned.IMPULSIVE
     return (replace(scan, points=replaced, replaced=outlying) if impulsive else None), False

@@ -45,7 +45,7 @@ def correlated_setting(
     Rounding is undone first, see `Rounding.undone`, and of the settings that of the least product of roughness and of how far
     vertices are out of their steps is taken [reginska1996]. Otherwise the covariance of the noise is measured where the mesh is
     calm, and that setting is taken whose slopes are expected to be nearest to the truth, see `choose_by_risk`. Fused maps share
-    it more widely than can be told from the surface, and get a strong setting.
+    it more widely than can be measured beside the surface, and get a strong setting.
 
     Args:
         mesh: the mesh; vertices that may not move are no evidence.
@@ -99,8 +99,8 @@ def _share_noise(points: Floats, faces: Ints, noise: NoiseEstimate) -> bool:
     normals, scored = smooth_normals(sample.points, sample.faces), far_from_border(sample.faces, len(sample.points), rings=_RINGS)
     widths, scales = _TELL
     field = noise_field(sample.points, sample.faces, normals=normals, scored=scored, widths=widths, scales=scales)
-    least = max(tuned.OWN if on_lines else tuned.OWN_FUSED, tuned.EVEN_SHARE * noise.level)
-    return field.own >= least and field.shared > tuned.SHARED
+    least = max(tuned.OWN, 0.5 * noise.level)
+    return field.own >= least and field.shared > 0.5
 
 
 def _fused(points: Floats, faces: Ints) -> bool:

@@ -99,7 +99,7 @@ def far_from(
     used = referenced_vertices(faces, len(vertices))
     usual = used if outlying is None else used & ~outlying
     deviation = float(np.median(np.abs(away[usual]))) / tuned.MEDIAN_OF_NORMAL if usual.any() else 0.0
-    level = max(tuned.STANDS_OUT * deviation, tuned.FAR * mean_edge_length(vertices, faces))
+    level = max(tuned.STANDS_OUT * deviation, tuned.WEAK * mean_edge_length(vertices, faces))
     far = used & standing_out(away, faces, level)
     return np.asarray(far if movable is None else far & movable)
 

@@ -109,7 +109,7 @@ class Scan:
             return True
         if self.correlation > tuned.SURFACE:
             # Edges and details agree beside weak noise too: where it is calm noise does not.
-            return self.quietest < tuned.EXACT or self.correlation_where_calm > tuned.AGREES_WHERE_CALM
+            return self.quietest < tuned.NO_NOISE or self.correlation_where_calm > tuned.AGREES_WHERE_CALM
         smoothed = not self.independent and self.quietest < tuned.SMOOTHED
         return smoothed and self.correlation_where_calm > tuned.SURFACE_WHERE_CALM
 
@@ -121,8 +121,8 @@ class Scan:
     @property
     def exact(self) -> bool:
         """Whether there is so little noise that most vertices are best left where they are, uneven noise not being clean."""
-        nearly = not self.independent and self.quietest < tuned.NEARLY_EXACT
-        return self.quietest < tuned.EXACT or (nearly and self.correlation_where_calm > tuned.AGREES_WHERE_CALM)
+        nearly = not self.independent and self.quietest < tuned.WEAK
+        return self.quietest < tuned.NO_NOISE or (nearly and self.correlation_where_calm > tuned.AGREES_WHERE_CALM)
 
     def choose(
         self, candidates: Candidates, labels: Sequence[Sequence[Label]], *, stays: float = tuned.STAYS, by_means: bool = False

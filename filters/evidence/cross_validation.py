@@ -77,7 +77,7 @@ def scores_of(deviations: Floats) -> Scores:
     if sizes.shape[1] == 0:
         nothing = np.zeros(len(sizes))
         return Scores(nothing, nothing, nothing, 0)
-    squares = np.minimum(sizes, max(tuned.LEAST_CLIP, tuned.CLIP * float(np.median(sizes, axis=1).min()))) ** 2
+    squares = np.minimum(sizes, max(tuned.WEAK, tuned.CLIP * float(np.median(sizes, axis=1).min()))) ** 2
     means = squares.mean(axis=1)
     best = int(means.argmin())
     differences = squares - squares[best]

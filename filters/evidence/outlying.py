@@ -11,7 +11,7 @@ from ..mesh import Bools, Floats, Ints, Longs
 from ..topology import OneRings, edges, faces_across, one_rings, referenced_vertices, vertex_faces
 from .held_out import with_neighbours
 from .quadric_prediction import predicted_heights
-from .tuned import MEDIAN_OF_NORMAL, NO_NOISE, OF_THOSE_AROUND, STANDS_OUT
+from .tuned import CLIP, MEDIAN_OF_NORMAL, NO_NOISE, STANDS_OUT
 
 # Those that stand out most hide others: so many passes, or until hardly any are found.
 _PASSES, _HARDLY_ANY = 20, 1e-4
@@ -199,7 +199,7 @@ def _differ(
         count = _gather_around(i, heights, offsets, neighbours, ignored, seen, around)
         middle = np.median(around[:count]) if count else 0.0
         usual = np.median(np.abs(around[:count] - middle)) if count else 0.0
-        found[i] = abs(heights[i] - middle) > max(level, OF_THOSE_AROUND * usual)
+        found[i] = abs(heights[i] - middle) > max(level, CLIP * usual)
 
 
 @compiled(nogil=True)

@@ -8,20 +8,20 @@ docs/denoising.md.
 MEDIAN_OF_NORMAL = 0.6744897501960817
 
 # Cross-validation.
-#: Sets of held-out vertices: one costs 2 % of the mean angle, eight gain nothing.
-MASKS = 4
+#: Sets of held-out vertices: one in place of four costs 2 % of the mean angle; four and six leave 0.59 degrees of impulses on a
+#: dodecahedron, eight 0.39, for a fifth more time.
+MASKS = 8
 #: Settings farther behind the best than so many standard errors are not tried further: three choose the same.
 STAYS = 2.0
-#: Deviations count up to so many times the least median: without it 1.18 to 1.23 with impulses on one vertex in twenty.
+#: Deviations, of held-out vertices and of filtered ones from those around, count up to so many medians: without it 1.18 to 1.23
+#: with impulses on one vertex in twenty.
 CLIP = 4.0
-#: But at least up to this, where most of a mesh is exact planes: without it 1.19 with impulses on blobs.
-LEAST_CLIP = 0.05
-
-#: A larger share of flipped faces is too much where other settings predict as well and leave half of it.
+#: A larger share of flipped faces is too much where other settings predict as well and leave half of it: without it 1.73 and 2.17
+#: on a bunny with noise in all directions on three in ten vertices.
 FLIPPED = 0.003
 
 # No noise.
-#: Noise that is weaker moves no vertex by a hundredth of an edge.
+#: Noise that is weaker moves no vertex by a hundredth of an edge; surfaces without noise have less in the calmest part.
 NO_NOISE = 0.01
 #: Residuals of neighbours correlate by less with noise of 0.2 edges and more, however uneven; by 0.1 to 1.3 without noise.
 INDEPENDENT = 0.05
@@ -37,8 +37,9 @@ CALMEST = 0.05
 EVEN = 1.3
 #: Noise of 0.05 edges has 0.036 to 0.053 in the calmest part, scans smoothed or decimated have less.
 SMOOTHED = 0.035
-#: Where outliers are replaced and the others nearly exact the calmest part has up to 0.049; without noise less than 0.005.
-NEARLY_EXACT, EXACT = 0.05, 0.005
+#: Details of clean surfaces have as much: deviations are not clipped below it, vertices are not far off, noise is not loud. Where
+#: outliers are replaced and the others are exact the calmest part has less.
+WEAK = 0.05
 #: What is better than the mean of the neighbours: a plane with even noise has 0.93.
 BETTER = 0.95
 
@@ -46,15 +47,14 @@ BETTER = 0.95
 #: More vertices than this stand out of it: of Gaussian noise up to 0.003, of clean meshes up to 0.007.
 IMPULSIVE = 0.01
 #: Noise may be uneven where more stand out: half a mesh of noise is none.
-STAND_OUT = 0.005
+UNEVEN_FROM = 0.005
 #: A vertex stands out if it is off by so many deviations of the mesh, and by as many times the median of its two rings.
 STANDS_OUT = 3.0
-#: Or by so many median deviations of those around, after a filter; and by more than this, since clean surfaces have as much.
-OF_THOSE_AROUND, FAR = 4.0, 0.05
 #: Uneven noise: beside what stands out the others are 1.2 times as far off and more, beside spikes up to 1.1 times, and by more
-#: than details are. Without it 8.3 in place of 1.3 on a gear with noise along one axis.
-LOUDER, LOUD = 1.2, 0.05
-#: Less of the ways along the surface than this is by chance: with it 2.3 on blobs with noise in all directions on three in ten.
+#: than `WEAK`. Without it 8.3 in place of 1.3 on a gear with noise along one axis.
+LOUDER = 1.2
+#: Less of the ways of outliers along the surface than this is by chance. Where they are not put back at all: 2.3 on blobs with
+#: noise in all directions on three in ten vertices.
 CHANCE = 0.2
 
 # Correlated noise.
@@ -64,15 +64,18 @@ FACING = 0.4
 ON_LINES = 0.75
 #: So many edges of a fused map are shorter than a quarter of the mean: 7 to 10 %, of other meshes up to 5.5 %.
 CUT_OFF = 0.06
-#: So much of the variance is shared; and vertices have so much of their own: depth maps 0.033, fused ones 0.02 and more.
-SHARED, OWN, OWN_FUSED = 0.5, 0.03, 0.02
-#: And so much of what all have: depth maps 0.74, fused ones 0.57, independent noise that grows from nothing 0.42.
-EVEN_SHARE = 0.5
+#: Vertices have so much noise of their own: depth maps 0.033, fused ones 0.02 and more, scanners' maps without noise up to 0.012,
+#: fused scans that were smoothed 0.015.
+OWN = 0.02
 #: How much vertices are out of the steps of rounding counts on top of so many steps.
 OUT_OF_STEP = 0.08
-
-#: Angles from which on an edge is sharp, in radians.
-SHARP = 0.5235987755982988
+#: Rounding: so many of the faces lie within levels, 3 % with steps of a third of an edge, 80 % with steps of a whole one.
+FLUSH = 0.01
+#: Shorter steps leave noise that is independent.
+STEP = 0.1
+#: Differences of fourth order along the axis, over the median step: rounded surfaces have 0.18 to 0.6, independent noise of
+#: rounding 0.29; a turned part, whose rings are levels, 1.7, other designed parts 0.12 and less.
+LEAST_ROUGHNESS, MOST_ROUGHNESS = 0.17, 0.8
 
 # Clouds.
 #: Clouds have so much noise at least in the calmest part, in spacings; exact surfaces and smoothed scans less than half.

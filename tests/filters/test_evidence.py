@@ -20,6 +20,7 @@ from pymeshfair.filters.evidence import (
     sample_of,
     scores_of,
     sizes_beside,
+    tuned,
     without,
 )
 from pymeshfair.filters.geometry import mean_edge_length
@@ -99,7 +100,7 @@ def test_the_errors_on_a_sheet_have_a_closed_form() -> None:
 
     found = choose(points, FLAT[1], candidates, [["nothing"], ["flat"]], normals=UP, scored=scored, stays=1e12)
     assert found is not None
-    masks = held_out_vertices(points, FLAT[1], scored=scored, masks=4)
+    masks = held_out_vertices(points, FLAT[1], scored=scored, masks=tuned.MASKS)
     held = np.concatenate(masks)
     height = points[:, 2]
     around = [height[rings.neighbours[rings.offsets[i] : rings.offsets[i + 1]]].mean() for i in held]
