@@ -5,7 +5,7 @@
 Surfaces of `cloud_pairs` with noise of 0.1 spacings are littered with outliers that are known: single ones, clumps of 3, 10 and
 30, and a haze. Prints for every kind the mean F1 of the points above a probability of 0.5, with 20 neighbours, with those that
 are chosen, and with the best of six numbers. Chosen is the number without whose outliers the other points are best predicted: the
-clipped error of `judge` over all points that any of the numbers calls regular.
+clipped error of `scores_of` over all points that any of the numbers calls regular.
 """
 
 from __future__ import annotations
@@ -16,8 +16,9 @@ from collections.abc import Iterator
 import numpy as np
 from cloud_pairs import LOOKED_AT, SURFACES, UNSEEN, Bools, Floats, ball, spacing_of
 
+from pymeshfair.filters.choosing.clouds import CloudSample
 from pymeshfair.filters.denoising import normals_of
-from pymeshfair.filters.evidence import CloudSample, judge, predicted_heights
+from pymeshfair.filters.evidence import predicted_heights, scores_of
 from pymeshfair.filters.neighbours import nearest_neighbours
 from pymeshfair.filters.outliers import local_outlier_probability
 
@@ -57,7 +58,7 @@ def chosen(points: Floats, spacing: float, selections: list[Bools]) -> int:
     for selected in selections:
         heights, gains = predicted_heights(local, sample.rings, normals, which, selected)
         deviations.append(heights / np.sqrt(1.0 + gains**2))
-    return judge(np.array(deviations)[:, ~np.all(selections, axis=0)]).best
+    return scores_of(np.array(deviations)[:, ~np.all(selections, axis=0)]).best
 
 
 def rows(names: tuple[str, ...], kind: str) -> Iterator[tuple[float, float, float]]:

@@ -1,16 +1,14 @@
 """How near the setting that held-out vertices choose comes to the best of all that are tried, found with the truth at hand.
 
     python benchmarks/denoising_choice.py [--half looked_at|unseen|clean] [--scans FOLDER] [--only text,text] [--seeds N]
-                                          [--ablations] [--without step,step] [--processes N]
+                                          [--ablations] [--without rule,rule] [--faces N] [--processes N]
 
 Prints, for every noisy mesh of `denoising_pairs`, the mean angle to the true normals of the best setting, and over it those of
 nothing, of the best number of Taubin's steps, and of the choice, in the mean and at worst; and the mean displacement of the
 vertices in mean edges.
 --seeds repeats the choice with other vertices held out.
---without leaves a step of the method out: outliers are not clipped (clip), only one set is held out (masks), the least error of
-held-out vertices decides alone (slopes), Taubin's steps go in all directions (normal), spikes are kept (outliers), folds do not
-speak against settings that predict alike (folds), nor are others tried that even them out (evening). --ablations adds columns of
-the first seed alone: the choice by all steps (full), and without each of them.
+--without switches rules of the method off, see `rules`. --ablations adds columns: the choice by all rules (full), and without
+each of them. --faces meshes the shapes anew with about so many faces, so that a row takes less than a minute.
 Seconds are of the processor, of one choice.
 "clean" denoises meshes without noise and prints how far they are moved.
 """
@@ -32,31 +30,35 @@ import numpy as np
 from denoising_holdouts import SAMPLES, measured, taken
 from denoising_memory import remembering
 from denoising_metrics import Floats
-from denoising_pairs import Maker, NoisyPair, looked_at, made, smoothed_scans, unseen
+from denoising_pairs import Maker, NoisyPair, coarser, looked_at, made, smoothed_scans, unseen
 
 from pymeshfair.filters.denoising import (
     Outliers,
+    Scan,
     Setting,
     SettingsTried,
+    automatic,
     automatic_choice,
-    compared_settings,
+    correlated_noise,
     denoise_automatically,
     direction_for,
     estimate_noise,
+    impulses,
     replace_outlying,
     settings,
 )
 from pymeshfair.filters.denoising.noise_level import smooth_normals
-from pymeshfair.filters.evidence import SlopeError, among_equals, choose, judge
+from pymeshfair.filters.evidence import cross_validation, tuned, without
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.mesh import Bools
+from pymeshfair.filters.topology import one_rings
 
 #: of a pair; "worst" is of the choice, over the seeds
 COLUMNS = ("nothing", "Taubin", "choice", "worst", "moved", "best's")
-#: no step is left out
+#: no rule is left out
 FULL = "full"
 #: no vertex is held out
-NOBODY = np.empty(0, dtype=np.int32)
+NONE_HELD = np.empty(0, dtype=np.int32)
 #: fewer outliers than this share of the vertices change no mean angle
 FEW = 0.01
 
@@ -75,46 +77,50 @@ def of_settings(pair: NoisyPair) -> dict[Setting, tuple[float, float]]:
         direction = direction_for(estimate_noise(points, pair.faces))
         normals = smooth_normals(points, pair.faces)
         tried = SettingsTried(pair.faces, normals, direction, border="along", movable=None, replaced=replaced)
-        for family, results in zip(settings(direction, outliers), tried(points, NOBODY), strict=True):
+        for family, results in zip(settings(direction, outliers), tried(points, NONE_HELD), strict=True):
             found |= {s: measured(result, pair.truth, pair.faces) for s, result in zip(family, results, strict=True)}
     return found
 
 
-def only_the_best(*_: Any, best: int, **__: Any) -> dict[int, SlopeError]:
-    """In place of `slope_errors`: what predicts best."""
-    return {best: SlopeError(0.0, 0.0, 0.0)}
-
-
-def steps() -> dict[str, tuple[dict[str, Any], dict[str, Any]]]:
-    """For every step of the method the module that has it, and what stands there without it."""
-    rule, equals, verdict = (vars(sys.modules[f.__module__]) for f in (choose, among_equals, judge))
-    few = vars(compared_settings)
+def rules() -> dict[str, list[tuple[Any, str, Any]]]:
+    """For every rule of the method what is put in place of what, where, so that it is off."""
     return {
-        "clip": (verdict, {"_CLIP": np.inf}),
-        "masks": (rule, {"_MASKS": 1, "_ENOUGH": 0}),
-        "slopes": (equals, {"slope_errors": only_the_best}),
-        "folds": (equals, {"FEW_AMONG_EQUALS": 1.0}),
-        "evening": (few, {"_FOLDED": 1.0}),
-        "normal": (few, {"direction_for": lambda _: "all"}),
-        "outliers": (few, {"_IMPULSIVE": 1.0}),
+        "clip": [(tuned, "CLIP", np.inf)],
+        "quadrics": [(cross_validation, "put_where_expected", lambda p, f, _, held: without(p, one_rings(f, len(p)), held))],
+        "flipped": [(tuned, "FLIPPED", 1.0)],
+        "masks": [(tuned, "MASKS", 1)],
+        "direction": [(automatic, "direction_for", lambda _: "all")],
+        "all directions": [(automatic, "direction_for", lambda _: "normal")],
+        "impulses": [(tuned, "IMPULSIVE", 1.0)],
+        "uneven": [(tuned, "LOUDER", np.inf)],
+        "exact": [(Scan, "exact", property(lambda _: False))],
+        "flattening": [(impulses, "flattening", lambda _points, _moved, _faces, which: which)],
+        "put back": [(impulses, "put_back_along", lambda vertices, *_: vertices)],
+        "found again": [(impulses, "_LOOKS", 0)],
+        "no noise": [(Scan, "clean", property(lambda scan: scan.noise.level < tuned.NO_NOISE))],
+        "or nothing": [(Scan, "or_nothing", lambda _, choice: choice)],
+        "better": [(tuned, "BETTER", np.inf)],
+        "designed": [(automatic, "is_designed", lambda *_: False)],
+        "correlated": [(automatic, "correlated_setting", lambda *_, **__: None)],
+        "rounding": [(correlated_noise, "rounding_of", lambda *_: None)],
     }
 
 
 @contextmanager
 def left_out(names: Iterable[str]) -> Iterator[None]:
-    """The method without some steps."""
-    known, before = steps(), []
+    """The method without some rules."""
+    known, before = rules(), []
     for name in names:
         if name not in known:
-            raise SystemExit(f"--without {name}: no such step")
-        module, others = known[name]
-        before.append((module, {key: module[key] for key in others}))
-        module.update(others)
+            raise SystemExit(f"--without {name}: no such rule; there are {', '.join(known)}")
+        for owner, key, other in known[name]:
+            before.append((owner, key, vars(owner)[key]))
+            setattr(owner, key, other)
     try:
         yield
     finally:
-        for module, values in reversed(before):
-            module.update(values)
+        for owner, key, value in reversed(before):
+            setattr(owner, key, value)
 
 
 def of_choice(pair: NoisyPair, found: dict[Setting, tuple[float, float]], seed: int) -> tuple[float, float]:
@@ -146,8 +152,8 @@ def summary(values: Floats) -> Floats:
     return np.insert(np.nanmean(values, axis=0), after, values[:, after - 1].max())
 
 
-def compared(pair: NoisyPair, seeds: int, steps_left_out: Sequence[str]) -> Row:
-    """The choice on a pair with as many sets of held-out vertices, and without each of the steps."""
+def compared(pair: NoisyPair, seeds: int, rules_left_out: Sequence[str]) -> Row:
+    """The choice on a pair with as many sets of held-out vertices, and without each of the rules."""
     found = of_settings(pair)
     best, its = min(found.values())
     taubin = min(angle for s, (angle, _) in found.items() if s.parameters is None and s.outliers == "keep")
@@ -158,9 +164,9 @@ def compared(pair: NoisyPair, seeds: int, steps_left_out: Sequence[str]) -> Row:
             angle, moved = of_choice(pair, found, seed)
             seconds += (time.process_time() - start) / seeds
             row = [found[Setting()][0] / best, taubin / best, angle / best, moved, its]
-            for step in steps_left_out:
-                with left_out([step] if step != FULL else []):
-                    row.append(of_choice(pair, found, seed)[0] / best if seed == 0 else np.nan)
+            for rule in rules_left_out:
+                with left_out([rule] if rule != FULL else []):
+                    row.append(of_choice(pair, found, seed)[0] / best)
         rows.append(row)
     return Row(pair.name, len(pair.faces), best, np.array(rows), seconds)
 
@@ -168,8 +174,10 @@ def compared(pair: NoisyPair, seeds: int, steps_left_out: Sequence[str]) -> Row:
 def contest(half: str, options: argparse.Namespace) -> None:
     """Print a row for every pair, and the means."""
     shapes = {"looked_at": looked_at, "unseen": unseen}[half](options.scans)
+    if options.faces:
+        shapes = tuple(shape._replace(make=partial(coarser, shape.make, options.faces)) for shape in shapes)
     pairs = made(shapes, [text for text in options.only.split(",") if text])
-    ablated = [FULL, *steps()] if options.ablations else []
+    ablated = [FULL, *rules()] if options.ablations else []
     print("mesh                faces   best " + " ".join(f"{name:>8}" for name in (*COLUMNS, *ablated)) + "     s")
     rows = []
     with ProcessPoolExecutor(options.processes, mp_context=get_context("spawn")) as pool:
@@ -184,7 +192,7 @@ def contest(half: str, options: argparse.Namespace) -> None:
 
 
 def compared_without(names: str, seeds: int, ablated: Sequence[str], pair: NoisyPair) -> Row:
-    """`compared` in a process of its own, by the method without some steps."""
+    """`compared` in a process of its own, by the method without some rules."""
     with left_out(filter(None, names.split(","))):
         return compared(pair, seeds, ablated)
 
@@ -210,8 +218,9 @@ def main() -> int:
     parser.add_argument("--scans", type=Path, help="a folder with angel.obj, rabbit.obj and iron.ply")
     parser.add_argument("--only", default="", help="parts of names, with commas; all by default")
     parser.add_argument("--seeds", type=int, default=1)
-    parser.add_argument("--without", default="", help="steps of the method, with commas")
-    parser.add_argument("--ablations", action="store_true", help="more columns: the choice without each step")
+    parser.add_argument("--without", default="", help="rules of the method, with commas")
+    parser.add_argument("--faces", type=int, default=0, help="mesh the shapes anew with about so many faces")
+    parser.add_argument("--ablations", action="store_true", help="more columns: the choice without each rule")
     parser.add_argument("--processes", type=int, default=1, help="so many pairs at once")
     options = parser.parse_args()
     if options.half != "clean":

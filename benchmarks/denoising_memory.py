@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from denoising_metrics import Floats, Ints
 
-from pymeshfair.filters.denoising import Setting, SettingsTried, compared_settings
+from pymeshfair.filters.denoising import Setting, SettingsTried, automatic
 
 
 class Family:
@@ -18,20 +18,20 @@ class Family:
 
     def __init__(self, results: Iterator[Floats]) -> None:
         """Of results still to come."""
-        self._coming, self._known = results, list[Floats]()
+        self._coming, self._results = results, list[Floats]()
 
     def __iter__(self) -> Iterator[Floats]:
         """From the first on."""
         at = 0
-        while at < len(self._known) or self._more():
-            yield self._known[at]
+        while at < len(self._results) or self._more():
+            yield self._results[at]
             at += 1
 
     def _more(self) -> bool:
-        found = next(self._coming, None)
-        if found is not None:
-            self._known.append(found)
-        return found is not None
+        result = next(self._coming, None)
+        if result is not None:
+            self._results.append(result)
+        return result is not None
 
 
 def key_of(*values: object) -> bytes:
@@ -66,7 +66,7 @@ def remembering() -> Iterator[None]:
             applied[key] = apply(setting, vertices, faces, **others)
         return applied[key]
 
-    module = vars(compared_settings)
+    module = vars(automatic)
     module["SettingsTried"], Setting.apply = Remembered, remembered  # type: ignore[method-assign, assignment]
     try:
         yield

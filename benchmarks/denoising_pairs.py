@@ -349,6 +349,18 @@ def _with_steps(vertices: Floats, faces: Ints, name: str, count: int) -> tuple[F
     return remeshed(meshes, 0.0)
 
 
+def coarser(make: Maker, faces: int) -> tuple[Floats, Ints]:
+    """A shape meshed anew with about so many faces; as it is if it has hardly more."""
+    vertices, triangles = make()
+    if len(triangles) <= 1.3 * faces:
+        return vertices, triangles
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(vertices, triangles))
+    edge = mean_edge_length(vertices, triangles) * np.sqrt(len(triangles) / faces)
+    meshes.meshing_isotropic_explicit_remeshing(iterations=8, targetlen=pymeshlab.PureValue(edge), featuredeg=30)
+    return remeshed(meshes, 0.0)
+
+
 def made(shapes: Sequence[Shape], only: Sequence[str] = ()) -> Iterator[NoisyPair]:
     """The pairs of the shapes, those whose name holds one of the given texts, if any are given."""
     for shape in shapes:
@@ -360,4 +372,4 @@ def made(shapes: Sequence[Shape], only: Sequence[str] = ()) -> Iterator[NoisyPai
                 yield NoisyPair(f"{shape.name}_{name}", noisy, truth, faces)
 
 
-__all__ = ["NOISES", "NoisyPair", "Shape", "depth_maps", "looked_at", "made", "smoothed_scans", "unseen"]
+__all__ = ["NOISES", "NoisyPair", "Shape", "coarser", "depth_maps", "looked_at", "made", "smoothed_scans", "unseen"]

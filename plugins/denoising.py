@@ -42,7 +42,7 @@ from pymeshfair.filters.denoising import (
     normal_filtering,
 )
 from pymeshfair.filters.execution import Progress, ignore_progress, part_of
-from pymeshfair.filters.inspection import folded_faces
+from pymeshfair.filters.inspection import folded_faces, triangle_shapes
 from pymeshfair.filters.robust import KERNEL_NAMES, KernelName
 from pymeshfair.filters.topology import BORDER_POLICIES, BorderPolicy, referenced_vertices
 
@@ -166,6 +166,8 @@ CHOOSING = 0.7
 CHOSEN = frozenset(field.name for field in fields(AutomaticParameters))
 #: those of what comes before both steps, see `denoised`
 BEFORE = ("outliers", "rounding", "relaxation", "relaxation_direction")
+#: triangles below this of `triangle_shapes` are slivers, as 1:10; more than this share of them is worth a word
+SLIVER, MANY_SLIVERS = 0.2, 0.05
 #: what `normal_filtering` does where neither the caller nor the mesh decides
 DEFAULTS: dict[str, Any] = {
     **{field.name: field.default for field in fields(NormalFilter) if field.name in STEP_ONE},
@@ -318,16 +320,17 @@ def apply_coord_normal_filtering(
             findings["smoothers"] = _comparison(layer, made, movable, part_of(progress, CHOOSING, 1.0))
         if made.kind == "clean":
             notes = ("there is no noise to remove: the vertices stay where they are",)
+    before, after = (int(folded_faces(points, layer.faces).sum()) for points in (layer.vertices, vertices))
     return Edit(
         vertices=vertices,
         values={
             **effective,
             **findings,
             "drift": _mean_displacement(layer, vertices),
-            "folded_before": int(folded_faces(layer.vertices, layer.faces).sum()),
-            "folded_after": int(folded_faces(vertices, layer.faces).sum()),
+            "folded_before": before,
+            "folded_after": after,
         },
-        notes=notes,
+        notes=(*notes, *_warnings(layer, before, after)),
     )
 
 
@@ -453,6 +456,15 @@ def _comparison(layer: Layer, made: AutomaticChoice, movable: Bools | None, prog
             for trial in comparison.trials
         ]
     )
+
+
+def _warnings(layer: Layer, before: int, after: int) -> tuple[str, ...]:
+    """In words, where more faces are folded over than before, and whether slivers are why."""
+    if after <= before:
+        return ()
+    slivers = float(np.mean(triangle_shapes(layer.vertices, layer.faces) < SLIVER))
+    why = f"; {slivers:.0%} of the triangles are slivers, which noise folds over" if slivers > MANY_SLIVERS else ""
+    return (f"{after} faces are folded over, {before} were before{why}: remesh it first, or use Taubin Fairing",)
 
 
 def _mean_displacement(layer: Layer, vertices: Floats) -> float:

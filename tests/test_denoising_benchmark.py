@@ -95,11 +95,11 @@ def test_every_trial_is_one_that_the_filter_takes() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("step", denoising_choice.steps())
-def test_every_step_of_the_choice_can_be_left_out(step: str) -> None:
+@pytest.mark.parametrize("rule", denoising_choice.rules())
+def test_every_rule_of_the_choice_can_be_left_out(rule: str) -> None:
     """The choice finds a setting on the chest without it, and afterwards the method is whole again."""
     shape = chest(6)
     whole = automatic_choice(shape.noisy, shape.faces).setting
-    with denoising_choice.left_out([step]):
+    with denoising_choice.left_out([rule]):
         assert automatic_choice(shape.noisy, shape.faces).setting != Setting()
     assert automatic_choice(shape.noisy, shape.faces).setting == whole

@@ -1,8 +1,7 @@
 """Which smoother suits a scan, and how much of it: by vertices or points that it has not seen."""
 
-from .amounts import DETAIL_SIZES, PASSES, Smoother, chosen_amount
 from .clouds import Projection, chosen_projection
-from .smoothers import SMOOTHERS, Smoothing, compare_smoothers
+from .smoothers import DETAIL_SIZES, PASSES, SMOOTHERS, Smoother, Smoothing, chosen_amount, compare_smoothers
 
 __all__ = [
     "DETAIL_SIZES",

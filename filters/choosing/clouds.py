@@ -1,46 +1,31 @@
 """How much a point cloud is smoothed, found from the cloud alone."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..denoising import CloudKernels, estimated_range_sigma, normals_of, projections, unit_normals
-from ..evidence import (
-    Choice,
-    CloudSample,
-    cloud_patches,
-    cross_validate,
-    held_out_vertices,
-    spacing_and_numbers,
-    starts_of,
-    trials_of,
-)
+from ..denoising import CloudKernels, estimated_range_sigma, noise_floor, normals_of, projections, unit_normals
+from ..evidence import Choice, cross_validate, held_out_vertices, local_means, predicted_heights, starts_of, trials_of, tuned
 from ..execution import Progress, ignore_progress
 from ..mesh import Bools, Floats, Ints, check_points, normalised_mesh
 from ..neighbours import nearest_neighbours
 from ..robust import KernelName
+from ..topology import OneRings, one_rings
 
 # What is tried: numbers of neighbours, shares of the range sigma that is estimated for them, and up to so many iterations.
 _NEIGHBORS, _SHARES, _ITERATIONS = (6, 8, 12, 18, 27, 40), (0.5, 1.0, 2.0, 4.0), 4
+# Larger clouds are sampled by so many patches of so many points, of which so many in the middle are evidence: forty neighbours of
+# these lie within the patch.
+_WHOLE, _PATCHES, _POINTS, _INNER = 10_000, 40, 250, 100
+# Neighbours of a point, as many as a mesh has; points of the copy whose normals say what is along and what across the surface.
+_NEAR, _SMOOTHED_BY, _SMOOTHED = 6, 18, 2
 # Sets of held-out points, which are evidence if they are so many together.
 _MASKS, _ENOUGH = 4, 30
-# Of what is within so many standard errors of the best the one that does least is chosen.
-_EQUAL = 1.0
-# The copy whose normals say what is along and what is across the surface.
-_SMOOTHED_BY, _SMOOTHED = 18, 2
-# Clouds have so much noise at least, in spacings, by `CloudSample.quietest`; exact surfaces and smoothed scans less than half.
-_CLEAN = 0.03
-# Neighbours agree by -0.2 to -0.1 where noise is independent, by -0.05 to 0.01 where it is as strong as 0.6 spacings, and by up
-# to 0.28 where it is stronger; by -0.08 to 0.07 on decimated figures, and by 0.6 on clouds too coarse for their details.
-_INDEPENDENT, _SURFACE = -0.085, 0.4
-# Noise of more than half a spacing has at least so much by `CloudSample.quietest`. Points nearer to each other than the noise say
-# nothing of the surface; a quarter of them has half of the noise in spacings.
-_THICK, _QUARTER = 0.33, 4
-# Even noise is so many times what `calm` says of it.
-_EVEN = 1.4
 
 
 class Projection(NamedTuple):
@@ -122,13 +107,13 @@ def _choice(
     local, origin, inner = cloud_patches(part.points / spacing, numbers)
     _, directions, moves = part.of(origin)
     sample = CloudSample(local, inner if moves is None else inner & moves, _smooth_normals(local))
-    if sample.quietest < _CLEAN or sample.correlation > _SURFACE:
+    if sample.quietest < tuned.CLOUD_NO_NOISE or sample.correlation > tuned.CLOUD_SURFACE:
         return None
-    if sample.quietest > _THICK and sample.correlation > _INDEPENDENT:
-        quarter = np.flatnonzero(numbers < 1.0 / _QUARTER).astype(np.int32)
+    if sample.quietest > tuned.CLOUD_THICK and sample.correlation > tuned.CLOUD_INDEPENDENT:
+        quarter = np.flatnonzero(numbers < 1.0 / 4).astype(np.int32)
         if len(quarter) < _ENOUGH:
             return None
-        return _choice(part.of(quarter), kernels, unit=unit, most=most, seed=seed, progress=progress, share=share * _QUARTER)
+        return _choice(part.of(quarter), kernels, unit=unit, most=most, seed=seed, progress=progress, share=share * 4)
     held = [mask for mask in held_out_vertices(local, sample.pairs, scored=sample.inner, masks=_MASKS, seed=seed) if len(mask)]
     if sum(map(len, held)) < _ENOUGH:
         return None
@@ -147,16 +132,16 @@ def _choice(
     def deviations(at: int, result: Floats, mask: Ints) -> Floats:
         return costs[mask] if at == 0 else np.einsum("ij,ij->i", local[mask] - result[mask], sample.normals[mask])
 
-    tried, verdict = cross_validate(held, run, deviations, starts_of(families), progress=progress)
+    tried, scores = cross_validate(held, run, deviations, starts_of(families), progress=progress)
     every = [
         Projection(min(share * neighbors, most), sigma * spacing * unit, iterations)
         for family in families
         for neighbors, sigma, iterations in family
     ]
-    trials = trials_of(every, tried, verdict)
-    equal = [trial for trial, near in zip(trials, verdict.within(_EQUAL), strict=True) if near]
+    trials = trials_of(every, tried, scores)
+    equal = [trial for trial, near in zip(trials, scores.within(1.0), strict=True) if near]
     chosen = min(equal, key=lambda trial: trial.label.neighbors * trial.label.iterations)
-    if sample.correlation > _INDEPENDENT and chosen.error**2 >= 2.0 * (_EVEN * sample.quietest) ** 2:
+    if sample.correlation > tuned.CLOUD_INDEPENDENT and chosen.error**2 >= 2.0 * (tuned.EVEN * sample.quietest) ** 2:
         chosen = trials[0]
     return Choice(chosen, trials)
 
@@ -179,3 +164,123 @@ def _families(points: Floats, normals: Floats | None, kernels: CloudKernels) -> 
             sigmas = [kernels.range_sigma]
         families += [[Projection(neighbors, sigma, i + 1) for i in range(_ITERATIONS)] for sigma in sigmas]
     return families
+
+
+@dataclass(frozen=True, eq=False)
+class CloudSample:
+    """A cloud to try filters on, its spacing 1: the median over all points of the mean distance to the six nearest.
+
+    Attributes:
+        points: (k, 3) coordinates.
+        inner: (k,) the points that are evidence; their surroundings are whole.
+        normals: (k, 3) unit normals of a smoothed copy, of any sign.
+    """
+
+    points: Floats
+    inner: Bools
+    normals: Floats
+
+    @cached_property
+    def pairs(self) -> Ints:
+        """(e, 2) every pair of which one is among the six nearest of the other, once."""
+        _, near = nearest_neighbours(self.points, _NEAR)
+        own = np.repeat(np.arange(len(near), dtype=np.int64), _NEAR)
+        low, high = np.minimum(own, near.ravel()), np.maximum(own, near.ravel())
+        keys = np.unique(low * len(near) + high)
+        return np.column_stack([keys // len(near), keys % len(near)]).astype(np.int32)
+
+    @cached_property
+    def rings(self) -> OneRings:
+        """The neighbours of every point by these pairs."""
+        return one_rings(self.pairs, len(self.points))
+
+    @cached_property
+    def random(self) -> Floats:
+        """(k,) numbers between -1 and 1 that moving, turning, scaling and renumbering change by no more than rounding."""
+        a, b = self.pairs.T
+        lengths = np.linalg.norm(self.points[a] - self.points[b], axis=1)
+        sums = np.bincount(self.pairs.ravel(), np.repeat(lengths, 2), len(self.points))
+        return np.asarray(2.0 * ((sums * 1301.0) % 1.0) - 1.0)
+
+    @cached_property
+    def quietest(self) -> float:
+        """The noise of its calmest parts, see `noise_floor`."""
+        return noise_floor(self.points, self.pairs, normals=self.normals, scored=self.inner)
+
+    @cached_property
+    def correlation(self) -> float:
+        """How much neighbours agree, where the cloud is calmest, in how far they are from where their surroundings expect them.
+
+        With s = h / sqrt(1 + g^2) of `predicted_heights` over the local deviation it is the sum of s_i s_j over neighbours in
+        the calmest fifth, over that of (s_i^2 + s_j^2) / 2: about -0.15 for independent noise, nearer to 0 where that is as
+        strong as half a spacing, and above 0 for a surface without noise.
+        """
+        every = np.arange(len(self.points), dtype=np.int32)
+        heights, gains = predicted_heights(self.points, self.rings, self.normals, every)
+        sizes = heights / np.sqrt(1.0 + gains**2)
+        squares = np.minimum(np.abs(sizes), tuned.CLIP / tuned.MEDIAN_OF_NORMAL * np.median(np.abs(sizes))) ** 2
+        levels = np.sqrt(local_means(squares, np.ones(len(sizes), dtype=np.bool_), self.pairs, times=3))
+        calm = self.inner & (levels > 0.0) & (levels <= np.quantile(levels[self.inner], 0.2))
+        a, b = self.pairs[calm[self.pairs].all(axis=1)].T
+        scaled = np.clip(sizes / np.where(levels > 0.0, levels, 1.0), -tuned.CLIP, tuned.CLIP)
+        # Normals may point to either side.
+        facing = np.sign(np.einsum("ij,ij->i", self.normals[a], self.normals[b]))
+        both = float(np.sum(scaled[a] ** 2 + scaled[b] ** 2))
+        return 2.0 * float(np.sum(facing * scaled[a] * scaled[b])) / both if both else 0.0
+
+    def without(self, held: Ints) -> tuple[Floats, Floats]:
+        """The points without some, and what it would cost to leave these where they are.
+
+        Each of them is put, along its normal, where the quadric through the others expects it, and then off by as much as the
+        noise: a filter finds points with noise, of which it sees neither how much nor where.
+
+        Returns:
+            points: (k, 3).
+            costs: (h,) for each held-out point the deviation of doing nothing. A filter that is d from the truth deviates by
+                e^2 = s^2 + d^2, s the noise of the held-out point. Doing nothing is s from the truth, so it deviates by 2 s^2;
+                and the prediction, whose noise is g s, deviates by (1 + g^2) s^2.
+        """
+        hidden = np.zeros(len(self.points), dtype=np.bool_)
+        hidden[held] = True
+        heights, gains = predicted_heights(self.points, self.rings, self.normals, held, hidden)
+        sizes = heights / np.sqrt(1.0 + gains**2)
+        level = float(np.median(np.abs(sizes))) / tuned.MEDIAN_OF_NORMAL
+        # Evenly distributed noise, its sign independent of that of the normal.
+        more = np.sqrt(3.0 * np.maximum(0.0, 1.0 - gains**2)) * level * self.random[held] * np.sign(heights)
+        points = self.points.copy()
+        points[held] += (heights + more)[:, None] * self.normals[held]
+        return points, np.sqrt(2.0) * sizes
+
+
+def spacing_and_numbers(points: Floats) -> tuple[float, Floats]:
+    """The spacing of a cloud, and (n,) random numbers from 0 to 1 made of the distances to the six nearest points.
+
+    Args:
+        points: (n, 3) coordinates of ordinary size, at least 7.
+    """
+    sums = nearest_neighbours(points, _NEAR)[0].sum(axis=1)
+    spacing = float(np.median(sums)) / _NEAR
+    return spacing, (sums / (spacing or 1.0) * 1013.0) % 1.0
+
+
+def cloud_patches(points: Floats, numbers: Floats) -> tuple[Floats, Ints, Bools]:
+    """All of a cloud of up to 10,000 points, or else 40 patches of 250, far apart: its points, their origin, and the inner ones.
+
+    Args:
+        points: (n, 3) coordinates.
+        numbers: (n,) random numbers; patches lie around the points with the least.
+    """
+    if len(points) <= _WHOLE:
+        return points, np.arange(len(points), dtype=np.int32), np.ones(len(points), dtype=np.bool_)
+    parts, origins = [], []
+    for seed in np.argsort(numbers, kind="stable")[:_PATCHES]:
+        squared = ((points - points[seed]) ** 2).sum(axis=1)
+        near = np.argpartition(squared, _POINTS)[:_POINTS]
+        near = near[np.argsort(squared[near], kind="stable")]
+        parts.append(points[near] - points[seed])
+        origins.append(near.astype(np.int32))
+    reach = max(float(np.abs(part).max()) for part in parts)
+    for number, part in enumerate(parts):
+        part[:, 0] += 4.0 * reach * number
+    inner = np.tile(np.arange(_POINTS) < _INNER, _PATCHES)
+    return np.concatenate(parts), np.concatenate(origins), inner

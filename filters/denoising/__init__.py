@@ -4,9 +4,10 @@ from .automatic import AutomaticChoice, automatic_choice, denoise_automatically
 from .bilateral import JONES_BORDERS, JonesBorder, bilateral_fleishman, bilateral_jones
 from .candidates import SettingsTried
 from .clouds import CloudKernels, bilateral_projection, estimated_range_sigma, normals_of, projections, unit_normals
+from .correlated_noise import neighbours_share_noise
 from .face_neighbourhoods import NEIGHBORHOODS, Neighborhood
 from .impulses import OUTLIERS, Outliers, replace_outlying
-from .noise_level import NoiseEstimate, estimate_noise
+from .noise_level import NoiseEstimate, estimate_noise, noise_floor, surface_noise
 from .normal_filter import NORMAL_FILTER_METHODS, NormalFilter, NormalFilterMethod
 from .normal_filtering import filter_face_normals, normal_filtering
 from .normal_filters import RANGE_MEASURES, SPACE_KERNELS, RangeMeasure, SpaceKernel
@@ -60,6 +61,8 @@ __all__ = [
     "estimated_range_sigma",
     "filter_face_normals",
     "needs_distance",
+    "neighbours_share_noise",
+    "noise_floor",
     "normal_filtering",
     "normals_of",
     "projections",
@@ -67,5 +70,6 @@ __all__ = [
     "rings_of_round",
     "round_of_part",
     "settings",
+    "surface_noise",
     "unit_normals",
 ]

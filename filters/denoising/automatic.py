@@ -1,23 +1,27 @@
-"""Denoising without parameters: those of the normal filter follow from the scan alone.
+"""Denoising without parameters, in five steps: those of the normal filter follow from the scan alone.
 
-A clean mesh stays as it is; noise that neighbours share, as that of depth cameras, gets a strong setting of its own; all else
-the setting that best predicts vertices which it has not seen.
+Correlated noise, which neighbours share, is judged by a risk estimate; the outliers of impulse noise are replaced first; a
+surface without noise stays as it is; otherwise held-out vertices choose among some 140 settings.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from ..evidence import Choice
+from ..evidence import Choice, run_to_last, sizes_beside, starts_of, tuned
 from ..execution import Progress, ignore_progress, part_of, rising
+from ..geometry import face_normals
 from ..mesh import Floats, check_mesh, check_movable, normalised_mesh
 from ..topology import BorderPolicy
-from .compared_settings import ComparedSettings
+from .candidates import SettingsTried
 from .correlated_noise import correlated_setting
-from .designed import is_designed
-from .noise_level import NoiseEstimate, estimate_noise
-from .repertoire import REPERTOIRE, Repertoire, Setting
+from .impulses import Outliers, replace_outlying
+from .noise_level import NoiseEstimate, estimate_noise, is_designed
+from .relaxation import direction_for
+from .repertoire import REPERTOIRE, Repertoire, Setting, settings
 from .scan import Scan
 
 
@@ -49,24 +53,14 @@ def automatic_choice(
 ) -> AutomaticChoice:
     """Find how a mesh is denoised.
 
-    1. Made of planes without noise: nothing is done. Noise that neighbours share: that of `correlated_setting`,
-       if that does anything: where noise is uneven the calmest places, by which it goes, may have none.
-    2. Otherwise that of `settings`, nothing at all among them, that `choose` finds on the mesh, or on patches of a large one.
-       Steps of Taubin's go along the normals alone if the vertices are scattered less along the surface than across it.
-    3. A surface without noise stays: residuals of differences that agree between neighbours rule noise out, see `Scan`, and what
-       predicts best must be nearer to the truth than the scan is, see `Scan.or_nothing`.
-    4. Vertices that stand out from those around them are kept by filters that keep edges. If there are more of them than Gaussian
-       noise has, they are replaced before step 2, and what is found is compared with the same setting that keeps them: see
-       `ComparedSettings`.
-
     Args:
         vertices: (n, 3) coordinates.
         faces: (m, 3) triangles.
         border: see `normal_filtering`.
         movable: (n,) bool, which vertices may move, None for all. The others are not evidence.
         seed: other vertices are held out for another number.
-        repertoire: what is chosen from; `Repertoire.narrowed` leaves what agrees with given parameters. Noise that neighbours
-            share gets its own settings whatever is chosen from.
+        repertoire: what is chosen from; `Repertoire.narrowed` leaves what agrees with some parameters. Correlated noise
+            gets its own settings whatever is chosen from.
         progress: called with the share that is done; may raise to stop.
 
     Returns:
@@ -78,22 +72,90 @@ def automatic_choice(
     mesh = normalised_mesh(*check_mesh(vertices, faces), movable)
     noise = estimate_noise(mesh.points, mesh.cells)
     noise = noise._replace(length=noise.length / mesh.scale)
+    # 1. Correlated noise; where it is uneven the calmest places, by which it goes, may have none.
     correlated = correlated_setting(mesh, noise, border=border, progress=part_of(progress, 0.0, 0.3))
     if correlated is not None and correlated[0] != Setting():
         progress(1.0)
         return AutomaticChoice("correlated", correlated[0], noise, correlated[1])
-    if is_designed(mesh.points, mesh.cells):
-        return AutomaticChoice("clean", Setting(), noise)
-    progress = part_of(progress, 0.3, 1.0)
-    scan = Scan.of(vertices, faces, movable=movable, seed=seed, progress=rising(progress))
-    few = ComparedSettings(scan, border, repertoire)
-    found = few.found()
-    allowed = [setting for setting in found if repertoire.outliers in (None, setting.outliers)]
-    if allowed:
-        setting = few.best_of(allowed)
-        return AutomaticChoice("clean" if setting == Setting() else "noisy", setting, noise, found[setting])
-    setting, evidence = next(iter(found.items()))
-    return AutomaticChoice("noisy", replace(setting, outliers=repertoire.outliers or "keep"), noise, evidence)
+    # 2. Impulse noise: outliers are replaced first, and are no evidence.
+    scan = Scan.of(vertices, faces, movable=movable, seed=seed, progress=rising(part_of(progress, 0.3, 1.0)))
+    without_impulses, uneven = (None, False) if repertoire.outliers == "keep" else _impulses(scan)
+    # 3. No noise: a model of planes, or residuals that are correlated between neighbours.
+    if is_designed(mesh.points, mesh.cells) or (without_impulses is None and scan.clean):
+        setting, evidence = Setting(), None
+    else:
+        # 4. Cross-validation.
+        evidence = _cross_validated(without_impulses or scan, border, repertoire)
+        # 5. In doubt nothing is done.
+        if evidence is not None and without_impulses is None and not uneven:
+            evidence = scan.or_nothing(evidence)
+        nothing = Setting(outliers="keep" if without_impulses is None else "only")
+        setting = nothing if evidence is None else evidence.chosen.label
+    if repertoire.outliers is not None:
+        setting = replace(setting, outliers=repertoire.outliers)
+    return AutomaticChoice("clean" if setting == Setting() else "noisy", setting, noise, evidence)
+
+
+def _impulses(scan: Scan) -> tuple[Scan | None, bool]:
+    """The scan with its outliers replaced, None where it has no impulse noise; and whether its noise is uneven instead.
+
+    Impulses strike anywhere, so that vertices beside them are as far off as elsewhere. Uneven noise stands out where it is loud,
+    and all vertices there are off.
+    """
+    replaced, outlying = replace_outlying(scan.points, scan.faces, scan.movable)
+    if np.mean(outlying) <= tuned.UNEVEN_FROM:
+        return None, False
+    beside, elsewhere = sizes_beside(replaced, scan.faces, scan.normals, outlying, scan.scored)
+    if beside > max(tuned.LOUDER * elsewhere, tuned.WEAK):
+        return None, True
+    impulsive = np.mean(outlying) > tuned.IMPULSIVE
+    return (replace(scan, points=replaced, replaced=outlying) if impulsive else None), False
+
+
+def _cross_validated(scan: Scan, border: BorderPolicy, repertoire: Repertoire) -> Choice[Setting] | None:
+    """What the held-out vertices say of all settings; None if they say nothing.
+
+    Where outliers are replaced and the others are nearly exact, see `Scan.exact`, nothing but outliers is to move: this is tried.
+    """
+    direction = repertoire.relaxation_direction or direction_for(scan.noise)
+    # What moves nothing but outliers has no steps of Taubin's.
+    alone = scan.replaced is not None and scan.exact and 0 in repertoire.relaxations
+    tried = SettingsTried(
+        scan.faces,
+        scan.normals,
+        direction,
+        border=border,
+        movable=scan.movable,
+        replaced=scan.replaced if alone else None,
+        whole=scan.whole,
+        of=repertoire,
+    )
+    outliers: Outliers = "keep" if scan.replaced is None else "replace"
+    labels = settings(direction, outliers, alone=alone, of=repertoire)
+    evidence = scan.choose(tried, labels, by_means=alone)
+    return None if evidence is None else _few_flipped(scan, tried, labels, evidence)
+
+
+def _few_flipped(
+    scan: Scan, tried: SettingsTried, labels: Sequence[Sequence[Setting]], evidence: Choice[Setting]
+) -> Choice[Setting]:
+    """The choice among settings within two standard errors of the best, without those that leave many faces flipped.
+
+    Heights along the normals hardly tell of faces folded over, though their normals are all wrong.
+    """
+    near = {trial.label: trial for trial in evidence.trials if trial.excess <= tuned.STAYS * trial.uncertainty}
+    every = [label for family in labels for label in family]
+    flipped: dict[Setting, float] = {}
+
+    def look(at: int, result: Floats) -> None:
+        means = scan.normals[scan.faces].sum(axis=1)
+        flipped[every[at]] = float(np.mean(np.einsum("ij,ij->i", face_normals(result, scan.faces), means) < 0.0))
+
+    wanted = np.array([label in near for label in every])
+    run_to_last(tried(scan.points, np.empty(0, dtype=np.int32)), starts_of(labels), wanted, look, ignore_progress)
+    most = max(tuned.FLIPPED, 2.0 * min(flipped.values()))
+    left = [trial for label, trial in near.items() if flipped[label] <= most]
+    return replace(evidence, chosen=min(left, key=lambda trial: trial.error))
 
 
 def denoise_automatically(

@@ -9,11 +9,11 @@ from ..diffusion.taubin import taubin_fairing
 from ..evidence import put_where_expected
 from ..mesh import Bools, Floats, Ints, normalised_mesh
 from ..topology import BorderPolicy, border_vertices
+from .adjacency import Adjacency
 from .face_neighbourhoods import RINGS_OF_NEIGHBORHOOD
 from .relaxation import RelaxationDirection, along_normals, outline_kept
 from .repertoire import REPERTOIRE, Chain, Repertoire
 from .rounds import rounds
-from .surroundings import Surroundings
 
 
 class SettingsTried:
@@ -40,11 +40,11 @@ class SettingsTried:
         self._faces, self._normals, self._border, self._movable = faces, normals, border, movable
         self._along, self._replaced = direction == "normal", replaced
         self._outline = border_vertices(faces, len(normals)) & (whole and border == "along")
-        self._known = Surroundings.of(normalised_mesh(np.zeros((len(normals), 3)), faces), ends=whole)
-        # Found here, once, and not by several threads at once.
+        self._adjacency = Adjacency.of(normalised_mesh(np.zeros((len(normals), 3)), faces), ends=whole)
+        # Here, once, and not by several threads at once.
         for kind in {"edge", "vertex", *(parameters.neighborhood for parameters, _ in of.chains)}:
             if kind in RINGS_OF_NEIGHBORHOOD:
-                self._known.around(kind)
+                self._adjacency.around(kind)
 
     def __call__(self, points: Floats, held: Ints) -> Sequence[Iterator[Floats]]:
         """The results for (n, 3) points of ordinary size, by the families of `settings`.
@@ -70,18 +70,18 @@ class SettingsTried:
         return families
 
     def _chain(self, points: Floats, chain: Chain, movable: Bools | None) -> Iterator[Floats]:
-        return results_after(points, self._faces, self._known, chain, border=self._border, movable=movable)
+        return results_after(points, self._faces, self._adjacency, chain, border=self._border, movable=movable)
 
 
 def results_after(
-    points: Floats, faces: Ints, known: Surroundings, chain: Chain, *, border: BorderPolicy, movable: Bools | None
+    points: Floats, faces: Ints, adjacency: Adjacency, chain: Chain, *, border: BorderPolicy, movable: Bools | None
 ) -> Iterator[Floats]:
-    """The (n, 3) results of the rounds at which a chain may stop, ascending, for a mesh whose adjacency is known."""
+    """The (n, 3) results of the rounds at which a chain may stop, ascending, for a mesh with this adjacency."""
     parameters, stops = chain
-    mesh = normalised_mesh(points, faces, movable).in_order(known.places)
+    mesh = normalised_mesh(points, faces, movable).in_order(adjacency.places)
     results = rounds(
         mesh,
-        known,
+        adjacency,
         parameters.normal_filter(),
         vertex_iterations=parameters.vertex_iterations,
         vertex_update=parameters.vertex_update,

@@ -1,4 +1,4 @@
-"""Noise that neighbours share: rounded coordinates, depth cameras with filters of their own, maps that are fused from these.
+"""Correlated noise, which neighbours share: rounded coordinates, depth cameras with filters of their own, maps fused from these.
 
 Held-out vertices say nothing of it: what predicts them predicts their noise too.
 """
@@ -6,23 +6,14 @@ Held-out vertices say nothing of it: what predicts them predicts their noise too
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from ..evidence import (
-    Choice,
-    Sample,
-    Trial,
-    choose_by_risk,
-    far_from_border,
-    noise_field,
-    roughness,
-    run_to_last,
-    sample_of,
-    starts_of,
-)
+from ..evidence import Choice, Sample, Trial, choose_by_risk, far_from_border, roughness, run_to_last, sample_of, starts_of, tuned
 from ..execution import Progress, ignore_progress, part_of
 from ..geometry import edge_lengths, mean_edge_length, seen_from_one_side
+from ..libraries import optimize, sparse
 from ..mesh import Bools, Floats, Ints, NormalisedMesh
 from ..topology import BorderPolicy, edges
 from .candidates import SettingsTried
@@ -31,21 +22,6 @@ from .relaxation import direction_for
 from .repertoire import CORRELATED, STRONG, Setting, settings
 from .rounding import Rounding, RoundingPolicy, rounding_of
 
-# A map is seen from one side: the mean of its normals is longer than this. Of noisy maps it is 0.5 and more.
-_FACING = 0.4
-# The vertices of a depth map lie on lines of sight, and so do their residuals: this share of their squares and more is along one
-# direction. Maps of lenses of up to 45 degrees have 0.9 and more, other meshes with noise, terrain among them, up to 0.6.
-_ON_LINES = 0.75
-# A fused map is a level set in a grid of cubes, which cuts off corners anywhere: 7 to 10 % of its edges are shorter than a
-# quarter of the mean; of other meshes, uneven ones among them, at most 3 %, and up to 5.5 % of a fused map that was decimated.
-_SHORT, _CUT_OFF = 0.25, 0.06
-# Noise is shared if so large a part of its variance is, and if vertices have so much of their own, in mean edges: details of a
-# surface without noise look the same. Depth maps have 0.033 and more, maps of a laser scanner without noise up to 0.012; most
-# fused maps have 0.02 and more, and a fused scan that was smoothed by one Laplacian step up to 0.015.
-_SHARED, _OWN, _OWN_FUSED = 0.5, 0.03, 0.02
-# And so much of what all have: less is uneven noise, whose quietest places tell nothing of the others. Depth maps have 0.74 and
-# more, fused ones 0.57, independent noise that grows from nothing 0.42.
-_EVEN = 0.5
 # Noise of single vertices, and noise smoothed over so many steps, as seen by differences of so many: to tell that it is shared,
 # and to know its covariance.
 _TELL = (0, 2), (1, 4)
@@ -54,8 +30,11 @@ _WIDTHS, _SCALES = (0, 1, 2, 4), (1, 2, 4)
 _PATCHES, _FACES = 8, 2500
 # Residuals of vertices so many edges from the border are whole enough.
 _RINGS = 3
-# How much the vertices are out of the steps of rounding counts on top of so many steps.
-_OUT = 0.08
+# In the calmest part the surface hardly adds to residuals. Squares count up to so many times their median, and are averaged over
+# so many rings.
+_CLIP, _AVERAGED = 9.0, 4
+# Random numbers are the fractions of so many times a length of the geometry, another multiple for every width.
+_MULTIPLE, _STEP = 997.0, 137.7
 
 
 def correlated_setting(
@@ -66,7 +45,7 @@ def correlated_setting(
     Rounding is undone first, see `Rounding.undone`, and of the settings that of the least product of roughness and of how far
     vertices are out of their steps is taken [reginska1996]. Otherwise the covariance of the noise is measured where the mesh is
     calm, and that setting is taken whose slopes are expected to be nearest to the truth, see `choose_by_risk`. Fused maps share
-    it more widely than can be told from the surface, and get a strong setting.
+    it more widely than can be measured beside the surface, and get a strong setting.
 
     Args:
         mesh: the mesh; vertices that may not move are no evidence.
@@ -107,11 +86,11 @@ def on_lines_of_sight(points: Floats, faces: Ints) -> bool:
     pairs = edges(faces)
     residuals = differences_of_fourth_order(points, pairs)[inner_vertices(faces, pairs, len(points))]
     squares = np.linalg.eigvalsh(residuals.T @ residuals)
-    return bool(squares[-1] > _ON_LINES * squares.sum())
+    return bool(squares[-1] > tuned.ON_LINES * squares.sum())
 
 
 def _share_noise(points: Floats, faces: Ints, noise: NoiseEstimate) -> bool:
-    if noise.level == 0.0 or seen_from_one_side(points, faces) <= _FACING:
+    if noise.level == 0.0 or seen_from_one_side(points, faces) <= tuned.FACING:
         return False
     on_lines = on_lines_of_sight(points, faces)
     if not on_lines and not _fused(points, faces):
@@ -120,14 +99,14 @@ def _share_noise(points: Floats, faces: Ints, noise: NoiseEstimate) -> bool:
     normals, scored = smooth_normals(sample.points, sample.faces), far_from_border(sample.faces, len(sample.points), rings=_RINGS)
     widths, scales = _TELL
     field = noise_field(sample.points, sample.faces, normals=normals, scored=scored, widths=widths, scales=scales)
-    least = max(_OWN if on_lines else _OWN_FUSED, _EVEN * noise.level)
-    return field.own >= least and field.shared > _SHARED
+    least = max(tuned.OWN, 0.5 * noise.level)
+    return field.own >= least and field.shared > 0.5
 
 
 def _fused(points: Floats, faces: Ints) -> bool:
     """Whether it is a level set, which cuts off corners."""
     lengths = edge_lengths(points, edges(faces))
-    return bool(np.mean(lengths < _SHORT * lengths.mean()) > _CUT_OFF)
+    return bool(np.mean(lengths < 0.25 * lengths.mean()) > tuned.CUT_OFF)
 
 
 def _sample(points: Floats, faces: Ints) -> Sample:
@@ -176,10 +155,106 @@ def _of_rounded(
 
     families: Sequence[Iterator[Floats]] = tried(sample.points, np.empty(0, dtype=np.int32))
     run_to_last(families, starts_of(labels), np.ones(len(every), dtype=np.bool_), look, part_of(progress, 0.0, 1.0))
-    products = rough * (out + _OUT)
+    products = rough * (out + tuned.OUT_OF_STEP)
     best = int(products.argmin())
     trials = tuple(
-        Trial(label, float(error), float(product - products[best]), 0.0, None)
+        Trial(label, float(error), float(product - products[best]), 0.0)
         for label, error, product in zip(every, out, products, strict=True)
     )
     return trials[best].label, Choice(trials[best], trials)
+
+
+class NoiseField(NamedTuple):
+    """Noise as a sum of independent parts, part k smoothed over `widths[k]` steps.
+
+    Attributes:
+        widths: (k,) the steps; 0 is noise of the vertex alone, k smooths with a standard deviation of 2/3 sqrt(k) edges.
+        variances: (k,) those of the parts, in squared units of the points.
+        heights: (n,) one such noise along the normals.
+    """
+
+    widths: tuple[int, ...]
+    variances: Floats
+    heights: Floats
+
+    @property
+    def shared(self) -> float:
+        """The share of the variance that is not of the vertex alone; 0 without noise."""
+        total = float(self.variances.sum())
+        return float(self.variances[np.array(self.widths) > 0].sum()) / total if total > 0.0 else 0.0
+
+    @property
+    def own(self) -> float:
+        """The standard deviation of what is of the vertex alone."""
+        return float(np.sqrt(self.variances[np.array(self.widths) == 0].sum()))
+
+
+def noise_field(
+    points: Floats, faces: Ints, *, normals: Floats, scored: Bools, widths: Sequence[int], scales: Sequence[int]
+) -> NoiseField:
+    """Fit a sum of noises to what differences of several widths leave of a surface.
+
+    With W the mean over the one-ring and twice the weight of its neighbours, (I + 2 U) / 3, the residuals of scale m are those of
+    (I - W^m)^2. Their squares, averaged over some rings, have a least part where the surface is calm. Every part of the noise,
+    made with a variance of 1 on the same mesh, has such numbers of its own; the variances are the non-negative sum of these that
+    is nearest to what was seen, relatively.
+
+    Args:
+        points: (n, 3) coordinates with a mean edge of 1.
+        faces: (m, 3) triangles.
+        normals: (n, 3) unit normals of a smoothed copy.
+        scored: (n,) the vertices that count.
+        widths: the steps over which parts of the noise are smoothed.
+        scales: the scales of the residuals.
+
+    Returns:
+        The noise; nothing if no vertex counts. The same for the mesh moved, turned or renumbered.
+    """
+    nothing = NoiseField(tuple(widths), np.zeros(len(widths)), np.zeros(len(points)))
+    if not scored.any():
+        return nothing
+    means = _means(faces, len(points))
+    seen = np.array([_calm(_residuals(points, means, scale, normals), means, scored) for scale in scales])
+    if seen.min() <= 0.0:
+        return nothing
+    parts = [_unit_noise(points, means, scored, width) for width in widths]
+    made = np.array([[_calm(_residuals(part, means, scale), means, scored) for part in parts] for scale in scales])
+    variances, _ = optimize.nnls(made / seen[:, None], np.ones(len(scales)))
+    heights = np.sum([np.sqrt(variance) * part for variance, part in zip(variances, parts, strict=True)], axis=0)
+    return NoiseField(tuple(widths), variances, heights)
+
+
+def _means(faces: Ints, n: int) -> sparse.csr_matrix:
+    a, b = edges(faces).T
+    rows, columns = np.concatenate([a, b]), np.concatenate([b, a])
+    degrees = np.maximum(np.bincount(rows, minlength=n), 1)
+    ring = sparse.csr_matrix((2.0 / 3.0 / degrees[rows], (rows, columns)), shape=(n, n))
+    return ring + sparse.diags(np.where(np.bincount(rows, minlength=n) > 0, 1.0 / 3.0, 1.0), format="csr")
+
+
+def _residuals(values: Floats, means: sparse.csr_matrix, scale: int, normals: Floats | None = None) -> Floats:
+    for _ in range(2):
+        smooth = values
+        for _ in range(scale):
+            smooth = means @ smooth
+        values = values - smooth
+    return values if normals is None else np.asarray(np.einsum("ij,ij->i", values, normals))
+
+
+def _calm(residuals: Floats, means: sparse.csr_matrix, scored: Bools) -> float:
+    """The mean square that a twentieth of the vertices stays below."""
+    squares = residuals**2
+    sums, weights = np.where(scored, np.minimum(squares, _CLIP * np.median(squares[scored])), 0.0), scored.astype(np.float64)
+    for _ in range(_AVERAGED):
+        sums, weights = means @ sums, means @ weights
+    return float(np.quantile(sums[scored] / weights[scored], tuned.CALMEST))
+
+
+def _unit_noise(points: Floats, means: sparse.csr_matrix, scored: Bools, width: int) -> Floats:
+    """(n,) random numbers, smoothed, with a variance of 1; they are made of the distances from the middle of the mesh."""
+    distances = np.linalg.norm(points - points[scored].mean(axis=0), axis=1)
+    noise = (distances * (_MULTIPLE + _STEP * width)) % 1.0 - 0.5
+    for _ in range(width):
+        noise = means @ noise
+    deviation = float(np.sqrt((noise[scored] ** 2).mean()))
+    return np.asarray(noise / deviation if deviation > 0.0 else noise)

@@ -11,7 +11,7 @@ from ..execution import over_range
 from ..geometry import CENTRE
 from ..mesh import Floats, Ints, Longs
 from ..topology import VertexFaces
-from .found_in_parts import found_in_parts
+from .compressed_rows import compressed_rows
 from .geodesic_radius import within_geodesic_radius
 
 #: "edge": the faces that share an edge with it. "vertex": those that share a vertex. "two_ring" and "three_ring": two and three
@@ -91,7 +91,7 @@ def _touching(faces: Ints, at_vertices: VertexFaces, *, whole_edges: bool) -> Fa
     def visit(parts: int, offsets: Longs, neighbours: Ints) -> None:
         over_range(_visit_touching, len(faces), faces, at_vertices.offsets, at_vertices.rows, whole_edges, offsets, neighbours)
 
-    return FaceNeighbourhoods(*found_in_parts(len(faces), visit))
+    return FaceNeighbourhoods(*compressed_rows(len(faces), visit))
 
 
 @compiled(nogil=True)
@@ -105,7 +105,7 @@ def _visit_touching(
     first: int,
     last: int,
 ) -> None:
-    """`found_in_parts` asks for it. A face that touches in several places is listed at the first: its row tells its corners."""
+    """`compressed_rows` asks for it. A face that touches in several places is listed at the first: its row tells its corners."""
     for i in range(first, last):
         a, b, c = faces[i, 0], faces[i, 1], faces[i, 2]
         if a == b or b == c or c == a:
@@ -133,7 +133,7 @@ def _gather(faces: Ints, at_vertices: VertexFaces, rings: int, centres: Floats, 
     def visit(parts: int, offsets: Longs, neighbours: Ints) -> None:
         _visit(faces, at_vertices.offsets, at_vertices.rows, rings, centres, squared_radius, parts, offsets, neighbours)
 
-    return FaceNeighbourhoods(*found_in_parts(len(faces), visit))
+    return FaceNeighbourhoods(*compressed_rows(len(faces), visit))
 
 
 @compiled(parallel=True)
@@ -148,7 +148,7 @@ def _visit(
     offsets: Longs,
     neighbours: Ints,
 ) -> None:
-    """`found_in_parts` asks for it."""
+    """`compressed_rows` asks for it."""
     for part in prange(parts):
         first, last = part * faces.shape[0] // parts, (part + 1) * faces.shape[0] // parts
         _visit_some(faces, row_offsets, rows, rings, centres, squared_radius, first, last, offsets, neighbours)

@@ -4,7 +4,7 @@ import numpy as np
 
 from ..compilation import compiled, prange
 from ..mesh import Floats, Ints, Longs
-from .found_in_parts import found_in_parts
+from .compressed_rows import compressed_rows
 
 
 def within_geodesic_radius(near_offsets: Longs, near: Ints, centres: Floats, radius: float) -> tuple[Longs, Ints]:
@@ -29,12 +29,12 @@ def within_geodesic_radius(near_offsets: Longs, near: Ints, centres: Floats, rad
     def visit(parts: int, offsets: Longs, neighbours: Ints) -> None:
         _visit(near_offsets, near, centres, radius, parts, offsets, neighbours)
 
-    return found_in_parts(len(centres), visit)
+    return compressed_rows(len(centres), visit)
 
 
 @compiled(parallel=True)
 def _visit(near_offsets: Longs, near: Ints, centres: Floats, radius: float, parts: int, offsets: Longs, neighbours: Ints) -> None:
-    """`found_in_parts` asks for it."""
+    """`compressed_rows` asks for it."""
     for part in prange(parts):
         first, last = part * centres.shape[0] // parts, (part + 1) * centres.shape[0] // parts
         _visit_some(near_offsets, near, centres, radius, first, last, offsets, neighbours)

@@ -1,4 +1,4 @@
-"""Impulses taken away: few vertices that are off by far, as those of stray measurements."""
+"""Impulse noise taken away: few vertices that are off by far, as those of stray measurements."""
 
 from collections.abc import Callable
 from typing import Literal, TypeAlias, get_args
@@ -6,12 +6,11 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 
 from ..checks import check_choice
-from ..evidence import flattening, outlying_vertices, put_where_expected, standing_out
+from ..evidence import flattening, means_of_others, outlying_vertices, put_where_expected, standing_out, tuned
 from ..geometry import mean_edge_length
 from ..mesh import Bools, Floats, Ints
-from ..topology import referenced_vertices
+from ..topology import one_rings, referenced_vertices
 from .noise_level import smooth_normals
-from .tangential_shift import TangentialShift
 
 #: "keep": vertices that stand out are filtered like the others. "replace": they are put where the others say, and all are
 #: filtered. "only": the same, and nothing but they moves.
@@ -20,9 +19,6 @@ OUTLIERS: tuple[Outliers, ...] = get_args(Outliers)
 
 # Outliers are looked for again up to so many times, or until not more than this share of them changes.
 _LOOKS, _HARDLY_ANY = 4, 0.02
-# A filter's outliers are those that it moves by more than three deviations, the median of all ways over 0.6745, and by more than
-# a twentieth of an edge: clean surfaces have as much.
-_FAR, _MEDIAN_OF_NORMAL, _LEAST = 3.0, 0.6745, 0.05
 
 
 def without_outliers(
@@ -39,12 +35,11 @@ def without_outliers(
     1. Put the vertices that stand out where a quadric expects them, `replace_outlying`, and filter: z.
     2. At edges a quadric takes vertices for outliers that are none, and misses others; a filter that keeps edges does not. So
        find them again: they are farther from z, along the normals, than three deviations of the others and than those around
-       them, `far_from`, or were known before, since a filter that takes details is far from all vertices; and putting them on z
-       makes the surface flatter, `flattening`. Put them on z, all others where they were, and filter once more; and again, a few
-       times, since outliers that were missed mislead the filter: what one in two is hides most of them at first.
+       them, `far_from`, or were outliers before, since a filter that takes details is far from all vertices; and putting them on
+       z makes the surface flatter, `flattening`. Put them on z, all others where they were, and filter once more; and again, a
+       few times, since outliers that were missed mislead the filter: what one in two is hides most of them at first.
 
-    Outliers may be off along the surface too: they are put back along it as well, by what `TangentialShift` expects; where they
-    are off by far, vertices that fold faces over are outliers.
+    Outliers may be off along the surface too: they are put back along it as well, see `put_back_along`.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -52,8 +47,8 @@ def without_outliers(
         outliers: "keep" filters once, and leaves out both steps.
         smooth: (n, 3) coordinates and which vertices may move, (n,) or None for all, to the filtered (n, 3).
         movable: (n,) which vertices may move, None for all.
-        certain: (n,) vertices that are outliers whatever they look like, None for none; where they are given the mesh is tried,
-            and the others are looked for but once.
+        certain: (n,) vertices that are outliers whatever they look like, None for none; with it the mesh is a trial, and the
+            others are looked for but once.
 
     Raises:
         FilterInputError: a parameter out of range.
@@ -68,22 +63,15 @@ def without_outliers(
             if np.array_equal(smoothed, calmed):
                 return calmed  # without a filter there is nothing to find them by again
             before = outlying
-            smoothed, outlying = _found_again(vertices, faces, smoothed, before, movable)
+            normals = smooth_normals(smoothed, faces)
+            found = far_from(vertices, faces, smoothed, movable, before, normals=normals)
+            smoothed = put_back_along(smoothed, faces, normals, found)
+            outlying = flattening(vertices, smoothed, faces, found | before)
             outlying = outlying if certain is None else outlying | certain
             calmed = np.where(outlying[:, None], smoothed, vertices)
             if np.count_nonzero(outlying != before) <= _HARDLY_ANY * np.count_nonzero(outlying):
                 break
     return smooth(calmed, outlying if outliers == "only" else movable)
-
-
-def _found_again(vertices: Floats, faces: Ints, smoothed: Floats, outlying: Bools, movable: Bools | None) -> tuple[Floats, Bools]:
-    """Where outliers are to be put by a filtered mesh, and which they are, by it and by those known before."""
-    ways = TangentialShift.of(vertices, faces, smooth_normals(smoothed, faces), outlying)
-    found = far_from(vertices, faces, smoothed, movable, outlying, normals=ways.normals)
-    if ways.outliers_fold:
-        found |= ways.folding(movable)
-    smoothed = TangentialShift.of(smoothed, faces, ways.normals, found).evened()
-    return smoothed, flattening(vertices, smoothed, faces, found | outlying)
 
 
 def far_from(
@@ -104,14 +92,15 @@ def far_from(
         faces: (m, 3) triangles.
         smoothed: (n, 3) what a filter made of them.
         movable: (n,) which vertices may move, None for all; the others are not among them.
-        outlying: (n,) outliers that are known, None for none: the deviation is that of the others.
+        outlying: (n,) outliers, None for none: the deviation is that of the others.
         normals: (n, 3) `smooth_normals` of the smoothed vertices, None to find them.
     """
     away = np.einsum("ij,ij->i", vertices - smoothed, smooth_normals(smoothed, faces) if normals is None else normals)
     used = referenced_vertices(faces, len(vertices))
     usual = used if outlying is None else used & ~outlying
-    deviation = float(np.median(np.abs(away[usual]))) / _MEDIAN_OF_NORMAL if usual.any() else 0.0
-    far = used & standing_out(away, faces, max(_FAR * deviation, _LEAST * mean_edge_length(vertices, faces)))
+    deviation = float(np.median(np.abs(away[usual]))) / tuned.MEDIAN_OF_NORMAL if usual.any() else 0.0
+    level = max(tuned.STANDS_OUT * deviation, tuned.WEAK * mean_edge_length(vertices, faces))
+    far = used & standing_out(away, faces, level)
     return np.asarray(far if movable is None else far & movable)
 
 
@@ -136,14 +125,40 @@ def replace_outlying(vertices: Floats, faces: Ints, movable: Bools | None = None
     outlying = outlying_vertices(points, faces, normals)
     if movable is not None:
         outlying &= movable
-    others = points
-    ways = TangentialShift.of(points, faces, normals, outlying)
-    # Where a smoothed copy is still bent by spikes, their heights look like ways along the surface.
-    if ways.outliers_fold:
-        outlying |= ways.folding(movable)
-        others = TangentialShift.of(points, faces, normals, outlying).evened()
+    others = put_back_along(points, faces, normals, outlying)
     expected = put_where_expected(others, faces, normals, np.flatnonzero(outlying).astype(np.int32))
     outlying = flattening(points, expected, faces, outlying)
     result = vertices.copy()
     result[outlying] += edge * (expected - points)[outlying]
     return result, outlying
+
+
+def put_back_along(vertices: Floats, faces: Ints, normals: Floats, outlying: Bools) -> Floats:
+    """(n, 3) the vertices, outliers put back along the surface by a share of the way to the mean of those around.
+
+    Vertices that did not slide are off the mean of their neighbours too, by t in the root mean square. If outliers are off by s,
+    (s^2 - t^2) / s^2 of their ways is expected to be slid, which has the least expected square of all shares [james1961].
+    On a border the neighbours are those next to it there.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        normals: (n, 3) unit normals of a smoothed copy.
+        outlying: (n,) the outliers.
+    """
+    others = referenced_vertices(faces, len(vertices)) & ~outlying
+    if not others.any() or not outlying.any():
+        return vertices.copy()
+    rings = one_rings(faces, len(vertices))
+    along_border = rings.along_border()
+    on_border = np.flatnonzero(np.diff(along_border.offsets)).astype(np.int32)
+    means = means_of_others(vertices, rings, np.arange(len(vertices), dtype=np.int32), outlying)
+    means[on_border] = means_of_others(vertices, along_border, on_border, outlying)
+    ways = means - vertices
+    ways -= np.einsum("ij,ij->i", ways, normals)[:, None] * normals
+    # In mean edges, so that no square is too small or too large for a number.
+    lengths = np.linalg.norm(ways / (mean_edge_length(vertices, faces) or 1.0), axis=1)
+    of_others, of_outliers = (float(np.mean(lengths[which] ** 2)) for which in (others, outlying))
+    # Less of the ways than this is by chance.
+    share = 1.0 - of_others / of_outliers if of_others < (1.0 - tuned.CHANCE) * of_outliers else 0.0
+    return np.where(outlying[:, None], vertices + share * ways, vertices)

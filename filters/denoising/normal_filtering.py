@@ -13,10 +13,10 @@ from ..execution import Progress, ignore_progress
 from ..geometry import measure_faces
 from ..mesh import Floats, check_mesh, normalised_mesh
 from ..topology import BORDER_POLICIES, BorderPolicy
+from .adjacency import Adjacency
 from .normal_filter import NormalFilter, NormalFilterKeywords, lists_settings
 from .normal_passes import NormalPasses
 from .rounds import rounds
-from .surroundings import Surroundings
 from .vertex_update import VERTEX_UPDATES, VertexUpdate
 
 if TYPE_CHECKING:
@@ -33,7 +33,6 @@ def normal_filtering(
     vertex_update: VertexUpdate = "sun",
     border: BorderPolicy = "along",
     movable: ArrayLike | None = None,
-    surroundings: Surroundings | None = None,
     progress: Progress = ignore_progress,
     **normal_filter: Unpack[NormalFilterKeywords],
 ) -> Floats:
@@ -52,8 +51,6 @@ def normal_filtering(
         border: "fixed": border vertices stay. "along": they move along the mean normal of their faces alone, so that the outline
             stays seen from above. "free": they move like any other.
         movable: (n,) bool, which vertices may move, None for all. The others stay where they are and are seen by those that do.
-        surroundings: ``Surroundings.of(normalised_mesh(vertices, faces))`` of any mesh with the same faces, for callers that
-            filter them more than once.
         progress: called after every pass and every fit; may raise to stop.
         **normal_filter: the attributes of `NormalFilter`, by name: ``method="guided", normal_iterations=5``. Its
             `normal_iterations` are those of one outer iteration, its distances those of the mesh as it is by then.
@@ -72,12 +69,12 @@ def normal_filtering(
     check_choice("border", border, BORDER_POLICIES)
     settings = NormalFilter(**normal_filter)
     mesh = normalised_mesh(points, triangles, movable)
-    known = Surroundings.of(mesh) if surroundings is None else surroundings
-    mesh = mesh.in_order(known.places)
+    adjacency = Adjacency.of(mesh)
+    mesh = mesh.in_order(adjacency.places)
     finished, now = 0, mesh.points
     results = rounds(
         mesh,
-        known,
+        adjacency,
         settings,
         vertex_iterations=vertex_iterations,
         vertex_update=vertex_update,
@@ -114,9 +111,9 @@ def filter_face_normals(
     points, triangles = check_mesh(vertices, faces)
     settings = NormalFilter(**normal_filter)
     mesh = normalised_mesh(points, triangles)
-    known = Surroundings.of(mesh)
-    now = mesh.in_order(known.places).points
-    filtered = NormalPasses.over(now, known, settings).filtered(now, measure_faces(now, known.faces), progress)
+    adjacency = Adjacency.of(mesh)
+    now = mesh.in_order(adjacency.places).points
+    filtered = NormalPasses.over(now, adjacency, settings).filtered(now, measure_faces(now, adjacency.faces), progress)
     if len(filtered) == len(triangles):
         return filtered
     # Faces without area whose vertices no other face uses are not in the normalised mesh.

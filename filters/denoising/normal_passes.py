@@ -7,11 +7,11 @@ import numpy as np
 from ..execution import Progress
 from ..geometry import NORMAL
 from ..mesh import Floats, Ints
+from .adjacency import Adjacency
 from .face_neighbourhoods import RINGS_OF_NEIGHBORHOOD, FaceNeighbourhoods, mean_centre_distance
 from .guided import guide_normals
 from .normal_filter import NormalFilter
 from .normal_filters import mean_normals, weighted_normals
-from .surroundings import Surroundings
 from .vertex_normals import corner_means, measure_vertices, vertex_neighbourhoods
 
 
@@ -20,7 +20,7 @@ class NormalPasses(NamedTuple):
 
     Attributes:
         settings: the filter.
-        known: the connectivity of the mesh.
+        adjacency: the connectivity of the mesh.
         edge: the neighbours whose mean distance is the unit of `space_sigma`.
         patches: those over which "averaged" and "guided" take their means.
         averaged: those that the weighted mean goes over.
@@ -29,7 +29,7 @@ class NormalPasses(NamedTuple):
     """
 
     settings: NormalFilter
-    known: Surroundings
+    adjacency: Adjacency
     edge: FaceNeighbourhoods
     patches: FaceNeighbourhoods
     averaged: FaceNeighbourhoods
@@ -37,18 +37,18 @@ class NormalPasses(NamedTuple):
     distance: float | None = None
 
     @staticmethod
-    def over(points: Floats, known: Surroundings, settings: NormalFilter, distance: float | None = None) -> "NormalPasses":
-        """The passes over a mesh of (n, 3) points, in the order of `known`."""
+    def over(points: Floats, adjacency: Adjacency, settings: NormalFilter, distance: float | None = None) -> "NormalPasses":
+        """The passes over a mesh of (n, 3) points, in the order of `adjacency`."""
         if settings.method == "vertex_normals":
             rings = RINGS_OF_NEIGHBORHOOD[settings.neighborhood]
-            near = vertex_neighbourhoods(known.faces, len(points), 1)
-            wide = near if rings == 1 else vertex_neighbourhoods(known.faces, len(points), rings)
-            return NormalPasses(settings, known, near, near, wide, np.empty(0, dtype=np.int32))
-        edge = known.around("edge")
-        patches = known.around("vertex") if settings.method in ("averaged", "guided") else edge
-        averaged = known.within(settings.neighborhood, points, settings.radius)
+            near = vertex_neighbourhoods(adjacency.faces, len(points), 1)
+            wide = near if rings == 1 else vertex_neighbourhoods(adjacency.faces, len(points), rings)
+            return NormalPasses(settings, adjacency, near, near, wide, np.empty(0, dtype=np.int32))
+        edge = adjacency.around("edge")
+        patches = adjacency.around("vertex") if settings.method in ("averaged", "guided") else edge
+        averaged = adjacency.within(settings.neighborhood, points, settings.radius)
         return NormalPasses(
-            settings, known, edge, patches, averaged, known.cut_off(settings.neighborhood, settings.radius), distance
+            settings, adjacency, edge, patches, averaged, adjacency.cut_off(settings.neighborhood, settings.radius), distance
         )
 
     def filtered(self, points: Floats, table: Floats, progress: Progress) -> Floats:
@@ -61,8 +61,8 @@ class NormalPasses(NamedTuple):
         """
         if self.settings.method != "vertex_normals":
             return self._passed(table, progress)
-        normals = self._passed(measure_vertices(points, self.known.faces, table), progress)
-        return corner_means(normals, self.known.faces, table[:, NORMAL])
+        normals = self._passed(measure_vertices(points, self.adjacency.faces, table), progress)
+        return corner_means(normals, self.adjacency.faces, table[:, NORMAL])
 
     def _passed(self, table: Floats, progress: Progress) -> Floats:
         """The normals of the table of faces or vertices after all passes, which overwrite it: a copy is large."""

@@ -10,10 +10,10 @@ from ..checks import FilterInputError
 from ..geometry import measure_faces
 from ..mesh import Bools, Floats, Ints, Whole, normalised_mesh
 from ..topology import BorderPolicy
+from .adjacency import Adjacency
 from .face_neighbourhoods import RINGS_OF_NEIGHBORHOOD, centre_distance_sums
 from .normal_filter import NormalFilter
 from .rounds import rounds
-from .surroundings import Surroundings
 from .vertex_update import VertexUpdate
 
 #: and those of the means on which deviations are measured
@@ -63,11 +63,11 @@ def round_of_part(
         border: see `normal_filtering`.
     """
     mesh = normalised_mesh(points, faces, whole=_AS_THEY_ARE)
-    known = Surroundings.of(mesh)
-    mesh = mesh.in_order(known.places)
+    adjacency = Adjacency.of(mesh)
+    mesh = mesh.in_order(adjacency.places)
     found = rounds(
         mesh,
-        known,
+        adjacency,
         settings,
         vertex_iterations=vertex_iterations,
         vertex_update=vertex_update,
@@ -94,9 +94,9 @@ def distances_of_part(points: Floats, faces: Ints, own: Bools) -> tuple[list[flo
     """
     mesh = normalised_mesh(points, faces, whole=_AS_THEY_ARE)
     kept = np.isin(faces, mesh.used).all(axis=1)
-    known = Surroundings.of(mesh)
-    edge = known.around("edge")
-    sums = centre_distance_sums(measure_faces(mesh.in_order(known.places).points, known.faces), edge)[own[kept]]
+    adjacency = Adjacency.of(mesh)
+    edge = adjacency.around("edge")
+    sums = centre_distance_sums(measure_faces(mesh.in_order(adjacency.places).points, adjacency.faces), edge)[own[kept]]
     return _expansion(sums), int(np.diff(edge.offsets)[own[kept]].sum())
 
 

@@ -96,13 +96,6 @@ class Repertoire(NamedTuple):
     relaxation_direction: RelaxationDirection | None = None
     outliers: Outliers | None = None
 
-    @property
-    def evening(self) -> "Repertoire":
-        """Settings that even vertices out along the surface: Taubin's steps in all directions, before every chain or alone."""
-        some = tuple(steps for steps in self.relaxations if steps > 0)
-        alone = tuple(steps for steps in self.taubin if steps >= min(some, default=1))
-        return self._replace(taubin=alone, relaxations=some, relaxation_direction=self.relaxation_direction or "all")
-
     def narrowed(
         self,
         *,

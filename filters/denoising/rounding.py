@@ -6,6 +6,7 @@ from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
 
+from ..evidence import tuned
 from ..geometry import face_normals, mean_edge_length
 from ..mesh import Bools, Floats, Ints
 from ..topology import edges, referenced_vertices
@@ -17,15 +18,8 @@ ROUNDING_POLICIES: tuple[RoundingPolicy, ...] = get_args(RoundingPolicy)
 
 # Faces of one level are parallel up to this angle in radians, and its vertices as many mean edges apart.
 _FLAT = 1e-3
-# So many of the faces lie within levels: 3 % with steps of a third of an edge, 80 % with steps of a whole one.
-_FLUSH = 0.01
 # Stairs have fewer normals.
 _NORMALS = 8
-# Shorter steps, in mean edges, leave noise that is independent.
-_STEP = 0.1
-# Differences of fourth order along the axis, over the median step. Independent noise of rounding has 1 / sqrt(12) = 0.29, rounded
-# surfaces 0.18 to 0.6; a turned part, whose rings are levels, 1.7, other designed parts 0.12 and less.
-_LEAST, _MOST = 0.17, 0.8
 # Descent on the squares of (I - U)^2 within the steps: so many iterations.
 _ITERATIONS = 100
 
@@ -94,7 +88,7 @@ def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
     flush = normals @ normals[first[counts.argmax()]] > 1.0 - _FLAT**2
     direction = normals[flush].sum(axis=0)
     length = np.linalg.norm(direction)  # 0 where the most frequent normal is that of faces without area
-    if flush.mean() < _FLUSH or len(counts) < _NORMALS or length == 0.0:
+    if flush.mean() < tuned.FLUSH or len(counts) < _NORMALS or length == 0.0:
         return None
     direction /= length
     used = referenced_vertices(faces, len(points))
@@ -102,12 +96,12 @@ def rounding_of(points: Floats, faces: Ints) -> Rounding | None:
     apart = np.flatnonzero(np.diff(heights) > _FLAT * edge)
     low, high = heights[np.append(0, apart + 1)], heights[np.append(apart, len(heights) - 1)]
     levels = 0.5 * (low + high)
-    if len(levels) < 3 or (high - low).max() > _FLAT * edge or np.median(np.diff(levels)) < _STEP * edge:
+    if len(levels) < 3 or (high - low).max() > _FLAT * edge or np.median(np.diff(levels)) < tuned.STEP * edge:
         return None
     pairs = edges(faces)
     along = (differences_of_fourth_order(points, pairs) @ direction)[inner_vertices(faces, pairs, len(points))]
     noise = float(np.sqrt((along**2).mean())) / float(np.median(np.diff(levels))) if len(along) else 0.0
-    return Rounding(direction, levels) if _LEAST < noise < _MOST else None
+    return Rounding(direction, levels) if tuned.LEAST_ROUGHNESS < noise < tuned.MOST_ROUGHNESS else None
 
 
 def without_rounding(points: Floats, faces: Ints, movable: Bools | None = None) -> Floats:

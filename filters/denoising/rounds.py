@@ -8,15 +8,15 @@ from ..execution import Progress, ignore_progress
 from ..geometry import measure_faces
 from ..mesh import Floats, NormalisedMesh
 from ..topology import BorderPolicy
+from .adjacency import Adjacency
 from .normal_filter import NormalFilter
 from .normal_passes import NormalPasses
-from .surroundings import Surroundings
 from .vertex_update import VertexUpdate, fit_vertices
 
 
 def rounds(
     mesh: NormalisedMesh,
-    known: Surroundings,
+    adjacency: Adjacency,
     settings: NormalFilter,
     *,
     vertex_iterations: int,
@@ -28,8 +28,8 @@ def rounds(
     """The points after one round, after two, and so on without end; none if no point may move. See `normal_filtering`.
 
     Args:
-        mesh: the mesh, in the order of `known`.
-        known: its adjacency.
+        mesh: the mesh, in the order of `adjacency`.
+        adjacency: of the mesh.
         settings: the filter of the normals.
         vertex_iterations: steps of the vertices in a round.
         vertex_update: how they are fitted.
@@ -37,24 +37,24 @@ def rounds(
         distance: of `NormalPasses`.
         progress: called with the share of a round after each of its passes over the normals.
     """
-    moves = np.diff(known.at_vertices.offsets) > 0
+    moves = np.diff(adjacency.at_vertices.offsets) > 0
     if mesh.movable is not None:
         moves &= mesh.movable
     if border == "fixed":
-        moves &= ~known.on_border
-    passes = NormalPasses.over(mesh.points, known, settings, distance)
+        moves &= ~adjacency.on_border
+    passes = NormalPasses.over(mesh.points, adjacency, settings, distance)
     now, table = mesh.points, None
     while moves.any():
-        table = measure_faces(now, known.faces, table)
+        table = measure_faces(now, adjacency.faces, table)
         now = fit_vertices(
             now,
-            known.faces,
-            known.at_vertices,
+            adjacency.faces,
+            adjacency.at_vertices,
             passes.filtered(now, table, progress),
             update=vertex_update,
             iterations=vertex_iterations,
             moves=moves,
-            along_normal=known.on_border if border == "along" else None,
+            along_normal=adjacency.on_border if border == "along" else None,
             overwrite=table,
         )
         yield now

@@ -14,36 +14,18 @@ from ..evidence import (
     choose,
     choose_by_risk,
     far_from_border,
-    guess_by_means,
     heights_of_means,
-    judge,
-    noise_floor,
     random_signs,
     sample_of,
+    scores_of,
+    tuned,
 )
 from ..execution import Progress, ignore_progress
 from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
 from ..topology import edges, one_rings
-from .noise_level import NoiseEstimate, estimate_noise, smooth_normals
-from .residual_correlation import ResidualCorrelation
+from .noise_level import NoiseEstimate, estimate_noise, noise_floor, residual_correlation, smooth_normals
 
 Label = TypeVar("Label")
-
-# The agreement of surfaces without noise is 0.1 to 1.3, with noise of 0.2 edges and more below 0.05, however uneven it is. In the
-# calmest third, where edges and details do not hide weak noise, it is 0.148 and more without noise, up to 0.122 with 0.03 edges.
-_INDEPENDENT, _SURFACE, _CALMEST, _SURFACE_THERE = 0.05, 0.2, 1.0 / 3.0, 0.13
-# Noise that is weaker moves no vertex by a hundredth of an edge.
-_NONE = 0.01
-# Noise of 0.05 edges has more than this by `noise_floor`, 0.036 to 0.053. Scans smoothed or decimated have less.
-_SMOOTHED = 0.035
-# Where spikes have been replaced and the other vertices are exact, or nearly so, these have up to 0.049 edges of noise by
-# `noise_floor`, and mostly agree in the calmest third by more than this. Where they have noise too, they have more of it or agree
-# by less; on a ball with bumps they do not agree without noise either, but hardly anything is left.
-_NEARLY_EXACT, _AGREES_THERE, _EXACT = 0.05, 0.07, 0.005
-# Even noise is so many times what `noise_floor` says of it: 1.2 to 1.5 on parts, figures and surfaces.
-_EVEN = 1.3
-# A vertex of a plane with even noise s is sqrt(1 + 1/6) s from the mean of its six neighbours, and s from the plane: 0.93 of it.
-_BETTER = 0.95
 
 
 @dataclass(frozen=True)
@@ -111,55 +93,41 @@ class Scan:
         return noise_floor(self.points, self.faces, normals=self.normals, scored=self.scored)
 
     @cached_property
-    def residuals(self) -> ResidualCorrelation:
-        """What is left after differences of fourth order, and how much neighbours agree in it: noise does not, a surface does."""
-        return ResidualCorrelation.on(self.points, self.faces)
+    def correlation(self) -> float:
+        """How much the residuals of neighbours agree: noise does not, a surface does."""
+        return residual_correlation(self.points, self.faces)
 
     @cached_property
-    def correlation(self) -> float:
-        """How much neighbours agree in all of it."""
-        return self.residuals.within()
+    def correlation_where_calm(self) -> float:
+        """The same in the calmest third, where edges and details do not hide weak noise."""
+        return residual_correlation(self.points, self.faces, calmest=1.0 / 3.0)
 
     @property
     def clean(self) -> bool:
         """Whether there is no noise to speak of: hardly any, or what is left is surface, where it is calm too."""
-        if self.noise.level < _NONE:
+        if self.noise.level < tuned.NO_NOISE:
             return True
-        if self.correlation > _SURFACE:
+        if self.correlation > tuned.SURFACE:
             # Edges and details agree beside weak noise too: where it is calm noise does not.
-            return self.quietest < _EXACT or self.residuals.within(_CALMEST) > _AGREES_THERE
-        smoothed = self.correlation > _INDEPENDENT and self.quietest < _SMOOTHED
-        return smoothed and self.residuals.within(_CALMEST) > _SURFACE_THERE
+            return self.quietest < tuned.NO_NOISE or self.correlation_where_calm > tuned.AGREES_WHERE_CALM
+        smoothed = not self.independent and self.quietest < tuned.SMOOTHED
+        return smoothed and self.correlation_where_calm > tuned.SURFACE_WHERE_CALM
 
     @property
     def independent(self) -> bool:
         """Whether neighbours hardly agree in what is left: then it is noise."""
-        return self.correlation < _INDEPENDENT
+        return self.correlation < tuned.INDEPENDENT
 
     @property
     def exact(self) -> bool:
         """Whether there is so little noise that most vertices are best left where they are, uneven noise not being clean."""
-        nearly = self.correlation > _INDEPENDENT and self.quietest < _NEARLY_EXACT
-        return self.quietest < _EXACT or (nearly and self.residuals.within(_CALMEST) > _AGREES_THERE)
+        nearly = not self.independent and self.quietest < tuned.WEAK
+        return self.quietest < tuned.NO_NOISE or (nearly and self.correlation_where_calm > tuned.AGREES_WHERE_CALM)
 
     def choose(
-        self,
-        candidates: Candidates,
-        labels: Sequence[Sequence[Label]],
-        *,
-        all_stay: bool = False,
-        spikes: bool = False,
+        self, candidates: Candidates, labels: Sequence[Sequence[Label]], *, stays: float = tuned.STAYS, by_means: bool = False
     ) -> Choice[Label] | None:
-        """`choose`, on this scan.
-
-        Args:
-            candidates: what is tried.
-            labels: the names of their results.
-            all_stay: all candidates are tried to the end.
-            spikes: what is tried differs in what it makes of spikes: held-out vertices start at the mean of their neighbours,
-                since a quadric is bent by spikes, and hides what it costs to move vertices that are exact. The least error
-                decides alone: slopes are expected for noise that is alike everywhere.
-        """
+        """`choose`, on this scan."""
         return choose(
             self.points,
             self.faces,
@@ -167,11 +135,10 @@ class Scan:
             labels,
             normals=self.normals,
             scored=self.scored,
-            guess=guess_by_means(self.points, self.faces) if spikes else None,
             seed=self.seed,
-            slopes=not spikes,
+            stays=stays,
+            by_means=by_means,
             progress=self.progress,
-            **({"stays": 1e12} if all_stay else {}),
         )
 
     def choose_by_risk(self, candidates: Candidates, labels: Sequence[Sequence[Label]]) -> Choice[Label] | None:
@@ -192,12 +159,13 @@ class Scan:
 
         Where neighbours hardly agree there is noise. Otherwise, with the error e of what predicts best and the standard deviation
         s of the noise, e^2 = s^2 + d^2, where d is how far the result is from the truth, and the scan is s from it: nothing is
-        done where e^2 >= 2 s^2, s that of `quietest`, or where the mean of the neighbours predicts nearly as well.
+        done where e^2 >= 2 s^2, s that of `quietest`, or where the mean of the neighbours predicts nearly as well: a vertex of a
+        plane with even noise s is sqrt(1 + 1/6) s from the mean of its six neighbours, and s from the plane: 0.93 of it.
         """
         if self.independent:
             return choice
         error, which = choice.chosen.error, np.flatnonzero(self.scored).astype(np.int32)
         of_means = heights_of_means(self.points, one_rings(self.faces, len(self.points)), self.normals, which)
-        nearer = error**2 < 2.0 * (_EVEN * self.quietest) ** 2
-        better = error < _BETTER * judge(of_means[None]).errors[0]
+        nearer = error**2 < 2.0 * (tuned.EVEN * self.quietest) ** 2
+        better = error < tuned.BETTER * scores_of(of_means[None]).errors[0]
         return choice if nearer and better else replace(choice, chosen=choice.trials[0])

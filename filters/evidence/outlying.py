@@ -1,22 +1,22 @@
 """Vertices that stand out from all that is around them: impulses, which filters that keep edges keep too."""
 
+import math
+
 import numpy as np
 
 from ..compilation import compiled
 from ..execution import over_range
+from ..geometry import cross_product
 from ..mesh import Bools, Floats, Ints, Longs
-from ..topology import OneRings, edges, one_rings, referenced_vertices
+from ..topology import OneRings, edges, faces_across, one_rings, referenced_vertices, vertex_faces
 from .held_out import with_neighbours
 from .quadric_prediction import predicted_heights
+from .tuned import CLIP, MEDIAN_OF_NORMAL, NO_NOISE, STANDS_OUT
 
-# A vertex stands out if it is off by more than three times what those in its two rings are, and those of the whole mesh, and by
-# more than a hundredth of an edge. At an edge of the surface others are off as well.
-_STANDS_OUT, _LEAST = 3.0, 0.01
-_MEDIAN_OF_NORMAL = 0.6745
-# What a filter has moved stands out if it is as much farther than those around as four times their median deviation.
-_OF_THOSE_AROUND = 4.0
 # Those that stand out most hide others: so many passes, or until hardly any are found.
 _PASSES, _HARDLY_ANY = 20, 1e-4
+# No move gains less than rounding.
+_ROUNDING = 1e-6
 # Two rings have a dozen vertices to some dozens.
 _MOST = 1024
 
@@ -44,7 +44,7 @@ def outlying_vertices(points: Floats, faces: Ints, normals: Floats) -> Bools:
         return hidden
     sizes = _sizes(points, rings, normals, hidden)
     for _ in range(_PASSES):
-        level = max(_LEAST, _STANDS_OUT / _MEDIAN_OF_NORMAL * float(np.median(sizes[used & ~hidden])))
+        level = max(NO_NOISE, STANDS_OUT / MEDIAN_OF_NORMAL * float(np.median(sizes[used & ~hidden])))
         found = np.zeros_like(hidden)
         over_range(_stand_out, len(points), sizes, rings.offsets, rings.neighbours, hidden | ~used, level, found)
         without = _sizes(points, rings, normals, hidden | found)
@@ -113,6 +113,41 @@ def put_where_expected(points: Floats, faces: Ints, normals: Floats, which: Ints
     return result
 
 
+def flattening(points: Floats, moved: Floats, faces: Ints, which: Bools) -> Bools:
+    """(n,) those of some vertices whose moves make the surface flatter, each by itself.
+
+    The roughness around a vertex is the sum of |n_f - n_g| over the edges of its faces, f and g the faces at an edge. Rounding an
+    edge of the surface does not lower that sum, and denting it raises it; taking a spike away lowers it. Of adjacent vertices the
+    one that lowers it most moves, then all are looked at again, those that have moved whether they had better go back.
+
+    Args:
+        points: (n, 3) coordinates.
+        moved: (n, 3) where vertices would move.
+        faces: (m, 3) triangles.
+        which: (n,) the vertices that may.
+    """
+    gone = np.zeros(len(points), dtype=np.bool_)
+    candidates = np.flatnonzero(which).astype(np.int32)
+    if not len(candidates):
+        return gone
+    at_vertices, across = vertex_faces(faces, len(points)), faces_across(faces)
+    a, b = edges(faces).T
+    now, gains = points.copy(), np.zeros(len(points))
+    for _ in range(_PASSES):
+        other = np.where(gone[:, None], points, moved)
+        around = (now, other, faces, at_vertices.offsets, at_vertices.rows, across, candidates)
+        over_range(_measure_gains, len(candidates), *around, gains)
+        best = gains.copy()
+        np.maximum.at(best, a, gains[b])
+        np.maximum.at(best, b, gains[a])
+        turned = (gains > _ROUNDING) & (gains == best)
+        if not turned.any():
+            break
+        now[turned] = other[turned]
+        gone ^= turned
+    return gone
+
+
 def _sizes(points: Floats, rings: OneRings, normals: Floats, hidden: Bools) -> Floats:
     heights, gains = predicted_heights(points, rings, normals, np.arange(len(points), dtype=np.int32), hidden)
     return np.asarray(np.abs(heights) / np.sqrt(1.0 + gains**2))
@@ -149,7 +184,7 @@ def _stand_out(
         if not largest:
             continue
         count = _gather_around(i, sizes, offsets, neighbours, ignored, seen, around)
-        found[i] = count > 0 and sizes[i] > _STANDS_OUT * np.median(around[:count])
+        found[i] = count > 0 and sizes[i] > STANDS_OUT * np.median(around[:count])
 
 
 @compiled(nogil=True)
@@ -164,4 +199,50 @@ def _differ(
         count = _gather_around(i, heights, offsets, neighbours, ignored, seen, around)
         middle = np.median(around[:count]) if count else 0.0
         usual = np.median(np.abs(around[:count] - middle)) if count else 0.0
-        found[i] = abs(heights[i] - middle) > max(level, _OF_THOSE_AROUND * usual)
+        found[i] = abs(heights[i] - middle) > max(level, CLIP * usual)
+
+
+@compiled(nogil=True)
+def _measure_gains(
+    points: Floats,
+    moved: Floats,
+    faces: Ints,
+    offsets: Longs,
+    rows: Ints,
+    across: Ints,
+    which: Ints,
+    gains: Floats,
+    first: int,
+    last: int,
+) -> None:
+    """By how much moving each of the vertices alone lowers the roughness around it."""
+    for at in range(first, last):
+        i = which[at]
+        gain = 0.0
+        for k in range(offsets[i], offsets[i + 1]):
+            f = rows[k, 0]
+            for edge in range(3):
+                g = across[f, edge]
+                if g < 0:
+                    continue
+                inner = faces[g, 0] == i or faces[g, 1] == i or faces[g, 2] == i
+                change = _bend(points, points, faces, i, f, g) - _bend(points, moved, faces, i, f, g)
+                gain += 0.5 * change if inner else change
+        gains[i] = gain
+
+
+@compiled(nogil=True)
+def _bend(points: Floats, places: Floats, faces: Ints, i: int, f: int, g: int) -> float:
+    """|n_f - n_g| with vertex i at its place."""
+    corners = np.empty((6, 3))
+    for corner in range(3):
+        for row, face in ((corner, f), (3 + corner, g)):
+            j = faces[face, corner]
+            for axis in range(3):
+                corners[row, axis] = places[j, axis] if j == i else points[j, axis]
+    ax, ay, az = cross_product(corners, 0, 1, 2)
+    bx, by, bz = cross_product(corners, 3, 4, 5)
+    a, b = math.sqrt(ax * ax + ay * ay + az * az), math.sqrt(bx * bx + by * by + bz * bz)
+    a, b = 1.0 / a if a > 0.0 else 0.0, 1.0 / b if b > 0.0 else 0.0
+    x, y, z = ax * a - bx * b, ay * a - by * b, az * a - bz * b
+    return math.sqrt(x * x + y * y + z * z)

@@ -35,7 +35,7 @@ def predicted_heights(
         hidden: (n,) vertices that count nowhere; None for none but the vertex itself.
 
     Returns:
-        heights: (k,) in the unit of the points; 0 where nobody is around.
+        heights: (k,) in the unit of the points; 0 where no vertex is around.
         gains: (k,) the standard deviation of the prediction for independent heights of standard deviation 1.
     """
     heights, gains = np.zeros(len(which)), np.zeros(len(which))

@@ -9,9 +9,7 @@ from ..geometry import normal_differences
 from ..libraries import spatial
 from ..mesh import Bools, Floats, Ints
 from ..topology import edges
-from .choose import Candidates, Choice, Label, Trial
-from .cross_validation import run_to_last, starts_of
-from .slopes import slope_squares, weights_of
+from .cross_validation import Candidates, Choice, Label, Trial, run_to_last, starts_of
 
 # The noise is added once more, times this: little enough that the filter does not see it, and far more than rounding.
 _LITTLE = 0.1
@@ -36,7 +34,7 @@ def choose_by_risk(
     what a filter f makes of noise can be seen [ramani2008]: with heights h = n . (f(y) - y), one more noise b of the same
     covariance, and g = n . (f(y + e b) - f(y)) / e, the mean over the edges of (h_i - h_j)^2 + 2 (b_i - b_j) (g_i - g_j) is how
     far the differences of heights along the edges are from those of another scan of the same surface: that is the squared error
-    of the result and the variance of the noise. Edges count as in `slope_errors`.
+    of the result and the variance of the noise.
 
     Of those within one standard error of the best the flattest is taken.
 
@@ -63,35 +61,52 @@ def choose_by_risk(
 
     def look(at: int, result: Floats) -> None:
         heights[at] = np.einsum("ij,ij->i", result - points, normals)
-        differences = normal_differences(result, faces)
-        flatness[at] = differences.mean() if len(differences) else 0.0
+        flatness[at] = roughness(result, faces)
 
     def look_again(at: int, result: Floats) -> None:
         passed[at] = (np.einsum("ij,ij->i", result - points, normals) - heights[at]) / _LITTLE
 
-    nobody, starts, all_of_them = np.empty(0, dtype=np.int32), starts_of(labels), np.ones(len(every), dtype=np.bool_)
-    run_to_last(candidates(points, nobody), starts, all_of_them, look, part_of(progress, 0.0, 0.5))
+    none_held, starts, all_of_them = np.empty(0, dtype=np.int32), starts_of(labels), np.ones(len(every), dtype=np.bool_)
+    run_to_last(candidates(points, none_held), starts, all_of_them, look, part_of(progress, 0.0, 0.5))
     more = points + _LITTLE * noise[:, None] * normals
-    run_to_last(candidates(more, nobody), starts, all_of_them, look_again, part_of(progress, 0.5, 1.0))
-    weights = weights_of(heights, counted, len(points))
+    run_to_last(candidates(more, none_held), starts, all_of_them, look_again, part_of(progress, 0.5, 1.0))
     regions = _regions(points, counted[:, 0])
     sums = np.array(
         [
-            np.bincount(regions, weights * slope_squares(height, passes, noise, counted), minlength=_REGIONS)
+            np.bincount(regions, slope_squares(height, passes, noise, counted), minlength=_REGIONS) / len(counted)
             for height, passes in zip(heights, passed, strict=True)
         ]
     )
-    shares = np.bincount(regions, weights, minlength=_REGIONS)
+    shares = np.bincount(regions, minlength=_REGIONS) / len(counted)
     means = sums.sum(axis=1)
     best = int(means.argmin())
     excess = means - means[best]
     uncertainty = np.sqrt(((sums - sums[best] - excess[:, None] * shares) ** 2).sum(axis=1))
     errors = np.sqrt(np.maximum(means, 0.0))
     trials = tuple(
-        Trial(label, float(error), float(more), float(doubt), None)
+        Trial(label, float(error), float(more), float(doubt))
         for label, error, more, doubt in zip(every, errors, excess, uncertainty, strict=True)
     )
     return Choice(trials[int(np.where(excess <= uncertainty, flatness, np.inf).argmin())], trials)
+
+
+def slope_squares(heights: Floats, passed: Floats, noise: Floats, pairs: Ints) -> Floats:
+    """(e,) (h_i - h_j)^2 + 2 (b_i - b_j) (g_i - g_j), whose mean is the squared error of the slopes and a constant.
+
+    Args:
+        heights: (n,) h, how far a filter moves the vertices along the normals.
+        passed: (n,) g, what it makes of the noise b: its derivative in that direction.
+        noise: (n,) b, a noise as that of the scan and independent of it.
+        pairs: (e, 2) the edges.
+    """
+    i, j = pairs.T
+    return np.asarray((heights[i] - heights[j]) ** 2 + 2.0 * (noise[i] - noise[j]) * (passed[i] - passed[j]))
+
+
+def roughness(points: Floats, faces: Ints) -> float:
+    """The mean difference |n_f - n_g| of the unit normals of adjacent faces; 0 without any."""
+    differences = normal_differences(points, faces)
+    return float(differences.mean()) if len(differences) else 0.0
 
 
 def _regions(points: Floats, which: Ints) -> Ints:

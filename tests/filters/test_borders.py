@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from pymeshfair.filters.denoising import Outliers, denoised, normal_filtering
+from pymeshfair.filters.denoising.adjacency import Adjacency
 from pymeshfair.filters.denoising.border_trend import cut_off_by_border
 from pymeshfair.filters.denoising.face_neighbourhoods import Neighborhood, face_neighbourhoods
 from pymeshfair.filters.denoising.impulses import replace_outlying
 from pymeshfair.filters.denoising.normal_filters import weighted_normals
 from pymeshfair.filters.denoising.relaxation import outline_kept, relaxed
-from pymeshfair.filters.denoising.surroundings import Surroundings
 from pymeshfair.filters.diffusion.taubin import taubin_fairing
 from pymeshfair.filters.geometry import CENTRE, NORMAL, face_normals, measure_faces
 from pymeshfair.filters.mesh import normalised_mesh
@@ -51,8 +51,8 @@ def test_the_faces_that_a_border_cuts_off_are_those_within_so_many_rings(kind: N
 def test_the_rim_of_a_patch_is_no_end_of_the_surface() -> None:
     """Where the mesh is cut out of a larger one, no face is cut off."""
     mesh = normalised_mesh(FLAT, FACES)
-    assert len(Surroundings.of(mesh).cut_off("two_ring", 2.0)) > 0
-    assert len(Surroundings.of(mesh, ends=False).cut_off("two_ring", 2.0)) == 0
+    assert len(Adjacency.of(mesh).cut_off("two_ring", 2.0)) > 0
+    assert len(Adjacency.of(mesh, ends=False).cut_off("two_ring", 2.0)) == 0
 
 
 def test_normals_that_turn_evenly_are_reproduced_at_a_border() -> None:

@@ -8,10 +8,9 @@ import pytest
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.choosing import Projection, chosen_projection
 from pymeshfair.filters.choosing import clouds as choosing
+from pymeshfair.filters.choosing.clouds import CloudSample
 from pymeshfair.filters.compilation import single_thread
 from pymeshfair.filters.denoising import bilateral_projection
-from pymeshfair.filters.evidence import CloudSample
-from pymeshfair.filters.evidence import cloud_sample as sampling
 from tests.meshes import Floats, rotation
 
 N = 3000
@@ -111,7 +110,7 @@ def test_patches_of_a_large_cloud_choose_alike(monkeypatch: pytest.MonkeyPatch) 
     """On patches of a ball the numbers of neighbours and iterations are within one step of those on all of it."""
     points = noisy(ball(), 0.3)
     whole = chosen_projection(points)
-    monkeypatch.setattr(sampling, "_WHOLE", 1000)
+    monkeypatch.setattr(choosing, "_WHOLE", 1000)
     patched = chosen_projection(points)
     assert whole is not None
     assert patched is not None

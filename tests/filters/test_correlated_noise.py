@@ -10,13 +10,18 @@ import pymeshlab
 import pytest
 from scipy.ndimage import gaussian_filter, map_coordinates
 
-from pymeshfair.filters.denoising.correlated_noise import correlated_setting, neighbours_share_noise, on_lines_of_sight
+from pymeshfair.filters.denoising.correlated_noise import (
+    correlated_setting,
+    neighbours_share_noise,
+    noise_field,
+    on_lines_of_sight,
+)
 from pymeshfair.filters.denoising.noise_level import estimate_noise
 from pymeshfair.filters.denoising.preparation import denoised
 from pymeshfair.filters.denoising.repertoire import STRONG
 from pymeshfair.filters.denoising.rounding import rounding_of
 from pymeshfair.filters.diffusion.taubin import taubin_fairing
-from pymeshfair.filters.evidence import Choice, choose_by_risk, far_from_border, noise_field
+from pymeshfair.filters.evidence import Choice, choose_by_risk, far_from_border
 from pymeshfair.filters.geometry import angles_between, face_normals, mean_edge_length
 from pymeshfair.filters.mesh import normalised_mesh
 from pymeshfair.filters.topology import border_vertices

@@ -8,13 +8,10 @@ from scipy.ndimage import gaussian_filter
 
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.denoising.correlated_noise import neighbours_share_noise
-from pymeshfair.filters.denoising.noise_level import estimate_noise, smooth_normals
-from pymeshfair.filters.denoising.residual_correlation import ResidualCorrelation
+from pymeshfair.filters.denoising.noise_level import estimate_noise, residual_correlation, smooth_normals
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.topology import edges
 from tests.meshes import (
-    Floats,
-    Ints,
     cube,
     grid,
     icosphere,
@@ -32,11 +29,6 @@ SHAPES = {
     "torus": torus(80, 40),
     "cube": subdivided(*subdivided(*subdivided(*subdivided(*subdivided(*cube()))))),
 }
-
-
-def correlation(vertices: Floats, faces: Ints, *, calmest: float = 1.0) -> float:
-    """How much neighbours agree in the calmest part of a mesh."""
-    return ResidualCorrelation.on(vertices, faces).within(calmest)
 
 
 def _along_normals(name: str, level: float, share: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
@@ -113,22 +105,22 @@ def test_noise_that_neighbours_share_is_told_from_independent_noise() -> None:
     shared = heights.copy()
     np.add.at(shared, pairs[:, 0], heights[pairs[:, 1]] / 6.0)
     np.add.at(shared, pairs[:, 1], heights[pairs[:, 0]] / 6.0)
-    assert abs(correlation(vertices * (1.0 + heights)[:, None], faces)) < 0.01
-    assert correlation(vertices * (1.0 + shared)[:, None], faces) > 0.03
+    assert abs(residual_correlation(vertices * (1.0 + heights)[:, None], faces)) < 0.01
+    assert residual_correlation(vertices * (1.0 + shared)[:, None], faces) > 0.03
 
 
 def test_the_edges_of_a_cube_agree_and_its_calmest_third_does_not() -> None:
     """Noise of 0.03 edges on a cube: all of it agrees like a surface, the third without edges by less than 0.1."""
     vertices, faces = _along_normals("cube", 0.03)
-    assert correlation(vertices, faces) > 0.1
-    assert correlation(vertices, faces, calmest=1.0 / 3.0) < 0.1
+    assert residual_correlation(vertices, faces) > 0.1
+    assert residual_correlation(vertices, faces, calmest=1.0 / 3.0) < 0.1
 
 
 def test_the_calmest_third_of_a_surface_agrees() -> None:
     """Vertices anywhere on a ball agree everywhere."""
     vertices, faces = noisy(icosphere(4), 0.01)
     vertices /= np.linalg.norm(vertices, axis=1, keepdims=True)
-    assert correlation(vertices, faces, calmest=1.0 / 3.0) > 0.13
+    assert residual_correlation(vertices, faces, calmest=1.0 / 3.0) > 0.13
 
 
 def test_a_depth_camera_is_told_from_rough_land_and_from_a_closed_shape() -> None:
@@ -155,4 +147,4 @@ def test_a_depth_camera_is_told_from_rough_land_and_from_a_closed_shape() -> Non
 
 def test_a_mesh_without_inner_vertices_agrees_in_nothing() -> None:
     """A triangle has no residuals."""
-    assert correlation(*single_triangle()) == 0.0
+    assert residual_correlation(*single_triangle()) == 0.0

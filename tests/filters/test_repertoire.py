@@ -38,13 +38,3 @@ def test_given_steps_come_before_every_chain() -> None:
     assert left.chains == REPERTOIRE.chains
     assert left.relaxation_direction == "normal"
     assert REPERTOIRE.narrowed(relaxation=0).taubin == (0,)
-
-
-def test_evening_settings_have_steps_before_every_chain() -> None:
-    """At least as many as the fewest before a chain; to do nothing is not among them."""
-    every = [setting for family in settings("all", "replace", alone=False, of=REPERTOIRE.evening) for setting in family]
-    assert min(setting.relaxation for setting in every) == min(steps for steps in REPERTOIRE.relaxations if steps)
-    assert {setting.parameters is None for setting in every} == {True, False}
-    assert REPERTOIRE.evening.relaxation_direction == "all"
-    assert REPERTOIRE.narrowed(relaxation_direction="normal").evening.relaxation_direction == "normal"
-    assert REPERTOIRE.narrowed(range_sigma=0.3).evening.taubin == ()

@@ -12,7 +12,7 @@ from .face_neighbourhoods import FaceNeighbourhoods, Neighborhood, face_neighbou
 
 
 @dataclass(frozen=True)
-class Surroundings:
+class Adjacency:
     """The adjacency of a mesh, to be shared by all that filter meshes with the same faces.
 
     Attributes:
@@ -32,11 +32,11 @@ class Surroundings:
     _kept: dict[Neighborhood, FaceNeighbourhoods] = field(default_factory=dict, repr=False)
 
     @staticmethod
-    def of(mesh: NormalisedMesh, *, ends: bool = True) -> "Surroundings":
+    def of(mesh: NormalisedMesh, *, ends: bool = True) -> "Adjacency":
         """Of a mesh of triangles."""
         places = order_by_place(mesh.points, mesh.cells) if worth_reordering(mesh.cells, len(mesh)) else None
         faces = mesh.in_order(places).cells
-        return Surroundings(places, faces, vertex_faces(faces, len(mesh)), border_vertices(faces, len(mesh)), ends)
+        return Adjacency(places, faces, vertex_faces(faces, len(mesh)), border_vertices(faces, len(mesh)), ends)
 
     def around(self, kind: Neighborhood) -> FaceNeighbourhoods:
         """The neighbourhoods "edge", "vertex", "two_ring" or "three_ring" of the faces."""

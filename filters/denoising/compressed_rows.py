@@ -1,4 +1,4 @@
-"""Lists of neighbours whose lengths are not known before: counted in one run, written in a second."""
+"""Compressed rows: lists of neighbours whose lengths come out of a first run, and which a second one writes."""
 
 from collections.abc import Callable
 
@@ -9,7 +9,7 @@ from ..execution import threads_for
 from ..mesh import Ints, Longs
 
 
-def found_in_parts(count: int, visit: Callable[[int, Longs, Ints], None]) -> tuple[Longs, Ints]:
+def compressed_rows(count: int, visit: Callable[[int, Longs, Ints], None]) -> tuple[Longs, Ints]:
     """The lists of `count` elements, those of element i between its two offsets.
 
     Args:

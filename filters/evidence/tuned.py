@@ -1,0 +1,86 @@
+"""The constants of choosing that were tuned, each with the figure that it was found by. Lengths are in mean edges.
+
+`python benchmarks/denoising_choice.py --ablations` switches the rules off that they belong to, one at a time; the table is in
+docs/denoising.md.
+"""
+
+#: The median of the sizes of normally distributed values, over their standard deviation.
+MEDIAN_OF_NORMAL = 0.6744897501960817
+
+# Cross-validation.
+#: Sets of held-out vertices: one in place of four costs 2 % of the mean angle; four and six leave 0.59 degrees of impulses on a
+#: dodecahedron, eight 0.39, for a fifth more time.
+MASKS = 8
+#: Settings farther behind the best than so many standard errors are not tried further: three choose the same.
+STAYS = 2.0
+#: Deviations, of held-out vertices and of filtered ones from those around, count up to so many medians: without it 1.18 to 1.23
+#: with impulses on one vertex in twenty.
+CLIP = 4.0
+#: A larger share of flipped faces is too much where other settings predict as well and leave half of it: without it 1.73 and 2.17
+#: on a bunny with noise in all directions on three in ten vertices.
+FLIPPED = 0.003
+
+# No noise.
+#: Noise that is weaker moves no vertex by a hundredth of an edge; surfaces without noise have less in the calmest part.
+NO_NOISE = 0.01
+#: Residuals of neighbours correlate by less with noise of 0.2 edges and more, however uneven; by 0.1 to 1.3 without noise.
+INDEPENDENT = 0.05
+#: More is a surface, but for edges and details beside weak noise.
+SURFACE = 0.2
+#: In the calmest third it is 0.148 and more without noise, up to 0.122 with 0.03 edges.
+SURFACE_WHERE_CALM = 0.13
+#: Where outliers are replaced and the others are exact; a third of independent noise has up to 0.07, since calm is alike.
+AGREES_WHERE_CALM = 0.07
+#: The calmest part, by which the noise is bounded from below.
+CALMEST = 0.05
+#: Even noise is so many times what the calmest part says: 1.2 to 1.5 on parts, figures and surfaces.
+EVEN = 1.3
+#: Noise of 0.05 edges has 0.036 to 0.053 in the calmest part, scans smoothed or decimated have less.
+SMOOTHED = 0.035
+#: Details of clean surfaces have as much: deviations are not clipped below it, vertices are not far off, noise is not loud. Where
+#: outliers are replaced and the others are exact the calmest part has less.
+WEAK = 0.05
+#: What is better than the mean of the neighbours: a plane with even noise has 0.93.
+BETTER = 0.95
+
+# Impulse noise.
+#: More vertices than this stand out of it: of Gaussian noise up to 0.003, of clean meshes up to 0.007.
+IMPULSIVE = 0.01
+#: Noise may be uneven where more stand out: half a mesh of noise is none.
+UNEVEN_FROM = 0.005
+#: A vertex stands out if it is off by so many deviations of the mesh, and by as many times the median of its two rings.
+STANDS_OUT = 3.0
+#: Uneven noise: beside what stands out the others are 1.2 times as far off and more, beside spikes up to 1.1 times, and by more
+#: than `WEAK`. Without it 8.3 in place of 1.3 on a gear with noise along one axis.
+LOUDER = 1.2
+#: Less of the ways of outliers along the surface than this is by chance. Where they are not put back at all: 2.3 on blobs with
+#: noise in all directions on three in ten vertices.
+CHANCE = 0.2
+
+# Correlated noise.
+#: Maps of cameras: the mean of their normals is longer, 0.5 and more of noisy maps.
+FACING = 0.4
+#: So much of the squares of residuals is along one direction: maps of lenses of up to 45 degrees have 0.9 and more, others 0.6.
+ON_LINES = 0.75
+#: So many edges of a fused map are shorter than a quarter of the mean: 7 to 10 %, of other meshes up to 5.5 %.
+CUT_OFF = 0.06
+#: Vertices have so much noise of their own: depth maps 0.033, fused ones 0.02 and more, scanners' maps without noise up to 0.012,
+#: fused scans that were smoothed 0.015.
+OWN = 0.02
+#: How much vertices are out of the steps of rounding counts on top of so many steps.
+OUT_OF_STEP = 0.08
+#: Rounding: so many of the faces lie within levels, 3 % with steps of a third of an edge, 80 % with steps of a whole one.
+FLUSH = 0.01
+#: Shorter steps leave noise that is independent.
+STEP = 0.1
+#: Differences of fourth order along the axis, over the median step: rounded surfaces have 0.18 to 0.6, independent noise of
+#: rounding 0.29; a turned part, whose rings are levels, 1.7, other designed parts 0.12 and less.
+LEAST_ROUGHNESS, MOST_ROUGHNESS = 0.17, 0.8
+
+# Clouds.
+#: Clouds have so much noise at least in the calmest part, in spacings; exact surfaces and smoothed scans less than half.
+CLOUD_NO_NOISE = 0.03
+#: Neighbours correlate by -0.2 to -0.1 with independent noise; by up to 0.28 where it is strong, and by 0.6 without noise.
+CLOUD_INDEPENDENT, CLOUD_SURFACE = -0.085, 0.4
+#: Noise of more than half a spacing has so much in the calmest part: a quarter of the points then decides.
+CLOUD_THICK = 0.33

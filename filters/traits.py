@@ -1,0 +1,121 @@
+"""What kind of scan a mesh is, in a few numbers that are quickly measured: they say which recipe suits it."""
+
+from collections.abc import Collection
+from typing import Literal, TypeAlias, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .checks import check_choice
+from .denoising import estimate_noise, filter_face_normals, neighbours_share_noise, surface_noise
+from .diffusion import taubin_fairing
+from .evidence import Sample, sample_of
+from .geometry import edge_lengths, seen_from_one_side
+from .mesh import check_mesh, normalised_mesh
+from .topology import edges, face_adjacency
+
+#: "noise": of `surface_noise`, in mean edges. "sharpness" and "facing": of the functions. "camera noise": 1 if neighbours share
+#: their noise, as those of a depth camera's map do, else 0. "longest edge": in mean edges.
+Trait: TypeAlias = Literal["noise", "sharpness", "facing", "camera noise", "longest edge"]
+TRAITS: tuple[Trait, ...] = get_args(Trait)
+
+
+def measured_traits(
+    vertices: ArrayLike, faces: ArrayLike, wanted: Collection[str] = TRAITS, *, mean_edge: float | None = None
+) -> dict[str, float]:
+    """Measure what is asked for, on patches of a large mesh, so that it takes a fraction of a second on any.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        wanted: which traits.
+        mean_edge: of the mesh, if the caller has it; that saves time.
+
+    Returns:
+        The traits by name. They are the same for the mesh moved, turned or scaled.
+
+    Raises:
+        FilterInputError: not a mesh, or an unknown trait.
+    """
+    names = set(wanted)
+    for name in sorted(names):
+        check_choice("wanted", name, TRAITS)
+    points, triangles = check_mesh(vertices, faces)
+    found: dict[str, float] = {}
+    if "facing" in names:
+        found["facing"] = facing(points, triangles)
+    if "longest edge" in names:
+        lengths = edge_lengths(points, edges(triangles))
+        found["longest edge"] = float(1.0 / (lengths / lengths.max()).mean()) if len(lengths) and lengths.max() > 0.0 else 1.0
+    if not names & {"noise", "sharpness", "camera noise"}:
+        return found
+    mesh = normalised_mesh(points, triangles)
+    sample = sample_of(mesh.points, mesh.cells, None if mean_edge is None else mean_edge * mesh.scale)
+    if "camera noise" in names:
+        shares = neighbours_share_noise(sample.points, sample.faces, estimate_noise(sample.points, sample.faces))
+        found["camera noise"] = float(shares)
+    if "noise" in names or "sharpness" in names:
+        noise = surface_noise(sample)
+        found |= {"noise": noise} if "noise" in names else {}
+        found |= {"sharpness": sharpness(sample, noise)} if "sharpness" in names else {}
+    return found
+
+
+def facing(vertices: ArrayLike, faces: ArrayLike) -> float:
+    """How far a surface is seen from one side: |sum A n| / sum A over the faces of area A and normal n.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+
+    Returns:
+        1 of a plane, 1/2 of half a sphere, 0 of any closed surface; 0 of a mesh without area. A single range map of a scanner
+        has 0.4 and more.
+
+    Raises:
+        FilterInputError: not a mesh.
+    """
+    mesh = normalised_mesh(*check_mesh(vertices, faces))
+    return seen_from_one_side(mesh.points, mesh.cells)
+
+
+def sharpness(sample: Sample, noise: float) -> float:
+    """The share of sum t l that lies at edges of t >= 30 degrees, noise aside.
+
+    t is the angle between the filtered normals of the two faces of an edge, l the length of the edge. Noise of 0.1 edges is taken
+    off by five pairs of Taubin's steps, less noise by fewer; then normals are averaged over two rings with those that differ by
+    less than 40 degrees. More steps round the edges of a dodecahedron, of 63 degrees.
+
+    Args:
+        sample: of `sample_of`.
+        noise: of `surface_noise`; what is to be taken off first.
+
+    Returns:
+        1 of a cube, 0 of a finely meshed sphere, pi r / (pi r + h) of a finely meshed cylinder. Machine parts have 0.7 to 0.95
+        under noise of up to 0.5 edges, figures, bodies and land up to 0.66. 0 of a plane.
+    """
+    points, faces = sample.points, sample.faces
+    pairs, shared = face_adjacency(faces)
+    if not len(pairs):
+        return 0.0
+    steps = round(5 * min(1.0, noise / 0.1))
+    smoothed = taubin_fairing(points, faces, iterations=steps, border="along") if steps else points
+    normals = filter_face_normals(
+        smoothed,
+        faces,
+        method="bilateral",
+        range_kernel="tukey",
+        range_sigma=0.7,
+        space_sigma=2.0,
+        neighborhood="two_ring",
+        normal_iterations=6,
+    )
+    first, second = normals[pairs[:, 0]], normals[pairs[:, 1]]
+    angles = np.arctan2(np.linalg.norm(np.cross(first, second), axis=1), np.einsum("ij,ij->i", first, second))
+    bending = angles * edge_lengths(points, shared)
+    total = float(bending.sum())
+    # What planes bend is the rounding of a file.
+    return float(bending[angles >= np.radians(30.0)].sum()) / total if total > 1e-6 * len(bending) else 0.0
+
+
+__all__ = ["TRAITS", "Trait", "facing", "measured_traits", "sharpness", "surface_noise"]
