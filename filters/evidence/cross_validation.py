@@ -93,6 +93,31 @@ def trials_of(every: Sequence[Label], tried: Ints, scores: Scores) -> tuple[Tria
     )
 
 
+def initial_positions(
+    points: Floats, faces: Ints, *, normals: Floats, scored: Bools, by_means: bool = False
+) -> Callable[[Ints], Floats]:
+    """Where held-out vertices start: the mean of their neighbours or the quadric through two rings.
+
+    Whichever predicts all scored vertices better is taken: the mean passes less noise on, the quadric follows a surface that is
+    curved within an edge.
+
+    Args:
+        points: (n, 3) coordinates with a mean edge of 1.
+        faces: (m, 3) triangles.
+        normals: (n, 3) unit normals of a smoothed copy.
+        scored: (n,) the vertices that are predicted.
+        by_means: means in any case.
+
+    Returns:
+        A function of the numbers of held-out vertices: (n, 3) the points with these moved.
+    """
+    rings, which = one_rings(faces, len(points)), np.flatnonzero(scored).astype(np.int32)
+    if not by_means:
+        by_quadrics, _ = predicted_heights(points, rings, normals, which)
+        by_means = scores_of(np.stack([heights_of_means(points, rings, normals, which), by_quadrics])).best == 0
+    return lambda held: without(points, rings, held) if by_means else put_where_expected(points, faces, normals, held)
+
+
 def choose(
     points: Floats,
     faces: Ints,
@@ -109,9 +134,8 @@ def choose(
     """Choose the filter that best predicts vertices which it has not seen [batson2019].
 
     Noise of a vertex is independent of its neighbours', the surface is not: what predicts a vertex from the others fits
-    the surface. Held-out vertices are put at the mean of their neighbours or on the quadric through two rings, whichever predicts
-    all vertices better: the mean passes less noise on, the quadric follows a surface curved within an edge. Every candidate
-    is run, and n . (y - f) is measured at the held-out vertices y; again with other vertices. See `cross_validate`.
+    the surface. Held-out vertices are put at their `initial_positions`. Every candidate is run, and n . (y - f) is measured at
+    the held-out vertices y; again with other vertices. See `cross_validate`.
 
     Args:
         points: (n, 3) coordinates with a mean edge of 1.
@@ -131,13 +155,7 @@ def choose(
     held = [mask for mask in held_out_vertices(points, faces, scored=scored, masks=tuned.MASKS, seed=seed) if len(mask)]
     if not held:
         return None
-    rings, which = one_rings(faces, len(points)), np.flatnonzero(scored).astype(np.int32)
-    if not by_means:
-        by_quadrics, _ = predicted_heights(points, rings, normals, which)
-        by_means = scores_of(np.stack([heights_of_means(points, rings, normals, which), by_quadrics])).best == 0
-
-    def start(mask: Ints) -> Floats:
-        return without(points, rings, mask) if by_means else put_where_expected(points, faces, normals, mask)
+    start = initial_positions(points, faces, normals=normals, scored=scored, by_means=by_means)
 
     def deviations(at: int, result: Floats, mask: Ints) -> Floats:
         del at

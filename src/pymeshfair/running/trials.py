@@ -13,7 +13,7 @@ from ..errors import PymeshfairError
 from ..files.inputs import read_file
 from ..filters.denoising import Scan
 from ..filters.diffusion import relief_lost
-from ..filters.evidence import first_guess, held_out_vertices, judge
+from ..filters.evidence import held_out_vertices, initial_positions, scores_of
 from ..mesh_data import MeshData
 from ..recipe import Recipe
 from ..scripts.script import Script, Step
@@ -68,20 +68,20 @@ def trials(
     held = max(masks, key=len, default=np.empty(0, np.int32))
     if not len(held):
         return {}
-    start = scan.points if clean else first_guess(scan.points, scan.faces, normals=scan.normals, scored=scan.scored)(held)
+    start = scan.points if clean else initial_positions(scan.points, scan.faces, normals=scan.normals, scored=scan.scored)(held)
     results = dict(_results(start, scan.faces, scripts, timeout))
 
     def heights(points: Floats, which: Ints) -> Floats:
         return np.asarray(np.einsum("ij,ij->i", scan.points[which] - points[which], scan.normals[which]))
 
     which = np.flatnonzero(scan.scored).astype(np.int32) if clean else held
-    verdict = judge(np.stack([heights(points, which) for points in (start, *results.values())]))
-    equal = verdict.within(_EQUAL) & (not clean)
+    scores = scores_of(np.stack([heights(points, which) for points in (start, *results.values())]))
+    equal = scores.within(_EQUAL) & (not clean)
     level = 0.0 if clean else scan.noise.level
     return {
         name: Trial(
-            float(verdict.errors[k]),
-            float(verdict.errors[0]),
+            float(scores.errors[k]),
+            float(scores.errors[0]),
             relief_lost(scan.points, points, scan.faces, noise=level),
             as_good=bool(equal[k]),
         )
