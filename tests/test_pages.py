@@ -122,8 +122,9 @@ def test_the_blocks_of_a_page_run_in_order(page: str, whole: bool, tmp_path: Pat
     folder, commands = tmp_path / "work", tmp_path / "bin"
     folder.mkdir()
     commands.mkdir()
-    (commands / "pymeshfair").write_text(COMMAND)
-    (commands / "pymeshfair").chmod(0o755)
+    for name, program in {"pymeshfair": COMMAND, "python": f'#!/bin/sh\nexec {sys.executable} "$@"\n'}.items():
+        (commands / name).write_text(program)
+        (commands / name).chmod(0o755)
     monkeypatch.chdir(folder)
     monkeypatch.setenv("PATH", f"{commands}{os.pathsep}{os.environ['PATH']}")
     scan: Any = trimesh.load(sample_scan(), process=False)
