@@ -76,13 +76,13 @@ def test_clean_point_cloud_removes_strays_and_gives_normals() -> None:
 
 
 def test_clean_point_cloud_smooths_when_told() -> None:
-    """By itself it moves no point; with smooth=-1 the distance of a noisy sphere's points falls to less than half."""
+    """By itself it moves no point; with smooth=auto the distance of a noisy sphere's points falls to less than half."""
     random = np.random.default_rng(20263)
     points = random.normal(size=(4000, 3))
     points /= np.linalg.norm(points, axis=1, keepdims=True)
     points += random.normal(scale=0.02, size=points.shape)
     left = []
-    for smooth in (0, -1):
+    for smooth in (0, "auto"):
         meshes = MeshSet()
         meshes.add_mesh(pymeshlab.Mesh(points))
         meshes.apply_recipe("clean_point_cloud", smooth=smooth)

@@ -103,7 +103,7 @@ def _impulses(scan: Scan) -> tuple[Scan | None, bool]:
     and all vertices there are off.
     """
     replaced, outlying = replace_outlying(scan.points, scan.faces, scan.movable)
-    if np.mean(outlying) <= tuned.UNEVEN_FROM:
+    if outlying.sum() <= tuned.UNEVEN_FROM * len(outlying):
         return None, False
     beside, elsewhere = sizes_beside(replaced, scan.faces, scan.normals, outlying, scan.scored)
     if beside > max(tuned.LOUDER * elsewhere, tuned.WEAK):

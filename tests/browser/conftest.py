@@ -41,7 +41,7 @@ def screen() -> Iterator[dict[str, str]]:
         process.terminate()
 
 
-@pytest.fixture(scope="module", params=list(PROGRAMS))
+@pytest.fixture(scope="module", params=["chromium", pytest.param("firefox", marks=pytest.mark.slow)])
 def browser(request: pytest.FixtureRequest, screen: dict[str, str]) -> Iterator[Any]:
     """A browser, driven by playwright."""
     program = next(filter(None, map(shutil.which, PROGRAMS[request.param])), None)

@@ -17,7 +17,7 @@ from .command_line import invoke, run_process
 
 
 def test_demo_cleans_the_range_map_and_names_what_to_try_next(tmp_path: Path) -> None:
-    """The scan of 85,849 vertices comes out in fewer pieces and smoother; the demo can be run again."""
+    """The scan of 85,849 vertices comes out in fewer pieces; the demo can be run again."""
     folder = tmp_path / "new" / "demo"
     done = run_process("demo", "-o", folder)
     assert done.returncode == 0, done.stderr
@@ -30,8 +30,6 @@ def test_demo_cleans_the_range_map_and_names_what_to_try_next(tmp_path: Path) ->
     assert 0.9 * 85_849 < int(after.replace(",", "")) < 85_849
     before, after = re.search(r"^components +([\d,]+) +([\d,]+)", done.stdout, re.MULTILINE).groups()  # type: ignore[union-attr]
     assert int(after.replace(",", "")) < int(before.replace(",", ""))
-    before, after = re.search(r"^roughness .*? ([\d.]+) +([\d.]+)", done.stdout, re.MULTILINE).groups()  # type: ignore[union-attr]
-    assert float(after) < float(before) / 2
     provenance = json.loads((folder / f"{written.name}.provenance.json").read_text("utf-8"))
     assert provenance
     made_from = MadeFrom(sample_scan(), load_recipe("clean_range_map").digest)

@@ -14,14 +14,14 @@ from tests.running.runs import BONE
 from .command_line import SCHEMAS, fits, invoke
 from .test_app import all_commands
 
-#: by schema, a command line that prints such a document, and its exit code; each works on what those before it have written
+#: by schema, a command line that prints such a document, and its exit code
 PRINTED = {
-    "run": ("run smooth_taubin scan.ply -o out.ply --map map.ply --max-displacement 0.001edge --keep-broken", 1),
+    "run": ("run smooth_taubin scan.ply -o again.ply --map map.ply --max-displacement 0.001edge --keep-broken", 1),
     "batch": ("batch smooth_taubin scan.ply missing.ply -o outs", 1),
     "batch --dry-run": ("batch smooth_taubin scan.ply -o outs --dry-run", 0),
     "verify": ("verify out.ply", 0),
     "check": ("check smooth_taubin wrong.mlx", 2),
-    "export": ("export smooth_taubin -o plain.mlx", 0),
+    "export": ("export smooth_taubin -o exported.mlx", 0),
     "upgrade": ("upgrade plain.mlx -o new.mlx", 0),
     "list filters": ("list filters taubin", 0),
     "list recipes": ("list recipes", 0),
@@ -40,10 +40,12 @@ ENDLESS = {"tune"}
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a scan and a script that is not valid."""
+    """A folder with a scan, a result of it, a script and one that is not valid."""
     place = tmp_path_factory.mktemp("documents")
     shutil.copy(BONE, place / "scan.ply")
     (place / "wrong.mlx").write_text("<FilterScript><filter name='Taubin'/></FilterScript>")
+    for line in (f"run smooth_taubin {place}/scan.ply -o {place}/out.ply", f"export smooth_taubin -o {place}/plain.mlx"):
+        assert invoke(*line.split()).exit_code == 0
     return place
 
 

@@ -61,7 +61,11 @@ def part(mesh: MeshData, chosen: Any) -> float:
     return area(mesh.vertices, mesh.faces[chosen])
 
 
-@pytest.mark.parametrize("name", RUNS)
+#: tried at every change; the others before a release
+QUICK = ("cut, remove, fill and move", "fill by our own")
+
+
+@pytest.mark.parametrize("name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in RUNS])
 def test_all_say_the_same(name: str, scan: Path, tmp_path: Path) -> None:
     """Each figure of the document is that of the table, the provenance, the map, the broken limit and the report."""
     steps = [(find_filter(filter), values) for filter, values in RUNS[name]]

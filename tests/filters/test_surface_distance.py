@@ -156,6 +156,7 @@ def test_known_distances(name: str) -> None:
         assert found.at_most >= largest - tessellation
 
 
+@pytest.mark.slow
 def test_agrees_with_meshlab_on_samples_of_faces() -> None:
     """On a real scan and its noise mean and root mean square are those of MeshLab's samples to 1 %, and the largest no less."""
     vertices, faces = sample("bone.ply")
