@@ -165,14 +165,13 @@ def lost(before: dict[str, object], after: dict[str, object]) -> set[str]:
     return {name for name, thing in before.items() if after.get(name) != thing}
 
 
-#: tried at every change; the others before a release
+#: three of them are tried at every change, the others before a release
 QUICK = ("file", "link", "device")
+KINDS = [kind if kind in QUICK else pytest.param(kind, marks=pytest.mark.slow) for kind in IN_THE_WAY]
 
 
 @pytest.mark.parametrize("overwrite", [False, True], ids=["", "overwrite"])
-@pytest.mark.parametrize(
-    "kind", [*QUICK, *(pytest.param(kind, marks=pytest.mark.slow) for kind in IN_THE_WAY if kind not in QUICK)]
-)
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", WRITERS)
 def test_nothing_in_the_way_is_lost(name: str, kind: str, overwrite: bool, place: Path) -> None:
     """What is there stays and the command fails, and writes nothing else; a file alone is replaced, if that was asked for."""
@@ -279,9 +278,7 @@ BESIDE: dict[str, tuple[Sequence[str], str]] = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "kind", [*QUICK, *(pytest.param(kind, marks=pytest.mark.slow) for kind in IN_THE_WAY if kind not in QUICK)]
-)
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", BESIDE)
 def test_nothing_beside_an_output_is_lost(name: str, kind: str, place: Path) -> None:
     """What a command writes besides what was named replaces nothing either."""
