@@ -89,6 +89,7 @@ def test_smooth_shapes_keep_their_bumps() -> None:
     assert found < meshlab_default("ball") / 2
 
 
+@pytest.mark.slow
 def test_range_maps_lose_their_steps() -> None:
     """Of noise in steps along the line of sight a third stays at most, and no more than the recipe for such maps alone left."""
     found = range_map().mad(after("denoise", range_map()))

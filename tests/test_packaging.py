@@ -88,6 +88,7 @@ def test_a_wheel_without_kernels_is_for_every_machine(built: Path) -> None:
     assert not [need for need in requirements(wheel) if "==" in need.partition(";")[0]]
 
 
+@pytest.mark.slow
 def test_a_wheel_with_kernels_is_for_one_python_and_one_numba(tmp_path: Path) -> None:
     """Its tag names this Python and system, and its requirements the numba that its kernels are made by."""
     copy = tmp_path / "copy"

@@ -2,7 +2,7 @@
 
 Blocks of ``sh`` go to a shell, those of ``python`` are one program, and ``xml``, ``csv`` and ``toml`` are files of the folder.
 ``exit=2`` behind the language says that a block fails, and with which code. ``sh elsewhere`` installs, or needs several machines.
-CONTRIBUTING.md has a test of its own. The tests take a piece of the scan, and slow ones the whole; `.ci/run` runs all pieces.
+CONTRIBUTING.md has a test of its own. The tests take a piece of the scan, and slow ones the whole;
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ PAGES = [
     if re.search(r"^```(sh|python)$", path.read_text("utf-8"), re.MULTILINE)
 ]
 #: those that take a few seconds on a piece of the scan
-QUICK = {f"docs/{name}.md" for name in ("robust", "curves", "writing_recipes", "command_line", "fairing")}
+QUICK = {f"docs/{name}.md" for name in ("robust", "curves", "writing_recipes", "fairing")}
 #: the commands of pages, with one change: the page to tune on is served for two seconds, without a browser
 COMMAND = f"""#!/bin/sh
 if [ "$1" != tune ]; then exec {sys.executable} -m pymeshfair "$@"; fi

@@ -62,12 +62,14 @@ def test_the_filter_is_there_in_every_way(environment: dict[str, str], tmp_path:
     assert run(environment, tmp_path, "-c", f"{program}; print(*m.current_mesh().vertex_scalar_array())").split() == ["1.0"] * 4
 
 
+@pytest.mark.slow
 def test_its_own_tests_pass(environment: dict[str, str], tmp_path: Path) -> None:
     """With pytest, away from this project."""
     shutil.copytree(PACKAGE / "tests", tmp_path / "tests")
     run(environment, tmp_path, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests")
 
 
+@pytest.mark.slow
 def test_warming_compiles_its_kernel(environment: dict[str, str], tmp_path: Path) -> None:
     """After `_compile_others` the store has the kernel: a process that uses it then compiles nothing."""
     own = {**environment, "NUMBA_CACHE_DIR": str(tmp_path)}

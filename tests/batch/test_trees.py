@@ -62,6 +62,7 @@ def test_a_tree_is_kept_and_resumed(tmp_path: Path, folders: int, each: int) -> 
     assert batch(tree, out)[1] == 0
 
 
+@pytest.mark.slow
 def test_numbers_follow_the_list_and_cost_nothing(tmp_path: Path) -> None:
     """Outputs are renamed where a file shifts the numbers: an added, a changed and a removed one cost 1, 1 and 0 scans."""
     tree, out = write_tree(tmp_path / "tree", 4, 1), tmp_path / "out"

@@ -57,6 +57,7 @@ def test_every_filter_and_every_recipe_has_a_page(site: Path) -> None:
     assert {p.with_suffix(".html").name for p in site_pages.PICTURES.iterdir()} <= filters
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("declared", site_pages.own_filters(), ids=lambda f: f.python_name)
 def test_the_example_of_a_filter_runs(declared: Filter, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In Python on at least one of the scans that recipes are measured on; as a script it is the same step."""

@@ -277,6 +277,7 @@ def test_the_saved_recipe_gives_the_bytes_of_the_page(tuning: Any, served: Serve
     assert "is there already" in tuning.locator("#problem").inner_text()
 
 
+@pytest.mark.slow
 def test_a_notebook_frames_the_page(browser: Any, served: Served, errors: list[str]) -> None:
     """The frame that a notebook shows, in a page of another origin, loads, runs and shows the result."""
     with Tuning(served.folder / "scan.ply", "smooth_taubin") as tuning:
@@ -310,6 +311,7 @@ serve(application(subject, "token", folder), listening, ready=lambda: print(addr
 """
 
 
+@pytest.mark.slow
 def test_a_part_first_and_the_whole_on_demand(browser: Any, served: Served, errors: list[str], tmp_path: Path) -> None:
     """A large scan is shown and run in part; as a whole once that is chosen."""
     command = [sys.executable, "-c", LARGE, str(served.folder / "scan.ply"), str(tmp_path)]

@@ -30,6 +30,7 @@ def scan(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return _saved(tmp_path_factory.mktemp("scans") / "torus.ply", noisy(torus(30, 15), 0.08))
 
 
+@pytest.mark.slow
 def test_the_recipe_says_what_automatic_would_do(scan: Path, tmp_path: Path) -> None:
     """The written recipe is a script whose values are those that are found from the arrays."""
     done = invoke("suggest", scan, "-o", tmp_path / "suggested.mlx")
@@ -46,6 +47,7 @@ def test_the_recipe_says_what_automatic_would_do(scan: Path, tmp_path: Path) -> 
     assert "mean edges" in done.stderr
 
 
+@pytest.mark.slow
 def test_families_of_smoothers_are_compared(scan: Path) -> None:
     """Every family has a line and its error, the least first; the document has the same, and one of them is chosen."""
     done = invoke("suggest", scan)

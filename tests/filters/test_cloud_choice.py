@@ -106,6 +106,7 @@ def test_what_is_given_is_not_chosen() -> None:
     assert found.chosen.label.iterations > 0
 
 
+@pytest.mark.slow
 def test_patches_of_a_large_cloud_choose_alike(monkeypatch: pytest.MonkeyPatch) -> None:
     """On patches of a ball the numbers of neighbours and iterations are within one step of those on all of it."""
     points = noisy(ball(), 0.3)
