@@ -2,7 +2,7 @@
 
 Blocks of ``sh`` go to a shell, those of ``python`` are one program, and ``xml``, ``csv`` and ``toml`` are files of the folder.
 ``exit=2`` behind the language says that a block fails, and with which code. ``sh elsewhere`` installs, or needs several machines.
-CONTRIBUTING.md has a test of its own. The tests take a piece of the scan, and slow ones the whole;
+CONTRIBUTING.md has a test of its own. The tests take a piece of the scan; most are slow, and run before a release.
 """
 
 from __future__ import annotations
