@@ -75,6 +75,7 @@ def scheduler(tmp_path: Path) -> Iterator[Scheduler]:
     scheduler.close()
 
 
+@pytest.mark.slow
 def test_a_lost_worker_costs_a_retry(tmp_path: Path, scheduler: Scheduler) -> None:
     """One of three workers is killed in the middle: every scan is done by the others, and the results are those of `run`."""
     scans = write_scans(tmp_path / "scans", 7)
@@ -116,6 +117,7 @@ def test_workers_that_are_not_fit_are_refused_before_anything_begins(tmp_path: P
     assert not list((tmp_path / "out").glob("*.ply"))
 
 
+@pytest.mark.slow
 def test_a_worker_that_comes_late_and_differs_leaves_again(tmp_path: Path, scheduler: Scheduler) -> None:
     """It gets no scan, and the batch goes on with those that it began with."""
     scans = write_scans(tmp_path / "scans", 3)

@@ -209,6 +209,7 @@ inputs.read_file = read
     assert "damaged" not in statuses["always.ply"]["error"]["message"]
 
 
+@pytest.mark.slow
 def test_a_scan_without_enough_memory_is_cut(tmp_path: Path) -> None:
     """Where a scan needs more memory than --memory it is cut into tiles, if its recipe can be: to the bytes of one piece."""
     scans = tmp_path / "scans"

@@ -165,8 +165,8 @@ def lost(before: dict[str, object], after: dict[str, object]) -> set[str]:
     return {name for name, thing in before.items() if after.get(name) != thing}
 
 
-#: three of them are tried at every change, the others before a release
-QUICK = ("file", "link", "device")
+#: tried at every change, the others before a release
+QUICK = ("file",)
 KINDS = [kind if kind in QUICK else pytest.param(kind, marks=pytest.mark.slow) for kind in IN_THE_WAY]
 
 
@@ -301,6 +301,7 @@ def test_a_folder_of_a_batch_may_be_no_folder(place: Path) -> None:
         (place / "out").unlink()
 
 
+@pytest.mark.slow
 def test_pages_of_a_batch_replace_no_other_files(place: Path) -> None:
     """The page of a scan goes where none or a former one is; what else is there stays, and the batch says so."""
     reports = place / "out" / "reports"

@@ -17,6 +17,7 @@ from .command_line import COMMAND, invoke, run_process
 
 
 @pytest.mark.parametrize("kept", [True, False], ids=["within limits", "beyond a limit"])
+@pytest.mark.slow
 def test_a_map_and_a_report_go_to_another_disk(mounted: Callable[[str], Path], kept: bool, tmp_path: Path) -> None:
     """Both are there, and nothing else, also where the run breaks a limit and so writes no output."""
     disk, output = mounted("20m"), tmp_path / "out.ply"

@@ -59,6 +59,7 @@ def test_families_of_smoothers_are_compared(scan: Path) -> None:
     assert all(trial["amount"] > 0 for trial in told if trial["smoother"] in ("taubin", "bilaplacian", "spectral", "implicit"))
 
 
+@pytest.mark.slow
 def test_all_recipes_are_ranked_with_reasons(scan: Path) -> None:
     """A noisy torus is to be denoised; every shipped recipe has its place and its reasons, and lines fit 80 characters."""
     told = document(invoke("suggest", scan, "--json").stdout)
@@ -94,6 +95,7 @@ def test_document_and_file_hold_the_same_recipe(scan: Path, tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("amount", [0.0, 0.08])
+@pytest.mark.slow
 def test_the_noise_is_what_info_says_of_the_same_scan(tmp_path: Path, amount: float) -> None:
     """Of a torus with fine waves, with and without noise, both commands name the same level."""
     vertices, faces = torus(60, 30)

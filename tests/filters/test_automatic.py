@@ -349,6 +349,7 @@ def test_weak_noise_beside_many_edges_is_taken() -> None:
     assert np.array_equal(denoise_automatically(true_vertices, faces)[0], true_vertices)
 
 
+@pytest.mark.slow
 def test_a_map_whose_noise_grows_is_denoised() -> None:
     """Heights over a grid with noise of up to 0.4 edges on one side and none on the other: the angle falls to a third."""
     true_vertices, faces = _steps(84)

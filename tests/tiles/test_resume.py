@@ -125,6 +125,7 @@ def test_a_killed_run_goes_on_to_the_same_bytes(case: tuple[Path, Path], tmp_pat
 
 
 @pytest.mark.parametrize("case", ["cloud"], indirect=True)
+@pytest.mark.slow
 def test_the_files_of_another_run_are_not_used(case: tuple[Path, Path], tmp_path: Path) -> None:
     """After the scan was changed a resumed run begins anew, says why, and gives what a new run gives."""
     recipe, scan = case
@@ -144,6 +145,7 @@ def test_the_files_of_another_run_are_not_used(case: tuple[Path, Path], tmp_path
 
 
 @pytest.mark.parametrize("case", ["cloud"], indirect=True)
+@pytest.mark.slow
 def test_doctor_names_what_killed_runs_left(case: tuple[Path, Path], tmp_path: Path) -> None:
     """The folder stays where other runs clean up, is named by doctor, and removed by it when asked; one in use is not."""
     recipe, scan = case
