@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
@@ -115,7 +114,6 @@ def unmoved(scene: Scene) -> Similarity:
 
 
 @each_variant
-@pytest.mark.slow
 def test_a_million_diagonals_away_nothing_is_lost(variant: Variant) -> None:
     """The result moves along, exact but for the roundings of its own coordinates: 2^-32 of a diagonal are lost there alone.
 

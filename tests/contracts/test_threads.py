@@ -13,7 +13,6 @@ from tests.contracts.variants import Variant, each_variant, outcome_of
 
 @pytest.mark.skipif(allowed_threads() < 2, reason="one thread is all there is")
 @each_variant
-@pytest.mark.slow
 def test_two_threads_give_the_same_bits(variant: Variant, monkeypatch: pytest.MonkeyPatch) -> None:
     """As one thread does, on which so small a mesh is usually filtered."""
     expected = outcome_of(variant)

@@ -91,8 +91,15 @@ VARIANTS: list[Variant] = [variant for declared in FILTERS for variant in varian
 
 #: runs a test for every filter, as its parameter `declared`
 each_filter = pytest.mark.parametrize("declared", FILTERS, ids=lambda declared: declared.python_name)
-#: runs a test for every way to call every filter, as its parameter `variant`
-each_variant = pytest.mark.parametrize("variant", VARIANTS, ids=lambda variant: variant.name)
+#: runs a test for every way to call every filter, as its parameter `variant`; other ways than the first are slow together
+each_variant = pytest.mark.parametrize(
+    "variant",
+    [
+        pytest.param(v, marks=[] if v is next(w for w in VARIANTS if w.declared is v.declared) else pytest.mark.slow)
+        for v in VARIANTS
+    ],
+    ids=lambda variant: variant.name,
+)
 
 
 @functools.cache
