@@ -72,6 +72,7 @@ def test_the_switch_changes_what_is_seen(opened: Any) -> None:
     assert share_changed(canvas_pixels(opened), seen[-1]) > 0.02
 
 
+@pytest.mark.slow
 def test_both_views_turn_together(opened: Any) -> None:
     """Dragging in one view, and the keys, change the pixels of both in the same way."""
     at_first = canvas_pixels(opened)
@@ -138,6 +139,7 @@ def test_its_numbers_are_those_of_the_document(opened: Any, report: tuple[Path, 
     assert cells == [f"{found[unit]:.4g}" for unit in ("mesh_units", "mean_edges", "percent_of_diagonal")]
 
 
+@pytest.mark.slow
 def test_the_keys_zoom_within_limits(opened: Any) -> None:
     """However often + is pressed, a view shows 1/2000 of the scene at least."""
     opened.locator("canvas").focus()

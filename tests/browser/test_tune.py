@@ -146,6 +146,7 @@ def test_a_wrong_value_is_shown_where_it_is(tuning: Any) -> None:
     assert "a whole number from 0 to 100000" in tuning.locator("#problem").inner_text()
 
 
+@pytest.mark.slow
 def test_two_settings_beside_each_other(tuning: Any) -> None:
     """A result that was kept stays on the left while the right one changes."""
     tuning.click("#keep")
@@ -198,6 +199,7 @@ def workers(served: Served) -> set[str]:
     return set(listed.stdout.split())
 
 
+@pytest.mark.slow
 def test_kept_results_and_the_way_back(tuning: Any) -> None:
     """A kept result is listed with its settings and its distance, shown on the left again, and its settings are set again."""
     change(tuning, "iterations", "25")
@@ -218,6 +220,7 @@ def test_kept_results_and_the_way_back(tuning: Any) -> None:
     assert size(tuning) == distance
 
 
+@pytest.mark.slow
 def test_settings_survive_a_reload(tuning: Any) -> None:
     """Another recipe, and a value that was changed in it, are there again when the page is loaded again."""
     tuning.select_option("#recipe", "smooth_implicit")
@@ -233,6 +236,7 @@ def test_settings_survive_a_reload(tuning: Any) -> None:
     assert tuning.locator("[data-parameter=detail_size] input[type=number]").input_value() == value
 
 
+@pytest.mark.slow
 def test_auto_is_chosen_and_its_errors_are_a_curve(tuning: Any) -> None:
     """With "auto" the slider has no say, the page runs, and the errors of what was tried stand over the slider."""
     tuning.select_option("#recipe", "smooth_implicit")

@@ -123,6 +123,7 @@ def test_a_sample_is_spread_by_size_and_noise(tmp_path: Path) -> None:
     assert len(kinds) == 4
 
 
+@pytest.mark.slow
 def test_limits_hold_for_every_scan(tmp_path: Path) -> None:
     """A scan that goes beyond a limit is not written and named; --keep-broken writes it, and it is not done for all that."""
     scans = write_scans(tmp_path / "scans", 2)

@@ -85,6 +85,7 @@ def test_two_meshes_are_compared(scan: Path, tmp_path: Path) -> None:
     assert "height after" in done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("extension", [".png", ".svg", ".pdf"])
 def test_the_picture_is_drawn_whole(scan: Path, tmp_path: Path, extension: str) -> None:
     """A file of the format that its extension says, the same to the byte when it is drawn again, and nothing else."""

@@ -175,6 +175,7 @@ def test_the_steps_of_a_provenance_are_not_believed(made: Path) -> None:
     assert verify_output(made).verdict == "not repeated"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("file", [None, "mlx_scripts/smooth_taubin.mlx"])
 def test_a_recipe_is_not_the_shipped_one_because_it_says_so(file: str | None, tmp_path: Path) -> None:
     """Another script under the name of a shipped recipe is no such recipe, with its digest right, without a file or with one."""
