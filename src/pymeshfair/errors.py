@@ -23,6 +23,7 @@ __all__ = [
     "RunError",
     "StepFailedError",
     "UnknownNameError",
+    "missing_package",
     "require_extra",
 ]
 
@@ -49,6 +50,11 @@ class MissingExtraError(PymeshfairError, ImportError):
     """A package is not installed that belongs to an extra of pymeshfair."""
 
 
+def missing_package(package: str, extra: str) -> str:
+    """The message where a package is not installed that belongs to an extra of pymeshfair."""
+    return f"it needs the package {package}; install pymeshfair with its extra: python -m pip install 'pymeshfair[{extra}]'"
+
+
 def require_extra(extra: str, *packages: str) -> None:
     """Check that the packages of an extra are installed, before any work is done.
 
@@ -57,7 +63,7 @@ def require_extra(extra: str, *packages: str) -> None:
     """
     for package in packages:
         if importlib.util.find_spec(package) is None:
-            raise MissingExtraError(f"the package {package} is not installed: python -m pip install 'pymeshfair[{extra}]'")
+            raise MissingExtraError(missing_package(package, extra))
 
 
 class DeclarationError(PymeshfairError, TypeError):

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..errors import missing_package
+
 if TYPE_CHECKING:
     from ..mesh_data import MeshData
 
@@ -24,8 +26,7 @@ READABLE = (
 #: formats that MeshLab's own readers alone know; they believe whatever a file says
 UNCHECKED = ("3ds", "ctm", "qobj", "tri", "bre")
 #: messages where the package for E57 files, or for LAS and LAZ files, is not installed
-MISSING_PYE57 = "it needs the package pye57; install pymeshfair with its extra: python -m pip install 'pymeshfair[e57]'"
-MISSING_LASPY = "it needs the package laspy; install pymeshfair with its extra: python -m pip install 'pymeshfair[las]'"
+MISSING_PYE57, MISSING_LASPY = missing_package("pye57", "e57"), missing_package("laspy", "las")
 
 
 @dataclass(frozen=True)

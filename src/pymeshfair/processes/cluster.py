@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import RunError
+from ..errors import RunError, missing_package
 from .versions import packages_here
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ def open_client(scheduler: Scheduler) -> Iterator[Client]:
         import dask
         from distributed import Client
     except ImportError as error:
-        raise ClusterError(f"dask is not installed ({error}); `python -m pip install 'pymeshfair[cluster]'` does it") from error
+        raise ClusterError(missing_package("distributed", "cluster")) from error
     # What matters is said in our own words. Dask gives some of its loggers a level of their own.
     for name in ("distributed", "tornado", *logging.root.manager.loggerDict):
         if name.partition(".")[0] in ("distributed", "tornado"):
