@@ -8,17 +8,15 @@ from pathlib import Path
 
 import numpy as np
 
-from ..declaration import Bools, Floats, Ints
+from ..declaration import Floats, Ints
 from ..files.equal_rows import numbered
 from ..files.inputs import read_file
 from ..filters.inspection.surface_measures import surface_measures
 from ..filters.libraries import sparse
 from ..filters.mesh import Longs
 from ..mesh_data import MeshData
-from ..registry import find_filter
-from ..scripts.script import Step
-from .document import Document
 from .guarding import Breach
+from .self_intersections import self_intersecting
 
 #: the word of `require` that asks for this
 PRINTABLE = "printable"
@@ -51,7 +49,7 @@ def print_faults(written: Path, folder: Path) -> Iterator[Breach]:
         yield Breach("require", "neighbouring faces of the written file look to different sides")
     elif measures.volume is not None and measures.volume <= 0.0:
         yield Breach("require", "the written file has no volume, or its faces look inwards", amount=measures.volume)
-    cuts = _cutting(MeshData(vertices=vertices, faces=faces), folder)
+    cuts = self_intersecting(MeshData(vertices=vertices, faces=faces), folder)
     if cuts.any():
         fault = _fault("faces that cut others", int(cuts.sum()), vertices, faces[cuts])
         yield replace(
@@ -60,7 +58,7 @@ def print_faults(written: Path, folder: Path) -> Iterator[Breach]:
 
 
 def _uses(faces: Ints) -> tuple[Longs, Ints]:
-    """How many faces each edge has, and its (e, 2) vertices."""
+    """How many faces each edge has, and its (e, 2) vertices; those of faces that merging has collapsed count, as for a slicer."""
     ends = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     edges, counts = np.unique(ends, axis=0, return_counts=True)
     return counts.astype(np.int64), edges
@@ -80,12 +78,3 @@ def _fault(what: str, count: int, vertices: Floats, cells: Ints) -> Breach:
     x, y, z = middles[0]
     text = f"the written file has {count:,} {what}, around {said}{more}"
     return Breach("require", text, place=(x, y, z), amount=count, allowed=0)
-
-
-def _cutting(mesh: MeshData, folder: Path) -> Bools:
-    """(m,) the faces that cut others, as MeshLab finds them; about the middle, where its tests have all their digits."""
-    middle = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))
-    document = Document(folder)
-    document.add(MeshData(vertices=mesh.vertices - middle, faces=mesh.faces))
-    document.apply(Step(find_filter("compute_selection_by_self_intersections_per_face"), {}, 0))
-    return document.current.face_selection

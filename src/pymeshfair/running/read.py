@@ -7,8 +7,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ..declaration import Bools
 from ..errors import FilterInputError, RunError
 from ..files.errors import InputError
@@ -16,11 +14,11 @@ from ..files.formats import UNCHECKED, extension
 from ..files.inputs import read_file
 from ..mesh_data import MeshData
 from ..recipe import Recipe
-from ..registry import find_filter
-from ..scripts.script import Script, Step
+from ..scripts.script import Script
 from .job import Job
 from .measuring import Found, Measuring
 from .plain_values import plain
+from .self_intersections import self_intersecting_apart
 from .supervise import run_job
 
 #: vertices of a mesh beyond which MeshLab's search for faces that cut others takes as long as all the rest of a report
@@ -87,39 +85,10 @@ def read_mesh(
         self_intersections = len(reading.mesh.vertices) <= MOST_CUTS
     if self_intersections:
         try:
-            cuts = self_intersecting(reading.mesh)
+            cuts = self_intersecting_apart(reading.mesh)
         except RunError:
             warnings.append(f"MeshLab crashed while it looked for self-intersections of {path.name}")
     return ReadMesh(path, reading.mesh, measured, tuple(warnings), cuts)
-
-
-def self_intersecting(mesh: MeshData) -> Bools:
-    """(m,) the faces that cut others, as MeshLab finds them; about the middle, where its tests have all their digits.
-
-    Raises:
-        RunError: MeshLab crashed.
-    """
-    from ..files.ply_write import write_ply
-
-    if not len(mesh.faces):
-        return np.zeros(0, dtype=np.bool_)
-    middle = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))
-    number = {"number": np.arange(1.0, len(mesh.faces) + 1.0)}
-    local = MeshData(vertices=mesh.vertices - middle, faces=mesh.faces, face_attributes=number)
-    names = ("compute_selection_by_self_intersections_per_face", "apply_selection_inverse", "meshing_remove_selected_faces")
-    steps = [Step(find_filter(names[0]), {}, 0), Step(find_filter(names[1]), {"invfaces": True, "invverts": False}, 0)]
-    script = Script((*steps, Step(find_filter(names[2]), {}, 0)))
-    with tempfile.TemporaryDirectory(prefix="pymeshfair-cuts-") as folder:
-        source, target = Path(folder) / "mesh.ply", Path(folder) / "cuts.ply"
-        with source.open("xb") as file:
-            write_ply(local, file)
-        run_job(Job(Recipe("self-intersections", script), source, target, measures=False))
-        document = read_file(target).mesh.source
-        assert document is not None
-        numbers = document.document.custom("face").get("number", np.empty(0))
-        selected = np.zeros(len(mesh.faces), np.bool_)
-        selected[np.asarray(numbers, np.int64) - 1] = True
-    return selected
 
 
 def inspect_mesh(path: Path, *, traits: bool = False, allow_outside: bool = False, unchecked: bool = False) -> dict[str, Any]:

@@ -1,0 +1,52 @@
+"""The faces that cut others, as MeshLab finds them."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from ..declaration import Bools
+from ..errors import RunError
+from ..mesh_data import MeshData
+from ..processes.order import Order
+from ..processes.pool import Pool
+from ..registry import find_filter
+from ..scripts.script import Step
+from .document import Document
+from .memory import default_memory
+
+
+def self_intersecting(mesh: MeshData, folder: Path) -> Bools:
+    """(m,) the faces that cut others, about the middle, where MeshLab's tests have all their digits; in this process.
+
+    Args:
+        mesh: the mesh.
+        folder: for what is handed over to MeshLab.
+
+    Raises:
+        MeshLabLoadError: MeshLab cannot be loaded.
+    """
+    if not len(mesh.faces):
+        return np.zeros(0, dtype=np.bool_)
+    middle = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))
+    document = Document(folder)
+    document.add(MeshData(vertices=mesh.vertices - middle, faces=mesh.faces))
+    document.apply(Step(find_filter("compute_selection_by_self_intersections_per_face"), {}, 0))
+    return document.current.face_selection
+
+
+def self_intersecting_apart(mesh: MeshData) -> Bools:
+    """The same in a process of its own, which MeshLab may end.
+
+    Raises:
+        RunError: MeshLab crashed, or cannot be loaded.
+    """
+    alone = MeshData(vertices=mesh.vertices, faces=mesh.faces)
+    with tempfile.TemporaryDirectory(prefix="pymeshfair-cuts-") as folder, Pool() as pool, pool.lend() as process:
+        answer = process.do(Order.of(self_intersecting, alone, Path(folder), memory_limit=default_memory()))
+    if answer.error is not None:
+        raise RunError(f"MeshLab did not look for faces that cut others: {answer.error}") from answer.error
+    faces: Bools = answer.result
+    return faces
