@@ -40,13 +40,16 @@ def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise:
     edge = mean_edge_length(points, triangles)
     if not edge > 0.0:
         return None
-    normals = vertex_normals_by_angle(_smoothed(points, triangles, edge), triangles)
+    smooth = _smoothed(points, triangles, edge)
+    normals = vertex_normals_by_angle(smooth, triangles)
 
-    def heights_of(surface: Floats) -> Floats:
-        low = _smoothed(surface, triangles, edge)
+    def heights_over(surface: Floats, low: Floats) -> Floats:
         return np.asarray(np.einsum("ij,ij->i", normals, surface - 2.0 * low + _smoothed(low, triangles, edge)))
 
-    heights = heights_of(points)
+    def heights_of(surface: Floats) -> Floats:
+        return heights_over(surface, _smoothed(surface, triangles, edge))
+
+    heights = heights_over(points, smooth)
     of_noise = 0.0
     if level > 0.0:
         rough = points + np.random.default_rng(0).normal(scale=level * edge, size=(len(points), 1)) * normals

@@ -121,6 +121,10 @@ def _trials(
     from ..running.suitability import ranked
     from ..running.trials import moving_script, trials
 
+    is_correlated = values["shape"] == "correlated"
+    errors = [trial["error"] for trial in values["tried"]] if is_correlated else []
+    if is_correlated and not errors:
+        return {}
     fitting = [s.recipe for s in ranked(traits) if s.fits and s.task in ("denoise", "smooth", "clean")]
     chosen = None if recipe is None else recipe.script.steps[0]
     scripts = {}
@@ -131,12 +135,9 @@ def _trials(
             scripts[name] = script
     mesh = read_mesh(scan).mesh
     found = trials(mesh.vertices, mesh.faces, scripts, clean=values["shape"] == "clean", timeout=timeout)
-    if values["shape"] != "correlated":
+    if not is_correlated:
         return found
     # Held-out vertices are no evidence where neighbours share their noise: the filter that knows such noise was judged otherwise.
-    errors = [trial["error"] for trial in values["tried"]]
-    if not errors:
-        return {}
     filtered = {name for name, script in scripts.items() if any(step.filter is find_filter(FILTER) for step in script.steps)}
     return {
         name: replace(

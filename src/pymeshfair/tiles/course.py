@@ -37,7 +37,7 @@ from .mesh import MeshFile, MeshTiles, cut, do_move
 from .moves import NORMALS, cost_of
 from .plan import LOOP, STRAYS, Move, Selection, plan_of
 from .ply_slices import PlySlices
-from .sources import CLOUD_FORMATS, open_cloud
+from .sources import CLOUD_FORMATS, Source, open_cloud
 from .surface import Surface
 from .work_folder import work_folder, work_path
 from .workers import FullDiskError, Tasks, open_tasks
@@ -291,32 +291,30 @@ def check(job: Job, plan: list[Selection] | list[Move]) -> None:
     check_input(job.input, formats)
     try:
         check_magic(job.input)
-        if isinstance(plan[0], Selection):
-            open_cloud(job.input)
-        else:
-            MeshFile(PlySlices(job.input)).check()
+        source = open_cloud(job.input) if isinstance(plan[0], Selection) else MeshFile(PlySlices(job.input))
+        if isinstance(source, MeshFile):
+            source.check()
     except ContentsError as error:
         raise InputError(job.input, str(error)) from error
     check_output(job.output, job.made_from, overwrite=job.overwrite, formats=formats)
     kinds = [extension(path).replace("laz", "las") for path in (job.input, job.output)]
     if kinds[0] != kinds[1]:
         raise OutputError(job.output, f"by tiles a .{extension(job.input)} file becomes a file of the same kind")
-    _check_room(job, plan)
+    _check_room(job, plan, source)
 
 
-def _check_room(job: Job, plan: list[Selection] | list[Move]) -> None:
+def _check_room(job: Job, plan: list[Selection] | list[Move], source: Source | MeshFile) -> None:
     folder = job.output.absolute().parent
-    if isinstance(plan[0], Selection):
-        cloud = open_cloud(job.input)
+    if not isinstance(source, MeshFile):
         neighbors = {LOOP: 0, STRAYS: 0}
         for selection in plan:
             assert isinstance(selection, Selection)
             neighbors[selection.filter] = max(neighbors[selection.filter], selection.neighbors)
-        needed = cloud_room(len(cloud), cloud.row, neighbors[LOOP], neighbors[STRAYS])
+        needed = cloud_room(len(source), source.row, neighbors[LOOP], neighbors[STRAYS])
     else:
-        mesh = MeshFile(PlySlices(job.input))
-        vertices, faces = len(mesh.file), mesh.file.tables["face"].element.count
-        row = mesh.file.vertices.dtype.itemsize + 24 + faces * mesh.file.tables["face"].dtype.itemsize // vertices
+        file = source.file
+        vertices, faces = len(file), file.tables["face"].element.count
+        row = file.vertices.dtype.itemsize + 24 + faces * file.tables["face"].dtype.itemsize // vertices
         needed = surface_room(vertices, faces, row, rounds=any(step.filter == NORMALS for step in plan))
     former = sum(file.stat().st_size for file in work_path(job.output).glob("**/*") if file.is_file())
     free = shutil.disk_usage(folder).free + former
