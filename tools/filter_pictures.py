@@ -23,6 +23,7 @@ from recipe_pictures import (
     WIDTH,
     Scene,
     bunny,
+    damaged,
     dirty_cloud,
     noisy_chest,
     rough,
@@ -88,11 +89,9 @@ def draw(name: str) -> None:
         meshes.generate_polyline_from_planar_section(planeaxis="Z Axis", relativeto="Bounding box center")
         before["edges"] = meshes.current_mesh().edge_matrix()
     elif show == "selected":
-        x, y, z = ((vertices - vertices.min(axis=0)) / np.ptp(vertices, axis=0)).T
-        dent = (np.hypot(x - 0.6, y - 0.35) < 0.16) & (z > 0.5)
-        moved = vertices + np.random.default_rng(5).normal(scale=0.25, size=vertices.shape) * dent[:, None]
+        moved, hit = damaged(vertices)
         meshes = MeshSet()
-        meshes.add_mesh(pymeshlab.Mesh(moved, faces, v_scalar_array=dent.astype(float)))
+        meshes.add_mesh(pymeshlab.Mesh(moved, faces, v_scalar_array=hit.astype(float)))
         meshes.compute_selection_by_condition_per_vertex(condselect="q > 0.5")
     elif show in ("colors", "noisy scalar"):
         height = np.sin(6.0 * vertices[:, 1]) + np.random.default_rng(4).normal(scale=0.3, size=len(vertices))

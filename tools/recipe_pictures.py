@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pymeshlab
+from numpy.typing import NDArray
 from PIL import Image
 
 from pymeshfair import MeshSet, Recipe
@@ -73,6 +74,13 @@ def noisy_chest() -> Scene:
     """A chest of flat and rounded sides with noise."""
     shape = chest(24)
     return shape.noisy, shape.faces
+
+
+def damaged(vertices: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    """The bunny's vertices with a rough spot on its haunch, and which these are."""
+    x, y, z = ((vertices - vertices.min(axis=0)) / np.ptp(vertices, axis=0)).T
+    hit = (np.hypot(x - 0.6, y - 0.35) < 0.16) & (z > 0.5)
+    return vertices + np.random.default_rng(5).normal(scale=0.25, size=vertices.shape) * hit[:, None], hit
 
 
 def slivers() -> Scene:
@@ -145,10 +153,8 @@ def draw(name: str) -> None:
         cut = meshes.current_mesh()
         vertices, faces, more = cut.vertex_matrix(), faces[:0], {"edges": cut.edge_matrix()}
     if name == "fair_selection":
-        x, y, z = ((vertices - vertices.min(axis=0)) / np.ptp(vertices, axis=0)).T
-        hit = np.hypot(x - 0.6, y - 0.35) < 0.16
-        vertices = vertices + np.random.default_rng(5).normal(scale=0.25, size=vertices.shape) * (hit & (z > 0.5))[:, None]
-        colors = np.where((hit & (z > 0.5))[:, None], [1.0, 0.0, 0.0, 1.0], [0.7, 0.7, 0.7, 1.0])
+        vertices, hit = damaged(vertices)
+        colors = np.where(hit[:, None], [1.0, 0.0, 0.0, 1.0], [0.7, 0.7, 0.7, 1.0])
         meshes = MeshSet()
         meshes.add_mesh(pymeshlab.Mesh(vertices, faces, v_color_matrix=colors))
     Recipe.load(name).apply(meshes)

@@ -17,6 +17,7 @@ from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
 from pymeshfair import Recipe
+from pymeshfair.commands.info_pages import said
 from pymeshfair.declaration import Arity, Filter, Mesh
 from pymeshfair.recipe import load_recipe, shipped_heads, shipped_recipes
 from pymeshfair.registry import custom_filters
@@ -93,8 +94,7 @@ def python_example(declared: Filter) -> str:
     """A program that loads a scan, applies the filter and saves the result, with one of the parameters written out."""
     arguments = ""
     for parameter in [p for p in declared.parameters if not isinstance(p, Mesh)][:1]:
-        value = parameter.default
-        arguments = f"{parameter.name}={value if isinstance(value, bool | int | float) else repr(str(value))}"
+        arguments = f"{parameter.name}={said(parameter.default)!r}"
     other = ""
     if declared.arity != Arity.SINGLE_MESH or any(isinstance(p, Mesh) for p in declared.parameters):
         other = 'ms.load_new_mesh("other.ply")\nms.set_current_mesh(0)\n'

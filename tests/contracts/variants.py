@@ -94,10 +94,7 @@ each_filter = pytest.mark.parametrize("declared", FILTERS, ids=lambda declared: 
 #: runs a test for every way to call every filter, as its parameter `variant`; other ways than the first are slow together
 each_variant = pytest.mark.parametrize(
     "variant",
-    [
-        pytest.param(v, marks=[] if v is next(w for w in VARIANTS if w.declared is v.declared) else pytest.mark.slow)
-        for v in VARIANTS
-    ],
+    [pytest.param(v, marks=pytest.mark.slow if v.choice else []) for v in VARIANTS],
     ids=lambda variant: variant.name,
 )
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
+    from ..filters.inspection import Limits as Ends
     from ..processes.cluster import Scheduler
     from ..scripts.guards import Guards
 
@@ -120,10 +121,6 @@ def guards(**texts: str) -> Guards:
     from ..scripts.guards import Guards
 
     return Guards.parse({name: text for name, text in texts.items() if text})
-
-
-if TYPE_CHECKING:
-    from ..filters.inspection import Limits as Ends
 
 
 def tolerance_in_mesh_units(text: str | None, unit: str | None, diagonal: float, mean_edge: float) -> float | None:
