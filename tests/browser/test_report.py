@@ -174,6 +174,13 @@ def test_it_serves_who_does_not_see(opened: Any) -> None:
     assert opened.locator("table").evaluate_all("all => all.every(x => x.caption && x.querySelector('th[scope=col]'))")
 
 
+def test_pictures_have_one_width_and_the_colour_bar_a_row(opened: Any) -> None:
+    """Before, after and the six sides are beside each other, three in a row; the bar with their colours is below them all."""
+    widths = opened.eval_on_selector_all(".pictures figure", "all => all.map(figure => figure.offsetWidth)")
+    assert len(set(widths[:-1])) == 1
+    assert widths[-1] > 2.9 * widths[0]
+
+
 def test_it_fits_a_telephone_the_dark_and_paper(opened: Any) -> None:
     """At 360 pixels nothing has to be pushed sideways; the ground is dark in the dark, and white in print, without switches."""
     opened.set_viewport_size({"width": 360, "height": 740})
