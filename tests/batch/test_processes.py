@@ -218,7 +218,7 @@ def test_a_scan_without_enough_memory_is_cut(tmp_path: Path) -> None:
     whole = tmp_path / "whole.ply"
     assert run_process("run", "remove_outliers", cloud, "-o", whole).returncode == 0
     environment = with_module(tmp_path / "lib", KILLERS)
-    for recipe, status in (("remove_outliers", "done"), ("clean_point_cloud", "failed")):
+    for recipe, status in (("remove_outliers", "done"), ("cloud_to_mesh", "failed")):
         done = run_batch(recipe, scans, "-o", tmp_path / recipe, "--memory", "800MB", "--json", environment=environment)
         (scan,) = json.loads(done.stdout)["scans"]
         assert scan["status"] == status, done.stderr

@@ -8,6 +8,7 @@ from typing import Any, cast
 from unittest import mock
 
 import numpy as np
+import pymeshlab
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -23,7 +24,7 @@ from pymeshfair.tiles.ply_slices import PlySlices
 from pymeshfair.tiles.sources import PlyCloud
 from pymeshfair.tiles.workers import Tasks
 from tests.tiles import tiling
-from tests.tiles.tiling import loop, strays
+from tests.tiles.tiling import duplicates, loop, strays
 
 Floats = NDArray[np.float64]
 
@@ -104,6 +105,26 @@ def test_tiles_change_no_bit(make: Any, k: int, most: int, cell: int, shape: Sha
     assert values["selected_vertices"] == np.count_nonzero(whole > 0.5)
     assert values["largest_probability"] == whole.max()
     assert values["mean_probability"] == pytest.approx(whole.mean(), rel=1e-14)
+
+
+@pytest.mark.parametrize("make", [lattice, one_place])
+@settings(max_examples=8, deadline=None)
+@given(
+    most=st.integers(20, 1200),
+    shape=st.sampled_from(["boxes", "x", "y", "z"]),
+    zero=st.sampled_from([0.0, -0.0]),
+    seed=st.integers(0, 1000),
+)
+def test_of_coincident_points_those_stay_that_meshlab_keeps(make: Any, most: int, shape: Shape, zero: float, seed: int) -> None:
+    """Remove Duplicate Vertices keeps the first of each place, also where one place fills several tiles, and -0 is 0."""
+    points = make(seed)
+    points[::2][points[::2] == 0] = zero
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(points, v_scalar_array=np.arange(len(points), dtype=float)))
+    meshes.meshing_remove_duplicate_vertices()
+    _, kept, values = by_tiles(points, duplicates(1), most=most, shape=shape, order=seed)
+    np.testing.assert_array_equal(kept, meshes.current_mesh().vertex_scalar_array())
+    assert values == {"removed_vertices": len(points) - len(kept)}
 
 
 @pytest.mark.slow

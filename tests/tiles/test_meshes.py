@@ -9,6 +9,7 @@ from typing import Any, cast
 from unittest import mock
 
 import numpy as np
+import pymeshlab
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -21,7 +22,7 @@ from pymeshfair.registry import find_filter
 from pymeshfair.tiles import cells as cells_module
 from pymeshfair.tiles.division import Shape
 from pymeshfair.tiles.mesh import MeshFile, MeshTiles, cut, do_move
-from pymeshfair.tiles.moves import why_not
+from pymeshfair.tiles.moves import MESHLAB, why_not
 from pymeshfair.tiles.plan import Move
 from pymeshfair.tiles.ply_slices import PlySlices
 from pymeshfair.tiles.workers import Tasks
@@ -107,6 +108,21 @@ def test_taubin_after_explicit_steps(most: int, cell: int) -> None:
     whole = taubin_fairing(whole, faces, **{**second, "pass_band": None})  # type: ignore[arg-type]
     moves = Move(1, EXPLICIT, {**first, "selected": False}), Move(2, TAUBIN, {**second, "selected": False})
     np.testing.assert_array_equal(by_tiles(vertices, faces, *moves, most=most, cell=cell), whole)
+
+
+@pytest.mark.parametrize(("most", "cell"), [(300, 40), (90, 7)])
+def test_taubin_smooth_by_tiles_is_that_of_meshlab(most: int, cell: int) -> None:
+    """By tiles MeshLab's filter takes the vertices of an open mesh where it takes them in one piece, but for rounding."""
+    random = np.random.default_rng(most)
+    vertices, faces = icosphere(3)
+    vertices = vertices + random.normal(scale=0.02, size=vertices.shape)
+    faces = np.delete(faces, random.integers(0, len(faces), 60), axis=0)
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
+    meshes.apply_coord_taubin_smoothing(lambda_=0.4, mu=-0.45, stepsmoothnum=3)
+    move = Move(1, MESHLAB, {"lambda_": 0.4, "mu": -0.45, "stepsmoothnum": 3, "selected": False})
+    found = by_tiles(vertices, faces, move, most=most, cell=cell)
+    np.testing.assert_allclose(found, meshes.current_mesh().vertex_matrix(), rtol=0.0, atol=1e-14)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pymeshfair.tiles.plan import LOOP, STRAYS, Selection
+from pymeshfair.tiles.plan import DUPLICATES, LOOP, STRAYS, Selection
 from tests.running.runs import ply_bytes, xyz
 
 
@@ -43,6 +43,11 @@ def strays(step: int, neighbors: int, sparseness: float, smallest_part: int) -> 
     """Delete stray points."""
     values = {"neighbors": neighbors, "sparseness": sparseness, "smallest_part": smallest_part}
     return Selection(step, STRAYS, values, deletes=True)
+
+
+def duplicates(step: int) -> Selection:
+    """Delete all but the first of coincident points."""
+    return Selection(step, DUPLICATES, {}, deletes=True)
 
 
 def write_cloud(path: Path, points: NDArray[np.float64]) -> Path:

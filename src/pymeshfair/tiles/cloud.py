@@ -18,9 +18,10 @@ from ..filters.outliers import JOINED, SPREAD_BLOCK, StrayRule, probabilities_of
 from .cells import Cells, Ranges
 from .columns import Column, Part, in_order
 from .division import Bucket, Floats, Longs, Shape, divide
+from .duplicates import coincident
 from .memory import cloud_points, slice_rows
 from .outliers import OutlierTiles
-from .plan import LOOP, Selection
+from .plan import DUPLICATES, LOOP, Selection
 from .sources import Source
 from .strays import StrayTiles
 from .workers import Tasks
@@ -134,7 +135,7 @@ class Judgement:
             self.target.write(first, left.astype(np.uint8))
             selected += int(np.count_nonzero(goes))
         told = {"largest_probability": largest, "mean_probability": math.fsum(sums) / self.count} if probable else {}
-        return {"selected_vertices": selected} | told
+        return {("removed_vertices" if self.selection.filter == DUPLICATES else "selected_vertices"): selected} | told
 
 
 def do_selection(
@@ -174,15 +175,19 @@ def do_selection(
     folder = cloud.folder / f"step-{selection.step}"
     folder.mkdir(exist_ok=True)
     points = cloud_points(tile, selection.neighbors) if most is None else most
-    buckets = tasks.run(cloud.divide, count, folder, points, shape, size)
+    alike = selection.filter == DUPLICATES  # slabs would separate points of one place
+    buckets = tasks.run(cloud.divide, count, folder, points, "boxes" if alike else shape, size)
     progress(0.1)
-    cells = tasks.run(Cells.make, folder, count, tree_scale(float(max(high.max(), -low.min()))))
-    starts = np.cumsum([0, *(bucket.count for bucket in buckets)]).tolist()
-    filled = tasks.map(cells.fill, list(zip(buckets, starts, strict=False)), part_of(progress, 0.1, 0.2))
-    tasks.run(cells.index, filled, buckets)
-    tiles = tasks.run(cells.tiles, points)
-    find = _factors if selection.filter == LOOP else _strays
-    parts = find(cells, selection, tasks, tiles, points, size, part_of(progress, 0.2, 0.9))
+    if alike:
+        parts, tiles = coincident(buckets, tasks, part_of(progress, 0.1, 0.9)), len(buckets)
+    else:
+        cells = tasks.run(Cells.make, folder, count, tree_scale(float(max(high.max(), -low.min()))))
+        starts = np.cumsum([0, *(bucket.count for bucket in buckets)]).tolist()
+        filled = tasks.map(cells.fill, list(zip(buckets, starts, strict=False)), part_of(progress, 0.1, 0.2))
+        tasks.run(cells.index, filled, buckets)
+        ranges = tasks.run(cells.tiles, points)
+        find = _factors if selection.filter == LOOP else _strays
+        parts, tiles = find(cells, selection, tasks, ranges, points, size, part_of(progress, 0.2, 0.9)), len(ranges)
     judgement = Judgement(
         cloud,
         parts,
@@ -194,10 +199,10 @@ def do_selection(
     shutil.rmtree(folder, ignore_errors=True)
     values = tasks.run(judgement.select, spread, size)
     judgement.found.path.unlink(missing_ok=True)
-    if selection.deletes and values["selected_vertices"] == count:
+    if selection.deletes and values.get("selected_vertices") == count:
         raise FilterInputError(f"all {count} points were selected, so that nothing is left of the cloud")
     progress(1.0)
-    known = {"points": count, "low": low.tolist(), "high": high.tolist(), "tiles": len(tiles), "points_per_tile": points}
+    known = {"points": count, "low": low.tolist(), "high": high.tolist(), "tiles": tiles, "points_per_tile": points}
     return replace(cloud, kept=judgement.target), values, known
 
 

@@ -35,7 +35,7 @@ from .division import Shape
 from .memory import Budget, budget, cloud_room, slice_rows, surface_room
 from .mesh import MeshFile, MeshTiles, cut, do_move
 from .moves import NORMALS, cost_of
-from .plan import LOOP, STRAYS, Move, Selection, plan_of
+from .plan import LOOP, STRAYS, Move, Plan, plan_of
 from .ply_slices import PlySlices
 from .sources import CLOUD_FORMATS, Source, open_cloud
 from .surface import Surface
@@ -106,7 +106,7 @@ def can_be_cut(job: Job) -> bool:
 
 def _by_tiles(
     tiling: Tiling,
-    plan: list[Selection] | list[Move],
+    plan: Plan,
     share: Budget,
     memory: int,
     check_wanted: Callable[[], None],
@@ -166,15 +166,15 @@ class _Course:
         self._on_event = on_event
         self._steps: list[StepDone] = []
 
-    def run(self, plan: list[Selection] | list[Move]) -> Report:
+    def run(self, plan: Plan) -> Report:
         """Do the steps and write the result; the report."""
-        selections = [step for step in plan if isinstance(step, Selection)]
-        return self._select(selections) if selections else self._move([step for step in plan if isinstance(step, Move)])
+        return self._select(plan) if plan.selections else self._move(plan.moves)
 
-    def _select(self, plan: list[Selection]) -> Report:
+    def _select(self, plan: Plan) -> Report:
         cloud = Cloud(open_cloud(self._job.input), self._folder)
         tilings = []
-        for selection in plan:
+        for selection in plan.selections:
+            self._pass_to(selection.step)
             values: dict[str, Any] = {}
             with self._step(selection.step, values):
                 cloud, told, known = do_selection(
@@ -188,19 +188,24 @@ class _Course:
                 )
                 values |= told
             tilings.append({name: known[name] for name in ("tiles", "points_per_tile")})
-            if selection is plan[0]:
+            if selection is plan.selections[0]:
                 before = _measures(known["points"], 0, known["low"], known["high"])
-            if selection.deletes:
-                with self._step(selection.step + 1, {}):
-                    pass
+        self._pass_to(len(self._job.recipe.script.steps) + 1)
         self._on_event(PhaseStarted("writing"))
         size = slice_rows(self._share.tile, cloud.source.row)
         written = self._tasks.run_again(write_cloud, cloud, self._staged, size)
         count, low, high = self._tasks.run(cloud.survey, size)
         assert written == count
-        return self._report(before, _measures(count, 0, low.tolist(), high.tolist()), {"stages": tilings})
+        report = self._report(before, _measures(count, 0, low.tolist(), high.tolist()), {"stages": tilings})
+        return replace(report, warnings=(*report.warnings, *plan.notes))
 
-    def _move(self, plan: list[Move]) -> Report:
+    def _pass_to(self, number: int) -> None:
+        """Name the steps before one that were done with others, do nothing, or are left out."""
+        for passed in range(len(self._steps) + 1, number):
+            with self._step(passed, {}):
+                pass
+
+    def _move(self, plan: tuple[Move, ...]) -> Report:
         mesh, folder = MeshFile(PlySlices(self._job.input)), self._folder
         for move in plan:
             with self._step(move.step, {}):
@@ -221,7 +226,7 @@ class _Course:
         return self._report(before, after, {"stages": [told] * len(plan)})
 
     def _cut(
-        self, mesh: MeshFile, folder: Path, plan: list[Move], progress: Callable[[float], None]
+        self, mesh: MeshFile, folder: Path, plan: tuple[Move, ...], progress: Callable[[float], None]
     ) -> tuple[Surface, dict[str, Any]]:
         shape, most = self._tiling.shape, self._tiling.most
         costs = [cost_of(move.filter, move.values) for move in plan]
@@ -269,21 +274,16 @@ def _measures(vertices: int, faces: int, low: list[float], high: list[float]) ->
     return {"vertices": vertices, "faces": faces, "diagonal": sum(s * s for s in sides) ** 0.5, "sides": sides}
 
 
-def formats_of(plan: list[Selection] | list[Move]) -> tuple[str, ...]:
-    """The extensions of what a plan reads and writes."""
-    return CLOUD_FORMATS if isinstance(plan[0], Selection) else ("ply",)
-
-
-def check(job: Job, plan: list[Selection] | list[Move]) -> None:
+def check(job: Job, plan: Plan) -> None:
     """Refuse what cannot be done by tiles, before anything is done.
 
     Raises:
         ParameterError: something is asked for that needs the whole mesh.
         InputError, OutputError: a file cannot be read or written by slices.
     """
-    if not plan:
+    if not (plan.selections or plan.moves):
         raise ParameterError("the recipe has no steps, so there is nothing to do by tiles")
-    formats = formats_of(plan)
+    formats = CLOUD_FORMATS if plan.selections else ("ply",)
     if job.all_guards or job.map is not None or job.others:
         raise ParameterError(
             "limits of the result, an intervention map and further layers need the whole mesh at once; leave them out, or --tiles"
@@ -291,7 +291,7 @@ def check(job: Job, plan: list[Selection] | list[Move]) -> None:
     check_input(job.input, formats)
     try:
         check_magic(job.input)
-        source = open_cloud(job.input) if isinstance(plan[0], Selection) else MeshFile(PlySlices(job.input))
+        source = open_cloud(job.input) if plan.selections else MeshFile(PlySlices(job.input))
         if isinstance(source, MeshFile):
             source.check()
     except ContentsError as error:
@@ -303,19 +303,20 @@ def check(job: Job, plan: list[Selection] | list[Move]) -> None:
     _check_room(job, plan, source)
 
 
-def _check_room(job: Job, plan: list[Selection] | list[Move], source: Source | MeshFile) -> None:
+def _check_room(job: Job, plan: Plan, source: Source | MeshFile) -> None:
     folder = job.output.absolute().parent
     if not isinstance(source, MeshFile):
         neighbors = {LOOP: 0, STRAYS: 0}
-        for selection in plan:
-            assert isinstance(selection, Selection)
+        for selection in plan.selections:
+            if selection.filter not in neighbors:
+                continue
             neighbors[selection.filter] = max(neighbors[selection.filter], selection.neighbors)
         needed = cloud_room(len(source), source.row, neighbors[LOOP], neighbors[STRAYS])
     else:
         file = source.file
         vertices, faces = len(file), file.tables["face"].element.count
         row = file.vertices.dtype.itemsize + 24 + faces * file.tables["face"].dtype.itemsize // vertices
-        needed = surface_room(vertices, faces, row, rounds=any(step.filter == NORMALS for step in plan))
+        needed = surface_room(vertices, faces, row, rounds=any(step.filter == NORMALS for step in plan.moves))
     former = sum(file.stat().st_size for file in work_path(job.output).glob("**/*") if file.is_file())
     free = shutil.disk_usage(folder).free + former
     if needed > free:

@@ -33,10 +33,17 @@ ROW = np.dtype([("place", "<f8", 3), ("number", "<i8")])
 
 @dataclass(frozen=True)
 class Bucket:
-    """Points that fit into memory, in a file of rows of `ROW`, by ascending number."""
+    """Points that fit into memory, in a file of rows of `ROW`, by ascending number.
+
+    Attributes:
+        path: of the file.
+        count: points.
+        whole: of a bucket that was cut by number; its parts may share places.
+    """
 
     path: Path
     count: int
+    whole: Path | None = None
 
     def read(self) -> tuple[Floats, Longs]:
         """The coordinates and the numbers."""
@@ -99,7 +106,7 @@ def _small_enough(bucket: Bucket, folder: Path, most: int, shape: Shape, *, divi
         for number, (places, numbers) in enumerate(slices()):
             rows = np.empty(len(places), ROW)
             rows["place"], rows["number"] = places, numbers
-            parts.append(Bucket(bucket.path.with_name(f"{bucket.path.name}-{number}"), len(rows)))
+            parts.append(Bucket(bucket.path.with_name(f"{bucket.path.name}-{number}"), len(rows), bucket.path))
             parts[-1].path.write_bytes(rows.tobytes())
     bucket.path.unlink()
     return parts
