@@ -28,7 +28,7 @@ FOLDERS = {
 FLOORS = [
     {"errors", "garbage", "operating_system"},
     {"declaration", "processes"},
-    {"mesh_data", "meshlab", "plugin_loading"},
+    {"mesh_data", "meshlab"},
     {"calling", "files", "registry", "write_back"},
     {"scripts"},
     {"door", "recipe"},

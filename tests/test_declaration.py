@@ -39,7 +39,7 @@ from pymeshfair.declaration import (
 )
 from pymeshfair.errors import DeclarationError, ParameterError, UnknownNameError
 from pymeshfair.registry import custom_filters
-from pymeshfair.scripts.parameters import read_value
+from pymeshfair.scripts.step_builder import read_value
 from pymeshfair.scripts.value_text import parse_value
 from pymeshfair.scripts.write import param_attributes
 

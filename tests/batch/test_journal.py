@@ -13,7 +13,7 @@ from pymeshfair.batch.inputs import Asked
 from pymeshfair.batch.journal import BatchError, Journal, read_journal
 from pymeshfair.batch.outcome import Outcome
 from pymeshfair.batch.plan import Scan, job_of, plan_scans
-from pymeshfair.batch.resume import done_before
+from pymeshfair.batch.work import done_before
 from pymeshfair.files.provenance import provenance_path
 from pymeshfair.processes import versions
 from pymeshfair.recipe import load_recipe

@@ -17,8 +17,7 @@ from pymeshfair.running.errors import RunTimeout
 from pymeshfair.running.job import Compiling, Event, Job, PhaseStarted
 from pymeshfair.running.memory import default_memory
 from pymeshfair.running.report import Report
-from pymeshfair.running.supervise import run_job
-from pymeshfair.running.watch import Watch
+from pymeshfair.running.supervise import Watch, run_job
 
 from .runs import BONE, SMOOTH, names_in, recipe_of
 
@@ -33,8 +32,8 @@ def test_a_run_is_held_to_a_share_of_the_memory() -> None:
 
 def test_reading_has_its_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A file that takes longer to read than files of its size do ends the run, which names it; nothing is left behind."""
-    monkeypatch.setattr("pymeshfair.running.watch._LOAD_SECONDS", 0.0)
-    monkeypatch.setattr("pymeshfair.running.watch._LOAD_RATE", 1e12)
+    monkeypatch.setattr("pymeshfair.running.supervise._LOAD_SECONDS", 0.0)
+    monkeypatch.setattr("pymeshfair.running.supervise._LOAD_RATE", 1e12)
     with pytest.raises(RunTimeout, match=r"reading bone.ply: stopped after .* s, ten times as long"):
         run_job(Job(recipe_of(SMOOTH), BONE, tmp_path / "out.ply"))
     assert names_in(tmp_path) == set()
@@ -42,8 +41,8 @@ def test_reading_has_its_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 
 def test_compiling_is_no_part_of_the_time_for_reading(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """However long a slow machine compiles, reading goes on after that and has what was left of its time, and no more."""
-    monkeypatch.setattr("pymeshfair.running.watch._LOAD_SECONDS", 1.0)
-    monkeypatch.setattr("pymeshfair.running.watch._LOAD_RATE", 1e12)
+    monkeypatch.setattr("pymeshfair.running.supervise._LOAD_SECONDS", 1.0)
+    monkeypatch.setattr("pymeshfair.running.supervise._LOAD_RATE", 1e12)
     job = Job(recipe_of(SMOOTH), BONE, tmp_path / "out.ply")
     items: Items = SimpleQueue()
     compiled = Report(input={}, steps=())

@@ -13,8 +13,7 @@ import pytest
 from pymeshfair.files.errors import ContentsError
 from pymeshfair.filters.outliers import local_outlier_probability
 from pymeshfair.tiles.cloud import Cloud, do_selection, write_cloud
-from pymeshfair.tiles.las import LasCloud
-from pymeshfair.tiles.sources import open_cloud
+from pymeshfair.tiles.sources import LasCloud, open_cloud
 from pymeshfair.tiles.workers import Tasks
 from tests.commands.command_line import invoke
 from tests.tiles.tiling import Here, loop

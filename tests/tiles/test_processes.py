@@ -33,7 +33,7 @@ LOOP = """<!DOCTYPE FilterScript>
 #: a sitecustomize module: each tile takes some seconds more, and says in a file that it has begun
 SLOW = """
 import os, time
-import pymeshfair.tiles.outliers as outliers
+import pymeshfair.tiles.cloud as outliers
 
 def find(self, *cells, find=outliers.OutlierTiles.find):
     open(os.environ["BEGUN"], "a").close()
@@ -45,7 +45,7 @@ outliers.OutlierTiles.find = find
 #: a sitecustomize module: each tile takes 700 MB and does not end
 GREEDY = """
 import time
-import pymeshfair.tiles.outliers as outliers
+import pymeshfair.tiles.cloud as outliers
 
 def find(self, *cells):
     taken = b"1" * 700_000_000
@@ -56,7 +56,7 @@ outliers.OutlierTiles.find = find
 #: a sitecustomize module: each tile ends its process, as the system does where memory is short
 DEADLY = """
 import os, signal
-import pymeshfair.tiles.outliers as outliers
+import pymeshfair.tiles.cloud as outliers
 
 def find(self, *cells):
     os.kill(os.getpid(), signal.SIGKILL)

@@ -35,8 +35,8 @@ import pymeshfair.tiles.memory as memory
 memory.cloud_points = lambda tile, neighbors: 300
 memory.surface_vertices = lambda tile, each, rings: 400
 import pymeshfair.tiles.mesh as mesh
-import pymeshfair.tiles.outliers as outliers
-import pymeshfair.tiles.rounds as rounds
+import pymeshfair.tiles.cloud as outliers
+import pymeshfair.tiles.mesh as rounds
 
 def slow(cls, name):
     method = getattr(cls, name)

@@ -2,15 +2,257 @@
 
 from __future__ import annotations
 
+import functools
+import math
 import re
 from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..filters.compilation import compiled
 from .errors import ContentsError
-from .lexer import UNSURE, Bytes, count, lex, powers_of_ten, spans
 from .references import shown
+
+Bytes: TypeAlias = NDArray[np.uint8]
+Floats: TypeAlias = NDArray[np.float64]
+
+#: the largest power of ten that is tabled, and the least with another sign
+_MOST = 300
+#: added to the kind of a number that is not sure to be the nearest double
+UNSURE = 16
+
+
+@functools.cache
+def powers_of_ten() -> tuple[Floats, Floats]:
+    """Powers of ten, from 10^-300 to 10^300, each as the sum of two doubles."""
+    exact = [Fraction(10) ** power for power in range(-_MOST, _MOST + 1)]
+    high = [float(power) for power in exact]
+    return np.array(high), np.array([float(power - Fraction(first)) for power, first in zip(exact, high, strict=True)])
+
+
+@compiled
+def _ends_line(text: Bytes, i: int) -> bool:
+    return bool(text[i] == 10 or text[i] == 13)
+
+
+@compiled
+def count(text: Bytes, slashes: bool) -> tuple[int, int]:
+    """Upper bounds of the number of tokens and of lines."""
+    tokens, lines, blank = 0, 1, True
+    for c in text:
+        if c == 10 or c == 13:
+            lines += 1
+            blank = True
+        elif c == 32 or c == 9:
+            blank = True
+        elif c == 47 and slashes:
+            tokens += 1 + blank  # nothing before it is a token as well
+            blank = False
+        else:
+            tokens += blank
+            blank = False
+    return tokens, lines
+
+
+@compiled
+def _not_finite(text: Bytes, i: int, end: int) -> tuple[int, float]:
+    """NOT_FINITE and its value for nan, inf and infinity, WORD for everything else."""
+    negative = text[i] == 45
+    if text[i] == 45 or text[i] == 43:
+        i += 1
+    if end - i == 3 or end - i == 8:
+        a, b, c = text[i] | 32, text[i + 1] | 32, text[i + 2] | 32
+        if end - i == 3 and a == 110 and b == 97 and c == 110:
+            return 3, np.nan
+        if a == 105 and b == 110 and c == 102 and (end - i == 3 or (text[i + 3] | 32 == 105 and text[i + 7] | 32 == 121)):
+            return 3, -np.inf if negative else np.inf
+    return 0, 0.0
+
+
+@compiled
+def _product(a: float, b: float) -> tuple[float, float]:
+    """A * b as the sum of two doubles, exactly [dekker1971]."""
+    p = a * b
+    c = 134217729.0 * a
+    a_high = c - (c - a)
+    a_low = a - a_high
+    c = 134217729.0 * b
+    b_high = c - (c - b)
+    b_low = b - b_high
+    return p, ((a_high * b_high - p) + a_high * b_low + a_low * b_high) + a_low * b_low
+
+
+@compiled
+def _decimal(mantissa: int, power: int, high: Floats, low: Floats) -> tuple[float, bool]:
+    """Mantissa * 10 ** power in double precision, and whether that is sure to be the nearest double.
+
+    Twice the digits of a double are computed; what is too near to the middle of two doubles is left to others.
+    """
+    first = float(mantissa)
+    if power == 0 and mantissa <= 9007199254740992:
+        return first, True
+    if mantissa <= 9007199254740992 and -22 <= power <= 22:  # both are doubles, so that one rounding is all
+        return (first / high[_MOST - power] if power < 0 else first * high[_MOST + power]), True
+    if power < -290 or power > 280:
+        return 0.0, False
+    second = float(mantissa - int(first))
+    scale, rest = high[_MOST + power], low[_MOST + power]
+    p, e = _product(first, scale)
+    e += first * rest + second * scale
+    value = p + e
+    left = e - (value - p)
+    half = math.ldexp(1.0, math.frexp(value)[1] - 54)  # of a unit in the last place
+    error = value * 1e-29  # all of this is within 2^-100 of the value
+    return value, abs(abs(left) - half) > error and abs(abs(left) - 0.5 * half) > error
+
+
+@compiled
+def lex(
+    text: Bytes,
+    slashes: bool,
+    kinds: Any,
+    values: Any,
+    first: Any,
+    starts: Any,
+    numbers: Any,
+    keywords: Any,
+    places: Any,
+    high: Floats,
+    low: Floats,
+) -> tuple[int, int]:
+    """Fill the arrays; how many tokens and lines there are.
+
+    The arrays are those of `Tokens`; `places` says where each token begins, `high` and `low` are `powers_of_ten`.
+    """
+    i, n, t, length, line = 0, len(text), 0, 0, 1
+    end_of_token = np.zeros(256, np.bool_)
+    for c in (9, 10, 13, 32):
+        end_of_token[c] = True
+    end_of_token[47] = slashes
+    while i < n:
+        # one line: its number, where it begins, its tokens
+        begin, number, token0 = i, line, t
+        after_slash = False
+        while i < n and not _ends_line(text, i):
+            c = text[i]
+            if c == 32 or c == 9:
+                i += 1
+                continue
+            if c == 35:  # a comment
+                while i < n and not _ends_line(text, i):
+                    i += 1
+                break
+            # a number: its sign, its digits, its exponent
+            j, kind, mantissa, digits, power, cut = i, 1, 0, 0, 0, False
+            negative = c == 45
+            if negative or c == 43:
+                j += 1
+            while j < n and 48 <= text[j] <= 57:
+                if mantissa < 100000000000000000:
+                    mantissa = mantissa * 10 + (text[j] - 48)
+                else:
+                    power += 1
+                    cut |= text[j] != 48
+                digits += 1
+                j += 1
+            if j < n and text[j] == 46:
+                kind = 2
+                j += 1
+                while j < n and 48 <= text[j] <= 57:
+                    if mantissa < 100000000000000000:
+                        mantissa = mantissa * 10 + (text[j] - 48)
+                        power -= 1
+                    else:
+                        cut |= text[j] != 48
+                    digits += 1
+                    j += 1
+            if digits > 0 and j + 1 < n and text[j] | 32 == 101:
+                kind = 2
+                j += 1
+                below = text[j] == 45
+                if below or text[j] == 43:
+                    j += 1
+                exponent, digits = 0, 0
+                while j < n and 48 <= text[j] <= 57:
+                    exponent = min(exponent * 10 + (text[j] - 48), 100000)
+                    digits += 1
+                    j += 1
+                power += -exponent if below else exponent
+            value = 0.0
+            if j == n or end_of_token[text[j]]:
+                if j == i:
+                    kind = 4
+                elif digits == 0:
+                    kind = 0
+                else:
+                    value, sure = (0.0, True) if mantissa == 0 else _decimal(mantissa, power, high, low)
+                    if negative:
+                        value = -value
+                    if cut or not sure:
+                        kind += 16
+            else:
+                kind = 0
+                while j < n and not end_of_token[text[j]]:
+                    j += 1
+                kind, value = _not_finite(text, i, j)
+            kinds[t] = kind + (8 if after_slash else 0)
+            values[t] = value
+            places[t] = i
+            if kind == 0 and j - i <= 8 and t == token0:
+                code = np.uint64(0)
+                for k in range(j - 1, i - 1, -1):
+                    code = (code << np.uint64(8)) | np.uint64(text[k])
+                keywords[length] = code
+            t += 1
+            i = j
+            after_slash = False
+            if slashes and i < n and text[i] == 47:
+                i += 1
+                after_slash = True
+                if i == n or _ends_line(text, i) or text[i] == 32 or text[i] == 9:
+                    kinds[t] = 4 + 8
+                    values[t] = 0.0
+                    places[t] = i
+                    t += 1
+                    after_slash = False
+        if i < n:
+            i += 2 if text[i] == 13 and i + 1 < n and text[i + 1] == 10 else 1
+            line += 1
+        if t > token0:
+            first[length] = token0
+            starts[length] = begin
+            numbers[length] = number
+            length += 1
+    first[length] = t
+    return t, length
+
+
+@compiled
+def spans(text: Bytes, starts: Any, columns: Any, found: Any) -> None:
+    """Where chosen tokens of chosen lines begin and end.
+
+    Args:
+        text: the bytes.
+        starts: (r,) where the lines begin.
+        columns: (c,) which tokens of each line, counted from 0, ascending.
+        found: (r, c, 2) takes the first byte of each and the one behind its last.
+    """
+    for r in range(len(starts)):
+        i, token, k = starts[r], -1, 0
+        while k < len(columns):
+            while text[i] == 32 or text[i] == 9:
+                i += 1
+            begin = i
+            while i < len(text) and text[i] != 32 and text[i] != 9 and text[i] != 10 and text[i] != 13:
+                i += 1
+            token += 1
+            if token == columns[k]:
+                found[r, k, 0], found[r, k, 1] = begin, i
+                k += 1
+
 
 #: what a token is: a word, a whole number, a number, or one that is not finite; nothing between two slashes or at a slash's end
 WORD, INTEGER, REAL, NOT_FINITE, EMPTY = 0, 1, 2, 3, 4

@@ -1,30 +1,128 @@
-"""A cloud by tiles: stages of selecting points, each of which may delete them, and the result written by slices."""
+"""A cloud by tiles: stages of selecting points, each of which may delete them, and the result written by slices.
+
+Of coincident points all but the first go. For LoOP neighbours are sought in the tile and in the cells around it, and then
+compared with theirs. `strays` has the third selection.
+"""
 
 from __future__ import annotations
 
 import math
 import shutil
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import FilterInputError
+from ..files.equal_rows import numbered
 from ..filters.execution import ignore_progress, part_of
-from ..filters.neighbours import tree_scale
-from ..filters.outliers import JOINED, SPREAD_BLOCK, StrayRule, probabilities_of, spread_of
+from ..filters.neighbours import Nearest, tree_scale
+from ..filters.outliers import (
+    JOINED,
+    SPREAD_BLOCK,
+    StrayRule,
+    compare,
+    compare_rows,
+    probabilities_of,
+    spread_of,
+    standard_distances,
+)
 from .cells import Cells, Ranges
 from .columns import Column, Part, in_order
 from .division import Bucket, Floats, Longs, Shape, divide
-from .duplicates import coincident
 from .memory import cloud_points, slice_rows
-from .outliers import OutlierTiles
+from .neighbours import TilePoints, search_tile
 from .plan import DUPLICATES, LOOP, Selection
 from .sources import Source
 from .strays import StrayTiles
 from .workers import Tasks
+
+
+def coincident(buckets: Sequence[Bucket], tasks: Tasks, progress: Callable[[float], None]) -> tuple[Part, ...]:
+    """Of each bucket which points are at the place of one with a smaller number; see `find`."""
+    groups = [tuple(group) for _, group in groupby(buckets, lambda bucket: bucket.whole or bucket.path)]
+    tasks.map(find, [(group,) for group in groups], progress)
+    return tuple(_part(bucket) for bucket in buckets)
+
+
+def find(buckets: Sequence[Bucket]) -> None:
+    """Write down which points are at the place of one before, for buckets that no others share a place with."""
+    places = np.empty((0, 3))
+    for bucket in buckets:
+        here, numbers = bucket.read()
+        known, together = len(places), np.concatenate([places, here])
+        first, _ = numbered(together)
+        later = np.ones(len(here), np.uint8)
+        later[first[known:] - known] = 0
+        _part(bucket).write(numbers, later)
+        places = together[first]
+
+
+def _part(bucket: Bucket) -> Part:
+    return Part(bucket.path.with_name(f"{bucket.path.name}-later"), "u1")
+
+
+@dataclass(frozen=True)
+class OutlierTiles:
+    """The tasks of LoOP on a cloud in cells; each may be done twice.
+
+    Attributes:
+        cells: the cloud.
+        k: neighbours.
+        tile: points of a tile.
+    """
+
+    cells: Cells
+    k: int
+    tile: int
+
+    @property
+    def distances(self) -> Column:
+        """The standard distance by slot, in the unit of trees."""
+        return Column(self.cells.folder / "distances", "<f8")
+
+    def part(self, first: int) -> Part:
+        """The factors of the tile that begins with the cell `first`."""
+        return Part(self.cells.folder / f"factors-{first}", "<f8")
+
+    def _asking(self, first: int) -> Path:
+        return self.cells.folder / f"asking-{first}.npz"
+
+    def find(self, first: int, last: int) -> None:
+        """The standard distances of the points in the cells from `first` to before `last`; the factors of those far inside."""
+        count = int(self.cells.starts[last] - self.cells.starts[first])
+        distances = np.empty(count)
+        asking = [np.empty(0, np.intp)]
+        asked_slots = [np.empty((0, self.k), np.int64)]
+
+        def inside(rows: slice, squared: Floats) -> None:
+            distances[rows] = standard_distances(squared)
+
+        def around(tile: TilePoints, rows: NDArray[np.intp], nearest: Nearest) -> None:
+            distances[rows] = standard_distances(nearest.squared)
+            asking.append(rows)
+            asked_slots.append(nearest.slots)
+
+        tile = search_tile(self.cells, self.k, self.tile, first, last, inside, around)
+        asks = np.concatenate(asking)
+        factors = np.full(count, np.nan)
+        if len(asks) < count:
+            compare(distances, tile.nearest, 0, count, factors)
+            factors[asks] = np.nan
+        self.distances.write(tile.begin, tile.by_slot(distances))
+        self.part(first).write(tile.numbers, tile.by_number(factors))
+        np.savez(self._asking(first), rows=tile.index[asks], own=distances[asks], slots=np.concatenate(asked_slots))
+
+    def finish(self, first: int) -> None:
+        """The factors of those points of a tile that had asked around; every tile must have been through `find`."""
+        with np.load(self._asking(first)) as found:
+            rows, own, slots = found["rows"], found["own"], found["slots"]
+        if len(rows):
+            self.part(first).replace(rows, compare_rows(own, self.distances.gather(slots)))
 
 
 @dataclass(frozen=True)
