@@ -1,18 +1,168 @@
-"""The passes of a filter of face normals over a measured mesh."""
+"""The passes of a filter of face normals over a measured mesh.
 
+Guides are, for every face, the mean normal of the most even patch around that contains it [zhang2015]. Filtering on vertices
+instead of faces is there for comparison: at a crease vertex normals are means across it [yadav2021].
+"""
+
+from __future__ import annotations
+
+import math
 from typing import NamedTuple
 
 import numpy as np
 
-from ..execution import Progress
-from ..geometry import NORMAL
-from ..mesh import Floats, Ints
+from ..compilation import compiled, prange
+from ..execution import Progress, threads_for
+from ..geometry import AREA, CENTRE, NORMAL
+from ..libraries import sparse
+from ..mesh import Floats, Ints, Longs
+from ..topology import one_rings
 from .adjacency import Adjacency
 from .face_neighbourhoods import RINGS_OF_NEIGHBORHOOD, FaceNeighbourhoods, mean_centre_distance
-from .guided import guide_normals
 from .normal_filter import NormalFilter
 from .normal_filters import mean_normals, weighted_normals
-from .vertex_normals import corner_means, measure_vertices, vertex_neighbourhoods
+
+# Keeps the measure of a patch without any bend from being 0 / 0.
+_EPSILON = 1e-9
+
+
+def guide_normals(normals: Floats, table: Floats, patches: FaceNeighbourhoods, edge_neighbours: FaceNeighbourhoods) -> Floats:
+    """(m, 3) the guide normal of every face.
+
+    The patch of face i is i and its neighbours in `patches`. It is the more even the smaller H = D R, with D the largest
+    |n_j - n_k| of two of its faces and R the largest over the sum of |n_j - n_k| over the edges inside it: R is small where the
+    bends are spread and near 1 where one edge has them all. Among the patches of i and of the faces in its patch, the one with
+    the smallest H gives the guide, the mean of its normals weighted by area.
+
+    Args:
+        normals: (m, 3) unit normals.
+        table: (m, 8) of `measure_faces`, for the areas.
+        patches: the neighbourhoods "vertex".
+        edge_neighbours: the neighbourhoods "edge".
+    """
+    measures, means, guides = np.empty(len(normals)), np.empty_like(normals), np.empty_like(normals)
+    with threads_for(len(patches.neighbours)):
+        _measure_patches(
+            normals,
+            np.ascontiguousarray(table[:, 3]),
+            patches.offsets,
+            patches.neighbours,
+            edge_neighbours.offsets,
+            edge_neighbours.neighbours,
+            measures,
+            means,
+        )
+        _choose(measures, means, patches.offsets, patches.neighbours, guides)
+    return guides
+
+
+@compiled(parallel=True)
+def _measure_patches(
+    normals: Floats,
+    areas: Floats,
+    offsets: Longs,
+    neighbours: Ints,
+    edge_offsets: Longs,
+    edge_neighbours: Ints,
+    measures: Floats,
+    means: Floats,
+) -> None:
+    for i in prange(normals.shape[0]):
+        size = offsets[i + 1] - offsets[i] + 1
+        patch = np.empty(size, dtype=np.int32)
+        patch[0] = i
+        patch[1:] = neighbours[offsets[i] : offsets[i + 1]]
+        x = y = z = 0.0
+        largest = 0.0
+        for a in range(size):
+            j = patch[a]
+            x += areas[j] * normals[j, 0]
+            y += areas[j] * normals[j, 1]
+            z += areas[j] * normals[j, 2]
+            for b in range(a + 1, size):
+                largest = max(largest, _squared_difference(normals, j, patch[b]))
+        total = steepest = 0.0
+        for a in range(size):
+            j = patch[a]
+            for k in range(edge_offsets[j], edge_offsets[j + 1]):
+                h = edge_neighbours[k]
+                if h <= j:
+                    continue
+                for b in range(size):
+                    if patch[b] == h:
+                        difference = math.sqrt(_squared_difference(normals, j, h))
+                        total += difference
+                        steepest = max(steepest, difference)
+                        break
+        measures[i] = math.sqrt(largest) * steepest / (total + _EPSILON)
+        length = math.sqrt(x * x + y * y + z * z)
+        if length > 0.0:
+            means[i, 0], means[i, 1], means[i, 2] = x / length, y / length, z / length
+        else:
+            means[i, 0], means[i, 1], means[i, 2] = normals[i, 0], normals[i, 1], normals[i, 2]
+
+
+@compiled(parallel=True)
+def _choose(measures: Floats, means: Floats, offsets: Longs, neighbours: Ints, guides: Floats) -> None:
+    for i in prange(measures.shape[0]):
+        best = np.int32(i)
+        for k in range(offsets[i], offsets[i + 1]):
+            j = neighbours[k]
+            # Equal measures, as on exact planes, go to the patch around i itself, then to the lowest face.
+            if measures[j] < measures[best] or (measures[j] == measures[best] and best != i and j < best):
+                best = j
+        guides[i, 0], guides[i, 1], guides[i, 2] = means[best, 0], means[best, 1], means[best, 2]
+
+
+@compiled
+def _squared_difference(normals: Floats, i: int, j: int) -> float:
+    x, y, z = normals[j, 0] - normals[i, 0], normals[j, 1] - normals[i, 1], normals[j, 2] - normals[i, 2]
+    return float(x * x + y * y + z * z)
+
+
+def vertex_neighbourhoods(faces: Ints, n_vertices: int, rings: int) -> FaceNeighbourhoods:
+    """The vertices at most that many edges away from every vertex, ascending, without itself."""
+    near = one_rings(faces, n_vertices)
+    step = sparse.csr_matrix(
+        (np.ones(len(near.neighbours), dtype=np.bool_), near.neighbours, near.offsets), (n_vertices, n_vertices)
+    )
+    around = step
+    for _ in range(rings - 1):
+        around = around + around @ step
+    pairs = around.tocoo()
+    others = pairs.row != pairs.col
+    around = sparse.csr_matrix((np.ones(int(others.sum()), dtype=np.bool_), (pairs.row[others], pairs.col[others])), around.shape)
+    around.sort_indices()
+    return FaceNeighbourhoods(around.indptr.astype(np.int64), around.indices.astype(np.int32))
+
+
+def measure_vertices(vertices: Floats, faces: Ints, table: Floats) -> Floats:
+    """(n, 8) the table of `measure_faces` for vertices: unit normal, area, coordinates.
+
+    The normal is the mean of those of the faces at the vertex by area; the area is the sum of theirs.
+
+    Args:
+        vertices: (n, 3) coordinates of ordinary size.
+        faces: (m, 3) triangles.
+        table: (m, 8) of `measure_faces`.
+    """
+    rows = np.zeros((len(vertices), 8))
+    owners = faces.ravel()
+    for column, values in ((3, table[:, AREA]), *((k, table[:, AREA] * table[:, k]) for k in range(3))):
+        rows[:, column] = np.bincount(owners, weights=np.repeat(values, 3), minlength=len(vertices))
+    rows[:, NORMAL] = _unit(rows[:, NORMAL], np.zeros(3))
+    rows[:, CENTRE] = vertices
+    return rows
+
+
+def corner_means(vertex_normals: Floats, faces: Ints, face_normals: Floats) -> Floats:
+    """(m, 3) for every face the unit mean of the normals of its vertices, or its own normal where they cancel out."""
+    return _unit(vertex_normals[faces].sum(axis=1), face_normals)
+
+
+def _unit(vectors: Floats, otherwise: Floats) -> Floats:
+    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.where(lengths > 0.0, vectors / np.where(lengths > 0.0, lengths, 1.0), otherwise)
 
 
 class NormalPasses(NamedTuple):
@@ -37,7 +187,7 @@ class NormalPasses(NamedTuple):
     distance: float | None = None
 
     @staticmethod
-    def over(points: Floats, adjacency: Adjacency, settings: NormalFilter, distance: float | None = None) -> "NormalPasses":
+    def over(points: Floats, adjacency: Adjacency, settings: NormalFilter, distance: float | None = None) -> NormalPasses:
         """The passes over a mesh of (n, 3) points, in the order of `adjacency`."""
         if settings.method == "vertex_normals":
             rings = RINGS_OF_NEIGHBORHOOD[settings.neighborhood]

@@ -1,7 +1,11 @@
-"""The nearest place on a surface, or in a cloud, to each of many points, and on which side of it they lie."""
+"""The nearest place on a surface, or in a cloud, to each of many points, and on which side of it they lie.
+
+The triangles are in a balanced tree, and the place found is the exact nearest one.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -10,12 +14,226 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..checks import FilterInputError
-from ..geometry import face_normals
+from ..compilation import compiled
+from ..execution import over_range
+from ..geometry import closest_weights, face_normals
 from ..libraries import spatial
 from ..mesh import Floats, Ints, Longs, NormalisedMesh, check_mesh, normalised_mesh
+from ..neighbours import partition
 from ..topology import faces_across, proper_faces
 from .corner_angles import vertex_normals
-from .triangle_tree import TriangleTree, largest_distances
+
+#: Triangles in a leaf, compiled into the kernels: 2 and 8 are no faster.
+_LEAF = 4
+#: Deep enough for any walk down a tree of 2^31 triangles.
+_STACK = 64
+#: Boxes that are further by this share than the nearest triangle so far are left out: more than all rounding.
+_SLACK = 1.0 + 1e-9
+#: Of the size of the coordinates: differences of squares below are rounding.
+_ROUNDING = (8.0 * np.finfo(np.float64).eps) ** 2
+
+
+class TriangleTree(NamedTuple):
+    """The triangles in the order of the tree, halved at the median of the widest side of the box of their middles.
+
+    Node 1 is the root, the children of node i are 2 i and 2 i + 1. A node covers a range of leaves, its children the two halves.
+
+    Attributes:
+        triangles: (m, 9) the first corner, and from there to the second and to the third.
+        indices: (m,) the face of each.
+        boxes: (nodes, 6) the lowest and the highest coordinates of each node's triangles.
+        leaves: how many there are.
+        rounding: the square of a length below which coordinates tell nothing apart.
+    """
+
+    triangles: Floats
+    indices: Ints
+    boxes: Floats
+    leaves: int
+    rounding: float
+
+    @classmethod
+    def of(cls, points: Floats, faces: Ints) -> TriangleTree:
+        """The tree of (n, 3) points, which should be near the origin, and (m, 3) triangles, m at least 1."""
+        leaves = -(-len(faces) // _LEAF)
+        rows = np.empty((len(faces), 4))
+        triangles = np.empty((len(faces), 9))
+        boxes = np.empty((2 << (leaves - 1).bit_length(), 6))
+        _middles(points, faces, rows)
+        _build(rows, points, faces, leaves, triangles, boxes)
+        return cls(triangles, rows[:, 3].astype(np.int32), boxes, leaves, _ROUNDING * float(np.abs(boxes[1]).max()) ** 2)
+
+    def nearest(self, queries: Floats) -> tuple[Longs, Floats, Floats]:
+        """The nearest place to each of (q, 3) points; among places as near as each other that of the lowest face.
+
+        Returns:
+            (q,) the face, (q, 2) the weights of its second and third corner there, and (q,) the distance.
+        """
+        faces, weights, distances = np.empty(len(queries), np.int64), np.empty((len(queries), 2)), np.empty(len(queries))
+        over_range(_search, len(queries), *self, np.ascontiguousarray(queries), faces, weights, distances)
+        return faces, weights, distances
+
+
+def largest_distances(points: Floats, faces: Ints, corners: Floats, distances: Floats, beside: Longs) -> Floats:
+    """(t,) bounds above the distances of all places of triangles from a surface.
+
+    A place lies at most as much further as it is from a corner: the longest side over the root of 3 (Jung's theorem). And
+    the distance from one triangle of the surface is convex, so that it is largest at a corner.
+
+    Args:
+        points: (n, 3) of the surface.
+        faces: (m, 3) of the surface.
+        corners: (t, 3, 3) of the triangles.
+        distances: (t, 3) of the corners from the surface.
+        beside: (t, k) faces of the surface near each triangle.
+    """
+    bounds = np.empty(len(corners))
+    over_range(_bound, len(corners), points, faces, np.ascontiguousarray(corners), distances, beside, bounds)
+    return bounds
+
+
+@compiled(nogil=True)
+def _middles(points: Floats, faces: Ints, rows: Floats) -> None:
+    for f in range(faces.shape[0]):
+        for d in range(3):
+            x, y, z = points[faces[f, 0], d], points[faces[f, 1], d], points[faces[f, 2], d]
+            rows[f, d] = 0.5 * (min(x, y, z) + max(x, y, z))
+        rows[f, 3] = f
+
+
+@compiled(nogil=True)
+def _build(rows: Floats, points: Floats, faces: Ints, leaves: int, triangles: Floats, boxes: Floats) -> None:
+    stack = np.empty((_STACK, 3), np.int64)
+    stack[0, 0], stack[0, 1], stack[0, 2] = 1, 0, leaves
+    top = 1
+    boxes[:, :3], boxes[:, 3:] = np.inf, -np.inf
+    low, high = np.empty(4), np.empty(4)
+    while top > 0:
+        top -= 1
+        node, first, last = stack[top, 0], stack[top, 1], stack[top, 2]
+        start, stop = first * _LEAF, min(last * _LEAF, rows.shape[0])
+        if last - first > 1:
+            low[:], high[:] = rows[start], rows[start]
+            for r in range(start + 1, stop):
+                for c in range(3):
+                    low[c], high[c] = min(low[c], rows[r, c]), max(high[c], rows[r, c])
+            axis = 0
+            for c in range(1, 3):
+                axis = c if high[c] - low[c] > high[axis] - low[axis] else axis
+            middle = (first + last) // 2
+            partition(rows, start, stop, middle * _LEAF, axis if high[axis] > low[axis] else 3)
+            stack[top, 0], stack[top, 1], stack[top, 2] = 2 * node, first, middle
+            stack[top + 1, 0], stack[top + 1, 1], stack[top + 1, 2] = 2 * node + 1, middle, last
+            top += 2
+            continue
+        for r in range(start, stop):
+            f = np.int64(rows[r, 3])
+            for d in range(3):
+                a, b, c = points[faces[f, 0], d], points[faces[f, 1], d], points[faces[f, 2], d]
+                triangles[r, d], triangles[r, 3 + d], triangles[r, 6 + d] = a, b - a, c - a
+                boxes[node, d] = min(boxes[node, d], a, b, c)
+                boxes[node, 3 + d] = max(boxes[node, 3 + d], a, b, c)
+    for node in range(boxes.shape[0] // 2 - 1, 0, -1):
+        for d in range(3):
+            boxes[node, d] = min(boxes[node, d], boxes[2 * node, d], boxes[2 * node + 1, d])
+            boxes[node, 3 + d] = max(boxes[node, 3 + d], boxes[2 * node, 3 + d], boxes[2 * node + 1, 3 + d])
+
+
+@compiled(nogil=True)
+def _search(
+    triangles: Floats,
+    indices: Ints,
+    boxes: Floats,
+    leaves: int,
+    rounding: float,
+    queries: Floats,
+    faces: Longs,
+    weights: Floats,
+    distances: Floats,
+    first: int,
+    last: int,
+) -> None:
+    stack = np.empty((_STACK, 3), np.int64)
+    gaps = np.empty(_STACK)
+    row = 0
+    for q in range(first, last):
+        x, y, z = queries[q, 0], queries[q, 1], queries[q, 2]
+        # The nearest triangle of the query before is a good guess.
+        s, t, best = _measure(triangles, row, x, y, z)
+        stack[0, 0], stack[0, 1], stack[0, 2], gaps[0] = 1, 0, leaves, 0.0
+        top = 1
+        while top > 0:
+            top -= 1
+            node, a, b, gap = stack[top, 0], stack[top, 1], stack[top, 2], gaps[top]
+            bound = best * _SLACK + rounding
+            if gap > bound:
+                continue
+            while b - a > 1:
+                middle = (a + b) // 2
+                left, right = _gap(boxes, 2 * node, x, y, z), _gap(boxes, 2 * node + 1, x, y, z)
+                if left <= right:
+                    other, c, d, further = 2 * node + 1, middle, b, right
+                    node, b, gap = 2 * node, middle, left
+                else:
+                    other, c, d, further = 2 * node, a, middle, left
+                    node, a, gap = 2 * node + 1, middle, right
+                if further <= bound:
+                    stack[top, 0], stack[top, 1], stack[top, 2], gaps[top] = other, c, d, further
+                    top += 1
+                if gap > bound:
+                    break
+            if gap <= bound:
+                for r in range(a * _LEAF, min(b * _LEAF, triangles.shape[0])):
+                    s1, t1, square = _measure(triangles, r, x, y, z)
+                    if square < best or (square == best and indices[r] < indices[row]):
+                        s, t, best, row = s1, t1, square, r
+        faces[q], weights[q, 0], weights[q, 1], distances[q] = indices[row], s, t, math.sqrt(best)
+
+
+@compiled(nogil=True)
+def _measure(triangles: Floats, r: int, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """The weights of the nearest place of a triangle, and its squared distance."""
+    px, py, pz = x - triangles[r, 0], y - triangles[r, 1], z - triangles[r, 2]
+    ux, uy, uz = triangles[r, 3], triangles[r, 4], triangles[r, 5]
+    vx, vy, vz = triangles[r, 6], triangles[r, 7], triangles[r, 8]
+    s, t = closest_weights(ux, uy, uz, vx, vy, vz, px, py, pz)
+    px, py, pz = px - s * ux - t * vx, py - s * uy - t * vy, pz - s * uz - t * vz
+    return s, t, px * px + py * py + pz * pz
+
+
+@compiled(nogil=True)
+def _bound(
+    points: Floats, faces: Ints, corners: Floats, distances: Floats, beside: Longs, bounds: Floats, first: int, last: int
+) -> None:
+    triangle = np.empty((1, 9))
+    for c in range(first, last):
+        longest = 0.0
+        for k in range(3):
+            square = 0.0
+            for d in range(3):
+                square += (corners[c, k, d] - corners[c, k - 1, d]) ** 2
+            longest = max(longest, square)
+        bounds[c] = max(distances[c, 0], distances[c, 1], distances[c, 2]) + math.sqrt(longest / 3.0)
+        for b in range(beside.shape[1]):
+            f = beside[c, b]
+            for d in range(3):
+                start = points[faces[f, 0], d]
+                triangle[0, d] = start
+                triangle[0, 3 + d], triangle[0, 6 + d] = points[faces[f, 1], d] - start, points[faces[f, 2], d] - start
+            furthest = 0.0
+            for k in range(3):
+                furthest = max(furthest, _measure(triangle, 0, corners[c, k, 0], corners[c, k, 1], corners[c, k, 2])[2])
+            bounds[c] = min(bounds[c], math.sqrt(furthest))
+
+
+@compiled(nogil=True)
+def _gap(boxes: Floats, node: int, x: float, y: float, z: float) -> float:
+    """The squared distance of a point from a box."""
+    dx = max(boxes[node, 0] - x, x - boxes[node, 3], 0.0)
+    dy = max(boxes[node, 1] - y, y - boxes[node, 4], 0.0)
+    dz = max(boxes[node, 2] - z, z - boxes[node, 5], 0.0)
+    return float(dx * dx + dy * dy + dz * dz)
+
 
 #: points that are looked up at a time
 _BLOCK = 1 << 16
@@ -107,7 +325,7 @@ class Surface:
         return cells, distances
 
     def largest_distances(self, corners: Floats, distances: Floats, beside: Longs) -> Floats:
-        """See `pymeshfair.filters.inspection.triangle_tree.largest_distances`; all is local."""
+        """See `pymeshfair.filters.inspection.surface.largest_distances`; all is local."""
         return largest_distances(self.mesh.points, self.mesh.cells, corners, distances, beside)
 
     def cells_of(self, faces: Longs) -> Longs:

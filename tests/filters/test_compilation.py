@@ -27,7 +27,7 @@ from pymeshfair.filters.compilation import (
 )
 from pymeshfair.filters.compilation.argument_types import from_json
 from pymeshfair.filters.compilation.compiler import numba_type
-from pymeshfair.filters.compilation.fingerprint import fingerprint
+from pymeshfair.filters.compilation.kernel import fingerprint
 
 PROJECT = Path(__file__).parents[2]
 PACKAGES = ("filters", "src", "plugins", "mlx_scripts")

@@ -10,7 +10,7 @@ import pymeshlab
 import pytest
 
 from pymeshfair.filters.inspection import Surface, SurfaceDistance, surface_distance
-from pymeshfair.filters.inspection.triangle_tree import TriangleTree
+from pymeshfair.filters.inspection.surface import TriangleTree
 from tests.meshes import Mesh, cube, grid, icosphere, irregular_grid, noisy, renumbered, rotation, sample, subdivided, torus
 
 UTM = np.array([5e5, 5.5e6, 300.0])

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from pymeshfair.filters.checks import FilterInputError
-from pymeshfair.filters.denoising.vertex_descent import fitting_energy
-from pymeshfair.filters.denoising.vertex_update import VERTEX_UPDATES, VertexUpdate, fit_vertices
+from pymeshfair.filters.denoising.vertex_update import VERTEX_UPDATES, VertexUpdate, fit_vertices, fitting_energy
 from pymeshfair.filters.geometry import face_normals
 from pymeshfair.filters.topology import vertex_faces
 from tests.meshes import Floats, Ints, icosphere, irregular_grid, noisy
