@@ -89,6 +89,7 @@ def test_numbers_follow_the_list_and_cost_nothing(tmp_path: Path) -> None:
     assert batch(tree, out, *name)[1] == 0
 
 
+@pytest.mark.slow
 def test_an_output_of_an_earlier_recipe_is_named(tmp_path: Path) -> None:
     """Where a scan fails now the row says of which recipe the file is that lies there; the file stays."""
     tree, out = write_tree(tmp_path / "tree", 2, 1), tmp_path / "out"
@@ -105,6 +106,7 @@ def test_an_output_of_an_earlier_recipe_is_named(tmp_path: Path) -> None:
     ]
 
 
+@pytest.mark.slow
 def test_outputs_of_earlier_runs_are_left_out_and_named(tmp_path: Path) -> None:
     """Outputs beside their inputs are no scans of the next batch, nor is what lies in its folder of outputs."""
     tree = write_tree(tmp_path / "tree", 1, 1)

@@ -49,6 +49,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_every_filter_and_every_recipe_has_a_page(site: Path) -> None:
     """And no picture is there that no page shows."""
     filters = {f"{f.python_name}.html" for f in site_pages.own_filters()}

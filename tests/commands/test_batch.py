@@ -37,6 +37,7 @@ def reported(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, 
     return folder, {"stdout": done.stdout, "stderr": done.stderr}
 
 
+@pytest.mark.slow
 def test_results_are_those_of_run(reported: tuple[Path, dict[str, Any]]) -> None:
     """Byte for byte, meshes and provenance, the times and the number of threads aside."""
     folder, _ = reported

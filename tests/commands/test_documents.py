@@ -49,6 +49,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return place
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PRINTED)
 def test_a_document_has_the_form_of_its_schema(name: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It is one document of that form, without a key that the schema lacks."""

@@ -170,6 +170,7 @@ QUICK = ("file",)
 KINDS = [kind if kind in QUICK else pytest.param(kind, marks=pytest.mark.slow) for kind in IN_THE_WAY]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("overwrite", [False, True], ids=["", "overwrite"])
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", WRITERS)
@@ -214,6 +215,7 @@ def test_a_hyphen_is_no_file(name: str, place: Path) -> None:
     assert entries(place) == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["upgrade old.mlx", "export taubin.mlx", "suggest scan.ply"])
 def test_scripts_go_to_standard_output(name: str, place: Path) -> None:
     """With ``-o -`` standard output holds the script and nothing else; with --json beside it the command line is refused."""

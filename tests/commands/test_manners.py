@@ -65,6 +65,7 @@ def test_scripts_come_from_standard_input(arguments: tuple[str, ...]) -> None:
         assert ("<stdin>:" in done.stdout + done.stderr) == (code == 2)
 
 
+@pytest.mark.slow
 def test_a_run_and_a_batch_read_standard_input_and_a_comparison_prints_its_table() -> None:
     """A recipe, a list and a table of scans; deviations are a table for the next program."""
     for arguments, text in (
@@ -136,6 +137,7 @@ def test_tables_fit(columns: int | None, capsys: pytest.CaptureFixture[str], mon
     assert sum(line.count("n") for line in lines) >= 150
 
 
+@pytest.mark.slow
 def test_no_command_colours_a_terminal_that_wants_none() -> None:
     """With NO_COLOR a run, an error and a table on a real terminal have no escape sequence for colours."""
     for arguments in (("run", "smooth_taubin", "scan.ply", "-o", "out.ply"), ("check", "nothing.mlx"), ("info", "scan.ply")):

@@ -253,6 +253,7 @@ print("Cannot load library plugins/libio_base.so: (libOpenGL.so.0: cannot open s
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("command", "program", "library"),
     [("run", NO_LIBGL, "libGL.so.1"), ("run", NO_LIBOPENGL, "libOpenGL.so.0"), ("demo", NO_LIBOPENGL, "libOpenGL.so.0")],

@@ -85,6 +85,7 @@ def test_a_cloud_of_points_is_told_its_recipes(tmp_path: Path) -> None:
     assert told["recipes"][0]["recipe"] == "clean_point_cloud"
 
 
+@pytest.mark.slow
 def test_document_and_file_hold_the_same_recipe(scan: Path, tmp_path: Path) -> None:
     """`--json` holds the estimate and the text that `-o` writes, which is a valid recipe."""
     path = tmp_path / "mine.mlx"

@@ -293,6 +293,7 @@ def everything() -> dict[str, Any]:
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", everything())
 def test_what_is_written_is_read_everywhere(tmp_path: Path, kind: str) -> None:
     """Each attribute of a mesh of no file comes back to the bit, and MeshLab and trimesh read the same."""

@@ -35,6 +35,7 @@ def random_values(n: int, channels: int = 1, seed: int = 0) -> Floats:
     return np.random.default_rng(seed).random((n, channels))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EDGE_STOPS)
 @pytest.mark.parametrize("channels", [1, 3])
 def test_a_loop_over_vertices_gives_the_same(name: EdgeStop, channels: int) -> None:

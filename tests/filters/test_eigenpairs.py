@@ -282,6 +282,7 @@ def test_bits_are_the_same_in_other_processes_and_with_other_threads() -> None:
         assert told.stdout.strip() == ours
 
 
+@pytest.mark.slow
 def test_an_interrupted_solve_stops_within_a_second_and_leaves_nothing() -> None:
     """Raised from `progress` at any time, the exception comes out within a second, and soon no thread of ours is left."""
 

@@ -109,6 +109,7 @@ def test_several_threads_call_parallel_kernels_at_once(layer: str) -> None:
     assert run(layer + SEVERAL) == "True\n"
 
 
+@pytest.mark.slow
 def test_numba_itself_works_beside_the_kernels() -> None:
     """A program's own parallel functions of numba run after ours and before, with threads of their own."""
     own = (

@@ -174,6 +174,7 @@ def test_a_filling_that_bulges_does_not_outgrow_its_bound() -> None:
     assert 0.2 * MOST_VERTICES < len(patches.gathered()[0]) < 2.0 * MOST_VERTICES
 
 
+@pytest.mark.slow
 def test_a_patch_that_was_thrown_out_is_not_split_for_ever() -> None:
     """Sides of a billionth of what the triangles measure would need 10^19 vertices; it gets at most 300,000, and soon."""
     patch = disc(12)

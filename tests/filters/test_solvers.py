@@ -256,6 +256,7 @@ for time_step in (0.5, 100.0):
 """
 
 
+@pytest.mark.slow
 def test_same_bits_for_any_number_of_threads() -> None:
     """A mesh of several blocks of rows comes out the same to the bit on one thread and on two, by both preconditioners."""
     digests = []

@@ -136,6 +136,7 @@ def test_the_result_repeats_and_progress_is_told() -> None:
         spectrum(*mesh, modes=0, progress=stop)
 
 
+@pytest.mark.slow
 def test_a_scan_falls_off() -> None:
     """On the bunny the large parts hold nearly all of the energy, a millionth is left at the finest waves."""
     found = spectrum(*sample("bunny.obj"), modes=10)

@@ -46,6 +46,7 @@ def hausdorff(from_mesh: Mesh, to_mesh: Mesh) -> float:
     return float(found["max"])
 
 
+@pytest.mark.slow
 def test_better_triangles_on_the_same_smooth_surface() -> None:
     """On a fine uneven sphere the quality rises by 10 % and more, and nothing is 1 % of an edge away from the input."""
     vertices, faces = uneven_sphere(6)

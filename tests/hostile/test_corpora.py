@@ -19,6 +19,7 @@ TABLES = (ply, obj, off, stl, points, gltf, scenes, archives, corners)
 CASES: dict[str, tuple[str | bytes, Verdict]] = {name: (data, verdict) for t in TABLES for name, data, verdict in t.ROWS}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_every_row_of_the_tables(tmp_path: Path, name: str) -> None:
     """Refused in the words of the table; or read with its counts, and with its warnings and no other."""

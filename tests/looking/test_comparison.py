@@ -130,6 +130,7 @@ def test_grown_sphere_in_closed_form(tmp_path: Path) -> None:
     assert (found.attributes_lost, found.attributes_gained) == ((), ())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("same_faces", [True, False])
 def test_utm_coordinates_change_nothing(tmp_path: Path, same_faces: bool) -> None:
     """Moved to UTM coordinates, given ones that can be moved exactly, every length is the same to 1e-9."""
@@ -165,6 +166,7 @@ def test_what_was_removed_and_added(tmp_path: Path) -> None:
     assert (grown.before["components"], grown.after["components"]) == (1, 2)
 
 
+@pytest.mark.slow
 def test_flips_holes_and_cuts_are_counted(tmp_path: Path) -> None:
     """A face turned over, a hole, and two spheres that cut each other are counted."""
     vertices, faces = icosphere(3)
@@ -202,6 +204,7 @@ def test_clouds_are_compared(tmp_path: Path) -> None:
     assert found.after["noise"] is None
 
 
+@pytest.mark.slow
 def test_the_command_prints_both(tmp_path: Path) -> None:
     """As JSON it is one document with the comparison, as text the table and the distances."""
     vertices, faces = icosphere(2)

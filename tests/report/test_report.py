@@ -136,6 +136,7 @@ class Page(HTMLParser):
         self.text += data
 
 
+@pytest.mark.slow
 def test_the_report_of_a_run_shows_what_broke(tmp_path: Path) -> None:
     """A run beyond its limit exits 1 without output; its report names the limit, marks the vertex and shows steps and recipe."""
     vertices, faces = icosphere(3)
@@ -153,6 +154,7 @@ def test_the_report_of_a_run_shows_what_broke(tmp_path: Path) -> None:
     assert all(source == "" or source.startswith(("data:", "#")) for source in sources)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no such signal")
 @pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])
 def test_a_run_that_is_ended_at_its_report_leaves_nothing(number: str, tmp_path: Path, terminal_signals: None) -> None:

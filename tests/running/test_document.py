@@ -80,6 +80,7 @@ def outcome_in_pymeshlab(path: Path, name: str) -> dict[str, Any] | None:
     return arrays_of(meshes) if meshes.mesh_number() else {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", [BONE, SAMPLES / "rangemaps" / "face000.ply"], ids=lambda p: p.stem)
 def test_meshlabs_filters_do_what_they_do_in_pymeshlab(tmp_path: Path, path: Path) -> None:
     """Through the door, vertices, faces, scalars, colours and selection have the bits that plain pymeshlab gives."""

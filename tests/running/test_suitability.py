@@ -51,6 +51,7 @@ def test_what_was_tried_leads_by_its_error_and_what_erases_detail_comes_last() -
     assert "would take 40% of the relief" in erasing.words
 
 
+@pytest.mark.slow
 def test_a_recipe_that_erases_bumps_is_seen_on_a_clean_scan() -> None:
     """Of a ball with bumps of ten edges a heavy smoothing takes a third of the relief and more, a light one hardly any."""
     vertices, faces = icosphere(4)

@@ -170,6 +170,7 @@ def test_the_matrix_is_complete() -> None:
     assert len(CASES) == 45
 
 
+@pytest.mark.slow
 def test_no_script_takes_much_memory(tmp_path: Path) -> None:
     """One process reads all of them and grows by less than 300 MB, for files of up to 5 MB."""
     folder = tmp_path / "scripts"
