@@ -37,8 +37,8 @@ def chosen_amount(
     """The amount whose result has the slopes that are expected to be nearest to the true ones; see `choose_by_risk`.
 
     Tried on the mesh, or on patches of a large one, scaled to a mean edge of 1. Doing nothing, the amount 0, is tried too. Where
-    neighbours agree in part, so that noise is not certain, the amount must also predict vertices that the smoother has not seen,
-    see `choose`, and be nearer to the truth than the scan is, see `Scan.or_nothing`. What slides along the surface is not judged.
+    neighbours agree, so that noise is not certain, the amount must predict vertices that the smoother has not seen, see `choose`
+    and `Scan.or_nothing`. What slides along the surface is not judged.
 
     Args:
         vertices: (n, 3) coordinates.
@@ -68,7 +68,7 @@ def amount_on(scan: Scan, smooth: Smoother, amounts: Sequence[float]) -> Choice[
         return [iter([points]), (smooth(points, scan.faces, amount, scan.movable) for amount in amounts)]
 
     labels = [[0.0], list(amounts)]
-    if scan.independent:
+    if not scan.shows_surface:
         return scan.choose_by_risk(candidates, labels)
     found = scan.choose(candidates, labels)
     return None if found is None else scan.or_nothing(found)

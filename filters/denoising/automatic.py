@@ -81,7 +81,7 @@ def automatic_choice(
     scan = Scan.of(vertices, faces, movable=movable, seed=seed, progress=rising(part_of(progress, 0.3, 1.0)))
     without_impulses, uneven = (None, False) if repertoire.outliers == "keep" else _impulses(scan)
     # 3. No noise: a model of planes, or residuals that are correlated between neighbours.
-    if is_designed(mesh.points, mesh.cells) or (without_impulses is None and scan.clean):
+    if is_designed(mesh.points, mesh.cells) or (without_impulses is None and not uneven and scan.clean):
         setting, evidence = Setting(), None
     else:
         # 4. Cross-validation.
@@ -115,11 +115,11 @@ def _impulses(scan: Scan) -> tuple[Scan | None, bool]:
 def _cross_validated(scan: Scan, border: BorderPolicy, repertoire: Repertoire) -> Choice[Setting] | None:
     """What the held-out vertices say of all settings; None if they say nothing.
 
-    Where outliers are replaced and the others are nearly exact, see `Scan.exact`, nothing but outliers is to move: this is tried.
+    Where outliers are replaced and the others are without noise, nothing but outliers is to move: this is tried.
     """
     direction = repertoire.relaxation_direction or direction_for(scan.noise)
     # What moves nothing but outliers has no steps of Taubin's.
-    alone = scan.replaced is not None and scan.exact and 0 in repertoire.relaxations
+    alone = scan.replaced is not None and scan.clean and 0 in repertoire.relaxations
     tried = SettingsTried(
         scan.faces,
         scan.normals,

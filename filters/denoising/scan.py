@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeVar
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from ..evidence import (
@@ -14,16 +13,14 @@ from ..evidence import (
     choose,
     choose_by_risk,
     far_from_border,
-    heights_of_means,
     random_signs,
     sample_of,
-    scores_of,
     tuned,
 )
 from ..execution import Progress, ignore_progress
 from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
-from ..topology import edges, one_rings
-from .noise_level import NoiseEstimate, estimate_noise, noise_floor, residual_correlation, smooth_normals
+from ..topology import edges
+from .noise_level import NoiseEstimate, estimate_noise, residual_correlation, smooth_normals
 
 Label = TypeVar("Label")
 
@@ -88,41 +85,25 @@ class Scan:
         return scored
 
     @cached_property
-    def quietest(self) -> float:
-        """The noise of its quietest parts."""
-        return noise_floor(self.points, self.faces, normals=self.normals, scored=self.scored)
+    def shows_surface(self) -> bool:
+        """Whether the residuals of neighbours agree, as those of edges and details do, and those of noise do not."""
+        return residual_correlation(self.points, self.faces) > tuned.SURFACE
 
     @cached_property
-    def correlation(self) -> float:
-        """How much the residuals of neighbours agree: noise does not, a surface does."""
-        return residual_correlation(self.points, self.faces)
-
-    @cached_property
-    def correlation_where_calm(self) -> float:
-        """The same in the calmest third, where edges and details do not hide weak noise."""
-        return residual_correlation(self.points, self.faces, calmest=1.0 / 3.0)
-
-    @property
     def clean(self) -> bool:
-        """Whether there is no noise to speak of: hardly any, or what is left is surface, where it is calm too."""
+        """Whether there is no noise to speak of: hardly any, or neighbours agree, also where it is calm."""
         if self.noise.level < tuned.NO_NOISE:
             return True
-        if self.correlation > tuned.SURFACE:
-            # Edges and details agree beside weak noise too: where it is calm noise does not.
-            return self.quietest < tuned.NO_NOISE or self.correlation_where_calm > tuned.AGREES_WHERE_CALM
-        smoothed = not self.independent and self.quietest < tuned.SMOOTHED
-        return smoothed and self.correlation_where_calm > tuned.SURFACE_WHERE_CALM
+        return self.shows_surface and residual_correlation(self.points, self.faces, calmest=1.0 / 3.0) > tuned.SURFACE_WHERE_CALM
 
-    @property
-    def independent(self) -> bool:
-        """Whether neighbours hardly agree in what is left: then it is noise."""
-        return self.correlation < tuned.INDEPENDENT
+    def or_nothing(self, choice: Choice[Label]) -> Choice[Label]:
+        """The choice, or the first of its candidates, which is to do nothing, where what predicts best takes details.
 
-    @property
-    def exact(self) -> bool:
-        """Whether there is so little noise that most vertices are best left where they are, uneven noise not being clean."""
-        nearly = not self.independent and self.quietest < tuned.WEAK
-        return self.quietest < tuned.NO_NOISE or (nearly and self.correlation_where_calm > tuned.AGREES_WHERE_CALM)
+        Where neighbours agree the residuals are of details, too. A filter takes details if it errs by more than what the
+        differences of fourth order leave.
+        """
+        takes_details = self.shows_surface and choice.chosen.error >= tuned.DETAILS * self.noise.level
+        return replace(choice, chosen=choice.trials[0]) if takes_details else choice
 
     def choose(
         self, candidates: Candidates, labels: Sequence[Sequence[Label]], *, stays: float = tuned.STAYS, by_means: bool = False
@@ -153,19 +134,3 @@ class Scan:
             noise=self.noise.level * random_signs(self.points, edges(self.faces), self.seed),
             progress=self.progress,
         )
-
-    def or_nothing(self, choice: Choice[Label]) -> Choice[Label]:
-        """The choice, or the first of its candidates, which is to do nothing, where what predicts best is no nearer to the truth.
-
-        Where neighbours hardly agree there is noise. Otherwise, with the error e of what predicts best and the standard deviation
-        s of the noise, e^2 = s^2 + d^2, where d is how far the result is from the truth, and the scan is s from it: nothing is
-        done where e^2 >= 2 s^2, s that of `quietest`, or where the mean of the neighbours predicts nearly as well: a vertex of a
-        plane with even noise s is sqrt(1 + 1/6) s from the mean of its six neighbours, and s from the plane: 0.93 of it.
-        """
-        if self.independent:
-            return choice
-        error, which = choice.chosen.error, np.flatnonzero(self.scored).astype(np.int32)
-        of_means = heights_of_means(self.points, one_rings(self.faces, len(self.points)), self.normals, which)
-        nearer = error**2 < 2.0 * (tuned.EVEN * self.quietest) ** 2
-        better = error < tuned.BETTER * scores_of(of_means[None]).errors[0]
-        return choice if nearer and better else replace(choice, chosen=choice.trials[0])

@@ -23,25 +23,20 @@ FLIPPED = 0.003
 # No noise.
 #: Noise that is weaker moves no vertex by a hundredth of an edge; surfaces without noise have less in the calmest part.
 NO_NOISE = 0.01
-#: Residuals of neighbours correlate by less with noise of 0.2 edges and more, however uneven; by 0.1 to 1.3 without noise.
-INDEPENDENT = 0.05
-#: More is a surface, but for edges and details beside weak noise.
-SURFACE = 0.2
-#: In the calmest third it is 0.148 and more without noise, up to 0.122 with 0.03 edges.
-SURFACE_WHERE_CALM = 0.13
-#: Where outliers are replaced and the others are exact; a third of independent noise has up to 0.07, since calm is alike.
-AGREES_WHERE_CALM = 0.07
+#: Residuals of neighbours correlate by 0.115 and more on clean meshes, by less than 0.1 with noise of 0.1 edges on figures, or
+#: uneven noise.
+SURFACE = 0.1
+#: In the calmest third by 0.173 and more on clean meshes, by up to 0.153 with weak noise that should go.
+SURFACE_WHERE_CALM = 0.16
+#: Where neighbours agree, filters that take details err by 1.22 times the level of the noise and more, others by up to 1.18.
+DETAILS = 1.2
 #: The calmest part, by which the noise is bounded from below.
 CALMEST = 0.05
 #: Even noise is so many times what the calmest part says: 1.2 to 1.5 on parts, figures and surfaces.
 EVEN = 1.3
-#: Noise of 0.05 edges has 0.036 to 0.053 in the calmest part, scans smoothed or decimated have less.
-SMOOTHED = 0.035
 #: Details of clean surfaces have as much: deviations are not clipped below it, vertices are not far off, noise is not loud. Where
 #: outliers are replaced and the others are exact the calmest part has less.
 WEAK = 0.05
-#: What is better than the mean of the neighbours: a plane with even noise has 0.93.
-BETTER = 0.95
 
 # Impulse noise.
 #: More vertices than this stand out of it: of Gaussian noise up to 0.003, of clean meshes up to 0.007.

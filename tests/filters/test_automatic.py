@@ -153,7 +153,7 @@ def test_spikes_are_replaced_and_the_rest_stays() -> None:
 
 
 @pytest.mark.parametrize(("level", "expected"), [(0.0, True), (0.1, False), (0.2, False)])
-def test_vertices_with_weak_noise_beside_spikes_are_not_exact(level: float, expected: bool) -> None:
+def test_vertices_with_weak_noise_beside_spikes_are_not_clean(level: float, expected: bool) -> None:
     """Of a cow with spikes on three in a hundred vertices the others are best left only if they have no noise of their own."""
     vertices, faces = sample("cow.obj")
     rng = np.random.default_rng(5)
@@ -161,7 +161,7 @@ def test_vertices_with_weak_noise_beside_spikes_are_not_exact(level: float, expe
     size = mean_edge_length(vertices, faces)
     scan = Scan.of(vertices + (size * heights)[:, None] * smooth_normals(vertices, faces), faces)
     calmed, outlying = replace_outlying(scan.points, scan.faces, None)
-    assert Scan(calmed, scan.faces, replaced=outlying).exact is expected
+    assert Scan(calmed, scan.faces, replaced=outlying).clean is expected
 
 
 @pytest.mark.slow
