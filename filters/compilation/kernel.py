@@ -19,7 +19,7 @@ from . import machine_code, store
 from .argument_types import Signature, UnknownTypeError, signature_of
 from .compiler import COMPILER
 from .notices import compiling
-from .threads import parallel_threads
+from .threads import call_parallel, start_threads
 
 if TYPE_CHECKING:
     from numba import prange as prange
@@ -113,10 +113,7 @@ class Kernel:
         code = self._code.get(signature)
         if code is None:
             code = self._loaded(signature)
-        if not self._is_parallel:
-            return code(*arguments)
-        with parallel_threads():
-            return code(*arguments)
+        return call_parallel(code, arguments) if self._is_parallel else code(*arguments)
 
     def __repr__(self) -> str:
         return f"<kernel {self.__module__}.{self.__qualname__}>"
@@ -128,8 +125,7 @@ class Kernel:
 
     def _loaded(self, signature: Signature) -> Callable[..., Any]:
         if self._is_parallel:
-            with parallel_threads():  # the linker needs to know their functions
-                pass
+            start_threads()  # the linker needs to know their functions
         if not self._can_be_imported:
             self._code[signature] = self.dispatcher
             return self._code[signature]

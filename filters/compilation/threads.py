@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import os
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from functools import cache
 from typing import Any
@@ -51,22 +51,25 @@ def single_thread() -> Iterator[None]:
         set_threads(before)
 
 
-@contextmanager
-def parallel_threads() -> Iterator[None]:
-    """The context of a parallel kernel: its threads are there, and it takes no more than this thread allows.
+def call_parallel(code: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+    """What a parallel kernel gives: its threads are there, and it takes no more than this thread allows.
 
     Where OpenMP is missing, as on a bare Linux and on macOS, the threads are numba's own, which end the process when two threads
     of a program call them at once: there one waits for the other.
     """
-    set_number, turns = _layer()
+    set_number, turns = start_threads()
     with turns:
         set_number(allowed_threads())
-        yield
+        return code(*arguments)
 
 
 @cache
-def _layer() -> tuple[Any, Any]:
-    """Starts the threads; the function that says how many of them this thread uses, and the lock where one at a time may."""
+def start_threads() -> tuple[Any, Any]:
+    """Start the threads, whose functions parallel code is linked with.
+
+    Returns:
+        The function that says how many of them this thread uses, and the lock where one at a time may.
+    """
     import llvmlite.binding as llvm
 
     turns: Any = nullcontext()
