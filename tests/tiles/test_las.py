@@ -13,9 +13,11 @@ import pytest
 from pymeshfair.files.errors import ContentsError
 from pymeshfair.filters.outliers import local_outlier_probability
 from pymeshfair.tiles.cloud import Cloud, do_selection, write_cloud
-from pymeshfair.tiles.sources import LasCloud, open_cloud
+from pymeshfair.tiles.ply_slices import PlySlices
+from pymeshfair.tiles.sources import LasCloud
 from pymeshfair.tiles.workers import Tasks
 from tests.commands.command_line import invoke
+from tests.files.test_e57 import survey
 from tests.tiles.tiling import Here, loop
 
 
@@ -48,7 +50,7 @@ def test_every_dimension_is_kept(form: int, extension: str, tmp_path: Path) -> N
     source = scan(tmp_path / f"in.{extension}", form=form)
     points = np.stack([source.x, source.y, source.z], axis=1)
     expected = local_outlier_probability(points, neighbors=9, extent=2.0)
-    cloud = Cloud(open_cloud(tmp_path / f"in.{extension}"), tmp_path)
+    cloud = Cloud(LasCloud(tmp_path / f"in.{extension}"), tmp_path)
     cloud, values, _ = do_selection(
         cloud,
         loop(1, 9, 2.0, 0.7),
@@ -99,3 +101,19 @@ def test_a_torn_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / "in.las").write_bytes(data[: len(data) // 2])
     with pytest.raises(ContentsError):
         list(LasCloud(tmp_path / "in.las").points(100))
+
+
+def test_an_e57_file_becomes_what_it_becomes_in_one_piece(tmp_path: Path) -> None:
+    """Both scans of an E57 file, placed, without what was not measured, with all fields: the PLY file of a run in one piece."""
+    pytest.importorskip("pye57")
+    survey(tmp_path / "in.e57")
+    for name, options in (("whole.ply", ()), ("tiled.ply", ("--tiles",))):
+        done = invoke("run", "remove_outliers", tmp_path / "in.e57", "-o", tmp_path / name, *options)
+        assert done.exit_code == 0, done.stderr
+    files = [PlySlices(tmp_path / name) for name in ("whole.ply", "tiled.ply")]
+    whole, tiled = (file.vertices.read(0, len(file)) for file in files)
+    names = whole.dtype.names or ()
+    assert set(names) == set(tiled.dtype.names or ())
+    for name in names:
+        np.testing.assert_array_equal(whole[name], tiled[name])
+        assert whole.dtype[name] == tiled.dtype[name]

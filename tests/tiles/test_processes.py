@@ -237,7 +237,7 @@ def test_inputs_that_cannot_be_cut_are_refused(recipe: Path, tmp_path: Path) -> 
     text.write_bytes(b"0 0 0\n1 0 0\n")
     for arguments, said in (
         ((scan, "-o", scan), "it is the input"),
-        ((scan, "-o", tmp_path / "out.las"), "becomes a file of the same kind"),
+        ((scan, "-o", tmp_path / "out.las"), "a .ply file becomes a .ply file"),
         ((text, "-o", tmp_path / "out.ply"), "'.xyz' is no format for meshes"),
     ):
         done = invoke("run", recipe, *arguments, "--tiles")

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -34,35 +35,94 @@ def read_e57(path: Path, references: References) -> Reading:
         OSError: it cannot be read.
     """
     with _opened(path) as file:
-        count = int(file.scan_count)
-        scans = [(file.get_header(index), _fields(file, index)) for index in range(count)]
-        scans = [(header, fields) for header, fields in scans if fields]
-        extras = _extras(file, [header for header, _ in scans])
-        parts = [_placed(header, fields) for header, fields in scans]
-        colors = [_colors(header, fields) for header, fields in scans]
-    if not parts:
-        raise ContentsError("it holds no points")
-    measured = [~np.any([fields[name] != 0 for name in _INVALID if name in fields], axis=0) for _, fields in scans]
-    measured = [np.broadcast_to(kept, len(part)) for kept, part in zip(measured, parts, strict=True)]
-    missing = sum(int(np.count_nonzero(~kept)) for kept in measured)
+        survey = _Survey.of(file)
+        pieces = list(survey.pieces(None))
+        extras = _extras(file, survey.headers)
+        declared = sum(int(header.point_count) for header in survey.headers)
+    attributes = {name: np.concatenate([piece[1][name] for piece in pieces]) for name in pieces[0][1]}
+    vertices = np.concatenate([places for places, _ in pieces])
+    missing = declared - len(vertices)
     doubts = [f"{missing:,} points at which nothing was measured are left out"] if missing else []
-    attributes: dict[str, NDArray[Any]] = {}
-    if any(levels is not None for levels in colors):
-        white = [np.full((len(part), 4), 255, np.uint8) if c is None else c for part, c in zip(parts, colors, strict=True)]
-        attributes["colors"] = np.concatenate([c[kept] for c, kept in zip(white, measured, strict=True)])
-    names = dict.fromkeys(name for _, fields in scans for name in fields if name not in (*_PLACE, *_SPHERE, *_COLOR, *_INVALID))
-    for name in names:
-        if lacking := sum(name not in fields for _, fields in scans):
-            doubts.append(f"{lacking:,} of its {len(scans):,} scans have no field {name!r}, which is 0 there")
-        columns = [fields.get(name, np.zeros(len(part))) for (_, fields), part in zip(scans, parts, strict=True)]
-        column = np.concatenate([c[kept] for c, kept in zip(columns, measured, strict=True)])
-        key = name.replace(":", "_")
-        attributes[f"{key}_" if key in VERTEX_ATTRIBUTES else key] = column
-    if len(scans) > 1:
-        attributes[_SCAN] = np.repeat(np.arange(len(scans), dtype=np.int32), [int(kept.sum()) for kept in measured])
-    vertices = np.concatenate([part[kept] for part, kept in zip(parts, measured, strict=True)])
     mesh = MeshData(vertices=vertices, vertex_attributes=attributes, unit="m", source=Source(path, "e57", extras=tuple(extras)))
-    return Reading(mesh, tuple(doubts))
+    return Reading(mesh, (*doubts, *survey.doubts))
+
+
+def e57_pieces(path: Path, size: int) -> Iterator[MeshData]:
+    """The points that `read_e57` gives, about so many at a time, in its order and with the same attributes.
+
+    Raises:
+        ContentsError, OSError: as `read_e57`.
+    """
+    with _opened(path) as file:
+        for places, attributes in _Survey.of(file).pieces(size):
+            yield MeshData(vertices=places, vertex_attributes=attributes)
+
+
+def e57_size(path: Path) -> int:
+    """How many points a file declares, measured or not.
+
+    Raises:
+        ContentsError, OSError: as `read_e57`.
+    """
+    with _opened(path) as file:
+        return sum(int(header.point_count) for header in _Survey.of(file).headers)
+
+
+@dataclass(frozen=True)
+class _Survey:
+    """What a file declares of the scans that have points.
+
+    Attributes:
+        file: the open file.
+        headers: of the scans.
+        kinds: by scan and name of a field, whether its values are whole numbers of 32 bits.
+    """
+
+    file: Any
+    headers: list[Any]
+    kinds: list[dict[str, bool]]
+
+    @staticmethod
+    def of(file: Any) -> _Survey:
+        headers = [file.get_header(index) for index in range(int(file.scan_count))]
+        headers = [header for header in headers if int(header.point_count)]
+        if not headers:
+            raise ContentsError("it holds no points")
+        return _Survey(file, headers, [_kinds(header) for header in headers])
+
+    @property
+    def names(self) -> list[str]:
+        """The fields that become attributes, of all scans."""
+        own = (*_PLACE, *_SPHERE, *_COLOR, *_INVALID)
+        return list(dict.fromkeys(name for kinds in self.kinds for name in kinds if name not in own))
+
+    @property
+    def doubts(self) -> list[str]:
+        """Which scans lack fields that others have, in words."""
+        lacking = {name: sum(name not in kinds for kinds in self.kinds) for name in self.names}
+        scans = f"{len(self.headers):,} scans have no field"
+        return [f"{count:,} of its {scans} {name!r}, which is 0 there" for name, count in lacking.items() if count]
+
+    def pieces(self, size: int | None) -> Iterator[tuple[NDArray[np.float64], dict[str, NDArray[Any]]]]:
+        """Coordinates and attributes of the points that were measured, so many rows at a time, None for a scan at a time."""
+        colored = any(set(_COLOR) <= kinds.keys() for kinds in self.kinds)
+        for number, (header, kinds) in enumerate(zip(self.headers, self.kinds, strict=True)):
+            for fields in _chunks(self.file, header, kinds, size):
+                places = _placed(header, fields)
+                invalid = [fields[name] != 0 for name in _INVALID if name in fields]
+                kept = ~np.any(invalid, axis=0) if invalid else np.ones(len(places), np.bool_)
+                attributes: dict[str, NDArray[Any]] = {}
+                if colored:
+                    levels = _colors(header, fields)
+                    attributes["colors"] = np.full((len(places), 4), 255, np.uint8) if levels is None else levels
+                for name in self.names:
+                    whole = all(kinds.get(name, True) for kinds in self.kinds)
+                    column = fields.get(name, np.zeros(len(places)))
+                    key = name.replace(":", "_")
+                    attributes[f"{key}_" if key in VERTEX_ATTRIBUTES else key] = column.astype(np.int32) if whole else column
+                if len(self.headers) > 1:
+                    attributes[_SCAN] = np.full(len(places), number, np.int32)
+                yield places[kept], {name: values[kept] for name, values in attributes.items()}
 
 
 @contextmanager
@@ -79,31 +139,41 @@ def _opened(path: Path) -> Iterator[Any]:
         raise ContentsError(f"pye57 says: {str(error).strip().splitlines()[0] if str(error).strip() else error!r}") from error
 
 
-def _fields(file: Any, index: int) -> dict[str, NDArray[Any]]:
-    """All fields of the points of a scan; those whose kind is a whole number in a type of whole numbers."""
+def _kinds(header: Any) -> dict[str, bool]:
+    """The fields of the points of a scan but for texts, and whether they are whole numbers of 32 bits."""
     from pye57 import libe57
 
-    header = file.get_header(index)
-    count = int(header.point_count)
-    if not count:
-        return {}
     prototype = libe57.StructureNode(header.points.prototype())
-    kinds = {name: prototype.get(name).type() for name in header.point_fields}
-    texts = {name for name, kind in kinds.items() if kind == libe57.NodeType.E57_STRING}
-    columns = {name: np.zeros(count) for name in kinds if name not in texts}
+    kinds = {}
+    for name in header.point_fields:
+        node = prototype.get(name)
+        if node.type() == libe57.NodeType.E57_INTEGER:
+            number, limits = libe57.IntegerNode(node), np.iinfo(np.int32)
+            kinds[name] = limits.min <= number.minimum() and number.maximum() <= limits.max
+        elif node.type() != libe57.NodeType.E57_STRING:
+            kinds[name] = False
+    return kinds
+
+
+def _chunks(file: Any, header: Any, names: Iterable[str], size: int | None) -> Iterator[dict[str, NDArray[Any]]]:
+    """Fields of the points of a scan, so many rows at a time."""
+    from pye57 import libe57
+
+    count = int(header.point_count)
+    rows = count if size is None else min(size, count)
+    columns = {name: np.zeros(rows) for name in names}
     buffers = libe57.VectorSourceDestBuffer()
     for name, column in columns.items():
-        buffers.append(libe57.SourceDestBuffer(file.image_file, name, column, count, True, True))
-    reader = header.points.reader(buffers)
-    read = reader.read()
-    reader.close()
-    if read < count:
-        raise ContentsError(f"a scan of it ends after {read:,} of its {count:,} points")
-    for name, column in columns.items():
-        whole = kinds[name] == libe57.NodeType.E57_INTEGER and name not in _COLOR
-        if whole and column.min() >= np.iinfo(np.int32).min and column.max() <= np.iinfo(np.int32).max:
-            columns[name] = column.astype(np.int32)
-    return columns
+        buffers.append(libe57.SourceDestBuffer(file.image_file, name, column, rows, True, True))
+    reader, done = header.points.reader(buffers), 0
+    try:
+        while read := int(reader.read()):
+            done += read
+            yield {name: column[:read].copy() for name, column in columns.items()}
+    finally:
+        reader.close()
+    if done < count:
+        raise ContentsError(f"a scan of it ends after {done:,} of its {count:,} points")
 
 
 def _placed(header: Any, fields: dict[str, NDArray[Any]]) -> NDArray[np.float64]:
@@ -128,11 +198,19 @@ def _colors(header: Any, fields: dict[str, NDArray[Any]]) -> NDArray[np.uint8] |
         return None
     levels = np.full((len(fields[_COLOR[0]]), 4), 255, np.uint8)
     for k, name in enumerate(_COLOR):
-        least, most = 0.0, 255.0 if fields[name].max() <= 255 else 65535.0
+        least, most = 0.0, 255.0 if _declared_most(header, name) <= 255 else 65535.0
         if all(header.node.isDefined(f"colorLimits/{name}{end}") for end in ("Minimum", "Maximum")):
             least, most = (float(header.node["colorLimits"][f"{name}{end}"].value()) for end in ("Minimum", "Maximum"))
         levels[:, k] = np.clip(np.rint((fields[name] - least) * (255.0 / (most - least or 1.0))), 0, 255)
     return levels
+
+
+def _declared_most(header: Any, name: str) -> float:
+    """The largest value that a field may have."""
+    from pye57 import libe57
+
+    node = libe57.StructureNode(header.points.prototype()).get(name)
+    return float(libe57.IntegerNode(node).maximum()) if node.type() == libe57.NodeType.E57_INTEGER else 255.0
 
 
 def _extras(file: Any, headers: list[Any]) -> list[str]:

@@ -37,7 +37,7 @@ from .mesh import MeshFile, MeshTiles, cut, do_move
 from .moves import NORMALS, cost_of
 from .plan import LOOP, STRAYS, Move, Plan, plan_of
 from .ply_slices import PlySlices
-from .sources import CLOUD_FORMATS, Source, open_cloud
+from .sources import CLOUD_FORMATS, E57Cloud, PlyCloud, Source, open_cloud
 from .surface import Surface
 from .work_folder import work_folder, work_path
 from .workers import FullDiskError, Tasks, open_tasks
@@ -171,7 +171,12 @@ class _Course:
         return self._select(plan) if plan.selections else self._move(plan.moves)
 
     def _select(self, plan: Plan) -> Report:
-        cloud = Cloud(open_cloud(self._job.input), self._folder)
+        source = open_cloud(self._job.input)
+        if isinstance(source, E57Cloud):
+            rewritten = self._folder / "input.ply"
+            self._tasks.run(source.rewrite, rewritten, slice_rows(self._share.tile, source.row))
+            source = PlyCloud(rewritten)
+        cloud = Cloud(source, self._folder)
         tilings = []
         for selection in plan.selections:
             self._pass_to(selection.step)
@@ -288,7 +293,7 @@ def check(job: Job, plan: Plan) -> None:
         raise ParameterError(
             "limits of the result, an intervention map and further layers need the whole mesh at once; leave them out, or --tiles"
         )
-    check_input(job.input, formats)
+    check_input(job.input, (*formats, "e57") if plan.selections else formats)
     try:
         check_magic(job.input)
         source = open_cloud(job.input) if plan.selections else MeshFile(PlySlices(job.input))
@@ -297,13 +302,13 @@ def check(job: Job, plan: Plan) -> None:
     except ContentsError as error:
         raise InputError(job.input, str(error)) from error
     check_output(job.output, job.made_from, overwrite=job.overwrite, formats=formats)
-    kinds = [extension(path).replace("laz", "las") for path in (job.input, job.output)]
+    kinds = [{"laz": "las", "e57": "ply"}.get(kind, kind) for kind in map(extension, (job.input, job.output))]
     if kinds[0] != kinds[1]:
-        raise OutputError(job.output, f"by tiles a .{extension(job.input)} file becomes a file of the same kind")
+        raise OutputError(job.output, f"by tiles a .{extension(job.input)} file becomes a .{kinds[0]} file")
     _check_room(job, plan, source)
 
 
-def _check_room(job: Job, plan: Plan, source: Source | MeshFile) -> None:
+def _check_room(job: Job, plan: Plan, source: Source | E57Cloud | MeshFile) -> None:
     folder = job.output.absolute().parent
     if not isinstance(source, MeshFile):
         neighbors = {LOOP: 0, STRAYS: 0}

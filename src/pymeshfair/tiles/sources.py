@@ -5,17 +5,21 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..files.e57 import e57_pieces, e57_size
 from ..files.errors import ContentsError
 from ..files.formats import extension
 from ..files.las import chunks, header_of, opened
 from ..files.ply import SCALAR
 from ..files.ply_header import PlyElement, PlyProperty, header_bytes
+from ..files.ply_write import write_ply
+from ..mesh_data import MeshData
 from .ply_slices import PlySlices
 
 #: a dimension of its own for the probability
@@ -153,12 +157,46 @@ class PlyCloud(PlySlices):
             os.fsync(file.fileno())
 
 
-def open_cloud(path: Path) -> Source:
+@dataclass(frozen=True)
+class E57Cloud:
+    """The points of an E57 file, which becomes a PLY file first."""
+
+    path: Path
+
+    @property
+    def row(self) -> int:
+        """Bytes of a point of that PLY file, and of the output."""
+        return 2 * (24 + sum(values.itemsize * values.size // len(values) for values in self._first().vertex_attributes.values()))
+
+    def __len__(self) -> int:
+        return e57_size(self.path)
+
+    def _first(self) -> MeshData:
+        return next(e57_pieces(self.path, 1000))
+
+    def rewrite(self, target: Path, size: int) -> None:
+        """Write a binary PLY file, so many points at a time, with the properties that `run` gives them."""
+        count = sum(len(piece.vertices) for piece in e57_pieces(self.path, size))
+        with target.open("wb") as file:
+            for number, piece in enumerate(e57_pieces(self.path, size)):
+                written = BytesIO()
+                write_ply(piece, written)
+                header, end, rows = written.getvalue().partition(b"end_header\n")
+                if number == 0:
+                    file.write(header.replace(b"vertex %d\n" % len(piece.vertices), b"vertex %d\n" % count) + end)
+                file.write(rows)
+
+
+def open_cloud(path: Path) -> Source | E57Cloud:
     """The cloud in a file.
 
     Raises:
         ContentsError: it cannot be read by slices.
     """
+    if extension(path) == "e57":
+        e57 = E57Cloud(path)
+        len(e57)  # it can be opened
+        return e57
     if extension(path) == "ply":
         cloud = PlyCloud(path)
         cloud.check()
