@@ -111,11 +111,11 @@ def test_marks_at_axes_are_round() -> None:
 
 def test_spectra_run_from_long_waves_to_short() -> None:
     """A band of omega from 1 to 2 lies between the wavelengths 2 pi and pi, as high as the root of its energy; 0 is a gap."""
-    chart = spectrum_chart({"before": {"band_edges": [1.0, 2.0, 4.0], "band_energies": [4.0, 0.01]}})
+    chart = spectrum_chart({"before": {"band_edges": [1.0, 2.0, 4.0], "band_energies": [4.0, 0.01]}}, "mesh units")
     assert chart is not None
     assert [row[1:] for row in chart.rows] == [("3.142 to 6.283", "2"), ("1.571 to 3.142", "0.1")]
-    assert spectrum_chart({}) is None
-    gap = spectrum_chart({"after": {"band_edges": [1.0, 2.0, 4.0, 8.0], "band_energies": [4.0, 0.0, 0.01]}})
+    assert spectrum_chart({}, "mesh units") is None
+    gap = spectrum_chart({"after": {"band_edges": [1.0, 2.0, 4.0, 8.0], "band_energies": [4.0, 0.0, 0.01]}}, "mesh units")
     assert gap is not None
     assert gap.lines[0].path.count("M") == 2
 

@@ -283,5 +283,5 @@ def test_a_scan_in_metres_moves_by_no_millimetre(tmp_path: Path) -> None:
     record = json.loads((tmp_path / "out.ply.provenance.json").read_bytes())
     assert record["options"]["unit"] == "m"
     assert record["guards"]["limits"] == {"max_displacement": "0.005"}
-    with pytest.raises(GuardBroken, match=r"which is more than 0\.0001"):
+    with pytest.raises(GuardBroken, match=r"which is more than 0\.1mm = 0\.0001 m"):
         run_job(job(tmp_path, guards={"max_displacement": "0.1mm"}, unit="m"))

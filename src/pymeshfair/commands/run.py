@@ -203,6 +203,7 @@ def _document(job: Job, result: RunResult) -> dict[str, object]:
         "before": result.before or None,
         "after": result.after or None,
         "change": result.change or None,
+        "unit": result.unit,
         "warnings": result.warnings,
         "breaches": result.breaches,
         "maps": result.maps,
@@ -214,8 +215,8 @@ def _show(result: RunResult) -> None:
     from .tables import console, measures_table
 
     if result.before:
-        console().print(measures_table({"before": result.before, "after": result.after}))
-        for line in change_lines(result.change):
+        console().print(measures_table({"before": result.before, "after": result.after}, result.unit))
+        for line in change_lines(result.change, result.unit):
             typer.echo(line)
         typer.echo()
     typer.echo(f"{len(result.steps)} {'step' if len(result.steps) == 1 else 'steps'} in {result.seconds:.1f} s. Written:")

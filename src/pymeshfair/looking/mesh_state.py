@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from ..declaration import Bools
-from ..declaration.units import METRES
 from ..files.formats import ATTRIBUTES, attributes_of
 from ..filters.denoising import estimate_noise
 from ..filters.holes.rims import outer_borders
@@ -43,11 +42,6 @@ class MeshState:
         """What the mesh has, in the words of `pymeshfair.files.formats.ATTRIBUTES`."""
         present = attributes_of(self.mesh)
         return tuple(a for a in ATTRIBUTES if a in present)
-
-    @property
-    def unit(self) -> str | None:
-        """One of `METRES` that the file says; None if it says none."""
-        return self.mesh.unit if self.mesh.unit in METRES else None
 
     @property
     def diagonal(self) -> float:

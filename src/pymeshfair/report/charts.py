@@ -105,11 +105,12 @@ def histogram(title: str, across: str, samples: Mapping[str, Floats], low: float
     )
 
 
-def spectrum_chart(spectra: Mapping[str, Mapping[str, Sequence[float]]]) -> Chart | None:
+def spectrum_chart(spectra: Mapping[str, Mapping[str, Sequence[float]]], unit: str) -> Chart | None:
     """Root mean square heights of waves against their length, both axes logarithmic; None if there are no bands.
 
     Args:
         spectra: by "before" and "after", what the filter ``get_surface_spectrum`` returns.
+        unit: of lengths, in words.
     """
     bands = {name: _heights(found) for name, found in spectra.items()}
     bands = {name: band for name, band in bands.items() if len(band[1]) and (band[1] > 0.0).any()}
@@ -129,12 +130,12 @@ def spectrum_chart(spectra: Mapping[str, Mapping[str, Sequence[float]]]) -> Char
     return Chart(
         title="Spectrum: how high are waves of which length",
         summary="Where both lines are the same nothing was changed; noise is what stays high at short waves, on the right.",
-        across="wavelength (mesh units)",
-        upwards="height (mesh units)",
+        across=f"wavelength ({unit})",
+        upwards=f"height ({unit})",
         lines=tuple(lines),
         ticks_across=tuple(Tick(_across(math.log10(x), left, right), f"{x:.4g}") for x in _powers(right, left)),
         ticks_upwards=tuple(Tick(_upwards(math.log10(y), low, high), f"{y:.3g}") for y in _powers(low, high)),
-        headers=("mesh", "wavelength (mesh units)", "height (mesh units)"),
+        headers=("mesh", f"wavelength ({unit})", f"height ({unit})"),
         rows=tuple(rows),
     )
 

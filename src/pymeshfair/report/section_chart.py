@@ -24,7 +24,7 @@ class SectionChart:
         before: the path of the outline of the first mesh.
         after: that of the second.
         bar: the length of the scale bar in the picture.
-        bar_words: its length in mesh units.
+        bar_words: its length in mesh units, with the unit if it is known.
     """
 
     title: str
@@ -36,8 +36,8 @@ class SectionChart:
     height: int = _HEIGHT
 
 
-def section_chart(before: MeshData, after: MeshData, plane: Plane) -> SectionChart | None:
-    """The section of both meshes; None if the plane cuts neither."""
+def section_chart(before: MeshData, after: MeshData, plane: Plane, unit: str | None = None) -> SectionChart | None:
+    """The section of both meshes; None if the plane cuts neither. `unit` is that of the scan, if it is known."""
     outlines = [outline(mesh, plane) for mesh in (before, after)]
     every = np.concatenate(outlines).reshape(-1, 2)
     if not len(every):
@@ -48,7 +48,8 @@ def section_chart(before: MeshData, after: MeshData, plane: Plane) -> SectionCha
     right, up = [axis for k, axis in enumerate("xyz") if k != plane.axis]
     paths = [_path(segments, low, scale) for segments in outlines]
     bar = round_length(0.25 * _WIDTH / scale)
-    return SectionChart(f"Section {plane}; {right} to the right, {up} upwards", paths[0], paths[1], bar * scale, number(bar))
+    title = f"Section {plane}; {right} to the right, {up} upwards"
+    return SectionChart(title, paths[0], paths[1], bar * scale, f"{number(bar)} {unit or ''}".strip())
 
 
 def _path(segments: Floats, low: Floats, scale: float) -> str:

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
+from ..declaration.units import unit_of_scan
+from ..files.formats import WITH_UNIT, extension
 from ..files.outputs import MadeFrom
 from ..files.provenance import read_provenance
 from ..recipe import Recipe
@@ -41,8 +43,8 @@ class Job:
         warnings: what is to be known about the recipe; the result and the record list them before those of the run.
         measures: whether to measure the mesh before and after; without, there are no limits, and the result does not
             say what the run did to the shape or whether the recipe is for such scans.
-        unit: the unit of the scan, one of `pymeshfair.declaration.units.METRES`, or None if it is not known; then no limit may
-            have one.
+        unit: the unit of the scan, one of `pymeshfair.declaration.units.METRES`; None: that of the file, or of the recipe. A
+            limit with a unit needs one of the three.
     """
 
     recipe: Recipe
@@ -78,12 +80,26 @@ class Job:
 
     @property
     def all_guards(self) -> Guards:
-        """The limits of the recipe and of the job, on the scan.
+        """The limits of the recipe and of the job, as they were given."""
+        return self.recipe.script.guards.overridden(self.guards)
+
+    def unit_of(self, file_unit: str | None) -> str | None:
+        """The unit of the scan, given that of its file; None without any.
 
         Raises:
-            ParameterError: one has a unit, and that of the scan is not known.
+            ParameterError: `unit` is none of `METRES`.
         """
-        return self.recipe.script.guards.overridden(self.guards).in_mesh_units(self.unit)
+        return unit_of_scan(self.unit, file_unit, self.recipe.script.unit)
+
+    def check_unit(self) -> None:
+        """Refuse a limit with a unit where nothing says that of the scan, as far as that is known before the file is read.
+
+        Raises:
+            ParameterError: there is such a limit, or `unit` is none of `METRES`.
+        """
+        unit = self.unit_of(None)
+        if extension(self.input) not in WITH_UNIT:
+            self.all_guards.in_mesh_units(unit)
 
 
 # ------------------------------------------------------------------------------------------------------------------- events
@@ -206,6 +222,7 @@ class RunResult:
         peak_memory: bytes that the worker took at most, or None where the system does not say.
         breaches: the guards that were broken, as `pymeshfair.running.guarding.Breach` by name; the output is kept all the same.
         maps: the files of the intervention map.
+        unit: of the lengths in all of these; None if it is not known.
     """
 
     output: Path
@@ -220,6 +237,7 @@ class RunResult:
     peak_memory: int | None
     breaches: tuple[Mapping[str, Any], ...] = ()
     maps: tuple[Path, ...] = ()
+    unit: str | None = None
 
     def __repr__(self) -> str:
         sizes = [f"{measures['vertices']:,}" for measures in (self.before, self.after) if measures]

@@ -49,7 +49,13 @@ def record_of(job: Job, report: Report, *, started: datetime, seconds: float) ->
             }
             for number, (step, done) in enumerate(zip(script.steps, report.steps, strict=True), 1)
         ],
-        "measures": {"before": report.before, "after": report.after, "change": report.change, "traits": report.traits},
+        "measures": {
+            "unit": job.unit_of(report.input.get("unit")),
+            "before": report.before,
+            "after": report.after,
+            "change": report.change,
+            "traits": report.traits,
+        },
         "warnings": [*job.warnings, *report.warnings],
         **_guarded(job, report),
         **({} if report.tiles is None else {"tiles": report.tiles}),
@@ -79,7 +85,8 @@ def _guarded(job: Job, report: Report) -> dict[str, Any]:
     if not job.is_watched:
         return {}
     maps = [described_file(file.staged, named=file.target) for file in report.maps]
-    return {"guards": {"limits": job.all_guards.texts(), "breaches": list(report.breaches), "maps": maps}}
+    limits = job.all_guards.in_mesh_units(job.unit_of(report.input.get("unit")))
+    return {"guards": {"limits": limits.texts(), "breaches": list(report.breaches), "maps": maps}}
 
 
 def result_of(job: Job, record: Mapping[str, Any], side_files: Sequence[Path], maps: Sequence[Path] = ()) -> RunResult:
@@ -98,6 +105,7 @@ def result_of(job: Job, record: Mapping[str, Any], side_files: Sequence[Path], m
         peak_memory=run["peak_memory_bytes"],
         breaches=tuple(record.get("guards", {}).get("breaches", ())),
         maps=tuple(maps),
+        unit=record["measures"]["unit"],
     )
 
 

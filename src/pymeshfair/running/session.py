@@ -83,6 +83,7 @@ class Session:
         self._number, self._told = 0, 0.0
         self._notes: list[str] = []
         self._measuring = Measuring(wanted=job.measures)
+        self._unit: str | None = None
 
     def run(self) -> Report:
         """Carry the job out; the report for the supervisor.
@@ -93,6 +94,12 @@ class Session:
         on_compilation(lambda so_far: self._event(Compiling(**vars(so_far))))
         self._event(PhaseStarted("reading"))
         read, source = self._load(self._job.input)
+        self._unit = self._job.unit_of(read.unit)
+        self._job.all_guards.in_mesh_units(self._unit)  # refused before anything is done
+        if (meant := self._job.recipe.script.unit) and meant != self._unit:
+            self._warn(
+                f"the recipe is for scans in {meant}, and this one is in {self._unit}: its plain numbers mean {self._unit}"
+            )
         others = [self._load(path) for path in self._job.others]
         outcome = self.carry_out(read, [mesh for mesh, _ in others])
         source["others"] = [described for _, described in others]
@@ -140,6 +147,7 @@ class Session:
         for doubt in reading.doubts:
             self._warn(f"{path.name}: {doubt}")
         described = described_file(path) | {"side_files": [described_file(side) for side in reading.side_files]}
+        described |= {"unit": reading.mesh.unit} if reading.mesh.unit else {}
         return reading.mesh, described
 
     def _unchecked(self, path: Path) -> Reading:
@@ -259,7 +267,7 @@ class Session:
         """Find the limits that were broken, and write the intervention map."""
         if not origins.known:
             self._warn("a step made a new mesh, so that its elements cannot be followed: distances are those from the input")
-        broken = breaches(self._job.all_guards, origins, change, report.before, report.after)
+        broken = breaches(self._job.all_guards, origins, change, report.before, report.after, unit=self._unit)
         maps: tuple[StagedFile, ...] = ()
         if self._job.map is not None:
             maps = stage_map(self._stage / "new", self._job.map, origins)
