@@ -36,6 +36,7 @@ from .options import (
     memory_limit,
     scheduler_of,
 )
+from .options import map_tolerance as kept_within
 from .report_file import Report, Up, check_report, say_report
 from .standard_files import open_recipe
 from .streams import Talk, printable, talk, warn
@@ -76,6 +77,10 @@ def run(
     map: Annotated[
         Path | None,
         typer.Option(metavar="MAP.ply", help="Write the intervention map there: what was kept, moved and added, and how far."),
+    ] = None,
+    map_tolerance: Annotated[
+        str | None,
+        typer.Option(metavar="LENGTH", help="What moved by no more counts as kept in MAP.ply: 0.05, 0.1%, 0.5edge, 0.05mm."),
     ] = None,
     tiles: Annotated[
         bool, typer.Option("--tiles", help="Work by tiles, for clouds and meshes larger than memory; see docs/scale.md.")
@@ -132,6 +137,7 @@ def run(
             guards=limits,
             keep_broken=keep_broken,
             map=map,
+            map_tolerance=kept_within(map_tolerance, map),
             measures=not no_measures,
             unit=unit,
         )

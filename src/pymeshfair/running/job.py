@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
-from ..declaration.units import unit_of_scan
+from ..declaration import Length
+from ..declaration.units import PhysicalLength, unit_of_scan
 from ..files.formats import WITH_UNIT, extension
 from ..files.outputs import MadeFrom
 from ..files.provenance import read_provenance
@@ -38,6 +39,7 @@ class Job:
         guards: limits over those of the recipe.
         keep_broken: write the output even if a guard was broken.
         map: the .ply file for the intervention map, or None.
+        map_tolerance: what moved by no more than that counts as kept there; None: what did not move.
         own_texture_names: put the output's name before the names of its textures, so that runs side by side into one folder do
             not ask for the same names, and none depends on which was first.
         warnings: what is to be known about the recipe; the result and the record list them before those of the run.
@@ -63,6 +65,7 @@ class Job:
     guards: Guards = NO_GUARDS
     keep_broken: bool = False
     map: Path | None = None
+    map_tolerance: Length | PhysicalLength | None = None
     own_texture_names: bool = False
     warnings: tuple[str, ...] = ()
     measures: bool = True
@@ -92,14 +95,25 @@ class Job:
         return unit_of_scan(self.unit, file_unit, self.recipe.script.unit)
 
     def check_unit(self) -> None:
-        """Refuse a limit with a unit where nothing says that of the scan, as far as that is known before the file is read.
+        """Refuse a length with a unit where nothing says that of the scan, as far as that is known before the file is read.
 
         Raises:
             ParameterError: there is such a limit, or `unit` is none of `METRES`.
         """
         unit = self.unit_of(None)
         if extension(self.input) not in WITH_UNIT:
-            self.all_guards.in_mesh_units(unit)
+            self.lengths_in(unit)
+
+    def lengths_in(self, unit: str | None) -> tuple[Guards, Length]:
+        """The limits, and the tolerance of the map, on a scan in that unit.
+
+        Raises:
+            ParameterError: one has a unit, and that of the scan is not known.
+        """
+        tolerance = self.map_tolerance or Length(0.0)
+        return self.all_guards.in_mesh_units(unit), (
+            tolerance.in_mesh_units(unit) if isinstance(tolerance, PhysicalLength) else tolerance
+        )
 
 
 # ------------------------------------------------------------------------------------------------------------------- events

@@ -85,8 +85,9 @@ def _guarded(job: Job, report: Report) -> dict[str, Any]:
     if not job.is_watched:
         return {}
     maps = [described_file(file.staged, named=file.target) for file in report.maps]
-    limits = job.all_guards.in_mesh_units(job.unit_of(report.input.get("unit")))
-    return {"guards": {"limits": limits.texts(), "breaches": list(report.breaches), "maps": maps}}
+    limits, tolerance = job.lengths_in(job.unit_of(report.input.get("unit")))
+    told = {"limits": limits.texts(), "breaches": list(report.breaches), "maps": maps}
+    return {"guards": told | ({"map_tolerance": str(tolerance)} if job.map_tolerance else {})}
 
 
 def result_of(job: Job, record: Mapping[str, Any], side_files: Sequence[Path], maps: Sequence[Path] = ()) -> RunResult:

@@ -95,7 +95,7 @@ class Session:
         self._event(PhaseStarted("reading"))
         read, source = self._load(self._job.input)
         self._unit = self._job.unit_of(read.unit)
-        self._job.all_guards.in_mesh_units(self._unit)  # refused before anything is done
+        self._job.lengths_in(self._unit)  # refused before anything is done
         if (meant := self._job.recipe.script.unit) and meant != self._unit:
             self._warn(
                 f"the recipe is for scans in {meant}, and this one is in {self._unit}: its plain numbers mean {self._unit}"
@@ -222,7 +222,7 @@ class Session:
             change=None if change is None else plain(asdict(change)),
         )
         if self._job.is_watched:
-            report = self._watched(report, origins, change)
+            report = self._watched(report, origins, change, before)
         if not report.breaches or self._job.keep_broken:
             try:
                 report = self._checked(self._saved(report, after), report)
@@ -263,14 +263,15 @@ class Session:
         broken = (*saved.breaches, *faults)
         return replace(saved if self._job.keep_broken or not faults else unsaved, breaches=broken)
 
-    def _watched(self, report: Report, origins: Origins, change: ShapeChange | None) -> Report:
+    def _watched(self, report: Report, origins: Origins, change: ShapeChange | None, before: Found) -> Report:
         """Find the limits that were broken, and write the intervention map."""
         if not origins.known:
             self._warn("a step made a new mesh, so that its elements cannot be followed: distances are those from the input")
         broken = breaches(self._job.all_guards, origins, change, report.before, report.after, unit=self._unit)
         maps: tuple[StagedFile, ...] = ()
         if self._job.map is not None:
-            maps = stage_map(self._stage / "new", self._job.map, origins)
+            tolerance = self._job.lengths_in(self._unit)[1].resolve(diagonal=before.diagonal, mean_edge=before.resolution)
+            maps = stage_map(self._stage / "new", self._job.map, origins, tolerance)
         return replace(report, breaches=tuple(plain(asdict(breach)) for breach in broken), maps=maps)
 
     def _looked(self, mesh: MeshData, refusal: Exception) -> Found:
