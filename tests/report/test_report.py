@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from pymeshfair.filters.geometry import face_normals
 from pymeshfair.filters.inspection import Limits
 from pymeshfair.report.charts import histogram, round_numbers, spectrum_chart
 from pymeshfair.report.display import shown_mesh
@@ -101,6 +102,19 @@ def test_histograms_count_everything() -> None:
     assert "after 4.75" in chart.summary
     assert histogram("x", "mm", {"before": np.zeros(3)}, 0.0, 0.0) is None
     assert histogram("x", "mm", {"before": np.array([np.nan])}, 0.0, 1.0) is None
+
+
+def test_very_large_meshes_are_thinned_before_they_are_decimated() -> None:
+    """A sphere of 81,920 faces becomes one of 2,000: all its faces look outwards, its vertices stay within 1 % of the radius."""
+    vertices, faces = icosphere(6)
+    numbers = {"distance": vertices[:, 2].copy()}
+    shown = shown_mesh("after", 7.0 * vertices + 100.0, faces, NO_EDGES, scalars=numbers, most_faces=2000)
+    assert 1500 < len(shown.elements) <= 2000
+    local = (shown.vertices - 100.0) / 7.0
+    np.testing.assert_allclose(np.linalg.norm(local, axis=1), 1.0, atol=0.01)
+    outwards = np.einsum("ij,ij->i", face_normals(local, shown.elements), local[shown.elements].mean(axis=1))
+    assert (outwards > 0.9).all()
+    np.testing.assert_allclose(shown.scalars["distance"], local[:, 2], atol=0.05)
 
 
 def test_marks_at_axes_are_round() -> None:
