@@ -72,8 +72,8 @@ def compare(
     from ..declaration.units import unit_of_scan
     from ..files.formats import extension
     from ..files.writing import write_file
+    from ..looking.comparison import FORMATS, deviations_file
     from ..looking.comparison import compare as compare_states
-    from ..looking.deviations import FORMATS, deviations_file
     from ..looking.mesh_state import state_of
     from ..looking.section import Plane
     from ..running.read import read_mesh

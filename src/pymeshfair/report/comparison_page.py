@@ -34,11 +34,10 @@ from ..looking.words import (
     verdict_text,
 )
 from ..running.job import StepReport
-from .charts import Chart, histogram, spectrum_chart
+from .charts import Chart, SectionChart, histogram, section_chart, spectrum_chart
 from .display import Shown, shown_mesh
 from .page import Figure, figure_of, render
 from .scene import Marker, Scene, pack_scene
-from .section_chart import SectionChart, section_chart
 
 #: pixels of a picture of a whole mesh, and of one of the views of the distances
 _PICTURE, _VIEW = 400, 300

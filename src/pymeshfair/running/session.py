@@ -22,7 +22,7 @@ from ..files.writing import StagedFile
 from ..filters.compilation import on_compilation
 from ..mesh_data import MeshData
 from ..meshlab.loading import MeshLabLoadError, load_pymeshlab
-from ..scripts.script import Script
+from ..scripts.script import Script, Step
 from ..scripts.warnings import lengths_out_of_proportion
 from .document import Document
 from .guarding import breaches
@@ -32,7 +32,6 @@ from .measuring import Found, Measuring, change_of
 from .origins import Origins, find_origins
 from .plain_values import plain
 from .printable import PRINTABLE, print_faults
-from .reasons import caused_by_memory, reason_of
 from .report import Report, StepDone
 from .shape_change import ShapeChange, warnings_of
 from .suitability import instead, traits_asked_for
@@ -291,3 +290,20 @@ class Session:
     def _warn(self, text: str) -> None:
         self.warnings.append(text)
         self._event(Message(text, "warning"))
+
+
+def reason_of(error: Exception, step: Step) -> str:
+    """The message of an error without the filter's name, which the supervisor adds."""
+    words = " ".join(str(error).split())
+    for prefix in (f"Failed to apply filter: {step.filter.python_name} Details: ", f"{step.filter.python_name}: "):
+        words = words.removeprefix(prefix)
+    return words
+
+
+def caused_by_memory(error: BaseException | None) -> bool:
+    """Whether an error, or one that it comes from, says that there was no memory left."""
+    while error is not None:
+        if isinstance(error, MemoryError) or "bad_alloc" in str(error):
+            return True
+        error = error.__cause__
+    return False
