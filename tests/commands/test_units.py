@@ -10,10 +10,12 @@ from pathlib import Path
 
 import pytest
 
+from pymeshfair.authoring import Recipe
 from pymeshfair.files.saving import Writing
 from pymeshfair.files.three_mf import write_3mf
 from pymeshfair.looking.coloring import COLORINGS, in_unit
 from pymeshfair.mesh_data import MeshData
+from pymeshfair.scripts.export import export_script
 from pymeshfair.scripts.guards import Guards
 from pymeshfair.scripts.problems import ScriptError
 from pymeshfair.scripts.read import parse_script
@@ -110,6 +112,10 @@ def test_the_head_of_a_recipe_says_the_unit_of_its_scans(sphere: Callable[[str],
     assert parse_script(text.encode(), "again.mlx").unit == "mm"
     path = tmp_path / "head.mlx"
     path.write_text(text)
+    without = tmp_path / "without.mlx"
+    without.write_text(text.replace(' unit="mm"', ""))
+    assert Recipe.load(without).differences(Recipe.load(path)) == ["the unit of scans is mm, not none"]
+    assert "unit=" not in export_script(script)[0]
     done = invoke("run", path, sphere(""), "-o", tmp_path / "out.ply", "--json")
     assert done.exit_code == 0, done.stderr
     assert document(done.stdout)["unit"] == "mm"
