@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pymeshfair.files.errors import InputError, OutputError
+from pymeshfair.files.errors import InputError
 from pymeshfair.files.inputs import read_file
-from pymeshfair.files.outputs import MadeFrom, check_output
 from tests.commands.command_line import document, invoke
 
 pye57 = pytest.importorskip("pye57")
@@ -61,7 +60,7 @@ def test_all_scans_and_fields_are_read(tmp_path: Path) -> None:
 
 
 def test_commands_take_an_e57_file(tmp_path: Path) -> None:
-    """`info` measures it and `run` cleans it; an output of the format is refused before the work, and by tiles another than PLY."""
+    """`info` measures it and `run` cleans it; an output of the format is refused, and by tiles another than PLY."""
     scans = survey(tmp_path / "in.e57")
     done = invoke("info", tmp_path / "in.e57", "--json")
     assert done.exit_code == 0, done.stderr

@@ -10,7 +10,7 @@ import pytest
 
 from pymeshfair.errors import ParameterError
 from pymeshfair.files.inputs import read_file
-from pymeshfair.looking.deviations import deviations_file
+from pymeshfair.looking.comparison import deviations_file
 from pymeshfair.looking.section import Plane, outline
 from pymeshfair.mesh_data import MeshData
 from tests.meshes import cube, icosphere

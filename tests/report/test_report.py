@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from pymeshfair.filters.geometry import face_normals
 from pymeshfair.filters.inspection import Limits
 from pymeshfair.report.charts import histogram, round_numbers, spectrum_chart
 from pymeshfair.report.display import shown_mesh
@@ -103,6 +104,19 @@ def test_histograms_count_everything() -> None:
     assert histogram("x", "mm", {"before": np.array([np.nan])}, 0.0, 1.0) is None
 
 
+def test_very_large_meshes_are_thinned_before_they_are_decimated() -> None:
+    """A sphere of 81,920 faces becomes one of 2,000: all its faces look outwards, its vertices stay within 1 % of the radius."""
+    vertices, faces = icosphere(6)
+    numbers = {"distance": vertices[:, 2].copy()}
+    shown = shown_mesh("after", 7.0 * vertices + 100.0, faces, NO_EDGES, scalars=numbers, most_faces=2000)
+    assert 1500 < len(shown.elements) <= 2000
+    local = (shown.vertices - 100.0) / 7.0
+    np.testing.assert_allclose(np.linalg.norm(local, axis=1), 1.0, atol=0.01)
+    outwards = np.einsum("ij,ij->i", face_normals(local, shown.elements), local[shown.elements].mean(axis=1))
+    assert (outwards > 0.9).all()
+    np.testing.assert_allclose(shown.scalars["distance"], local[:, 2], atol=0.05)
+
+
 def test_marks_at_axes_are_round() -> None:
     """Multiples of 1, 2 or 5 times a power of ten, all within the axis."""
     assert round_numbers(-0.11, 0.12, 5) == pytest.approx([-0.1, -0.05, 0.0, 0.05, 0.1])
@@ -111,11 +125,11 @@ def test_marks_at_axes_are_round() -> None:
 
 def test_spectra_run_from_long_waves_to_short() -> None:
     """A band of omega from 1 to 2 lies between the wavelengths 2 pi and pi, as high as the root of its energy; 0 is a gap."""
-    chart = spectrum_chart({"before": {"band_edges": [1.0, 2.0, 4.0], "band_energies": [4.0, 0.01]}})
+    chart = spectrum_chart({"before": {"band_edges": [1.0, 2.0, 4.0], "band_energies": [4.0, 0.01]}}, "mesh units")
     assert chart is not None
     assert [row[1:] for row in chart.rows] == [("3.142 to 6.283", "2"), ("1.571 to 3.142", "0.1")]
-    assert spectrum_chart({}) is None
-    gap = spectrum_chart({"after": {"band_edges": [1.0, 2.0, 4.0, 8.0], "band_energies": [4.0, 0.0, 0.01]}})
+    assert spectrum_chart({}, "mesh units") is None
+    gap = spectrum_chart({"after": {"band_edges": [1.0, 2.0, 4.0, 8.0], "band_energies": [4.0, 0.0, 0.01]}}, "mesh units")
     assert gap is not None
     assert gap.lines[0].path.count("M") == 2
 

@@ -12,6 +12,7 @@ import pymeshlab
 import pytest
 
 from pymeshfair.declaration import Length
+from pymeshfair.declaration.units import PhysicalLength
 from pymeshfair.errors import ParameterError
 from pymeshfair.files.errors import OutputError
 from pymeshfair.recipe import Recipe, load_recipe
@@ -153,6 +154,25 @@ def test_map_shows_every_element(tmp_path: Path) -> None:
     assert len(gone.faces) == 4
 
 
+def test_what_moved_less_than_the_tolerance_is_kept_in_the_map(tmp_path: Path) -> None:
+    """Without one all faces of a smoothed bone moved; with one those with a corner that moved further, by the map's scalars."""
+    run_job(job(tmp_path, map=tmp_path / "map.ply"))
+    whole = Read(tmp_path / "map.ply")
+    assert set(whole.face_scalars) == {1.0}
+    tolerance = float(np.median(whole.vertex_scalars))
+    run_job(job(tmp_path, map=tmp_path / "map.ply", map_tolerance=PhysicalLength(1000.0 * tolerance, "mm"), unit="m"))
+    shown = Read(tmp_path / "map.ply")
+    np.testing.assert_array_equal(shown.vertex_scalars, whole.vertex_scalars)
+    beyond = shown.vertex_scalars[shown.faces].max(axis=1)
+    sure = np.abs(beyond / tolerance - 1.0) > 1e-6  # the file has single precision
+    np.testing.assert_array_equal(shown.face_scalars[sure], (beyond > tolerance)[sure])
+    assert 0 < (shown.face_scalars == 0.0).sum() < len(shown.faces)
+    record = json.loads((tmp_path / "out.ply.provenance.json").read_bytes())
+    assert float(record["guards"]["map_tolerance"]) == pytest.approx(tolerance)
+    with pytest.raises(ParameterError, match=r"0\.05 on a scan in mm"):
+        run_job(job(tmp_path, map=tmp_path / "map.ply", map_tolerance=PhysicalLength(0.05, "mm")))
+
+
 def test_map_survives_meshlab(tmp_path: Path) -> None:
     """Written by MeshLab again, a map has the same scalars and colours."""
     run_job(job(tmp_path, map=tmp_path / "map.ply"))
@@ -283,5 +303,5 @@ def test_a_scan_in_metres_moves_by_no_millimetre(tmp_path: Path) -> None:
     record = json.loads((tmp_path / "out.ply.provenance.json").read_bytes())
     assert record["options"]["unit"] == "m"
     assert record["guards"]["limits"] == {"max_displacement": "0.005"}
-    with pytest.raises(GuardBroken, match=r"which is more than 0\.0001"):
+    with pytest.raises(GuardBroken, match=r"which is more than 0\.1mm = 0\.0001 m"):
         run_job(job(tmp_path, guards={"max_displacement": "0.1mm"}, unit="m"))

@@ -33,7 +33,7 @@ def test_the_record_says_that_none_were_taken(tmp_path: Path) -> None:
     """Nothing stands where measures would; an option of the record says why, and the output can be verified all the same."""
     result = run_job(Job(recipe_of(SMOOTH), BONE, tmp_path / "out.ply", measures=False))
     record = json.loads(result.provenance.read_text("utf-8"))
-    assert record["measures"] == {"before": None, "after": None, "change": None, "traits": {}}
+    assert record["measures"] == {"unit": None, "before": None, "after": None, "change": None, "traits": {}}
     assert record["options"] == {"no_measures": True}
     assert (result.before, result.after, result.change) == ({}, {}, {})
     assert verify_output(result.output, recorded=True).holds

@@ -25,6 +25,8 @@ def differences(first: Script, second: Script) -> list[str]:
         found += [f"step {k + 1}, {theirs[k].filter.name}, is new" for k in range(j, j_end)]
     if first.guards != second.guards:
         found.append(f"limits are {second.guards.texts() or 'none'}, not {first.guards.texts() or 'none'}")
+    if first.unit != second.unit:
+        found.append(f"the unit of scans is {second.unit or 'none'}, not {first.unit or 'none'}")
     return found
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..errors import RunError
@@ -62,9 +62,8 @@ def look_ahead(scans: Sequence[Scan], template: Job, folder: Path, done: Collect
         InputError: a file of a further layer cannot be read.
     """
     check_needs(template.recipe.script, layers=1 + len(template.others))
-    limits = template.all_guards
     if not template.measures:
-        refuse_unmeasured(limits)
+        refuse_unmeasured(template.all_guards)
     for path in template.others:
         check_input(path)
     states, problems, size = {}, {}, 0
@@ -72,6 +71,7 @@ def look_ahead(scans: Sequence[Scan], template: Job, folder: Path, done: Collect
         states[scan.number] = "done" if scan.number in done else "to do"
         if scan.number in done:
             continue
+        replace(template, input=scan.input, recipe=scan.recipe).check_unit()
         try:
             check_input(scan.input)
             size += scan.input.stat().st_size

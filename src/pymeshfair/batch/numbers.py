@@ -108,6 +108,7 @@ def as_row(outcome: Outcome, far: Sequence[str]) -> dict[str, Any]:
         "faces_after": after.get("faces"),
         "roughness_before": before.get("roughness"),
         "roughness_after": after.get("roughness"),
+        "unit": outcome.unit,
         "displacement_mean": moved.get("mean"),
         "displacement_rms": moved.get("rms"),
         "displacement_largest": moved.get("largest"),

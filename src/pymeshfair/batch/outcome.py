@@ -41,6 +41,7 @@ class Outcome:
         peak_memory: bytes.
         former: of a scan that failed, the file that lies at the place of its output; empty if there is none.
         resumed: whether it was done before this batch began.
+        unit: of the lengths, if it is known.
     """
 
     input: str
@@ -60,6 +61,7 @@ class Outcome:
     peak_memory: int | None = None
     former: str = ""
     resumed: bool = False
+    unit: str | None = None
 
     @classmethod
     def of_result(cls, job: Job, result: RunResult, host: str) -> Outcome:
@@ -80,6 +82,7 @@ class Outcome:
             result.warnings,
             result.breaches,
             peak_memory=result.peak_memory,
+            unit=result.unit,
         )
 
     @classmethod
@@ -116,6 +119,7 @@ class Outcome:
             warnings=tuple(record["warnings"]),
             breaches=breaches,
             peak_memory=run["peak_memory_bytes"],
+            unit=record["measures"]["unit"],
         )
 
     @classmethod

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol
 
-from ..errors import RunError
+from ..errors import ParameterError, RunError
 from ..files.provenance import formatted, provenance_path, read_provenance, recorded_digest, sha256_of
 from ..files.writing import write_file
 from ..processes.cluster import Scheduler
@@ -108,7 +108,7 @@ def done_before(
     """
     variants = {id(scan.recipe): scan.recipe for scan in scans}
     recipes = {key: recipe.digest for key, recipe in variants.items()}
-    guards = {key: replace(template, recipe=recipe).all_guards.texts() for key, recipe in variants.items()}
+    jobs = {key: replace(template, recipe=recipe) for key, recipe in variants.items()}
     others = [sha256_of(path) for path in template.others if path.is_file()]
     packages = packages_here()
 
@@ -117,11 +117,13 @@ def done_before(
         if record is None:
             return None
         try:
-            wanted = (recipes[id(scan.recipe)], others, guards[id(scan.recipe)], packages)
+            job = jobs[id(scan.recipe)]
+            limits = job.all_guards.in_mesh_units(job.unit_of(record["input"].get("unit"))).texts()
+            wanted = (recipes[id(scan.recipe)], others, limits, packages)
             if _made_by(record) != wanted or not _is_whole(record, scan, path):
                 return None
             outcome = Outcome.of_record(record, scan.input, scan.output)
-        except (KeyError, TypeError, ValueError, OSError):  # another's document, or a file that is gone
+        except (KeyError, TypeError, ValueError, OSError, ParameterError):  # another's document, or a file that is gone
             return None
         if outcome.status == "broken" and not template.keep_broken:
             return None

@@ -69,10 +69,11 @@ def compare(
 
     They may have different vertices and faces. With --tolerance the exit code is 1 if a place of one lies further from the other.
     """
+    from ..declaration.units import unit_of_scan
     from ..files.formats import extension
     from ..files.writing import write_file
+    from ..looking.comparison import FORMATS, deviations_file
     from ..looking.comparison import compare as compare_states
-    from ..looking.deviations import FORMATS, deviations_file
     from ..looking.mesh_state import state_of
     from ..looking.section import Plane
     from ..running.read import read_mesh
@@ -91,11 +92,14 @@ def compare(
     alignment = None
     if align:
         meshes[1], alignment = _aligned(*meshes)
+    of_files = [mesh.mesh.unit for mesh in meshes]
+    unit = unit_of_scan(unit, of_files[0])
     warnings = list(dict.fromkeys(w for mesh in meshes for w in mesh.warnings))
+    if all(of_files) and of_files[0] != of_files[1]:
+        warnings.append(f"BEFORE is in {of_files[0]} and AFTER in {of_files[1]}: coordinates are compared as the files have them")
     for warning in warnings:
         warn(warning)
     first, second = (state_of(mesh) for mesh in meshes)
-    unit = unit or first.unit
     allowed = tolerance_in_mesh_units(tolerance, unit, first.diagonal, first.mean_edge)
     ends = limits_in_mesh_units(limits, unit, first.diagonal, first.mean_edge)
     if report is None:
@@ -137,9 +141,10 @@ def compare(
     elif deviations != STANDARD:
         _show(found, unit)
         if alignment is not None:
+            spoken = f" {unit}" if unit else ""
             typer.echo(
-                f"Aligned first: turned by {alignment['degrees']:.4g} degrees, moved by {alignment['shift']:.4g}; 80 % of AFTER "
-                f"then lie {alignment['residual']:.4g} from BEFORE (root mean square)"
+                f"Aligned first: turned by {alignment['degrees']:.4g} degrees, moved by {alignment['shift']:.4g}{spoken}; 80 % "
+                f"of AFTER then lie {alignment['residual']:.4g}{spoken} from BEFORE (root mean square)"
             )
     if found.passed is False:
         raise typer.Exit(1)
@@ -174,13 +179,13 @@ def _show(found: Comparison, unit: str | None) -> None:
     from ..looking.words import area_headers, area_rows, comparison_lines, distance_headers, distance_rows, verdict_text
     from .tables import console, measures_table, table
 
-    console().print(measures_table({"before": found.before, "after": found.after}))
+    console().print(measures_table({"before": found.before, "after": found.after}, unit))
     typer.echo("")
     console().print(table(distance_headers(unit), distance_rows(found), numbers=(1, 2, 3)))
     typer.echo("")
     if found.out_of_tolerance:
         console().print(table(area_headers(unit), area_rows(found, _AREAS), numbers=(2, 3, 4)))
         typer.echo("")
-    for line in comparison_lines(found):
+    for line in comparison_lines(found, unit):
         typer.echo(line)
-    typer.echo(verdict_text(found))
+    typer.echo(verdict_text(found, unit))

@@ -93,7 +93,8 @@ def _tell_mesh(path: Path, *, json: bool, allow_outside: bool, unchecked: bool) 
     if json:
         print_document({"mesh": measures, "recipes": documents(recipes)})
         return
-    console().print(measures_table({path.name: measures}))
+    unit = measures["unit"]
+    console().print(measures_table({path.name: measures}, unit))
     for line in _more(measures):
         typer.echo(line)
     for line in rim_lines(measures["rims"]):
@@ -111,7 +112,8 @@ def _more(measures: Mapping[str, Any]) -> Iterator[str]:
     if measures["box"]:
         low, high = measures["box"]
         sides = " x ".join(f"{b - a:.6g}" for a, b in zip(low, high, strict=True))
-        yield f"Its box is {sides}, from {_place(low)} to {_place(high)}."
+        unit = f" {measures['unit']}" if measures["unit"] else ""
+        yield f"Its box is {sides}{unit}, from {_place(low)} to {_place(high)}."
     traits = measures["traits"]
     if "noise" in traits:
         yield f"Its noise is about {traits['noise']:.2g} mean edges."

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
+    from ..declaration import Length
+    from ..declaration.units import PhysicalLength
     from ..filters.inspection import Limits as Ends
     from ..processes.cluster import Scheduler
     from ..scripts.guards import Guards
@@ -19,11 +21,11 @@ Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace what is wr
 
 Tolerance = Annotated[
     str | None,
-    typer.Option(metavar="LENGTH", help="How far the surfaces may lie apart: 0.05, 0.1%, 0.5edge, or with --unit 0.05mm."),
+    typer.Option(metavar="LENGTH", help="How far the surfaces may lie apart: 0.05, 0.1%, 0.5edge; 0.05mm if the unit is known."),
 ]
 Limits = Annotated[
     str | None,
-    typer.Option(metavar="LOW,HIGH", help="The ends of the colours, such as -0.1,0.1 or with --unit -0.1mm,0.1mm."),
+    typer.Option(metavar="LOW,HIGH", help="The ends of the colours, such as -0.1,0.1; -0.1mm,0.1mm if the unit is known."),
 ]
 
 # ------------------------------------------------------------------------------------------ of commands that run a recipe
@@ -72,10 +74,10 @@ Unchecked = Annotated[
 ]
 KeepAll = Annotated[bool, typer.Option("--keep-all", help="Fail if anything of INPUT or of the result would not be in OUTPUT.")]
 MaxDisplacement = Annotated[
-    str, typer.Option(metavar="LENGTH", help="Fail if a vertex moves further: 0.05, 0.1%, 0.5edge, or with --unit 0.05mm.")
+    str, typer.Option(metavar="LENGTH", help="Fail if a vertex moves further: 0.05, 0.1%, 0.5edge; 0.05mm if the unit is known.")
 ]
 Unit = Annotated[
-    str | None, typer.Option(metavar="mm|cm|m|in", help="The unit that the scan is in, which limits with a unit need.")
+    str | None, typer.Option(metavar="mm|cm|m|in", help="The unit that the scan is in; else that of its file, or of the recipe.")
 ]
 MaxVolumeChange = Annotated[str, typer.Option(metavar="PERCENT", help="Fail if the volume changes by more: 1%.")]
 Require = Annotated[
@@ -121,6 +123,25 @@ def guards(**texts: str) -> Guards:
     from ..scripts.guards import Guards
 
     return Guards.parse({name: text for name, text in texts.items() if text})
+
+
+def map_tolerance(text: str | None, path: Path | None) -> Length | PhysicalLength | None:
+    """The length that ``--map-tolerance`` means, None without it.
+
+    Raises:
+        ParameterError: it is no length.
+        typer.BadParameter: it is below 0, or there is no map.
+    """
+    from ..declaration.units import parse_length
+
+    if text is None:
+        return None
+    if path is None:
+        raise typer.BadParameter("it is about the intervention map: give --map, too", param_hint="--map-tolerance")
+    length = parse_length(text)
+    if length.amount < 0.0:
+        raise typer.BadParameter(f"{text} is below 0", param_hint="--map-tolerance")
+    return length
 
 
 def tolerance_in_mesh_units(text: str | None, unit: str | None, diagonal: float, mean_edge: float) -> float | None:

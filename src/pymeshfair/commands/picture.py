@@ -62,6 +62,7 @@ def picture(
     """
     import io
 
+    from ..declaration.units import unit_of_scan
     from ..errors import ParameterError
     from ..files.formats import extension
     from ..files.writing import check_target, write_file
@@ -84,7 +85,9 @@ def picture(
     centre, extent = _region(zoom, opened[-1]) if zoom else (None, 0.0)
     measures = opened[0].measures
     sizes = measures["diagonal"], measures["mean_edge"] or measures["mean_spacing"] or 0.0
+    unit = unit_of_scan(unit, opened[0].mesh.unit)
     appearance = Appearance(
+        unit=unit or "",
         limits=options.limits_in_mesh_units(limits, unit, *sizes),
         tolerance=options.tolerance_in_mesh_units(tolerance, unit, *sizes) or 0.0,
         color=color,

@@ -36,6 +36,7 @@ from .options import (
     memory_limit,
     scheduler_of,
 )
+from .options import map_tolerance as kept_within
 from .report_file import Report, Up, check_report, say_report
 from .standard_files import open_recipe
 from .streams import Talk, printable, talk, warn
@@ -76,6 +77,10 @@ def run(
     map: Annotated[
         Path | None,
         typer.Option(metavar="MAP.ply", help="Write the intervention map there: what was kept, moved and added, and how far."),
+    ] = None,
+    map_tolerance: Annotated[
+        str | None,
+        typer.Option(metavar="LENGTH", help="What moved by no more counts as kept in MAP.ply: 0.05, 0.1%, 0.5edge, 0.05mm."),
     ] = None,
     tiles: Annotated[
         bool, typer.Option("--tiles", help="Work by tiles, for clouds and meshes larger than memory; see docs/scale.md.")
@@ -132,6 +137,7 @@ def run(
             guards=limits,
             keep_broken=keep_broken,
             map=map,
+            map_tolerance=kept_within(map_tolerance, map),
             measures=not no_measures,
             unit=unit,
         )
@@ -203,6 +209,7 @@ def _document(job: Job, result: RunResult) -> dict[str, object]:
         "before": result.before or None,
         "after": result.after or None,
         "change": result.change or None,
+        "unit": result.unit,
         "warnings": result.warnings,
         "breaches": result.breaches,
         "maps": result.maps,
@@ -214,8 +221,8 @@ def _show(result: RunResult) -> None:
     from .tables import console, measures_table
 
     if result.before:
-        console().print(measures_table({"before": result.before, "after": result.after}))
-        for line in change_lines(result.change):
+        console().print(measures_table({"before": result.before, "after": result.after}, result.unit))
+        for line in change_lines(result.change, result.unit):
             typer.echo(line)
         typer.echo()
     typer.echo(f"{len(result.steps)} {'step' if len(result.steps) == 1 else 'steps'} in {result.seconds:.1f} s. Written:")

@@ -73,7 +73,7 @@ def _page(job: Job, result: RunResult, before: MeshState, up: str, *, kept: bool
             "comparison": compared.found,
         },
         up=up,
-        unit=job.unit or before.unit,
+        unit=result.unit,
         warnings=result.warnings,
         left_out=left_out,
         verdict=_verdict(job, result, compared.found, kept=kept),
@@ -95,7 +95,7 @@ def _without_folders(text: str, job: Job) -> str:
 
 
 def _verdict(job: Job, result: RunResult, found: Comparison, *, kept: bool) -> Verdict:
-    moved = verdict_of(found, result.change)
+    moved = verdict_of(found, result.change, result.unit)
     steps = f"{len(result.steps)} {'step' if len(result.steps) == 1 else 'steps'} in {result.seconds:.1f} s."
     if result.breaches:
         lines = [f"{breach['guard']}: {breach['message']}." for breach in result.breaches]

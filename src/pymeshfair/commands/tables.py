@@ -36,6 +36,9 @@ def table(headers: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Ite
     return result
 
 
-def measures_table(columns: Mapping[str, Mapping[str, Any]]) -> Table:
-    """One column for each mesh, by its header; rare measures that are 0 or unknown in all of them are left out."""
-    return table(["", *columns], measure_rows(columns), numbers=range(1, len(columns) + 1))
+def measures_table(columns: Mapping[str, Mapping[str, Any]], unit: str | None = None) -> Table:
+    """One column for each mesh, by its header; rare measures that are 0 or unknown in all of them are left out.
+
+    `unit` is that of the scan, if it is known.
+    """
+    return table(["", *columns], measure_rows(columns, unit), numbers=range(1, len(columns) + 1))

@@ -1,4 +1,4 @@
-"""Lengths with a unit, such as 0.05mm, which mean nothing until the unit of the scan is known: mesh files do not say theirs."""
+"""Lengths with a unit, such as 0.05mm, and the unit of a scan, without which they mean nothing."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ class PhysicalLength:
             amounts = {name: self.in_mesh_units(name).amount for name in (self.unit, "mm", "m")}
             readings = " and ".join(f"{amount:.6g} on a scan in {name}" for name, amount in amounts.items())
             raise ParameterError(
-                f"{self} would be {readings}, and mesh files do not say which they are: say it by --unit {'|'.join(METRES)} "
-                f"(unit= in Python), or give the length without a unit, as a number of the scan's own units"
+                f"{self} would be {readings}, and neither the file nor the recipe says which it is: say it by --unit "
+                f"{'|'.join(METRES)} (unit= in Python), or give the length without a unit, as a number of the scan's own units"
             )
         return Length(self.amount * METRES[self.unit] / METRES[check_unit(unit)])
 
@@ -53,6 +53,17 @@ def parse_length(text: str) -> Length | PhysicalLength:
     """Read a length as `Length.parse` does, or one with a unit; raise `ParameterError` for anything else."""
     match = _SUFFIX.fullmatch(text.strip())
     return Length.parse(text) if match is None else PhysicalLength(Length.parse(match[1]).amount, match[2])
+
+
+def unit_of_scan(typed: str | None, of_file: str | None, of_recipe: str = "") -> str | None:
+    """The unit of a scan: the one that the user typed, else that of its file, else that of the recipe's head; None without any.
+
+    Raises:
+        ParameterError: `typed` is none of `METRES`.
+    """
+    if typed is not None:
+        return check_unit(typed)
+    return of_file if of_file in METRES else of_recipe or None
 
 
 def check_unit(unit: str) -> str:

@@ -23,6 +23,8 @@ READABLE = (
     *("ply", "obj", "stl", "off", "3mf", "glb", "gltf", "dae", "wrl", "x3d", "x3dv"),
     *("xyz", "pts", "asc", "txt", "apts", "ptx", "las", "laz", "e57"),
 )
+#: those whose files may say the unit of their coordinates
+WITH_UNIT = ("3mf", "glb", "gltf", "dae", "las", "laz", "e57")
 #: formats that MeshLab's own readers alone know; they believe whatever a file says
 UNCHECKED = ("3ds", "ctm", "qobj", "tri", "bre")
 #: messages where the package for E57 files, or for LAS and LAZ files, is not installed

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh_data import MeshData, Source, Texture
-from .ply_header import PlyElement, PlyError, PlyHeader, read_header
+from .ply_header import PlyError, PlyHeader, read_header
 from .ply_tables import Array, Lists, Table, binary_tables, text_tables
 from .polygons import triangulated
 from .reading import Reading, unended
@@ -330,8 +330,3 @@ def _extras(document: PlyDocument) -> list[str]:
     if comments:
         extras.append(f"comment {comments[0][:60]!r}" + (f" and {len(comments) - 1} more" if len(comments) > 1 else ""))
     return extras
-
-
-def element_of(header: PlyHeader, name: str) -> PlyElement | None:
-    """The element of that name, if the header declares it."""
-    return next((e for e in header.elements if e.name == name), None)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..filters.compilation import compiled
-from .ply_header import KINDS, SIZES, PlyElement, PlyError, PlyHeader, PlyProperty
+from .ply_header import KINDS, SIZES, PlyElement, PlyError, PlyHeader
 from .tokens import INTEGER, NOT_FINITE, REAL, Tokens, tokenise
 
 #: what may stand behind the last row: ends of lines, and what some programs fill a file up with
@@ -286,8 +286,3 @@ def _refuse(piece: Tokens, line: int, wrong: NDArray[np.bool_], why: str) -> Non
 
 def _fail(piece: Tokens, k: int, why: str) -> PlyError:
     return PlyError(f"line {piece.numbers[k]:,} behind its header, {piece.line(k)[:60].decode('utf-8', 'replace')!r}, {why}")
-
-
-def property_of(element: PlyElement, name: str) -> PlyProperty | None:
-    """The property of that name, if the element has it."""
-    return next((p for p in element.properties if p.name == name), None)

@@ -27,7 +27,7 @@ def write_title(picture: Image.Image, text: str, left: int, top: int, width: int
     draw.text((left + width / 2, top + TITLE_STRIP / 2), text, fill=INK, font=font, anchor="mm")
 
 
-def draw_scale_bar(picture: Image.Image, left: int, bottom: int, pixels_per_unit: float, most: float) -> None:
+def draw_scale_bar(picture: Image.Image, left: int, bottom: int, pixels_per_unit: float, most: float, unit: str = "") -> None:
     """Draw a bar of 1, 2 or 5 times a power of ten mesh units, with its length over it.
 
     Args:
@@ -36,6 +36,7 @@ def draw_scale_bar(picture: Image.Image, left: int, bottom: int, pixels_per_unit
         bottom: where it stands.
         pixels_per_unit: of the camera.
         most: it is no longer than this, in pixels.
+        unit: of the scan; empty if it is not known.
     """
     length = round_length(most / pixels_per_unit)
     end = left + length * pixels_per_unit
@@ -43,7 +44,8 @@ def draw_scale_bar(picture: Image.Image, left: int, bottom: int, pixels_per_unit
     # White round them, as a close-up may be dark there.
     draw.rectangle((left - 2, bottom - 6, end + 2, bottom + 2), fill="white")
     draw.rectangle((left, bottom - 4, end, bottom), fill=INK)
-    draw.text((left, bottom - 9), number(length), fill=INK, font=_font(_SMALL), anchor="ls", stroke_width=2, stroke_fill="white")
+    words = f"{number(length)} {unit}".strip()
+    draw.text((left, bottom - 9), words, fill=INK, font=_font(_SMALL), anchor="ls", stroke_width=2, stroke_fill="white")
 
 
 def draw_color_bar(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -81,6 +82,11 @@ class Coloring:
         share = np.clip((np.abs(values) - tolerance) / max(high - tolerance, 1e-12 * tolerance), 0.0, 1.0)
         colors = diverging_colors(np.sign(values) * (_BAND + (1.0 - _BAND) * share), Limits(-1.0, 1.0))[:, :3]
         return np.where((np.abs(values) <= tolerance)[:, None], _WITHIN, colors)
+
+
+def in_unit(label: str, unit: str | None) -> str:
+    """The label of a coloring with the unit of the scan in place of mesh units; as it is if that is not known."""
+    return re.sub("mesh units?", unit, label) if unit else label
 
 
 def _distance(mesh: MeshData, reference: MeshData) -> Numbers | None:

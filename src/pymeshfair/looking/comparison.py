@@ -5,6 +5,7 @@ Two quantities, never mixed: the distance between the surfaces, and the displace
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -12,11 +13,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..declaration import Floats
+from ..files.ply_write import write_ply
 from ..filters.geometry import angles_between, face_normals, vector_lengths
 from ..filters.inspection import SHARP, DistanceStatistics, Surface, SurfaceDistance, share_kept, surface_distance
 from ..filters.mesh import scaled_to_unit
+from ..filters.topology import connected_components
+from ..mesh_data import MeshData
 from .mesh_state import MeshState
-from .out_of_tolerance import Area, areas_out_of_tolerance
 
 #: mean edges of the first mesh: a place further than that from the other surface was added or removed
 _APART = 1.0
@@ -25,6 +28,56 @@ _ROUNDING = 256 * float(np.finfo(np.float64).eps)
 
 #: samples whose normals are compared at a time
 _BLOCK = 1 << 16
+
+
+@dataclass(frozen=True)
+class Area:
+    """A part of a surface that lies out of the tolerance; its faces share vertices.
+
+    Attributes:
+        mesh: "after", or "before" of what the second mesh does not have.
+        place: (x, y, z) where it lies furthest from the other surface.
+        amount: how far that is, above 0 on the outer side of the other surface; in mesh units, as the next one.
+        size: the diagonal of its box.
+        area: of it, in square mesh units.
+    """
+
+    mesh: str
+    place: tuple[float, float, float]
+    amount: float
+    size: float
+    area: float
+
+
+def areas_out_of_tolerance(name: str, mesh: MeshData, distance: SurfaceDistance, tolerance: float, area: float) -> list[Area]:
+    """The parts of a surface whose samples lie further from another one than the tolerance, the furthest first.
+
+    Args:
+        name: of the mesh, for `Area.mesh`.
+        mesh: the mesh. In a cloud every point is a part.
+        distance: of it from the other surface.
+        tolerance: in mesh units.
+        area: of the mesh.
+    """
+    over = np.flatnonzero(np.abs(distance.distances) > tolerance)
+    if not len(over):
+        return []
+    if len(mesh.faces):
+        faces, row = np.unique(distance.faces[over], return_inverse=True)
+        parts, _ = connected_components(mesh.faces[faces], len(mesh.vertices))
+        part = parts[mesh.faces[faces, 0]][row]
+    else:
+        part = np.arange(len(over))
+    order = np.lexsort((-np.abs(distance.distances[over]), part))
+    starts = np.flatnonzero(np.diff(part[order], prepend=-1))
+    found = []
+    for rows in np.split(over[order], starts[1:]):
+        places = distance.places[rows]
+        x, y, z = places[0].tolist()
+        size = float(np.linalg.norm(np.ptp(places, axis=0)))
+        share = float(distance.weights[rows].sum())
+        found.append(Area(name, (x, y, z), float(distance.distances[rows[0]]), size, share * area))
+    return sorted(found, key=lambda a: -abs(a.amount))
 
 
 @dataclass(frozen=True)
@@ -289,3 +342,24 @@ def _faces(before: MeshState, after: MeshState, distances: Distances, *, same_fa
         float(before.measures["area"] * here.weights[np.abs(here.distances) > apart].sum()),
     )
     return dict(zip(names, values, strict=True))
+
+
+#: the extensions of files with the distance of every vertex from the other surface: a table, or a mesh whose scalar it is
+FORMATS = ("csv", "ply")
+
+
+def deviations_file(mesh: MeshData, distances: Floats, extension: str) -> bytes:
+    """The bytes of a file of `FORMATS`; numbers are as exact as in memory.
+
+    Args:
+        mesh: n vertices.
+        distances: (n,) how far outwards each vertex lies.
+        extension: which format.
+    """
+    file = io.BytesIO()
+    if extension == "csv":
+        rows = np.column_stack([np.arange(len(distances)), mesh.vertices, distances])
+        np.savetxt(file, rows, fmt=("%d", *4 * ("%.17g",)), delimiter=",", header="vertex,x,y,z,distance", comments="")
+    else:
+        write_ply(MeshData(vertices=mesh.vertices, faces=mesh.faces, vertex_attributes={"scalars": distances}), file)
+    return file.getvalue()

@@ -16,7 +16,7 @@ from ..filters.inspection import Limits, reflection_stripes
 from ..mesh_data import MeshData
 from .annotation import BAR_STRIP, TITLE_STRIP, draw_color_bar, draw_scale_bar, write_title
 from .camera import Camera, close_up, fitting_camera, view_rows
-from .coloring import COLORINGS, Numbers, numbers_of
+from .coloring import COLORINGS, Numbers, in_unit, numbers_of
 from .coloring_names import OTHERS, check_coloring
 from .shading import Scene, render
 
@@ -43,6 +43,7 @@ class Appearance:
         columns: panels beside each other; more go below.
         limits: the ends of the colour bar; found from the numbers if it is None.
         tolerance: distances up to it have one colour; 0 for none.
+        unit: of the scan; empty if it is not known.
     """
 
     color: str = "plain"
@@ -59,6 +60,7 @@ class Appearance:
     columns: int = 4
     limits: Limits | None = None
     tolerance: float = 0.0
+    unit: str = ""
 
     def camera(self, clouds: Sequence[Floats]) -> Camera:
         """The one camera for all meshes."""
@@ -107,11 +109,11 @@ def draw_meshes(
         picture.paste(Image.fromarray(panel), (left, top + strip))
         if strip:
             write_title(picture, title, left, top, appearance.width)
-    draw_scale_bar(picture, 14, cell - 10, appearance.width / camera.width, _SCALE_BAR * appearance.width)
+    draw_scale_bar(picture, 14, cell - 10, appearance.width / camera.width, _SCALE_BAR * appearance.width, appearance.unit)
     if bar is not None:
         coloring = COLORINGS[appearance.color]
         colors = partial(coloring.colors, tolerance=appearance.tolerance)
-        draw_color_bar(picture, rows * cell + 4, bar, colors, appearance.label or coloring.label)
+        draw_color_bar(picture, rows * cell + 4, bar, colors, appearance.label or in_unit(coloring.label, appearance.unit))
     return picture
 
 

@@ -107,18 +107,24 @@ def _lit_surface(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuff
     in_front[elements] = True
     rows = (np.cumsum(in_front) - 1)[elements]
     # About the middle of the picture, as coordinates far from the origin lose digits.
-    normals = (face_normals(scene.vertices - camera.centre, scene.faces[in_front]) @ camera.rows.T)[rows]
-    colors = np.broadcast_to(CLAY, (len(elements), 3))
-    if scene.colors is not None and scene.by_face:
+    normals = face_normals(scene.vertices - camera.centre, scene.faces[in_front]) @ camera.rows.T
+    inside = normals[:, 2:] < 0.0
+    diffuse, shine = _reflected(np.where(inside, -normals, normals))
+    if scene.colors is None:
+        clay = _from_either_side(np.broadcast_to(CLAY, normals.shape), inside)
+        return np.asarray(_lit(diffuse, shine, clay, _CLAY_LIGHT)[rows])
+    if scene.by_face:
         colors = scene.colors[elements]
-    elif scene.colors is not None:
+    else:
         weights = _weights(screen, scene.faces, elements, seen)
         corners = scene.faces[elements]
         colors = np.asarray(sum(weights[:, k, None] * scene.colors[corners[:, k]] for k in range(3)))
-    inside = normals[:, 2:] < 0.0
-    colors = np.where(inside, 0.45 * colors + 0.55 * _INSIDE, colors)
-    facing = np.where(inside, -normals, normals)
-    return _lit(facing, colors, _CLAY_LIGHT if scene.colors is None else _NUMBERS_LIGHT)
+    return _lit(diffuse[rows], shine[rows], _from_either_side(colors, inside[rows]), _NUMBERS_LIGHT)
+
+
+def _from_either_side(colors: Floats, inside: Bools) -> Floats:
+    """(k, 3) colours, those of what is seen from `inside`, (k, 1), mixed with the colour of the inner side."""
+    return np.where(inside, 0.45 * colors + 0.55 * _INSIDE, colors) if inside.any() else colors
 
 
 def _lit_dots(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuffer, seen: Bools) -> Floats:
@@ -126,7 +132,7 @@ def _lit_dots(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuffer,
     colors = np.broadcast_to(CLAY, (len(points), 3)) if scene.colors is None else scene.colors[points]
     if scene.normals is not None and not len(scene.edges):
         normals = scene.normals[points] @ camera.rows.T
-        return _lit(np.where(normals[:, 2:] < 0.0, -normals, normals), colors, _NUMBERS_LIGHT)
+        return _lit(*_reflected(np.where(normals[:, 2:] < 0.0, -normals, normals)), colors, _NUMBERS_LIGHT)
     # Without normals the depth gives shape: what is far is paler.
     depths = screen[:, 2]
     far = (depths.max() - buffer.depths[seen]) / (np.ptp(depths) or 1.0)
@@ -134,13 +140,17 @@ def _lit_dots(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuffer,
     return np.asarray(_BACKGROUND + strength * ((0.8 if scene.colors is None else 1.0) * colors - _BACKGROUND))
 
 
-def _lit(normals: Floats, colors: Floats, strength: Light) -> Floats:
-    """(k, 3) colours under the light, of (k, 3) normals in the directions of the camera that look to the eye."""
+def _reflected(normals: Floats) -> tuple[Floats, Floats]:
+    """(k, 1) each, the light that (k, 3) normals in the directions of the camera, which look to the eye, scatter and mirror."""
     light = _LIGHT / math.sqrt(float(_LIGHT @ _LIGHT))
     half = light + np.array([0.0, 0.0, 1.0])
     half /= math.sqrt(float(half @ half))
     diffuse = np.clip(normals @ light, 0.0, 1.0)[:, None]
-    shine = np.clip(normals @ half, 0.0, 1.0)[:, None] ** _SHININESS
+    return diffuse, np.clip(normals @ half, 0.0, 1.0)[:, None] ** _SHININESS
+
+
+def _lit(diffuse: Floats, shine: Floats, colors: Floats, strength: Light) -> Floats:
+    """(k, 3) colours under the light of `_reflected`."""
     return np.asarray((strength.ambient + strength.diffuse * diffuse) * colors + strength.specular * shine * (1.0 - 0.5 * colors))
 
 

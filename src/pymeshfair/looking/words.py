@@ -32,6 +32,8 @@ _MEASURES = (
     ("noise", "noise along the normals", False),
     ("sharp_edge_length", "length of sharp edges", False),
 )
+#: of the unit of the scan, by the measures that have one
+_POWERS = {"area": "²", "volume": "³", "mean_edge": "", "mean_spacing": "", "noise": "", "sharp_edge_length": ""}
 
 
 def distance_headers(unit: str | None = None) -> tuple[str, ...]:
@@ -45,23 +47,28 @@ def area_headers(unit: str | None = None) -> tuple[str, ...]:
     return ("area out of tolerance", "furthest at", f"by ({length})", f"size ({length})", f"area ({square})")
 
 
-def measure_rows(columns: Mapping[str, Mapping[str, Any]]) -> list[list[str]]:
+def measure_rows(columns: Mapping[str, Mapping[str, Any]], unit: str | None = None) -> list[list[str]]:
     """What it is and its value for each mesh; rare measures that are 0 or unknown in all of them are left out.
 
     Args:
         columns: measures by name, by the header of each mesh.
+        unit: of the scan, if it is known.
     """
+    powers = {name: f" ({unit}{power})" for name, power in _POWERS.items() if unit}
     surfaces = [measures for measures in columns.values() if measures.get("faces") or measures.get("edges")]
     return [
-        [words, *(_shown(measures.get(name)) for measures in columns.values())]
+        [words + powers.get(name, ""), *(_shown(measures.get(name)) for measures in columns.values())]
         for name, words, always in _MEASURES
         # The points of a cloud wait for no face.
         if always or any(measures.get(name) for measures in (surfaces if name == "unreferenced_vertices" else columns.values()))
     ]
 
 
-def became_text(change: Mapping[str, Any]) -> str:
-    """What a run removed, added and moved, `pymeshfair.running.shape_change.ShapeChange` by name, in one sentence."""
+def became_text(change: Mapping[str, Any], unit: str | None = None) -> str:
+    """What a run removed, added and moved, `pymeshfair.running.shape_change.ShapeChange` by name, in one sentence.
+
+    `unit` is that of the scan, if it is known; so below.
+    """
     removed, added, moved = change["removed"], change["added"], change["moved"]
     told = []
     if not moved or not moved["same"]:
@@ -73,12 +80,12 @@ def became_text(change: Mapping[str, Any]) -> str:
         told += [f"added {_part(added)}"] if added["vertices"] or added["faces"] else []
     if moved:
         verb = "moved" if moved["same"] else "lies away from the input by"
-        told.append(f"{verb} {_mean_of(moved)}" if moved["largest"] else "moved no vertex")
+        told.append(f"{verb} {_mean_of(moved, unit)}" if moved["largest"] else "moved no vertex")
     text = "; ".join(told)
     return f"{text[0].upper()}{text[1:]}"
 
 
-def change_lines(change: Mapping[str, Any]) -> list[str]:
+def change_lines(change: Mapping[str, Any], unit: str | None = None) -> list[str]:
     """What a run did to the shape, `pymeshfair.running.shape_change.ShapeChange` by name, as lines below the table."""
     if "removed" not in change:  # done by tiles, which measure no more than the box
         sides = ", ".join(f"{name} {share:+.2%}" for name, share in zip("xyz", change["sides"], strict=True) if share)
@@ -88,7 +95,7 @@ def change_lines(change: Mapping[str, Any]) -> list[str]:
     why = [words for words, part in (("removed", removed), ("added", added)) if part["vertices"] or part["faces"]]
     because = f", as parts were {' and '.join(why)}" if why else ""
     lines = [
-        became_text(change),
+        became_text(change, unit),
         f"changed{because}: " + ", ".join(f"{name} {share:+.2%}" for name, share in shares if share is not None),
     ]
     if aside := change.get("sides_without_noise"):
@@ -98,8 +105,8 @@ def change_lines(change: Mapping[str, Any]) -> list[str]:
         x, y, z = moved["place"]
         edges = f" ({moved['edges']:.2g} mean edges)" if moved["edges"] is not None else ""
         lines.append(
-            f"{'moved' if moved['same'] else 'away'}: mean {moved['mean']:.3g}, 99 % below {moved['most']:.3g}, at most "
-            f"{moved['largest']:.3g}{edges}, vertex {moved['vertex']} at {x:.6g}, {y:.6g}, {z:.6g}"
+            f"{'moved' if moved['same'] else 'away'}: mean {_in(moved['mean'], unit)}, 99 % below {_in(moved['most'], unit)}, "
+            f"at most {_in(moved['largest'], unit)}{edges}, vertex {moved['vertex']} at {x:.6g}, {y:.6g}, {z:.6g}"
         )
     if change["turned"]:
         lines.append(f"turned over: {_count(change['turned'], 'face')}")
@@ -118,9 +125,9 @@ def _part(part: Mapping[str, Any]) -> str:
     return f"{' and '.join(pieces)} ({_count(part['faces'], 'face')}){share}"
 
 
-def _mean_of(moved: Mapping[str, Any]) -> str:
+def _mean_of(moved: Mapping[str, Any], unit: str | None) -> str:
     if moved["edges"] is None:
-        return f"{moved['mean']:.3g} on average, {moved['largest']:.3g} at most"
+        return f"{_in(moved['mean'], unit)} on average, {_in(moved['largest'], unit)} at most"
     return f"{moved['mean_edges']:.2g} mean edges on average, {moved['edges']:.2g} at most"
 
 
@@ -128,7 +135,7 @@ def _count(count: int, one: str, several: str = "") -> str:
     return f"{count:,} {one if count == 1 else several or one + 's'}"
 
 
-def verdict_text(found: Comparison) -> str:
+def verdict_text(found: Comparison, unit: str | None = None) -> str:
     """How far the surfaces lie apart, in a sentence or three; with a tolerance whether they lie within it."""
     there, here, moved = found.after_from_before, found.before_from_after, found.displacement
     if found.same_surface:
@@ -137,16 +144,17 @@ def verdict_text(found: Comparison) -> str:
         text = f"No difference between the surfaces at {there.samples + here.samples:,} samples of their faces."
     else:
         text = (
-            f"The surfaces lie {_in_edges(there.rms)} apart (root mean square), and {_in_edges(found.hausdorff)} at most, "
-            f"{'outwards' if there.mean.mesh_units > 0.0 else 'inwards'} by {_in_edges(there.mean, sign=False)} on average."
+            f"The surfaces lie {_in_edges(there.rms, unit)} apart (root mean square), and {_in_edges(found.hausdorff, unit)} at "
+            f"most, {'outwards' if there.mean.mesh_units > 0.0 else 'inwards'} by {_in_edges(there.mean, unit, sign=False)} "
+            "on average."
         )
     if moved is not None and not moved.largest.mesh_units:
         text += " No vertex moved."
     elif moved is not None:
-        text += f" Vertices moved by {_in_edges(moved.mean)} on average, and by {_in_edges(moved.largest)} at most."
+        text += f" Vertices moved by {_in_edges(moved.mean, unit)} on average, and by {_in_edges(moved.largest, unit)} at most."
     if found.tolerance is not None and there.within is not None and here.within is not None:
         parts = f"{100 * there.within:.4g} % of AFTER and {100 * here.within:.4g} % of BEFORE"
-        shares = f"{parts} lie within {found.tolerance.mesh_units:.6g}"
+        shares = f"{parts} lie within {_in(found.tolerance.mesh_units, unit, 6)}"
         count = len(found.out_of_tolerance)
         areas = "1 area" if count == 1 else f"{count:,} areas"
         text = f"{'Passed' if found.passed else 'Failed'}: {shares}{'' if found.passed else f', {areas} not'}. {text}"
@@ -183,19 +191,19 @@ def distance_rows(found: Comparison) -> list[list[str]]:
     return [*rows, _length("Hausdorff distance", found.hausdorff)]
 
 
-def sampling_line(found: Comparison) -> str:
+def sampling_line(found: Comparison, unit: str | None = None) -> str:
     """What the samples can have missed."""
     there, here = found.after_from_before, found.before_from_after
     return (
         f"distances: {there.samples:,} samples of AFTER and {here.samples:,} of BEFORE, on faces by area; sampling errors of the "
-        f"mean {there.mean_error.mesh_units:.2g}, of the root mean square {there.rms_error.mesh_units:.2g}; the Hausdorff "
-        f"distance is at most {found.hausdorff_at_most.mesh_units:.4g}"
+        f"mean {_in(there.mean_error.mesh_units, unit, 2)}, of the root mean square {_in(there.rms_error.mesh_units, unit, 2)}; "
+        f"the Hausdorff distance is at most {_in(found.hausdorff_at_most.mesh_units, unit, 4)}"
     )
 
 
-def comparison_lines(found: Comparison) -> list[str]:
+def comparison_lines(found: Comparison, unit: str | None = None) -> list[str]:
     """What else changed, one line each."""
-    lines = [sampling_line(found)]
+    lines = [sampling_line(found, unit)]
     for words, value in (("area", found.area_change), ("volume", found.volume_change)):
         if value is not None:
             lines.append(f"{words}: {value:+.4g} %")
@@ -209,17 +217,24 @@ def comparison_lines(found: Comparison) -> list[str]:
             f"sharp edges (from {found.sharp_angle:g} degrees): {100 * found.sharp_edges_kept:.1f} % of their length kept"
         )
     if found.added_area is not None:
-        lines.append(f"more than a mean edge away: {found.added_area:.6g} of area added, {found.removed_area:.6g} removed")
+        square = f" {unit}²" if unit else ""
+        lines.append(
+            f"more than a mean edge away: {found.added_area:.6g}{square} of area added, {found.removed_area:.6g}{square} removed"
+        )
     for words, names in (("kept", found.attributes_kept), ("lost", found.attributes_lost), ("gained", found.attributes_gained)):
         if names:
             lines.append(f"{words}: {', '.join(names)}")
     return lines
 
 
-def _in_edges(length: LengthIn, *, sign: bool = True) -> str:
+def _in_edges(length: LengthIn, unit: str | None, *, sign: bool = True) -> str:
     """A length in mean edges where there are any."""
-    value, unit = (length.mesh_units, "") if length.mean_edges is None else (length.mean_edges, " mean edges")
-    return f"{value if sign else abs(value):.3g}{unit}"
+    value, unit = (length.mesh_units, unit) if length.mean_edges is None else (length.mean_edges, "mean edges")
+    return _in(value if sign else abs(value), unit)
+
+
+def _in(value: float, unit: str | None, digits: int = 3) -> str:
+    return f"{value:.{digits}g}{f' {unit}' if unit else ''}"
 
 
 def _at(place: tuple[float, float, float]) -> str:

@@ -1,4 +1,4 @@
-"""Charts for pages as SVG, with their numbers as a table beside them, which a screen reader reads and a browser searches."""
+"""Charts for pages as SVG, with their numbers as a table beside them, for screen readers and searches; and sections of meshes."""
 
 from __future__ import annotations
 
@@ -9,6 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..declaration import Floats
+from ..looking.annotation import number, round_length
+from ..looking.section import Plane, outline
+from ..mesh_data import MeshData
 
 #: of a chart, in its own units; a page scales it
 WIDTH, HEIGHT = 460, 220
@@ -105,11 +108,12 @@ def histogram(title: str, across: str, samples: Mapping[str, Floats], low: float
     )
 
 
-def spectrum_chart(spectra: Mapping[str, Mapping[str, Sequence[float]]]) -> Chart | None:
+def spectrum_chart(spectra: Mapping[str, Mapping[str, Sequence[float]]], unit: str) -> Chart | None:
     """Root mean square heights of waves against their length, both axes logarithmic; None if there are no bands.
 
     Args:
         spectra: by "before" and "after", what the filter ``get_surface_spectrum`` returns.
+        unit: of lengths, in words.
     """
     bands = {name: _heights(found) for name, found in spectra.items()}
     bands = {name: band for name, band in bands.items() if len(band[1]) and (band[1] > 0.0).any()}
@@ -129,12 +133,12 @@ def spectrum_chart(spectra: Mapping[str, Mapping[str, Sequence[float]]]) -> Char
     return Chart(
         title="Spectrum: how high are waves of which length",
         summary="Where both lines are the same nothing was changed; noise is what stays high at short waves, on the right.",
-        across="wavelength (mesh units)",
-        upwards="height (mesh units)",
+        across=f"wavelength ({unit})",
+        upwards=f"height ({unit})",
         lines=tuple(lines),
         ticks_across=tuple(Tick(_across(math.log10(x), left, right), f"{x:.4g}") for x in _powers(right, left)),
         ticks_upwards=tuple(Tick(_upwards(math.log10(y), low, high), f"{y:.3g}") for y in _powers(low, high)),
-        headers=("mesh", "wavelength (mesh units)", "height (mesh units)"),
+        headers=("mesh", f"wavelength ({unit})", f"height ({unit})"),
         rows=tuple(rows),
     )
 
@@ -192,3 +196,50 @@ def _steps(
         ends = _across(float(edges[0]), *across), _across(float(edges[-1]), *across)
         path = f"M{ends[0]:g} {bottom:g}L{path[1:]}L{ends[1]:g} {bottom:g}"
     return path
+
+
+#: of a section in its own units; a page scales it
+_WIDTH, _HEIGHT, _MARGIN = 460, 320, 16
+
+
+@dataclass(frozen=True)
+class SectionChart:
+    """What the template of a section draws.
+
+    Attributes:
+        title: which plane, and what goes to the right and upwards.
+        before: the path of the outline of the first mesh.
+        after: that of the second.
+        bar: the length of the scale bar in the picture.
+        bar_words: its length in mesh units, with the unit if it is known.
+    """
+
+    title: str
+    before: str
+    after: str
+    bar: float
+    bar_words: str
+    width: int = _WIDTH
+    height: int = _HEIGHT
+
+
+def section_chart(before: MeshData, after: MeshData, plane: Plane, unit: str | None = None) -> SectionChart | None:
+    """The section of both meshes; None if the plane cuts neither. `unit` is that of the scan, if it is known."""
+    outlines = [outline(mesh, plane) for mesh in (before, after)]
+    every = np.concatenate(outlines).reshape(-1, 2)
+    if not len(every):
+        return None
+    low, high = every.min(axis=0), every.max(axis=0)
+    room = np.array([_WIDTH - 2 * _MARGIN, _HEIGHT - 3 * _MARGIN])
+    scale = float((room / np.maximum(high - low, 1e-300)).min())
+    right, up = [axis for k, axis in enumerate("xyz") if k != plane.axis]
+    paths = [_path(segments, low, scale) for segments in outlines]
+    bar = round_length(0.25 * _WIDTH / scale)
+    title = f"Section {plane}; {right} to the right, {up} upwards"
+    return SectionChart(title, paths[0], paths[1], bar * scale, f"{number(bar)} {unit or ''}".strip())
+
+
+def _path(segments: Floats, low: Floats, scale: float) -> str:
+    places = (segments - low) * scale
+    x, y = places[..., 0] + _MARGIN, _HEIGHT - 2 * _MARGIN - places[..., 1]
+    return "".join(f"M{a:.2f} {b:.2f}L{c:.2f} {d:.2f}" for (a, c), (b, d) in zip(x.tolist(), y.tolist(), strict=True))

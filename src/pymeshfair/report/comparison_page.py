@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime, timezone
 from functools import partial
 from typing import Any
@@ -17,7 +17,7 @@ from ..filters.geometry import vector_lengths
 from ..filters.inspection import Limits, mean_curvature, robust_limits, symmetric_limits, triangle_shapes
 from ..looking.annotation import BAR_STRIP, draw_color_bar
 from ..looking.camera import VIEWS
-from ..looking.coloring import COLORINGS, Numbers
+from ..looking.coloring import COLORINGS, Numbers, in_unit
 from ..looking.comparison import Comparison, Distances
 from ..looking.mesh_state import MeshState
 from ..looking.picture import Appearance, draw_meshes
@@ -34,11 +34,10 @@ from ..looking.words import (
     verdict_text,
 )
 from ..running.job import StepReport
-from .charts import Chart, histogram, spectrum_chart
+from .charts import Chart, SectionChart, histogram, section_chart, spectrum_chart
 from .display import Shown, shown_mesh
 from .page import Figure, figure_of, render
 from .scene import Marker, Scene, pack_scene
-from .section_chart import SectionChart, section_chart
 
 #: pixels of a picture of a whole mesh, and of one of the views of the distances
 _PICTURE, _VIEW = 400, 300
@@ -134,24 +133,24 @@ def comparison_page(
     """
     ends = limits or _limits(compared)
     curvatures = _curvatures(compared)
-    scene, shown = _scene(compared, up, markers or _markers(compared.found), ends, curvatures)
+    scene, shown = _scene(compared, up, markers or _markers(compared.found, unit), ends, curvatures, unit)
     return render(
         "report.html",
         title=title,
         subtitle=subtitle,
-        verdict=verdict or verdict_of(compared.found),
-        pictures=_pictures(compared, up, ends),
+        verdict=verdict or verdict_of(compared.found, unit=unit),
+        pictures=_pictures(compared, up, ends, unit),
         scene=scene,
         notes=[_decimation(mesh) for mesh in shown if mesh.decimated],
-        change=change_lines(run.change) if run and run.change else (),
+        change=change_lines(run.change, unit) if run and run.change else (),
         distance_headers=distance_headers(unit),
         distance_rows=distance_rows(compared.found),
         area_headers=area_headers(unit),
         area_rows=area_rows(compared.found, _AREAS),
-        lines=comparison_lines(compared.found),
-        measure_rows=measure_rows({"before": compared.found.before, "after": compared.found.after}),
-        sections=_sections(compared, planes),
-        charts=_charts(compared, ends, curvatures),
+        lines=comparison_lines(compared.found, unit),
+        measure_rows=measure_rows({"before": compared.found.before, "after": compared.found.after}, unit),
+        sections=_sections(compared, planes, unit),
+        charts=_charts(compared, ends, curvatures, unit or "mesh units"),
         left_out=left_out,
         warnings=warnings,
         run=run,
@@ -161,34 +160,36 @@ def comparison_page(
     )
 
 
-def verdict_of(found: Comparison, change: Mapping[str, Any] | None = None) -> Verdict:
+def verdict_of(found: Comparison, change: Mapping[str, Any] | None = None, unit: str | None = None) -> Verdict:
     """How far the surfaces lie apart, and whether within the tolerance; first what a run removed, added and moved.
 
     Args:
         found: the comparison.
         change: `pymeshfair.running.shape_change.ShapeChange` by name; None if no run lies between the meshes.
+        unit: of the scan, if it is known.
     """
-    text = verdict_text(found)
+    text = verdict_text(found, unit)
     flipped = found.flipped_faces or 0
     lines = (f"{flipped:,} faces look to the other side now.",) if flipped else ()
     if change:
-        text, lines = f"{became_text(change)}.", (text, *lines)
+        text, lines = f"{became_text(change, unit)}.", (text, *lines)
     if found.passed is not None:
         return Verdict("good" if found.passed else "bad", text, lines)
     return Verdict("good" if found.same_surface else "warn" if flipped else "info", text, lines)
 
 
-def _markers(found: Comparison) -> list[Marker]:
+def _markers(found: Comparison, unit: str | None) -> list[Marker]:
+    spoken = f" {unit}" if unit else ""
     if found.out_of_tolerance:
         return [
-            Marker(a.place, f"out of tolerance by {abs(a.amount):.4g}", 0 if a.mesh == "before" else 1)
+            Marker(a.place, f"out of tolerance by {abs(a.amount):.4g}{spoken}", 0 if a.mesh == "before" else 1)
             for a in found.out_of_tolerance[:_AREAS]
         ]
     there, here = found.after_from_before, found.before_from_after
     mesh, largest = (1, there) if there.largest.mesh_units >= here.largest.mesh_units else (0, here)
     if largest.largest.mesh_units == 0.0:
         return []
-    return [Marker(largest.place, f"largest distance, {largest.largest.mesh_units:.4g}", mesh)]
+    return [Marker(largest.place, f"largest distance, {largest.largest.mesh_units:.4g}{spoken}", mesh)]
 
 
 def _limits(compared: Compared) -> Limits:
@@ -205,7 +206,12 @@ def _curvatures(compared: Compared) -> dict[str, Floats]:
 
 
 def _scene(
-    compared: Compared, up: str, markers: Sequence[Marker], ends: Limits, curvatures: Mapping[str, Floats]
+    compared: Compared,
+    up: str,
+    markers: Sequence[Marker],
+    ends: Limits,
+    curvatures: Mapping[str, Floats],
+    unit: str | None,
 ) -> tuple[Scene, list[Shown]]:
     before, after = compared.before.mesh, compared.after.mesh
     limits = {"distance": ends}
@@ -228,7 +234,7 @@ def _scene(
         like = shown[0] if same and name == "after" else None
         shown.append(shown_mesh(name, mesh.vertices, mesh.faces, mesh.edges, normals=normals, scalars=scalars, like=like))
     tolerance = compared.found.tolerance.mesh_units if compared.found.tolerance else 0.0
-    return pack_scene(shown, limits, up=up, markers=markers, tolerance=tolerance), shown
+    return pack_scene(shown, limits, up=up, markers=markers, tolerance=tolerance, unit=unit), shown
 
 
 def _decimation(mesh: Shown) -> str:
@@ -240,43 +246,43 @@ def _decimation(mesh: Shown) -> str:
     )
 
 
-def _pictures(compared: Compared, up: str, ends: Limits) -> list[Figure]:
+def _pictures(compared: Compared, up: str, ends: Limits, unit: str | None) -> list[Figure]:
     """Both meshes from the front, and how far the second lies from the first from six sides."""
     tolerance = compared.found.tolerance.mesh_units if compared.found.tolerance else 0.0
-    plain = Appearance(up=up, width=_PICTURE, height=_PICTURE, titles=False)
+    plain = Appearance(up=up, width=_PICTURE, height=_PICTURE, titles=False, unit=unit or "")
     whole = draw_meshes([compared.before.mesh, compared.after.mesh], ["", ""], plain)
     panels = [whole.crop((k * _PICTURE, 0, (k + 1) * _PICTURE, _PICTURE)) for k in range(2)]
     figures = [
-        figure_of(panels[0], "The mesh before, from the front.", "Before, with a scale bar in mesh units"),
+        figure_of(panels[0], "The mesh before, from the front.", f"Before, with a scale bar in {unit or 'mesh units'}"),
         figure_of(panels[1], "The mesh after, from the same place.", "After"),
     ]
     numbers = [Numbers(compared.distances.after.at_vertices)]
     for side in _SIDES:
         azimuth, elevation = VIEWS[side]
-        view = Appearance(
-            "distance", azimuth, elevation, up, width=_VIEW, height=_VIEW, titles=False, limits=ends, tolerance=tolerance
-        )
+        view = Appearance("distance", azimuth, elevation, up, width=_VIEW, height=_VIEW, titles=False, limits=ends)
+        view = replace(view, tolerance=tolerance, unit=unit or "")
         drawn = draw_meshes([compared.after.mesh], [""], view, numbers=numbers)
         words = "orange where it lies outside of the mesh before, blue where inside"
         figures.append(figure_of(drawn.crop((0, 0, _VIEW, _VIEW)), f"The mesh after, {side}: {words}.", f"Distance, {side}"))
-    within = f", within {tolerance:.4g} pale green" if tolerance else ""
+    spoken = unit or "mesh units"
+    within = f", within {tolerance:.4g} {spoken} pale green" if tolerance else ""
     bar = Image.new("RGB", (3 * _PICTURE, BAR_STRIP), "white")
     coloring = COLORINGS["distance"]
-    draw_color_bar(bar, 4, ends, partial(coloring.colors, tolerance=tolerance), coloring.label)
+    draw_color_bar(bar, 4, ends, partial(coloring.colors, tolerance=tolerance), in_unit(coloring.label, unit))
     scale = figure_of(
         bar.crop((_PICTURE // 2, 0, bar.width - _PICTURE // 2, BAR_STRIP)),
-        f"The colours of distances from {ends.low:.4g} to {ends.high:.4g} mesh units{within}.",
+        f"The colours of distances from {ends.low:.4g} to {ends.high:.4g} {spoken}{within}.",
         f"The colours of distances: orange outwards, blue inwards{within}",
     )
     return [*figures, scale]
 
 
-def _charts(compared: Compared, ends: Limits, curvatures: Mapping[str, Floats]) -> list[Chart]:
+def _charts(compared: Compared, ends: Limits, curvatures: Mapping[str, Floats], unit: str) -> list[Chart]:
     before, after = compared.before.mesh, compared.after.mesh
     charts = [
         histogram(
             "Distance from the mesh before",
-            "mesh units, outwards above 0",
+            f"{unit}, outwards above 0",
             {"after": compared.distances.after.at_vertices},
             *ends,
         )
@@ -286,16 +292,16 @@ def _charts(compared: Compared, ends: Limits, curvatures: Mapping[str, Floats]) 
         shapes = {"before": triangle_shapes(before.vertices, before.faces), "after": triangle_shapes(after.vertices, after.faces)}
         every = np.concatenate(list(curvatures.values()))
         charts += [
-            histogram("Mean curvature", "1 / mesh unit", curvatures, *symmetric_limits(every)),
-            histogram("Edge lengths", "mesh units", edges, 0.0, max(robust_limits(e).high for e in edges.values())),
+            histogram("Mean curvature", f"1 / {unit.removesuffix('s')}", curvatures, *symmetric_limits(every)),
+            histogram("Edge lengths", unit, edges, 0.0, max(robust_limits(e).high for e in edges.values())),
             histogram("Shape of triangles", "1: equilateral, 0: degenerate", shapes, *Limits(0.0, 1.0)),
         ]
-    charts.append(spectrum_chart(compared.spectra))
+    charts.append(spectrum_chart(compared.spectra, unit))
     return [chart for chart in charts if chart is not None]
 
 
-def _sections(compared: Compared, planes: Sequence[Plane]) -> list[SectionChart]:
-    drawn = (section_chart(compared.before.mesh, compared.after.mesh, plane) for plane in planes)
+def _sections(compared: Compared, planes: Sequence[Plane], unit: str | None) -> list[SectionChart]:
+    drawn = (section_chart(compared.before.mesh, compared.after.mesh, plane, unit) for plane in planes)
     return [chart for chart in drawn if chart is not None]
 
 

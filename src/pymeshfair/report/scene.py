@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ..declaration import Floats
 from ..filters.inspection import Limits
-from ..looking.coloring import COLORINGS, Coloring
+from ..looking.coloring import COLORINGS, Coloring, in_unit
 from .display import Shown
 
 #: the highest level of a coordinate, of a part of a normal, and of a number
@@ -74,6 +74,7 @@ def pack_scene(
     markers: Sequence[Marker] = (),
     box: tuple[Floats, float] | None = None,
     tolerance: float = 0.0,
+    unit: str | None = None,
 ) -> Scene:
     """Pack meshes that are seen from one camera.
 
@@ -85,6 +86,7 @@ def pack_scene(
         box: the middle and half the side of the cube in which coordinates are kept, for scenes that are to be shown together;
             what lies outside is moved to its sides. The least that holds all meshes if it is None.
         tolerance: of distances, whose colours have a band of that size.
+        unit: of the scan, if it is known.
     """
     centre, half = _least_box(meshes) if box is None else box
     parts: list[bytes] = []
@@ -96,7 +98,9 @@ def pack_scene(
         "up": up,
         "meshes": described,
         "colorings": {
-            name: _coloring(COLORINGS[name], ends, tolerance if name == "distance" else 0.0) for name, ends in limits.items()
+            name: _coloring(COLORINGS[name], ends, tolerance if name == "distance" else 0.0)
+            | {"label": in_unit(COLORINGS[name].label, unit)}
+            for name, ends in limits.items()
         },
         "markers": [
             {"place": ((np.asarray(m.place) - centre) / half).tolist(), "label": m.label, "mesh": m.mesh} for m in markers
@@ -177,9 +181,9 @@ def _levels(values: Floats, limits: Limits) -> NDArray[np.uint8]:
 
 
 def _coloring(coloring: Coloring, limits: Limits, tolerance: float) -> dict[str, Any]:
-    """Label, ends and 256 colours of a coloring."""
+    """The ends and 256 colours of a coloring."""
     values = np.linspace(limits.low, limits.high, _LEVELS + 1)
     if not limits.high > limits.low:
         limits, values = Limits(limits.low, limits.low), np.full(_LEVELS + 1, limits.low)
     colors = np.rint(255.0 * coloring.colors(values, limits, tolerance)).astype(int)
-    return {"label": coloring.label, "low": limits.low, "high": limits.high, "colors": colors.ravel().tolist()}
+    return {"low": limits.low, "high": limits.high, "colors": colors.ravel().tolist()}

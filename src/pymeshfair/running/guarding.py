@@ -39,6 +39,8 @@ def breaches(
     change: ShapeChange | None,
     measures_before: Mapping[str, Any] | None,
     measures_after: Mapping[str, Any] | None,
+    *,
+    unit: str | None = None,
 ) -> list[Breach]:
     """The guards that a result breaks.
 
@@ -48,6 +50,7 @@ def breaches(
         change: what lies between the meshes.
         measures_before: of the mesh as read, by name; None where none were taken, and then there can be no limits.
         measures_after: of the result.
+        unit: of the scan; None if it is not known.
     """
     if measures_before is None or measures_after is None or change is None:
         return []
@@ -55,8 +58,10 @@ def breaches(
     broken: list[Breach] = []
     edge = measures_before["mean_edge"] or measures_before["mean_spacing"] or 0.0
     if guards.max_displacement is not None:
-        limit = guards.max_displacement.resolve(diagonal=measures_before["diagonal"], mean_edge=lambda: edge)
-        broken += _displacement(origins, change.moved, limit, str(guards.max_displacement))
+        allowed = guards.in_mesh_units(unit).max_displacement
+        assert allowed is not None
+        limit = allowed.resolve(diagonal=measures_before["diagonal"], mean_edge=lambda: edge)
+        broken += _displacement(origins, change.moved, limit, str(guards.max_displacement), f" {unit}" if unit else "")
     if guards.max_volume_change is not None:
         broken += _volume(measures_before["volume"], measures_after["volume"], guards.max_volume_change)
     for word, number in guards.require:
@@ -71,7 +76,7 @@ def breaches(
     return broken
 
 
-def _displacement(origins: Origins, moved: Moved | None, limit: float, said: str) -> Iterator[Breach]:
+def _displacement(origins: Origins, moved: Moved | None, limit: float, said: str, unit: str) -> Iterator[Breach]:
     # Added vertices have not moved; where nothing could be followed, the distance from the surface is all there is.
     if moved is None or not moved.largest > limit:
         return
@@ -80,9 +85,10 @@ def _displacement(origins: Origins, moved: Moved | None, limit: float, said: str
     number = origins.vertices[moved.vertex]
     named = f"vertex {moved.vertex}" + (f" (vertex {number} of the input)" if number not in (-1, moved.vertex) else "")
     verb = "has moved by" if moved.same else "lies away from the input by"
-    allowed = said if said == repr(limit) else f"{said} = {limit:.6g}"
+    alone = said in (repr(limit), f"{limit!r}{unit.strip()}")
+    allowed = f"{limit!r}{unit}" if alone else f"{said} = {limit:.6g}{unit}"
     more = f"; so do {others:,} others" if others else ""
-    message = f"{named} at ({x:.6g}, {y:.6g}, {z:.6g}) {verb} {moved.largest:.6g}, which is more than {allowed}{more}"
+    message = f"{named} at ({x:.6g}, {y:.6g}, {z:.6g}) {verb} {moved.largest:.6g}{unit}, which is more than {allowed}{more}"
     yield Breach("max_displacement", message, moved.vertex, moved.place, moved.largest, limit)
 
 

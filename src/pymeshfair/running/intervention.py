@@ -25,20 +25,21 @@ def removed_path(path: Path) -> Path:
     return path.with_name(f"{path.stem}.removed{path.suffix}")
 
 
-def states_of(origins: Origins) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+def states_of(origins: Origins, tolerance: float = 0.0) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
     """(n,) and (m,) what became of the vertices and of the faces.
 
-    A face is kept if it has the corners that it had and none has moved, moved if one has, else added.
+    A vertex is kept if it moved by no more than the tolerance, in mesh units. A face is kept if it has the corners that it had
+    and all are kept, moved if one has moved, else added.
     """
-    vertices = np.where(origins.vertices < 0, ADDED, np.where(origins.moved, MOVED, KEPT)).astype(np.uint8)
+    vertices = np.where(origins.vertices < 0, ADDED, np.where(origins.distances > tolerance, MOVED, KEPT)).astype(np.uint8)
     touched = (vertices[origins.result.faces] == MOVED).any(axis=1)
     return vertices, np.where(origins.faces < 0, ADDED, np.where(touched, MOVED, KEPT)).astype(np.uint8)
 
 
-def stage_map(folder: Path, target: Path, origins: Origins) -> tuple[StagedFile, ...]:
-    """Write both files into a staging folder, the second only if something was removed."""
+def stage_map(folder: Path, target: Path, origins: Origins, tolerance: float) -> tuple[StagedFile, ...]:
+    """Write both files into a staging folder, the second only if something was removed; `tolerance` is that of `states_of`."""
     staged, gone = folder / "map.ply", folder / "map.removed.ply"
-    files = [(staged, target, map_of(origins))]
+    files = [(staged, target, map_of(origins, tolerance))]
     if (removed := removed_of(origins)) is not None:
         files.append((gone, removed_path(target), removed))
     for path, _, mesh in files:
@@ -47,10 +48,10 @@ def stage_map(folder: Path, target: Path, origins: Origins) -> tuple[StagedFile,
     return tuple(StagedFile(path, place) for path, place, _ in files)
 
 
-def map_of(origins: Origins) -> MeshData:
+def map_of(origins: Origins, tolerance: float = 0.0) -> MeshData:
     """The result with how far each vertex moved as its scalar, and what became of it as colour and scalar of faces."""
     result = origins.result
-    of_vertices, of_faces = states_of(origins)
+    of_vertices, of_faces = states_of(origins, tolerance)
     return MeshData(
         vertices=result.vertices,
         faces=result.faces,

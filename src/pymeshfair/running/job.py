@@ -7,6 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
+from ..declaration import Length
+from ..declaration.units import PhysicalLength, unit_of_scan
+from ..files.formats import WITH_UNIT, extension
 from ..files.outputs import MadeFrom
 from ..files.provenance import read_provenance
 from ..recipe import Recipe
@@ -36,13 +39,14 @@ class Job:
         guards: limits over those of the recipe.
         keep_broken: write the output even if a guard was broken.
         map: the .ply file for the intervention map, or None.
+        map_tolerance: what moved by no more than that counts as kept there; None: what did not move.
         own_texture_names: put the output's name before the names of its textures, so that runs side by side into one folder do
             not ask for the same names, and none depends on which was first.
         warnings: what is to be known about the recipe; the result and the record list them before those of the run.
         measures: whether to measure the mesh before and after; without, there are no limits, and the result does not
             say what the run did to the shape or whether the recipe is for such scans.
-        unit: the unit of the scan, one of `pymeshfair.declaration.units.METRES`, or None if it is not known; then no limit may
-            have one.
+        unit: the unit of the scan, one of `pymeshfair.declaration.units.METRES`; None: that of the file, or of the recipe. A
+            limit with a unit needs one of the three.
     """
 
     recipe: Recipe
@@ -61,6 +65,7 @@ class Job:
     guards: Guards = NO_GUARDS
     keep_broken: bool = False
     map: Path | None = None
+    map_tolerance: Length | PhysicalLength | None = None
     own_texture_names: bool = False
     warnings: tuple[str, ...] = ()
     measures: bool = True
@@ -78,12 +83,37 @@ class Job:
 
     @property
     def all_guards(self) -> Guards:
-        """The limits of the recipe and of the job, on the scan.
+        """The limits of the recipe and of the job, as they were given."""
+        return self.recipe.script.guards.overridden(self.guards)
+
+    def unit_of(self, file_unit: str | None) -> str | None:
+        """The unit of the scan, given that of its file; None without any.
+
+        Raises:
+            ParameterError: `unit` is none of `METRES`.
+        """
+        return unit_of_scan(self.unit, file_unit, self.recipe.script.unit)
+
+    def check_unit(self) -> None:
+        """Refuse a length with a unit where nothing says that of the scan, as far as that is known before the file is read.
+
+        Raises:
+            ParameterError: there is such a limit, or `unit` is none of `METRES`.
+        """
+        unit = self.unit_of(None)
+        if extension(self.input) not in WITH_UNIT:
+            self.lengths_in(unit)
+
+    def lengths_in(self, unit: str | None) -> tuple[Guards, Length]:
+        """The limits, and the tolerance of the map, on a scan in that unit.
 
         Raises:
             ParameterError: one has a unit, and that of the scan is not known.
         """
-        return self.recipe.script.guards.overridden(self.guards).in_mesh_units(self.unit)
+        tolerance = self.map_tolerance or Length(0.0)
+        return self.all_guards.in_mesh_units(unit), (
+            tolerance.in_mesh_units(unit) if isinstance(tolerance, PhysicalLength) else tolerance
+        )
 
 
 # ------------------------------------------------------------------------------------------------------------------- events
@@ -206,6 +236,7 @@ class RunResult:
         peak_memory: bytes that the worker took at most, or None where the system does not say.
         breaches: the guards that were broken, as `pymeshfair.running.guarding.Breach` by name; the output is kept all the same.
         maps: the files of the intervention map.
+        unit: of the lengths in all of these; None if it is not known.
     """
 
     output: Path
@@ -220,6 +251,7 @@ class RunResult:
     peak_memory: int | None
     breaches: tuple[Mapping[str, Any], ...] = ()
     maps: tuple[Path, ...] = ()
+    unit: str | None = None
 
     def __repr__(self) -> str:
         sizes = [f"{measures['vertices']:,}" for measures in (self.before, self.after) if measures]

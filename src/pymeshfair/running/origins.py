@@ -53,13 +53,6 @@ class Origins:
             return np.flatnonzero(self.vertices >= 0), self._moves
         return np.arange(len(self.vertices)), self.distances
 
-    @property
-    def moved(self) -> Bools:
-        """(n,) which vertices of the input lie elsewhere now."""
-        moved = self.vertices >= 0
-        moved[moved] = self._moves > 0.0
-        return moved
-
     @cached_property
     def _moves(self) -> Floats:
         old = np.flatnonzero(self.vertices >= 0)

@@ -94,6 +94,8 @@ def read_mesh(
 def inspect_mesh(path: Path, *, traits: bool = False, allow_outside: bool = False, unchecked: bool = False) -> dict[str, Any]:
     """The measures of a mesh file by name, under ``"attributes"`` what it has, and under ``"warnings"`` what to know about it.
 
+    ``"unit"`` is that of its lengths, None if the file says none.
+
     With `traits` there are three more: ``"box"``, its two corners; ``"rims"``, the largest first; and ``"traits"``, what recipes
     ask of a scan.
 
@@ -111,7 +113,12 @@ def inspect_mesh(path: Path, *, traits: bool = False, allow_outside: bool = Fals
 
     read = read_mesh(path, allow_outside=allow_outside, unchecked=unchecked)
     present = attributes_of(read.mesh)
-    document = {**read.measures, "attributes": [a for a in ATTRIBUTES if a in present], "warnings": list(read.warnings)}
+    document = {
+        **read.measures,
+        "unit": read.mesh.unit,
+        "attributes": [a for a in ATTRIBUTES if a in present],
+        "warnings": list(read.warnings),
+    }
     if not traits:
         return document
     from ..filters.holes import find_rims

@@ -49,7 +49,13 @@ def record_of(job: Job, report: Report, *, started: datetime, seconds: float) ->
             }
             for number, (step, done) in enumerate(zip(script.steps, report.steps, strict=True), 1)
         ],
-        "measures": {"before": report.before, "after": report.after, "change": report.change, "traits": report.traits},
+        "measures": {
+            "unit": job.unit_of(report.input.get("unit")),
+            "before": report.before,
+            "after": report.after,
+            "change": report.change,
+            "traits": report.traits,
+        },
         "warnings": [*job.warnings, *report.warnings],
         **_guarded(job, report),
         **({} if report.tiles is None else {"tiles": report.tiles}),
@@ -79,7 +85,9 @@ def _guarded(job: Job, report: Report) -> dict[str, Any]:
     if not job.is_watched:
         return {}
     maps = [described_file(file.staged, named=file.target) for file in report.maps]
-    return {"guards": {"limits": job.all_guards.texts(), "breaches": list(report.breaches), "maps": maps}}
+    limits, tolerance = job.lengths_in(job.unit_of(report.input.get("unit")))
+    told = {"limits": limits.texts(), "breaches": list(report.breaches), "maps": maps}
+    return {"guards": told | ({"map_tolerance": str(tolerance)} if job.map_tolerance else {})}
 
 
 def result_of(job: Job, record: Mapping[str, Any], side_files: Sequence[Path], maps: Sequence[Path] = ()) -> RunResult:
@@ -98,6 +106,7 @@ def result_of(job: Job, record: Mapping[str, Any], side_files: Sequence[Path], m
         peak_memory=run["peak_memory_bytes"],
         breaches=tuple(record.get("guards", {}).get("breaches", ())),
         maps=tuple(maps),
+        unit=record["measures"]["unit"],
     )
 
 

@@ -22,7 +22,7 @@ from ..files.writing import StagedFile
 from ..filters.compilation import on_compilation
 from ..mesh_data import MeshData
 from ..meshlab.loading import MeshLabLoadError, load_pymeshlab
-from ..scripts.script import Script
+from ..scripts.script import Script, Step
 from ..scripts.warnings import lengths_out_of_proportion
 from .document import Document
 from .guarding import breaches
@@ -32,7 +32,6 @@ from .measuring import Found, Measuring, change_of
 from .origins import Origins, find_origins
 from .plain_values import plain
 from .printable import PRINTABLE, print_faults
-from .reasons import caused_by_memory, reason_of
 from .report import Report, StepDone
 from .shape_change import ShapeChange, warnings_of
 from .suitability import instead, traits_asked_for
@@ -83,6 +82,7 @@ class Session:
         self._number, self._told = 0, 0.0
         self._notes: list[str] = []
         self._measuring = Measuring(wanted=job.measures)
+        self._unit: str | None = None
 
     def run(self) -> Report:
         """Carry the job out; the report for the supervisor.
@@ -93,6 +93,12 @@ class Session:
         on_compilation(lambda so_far: self._event(Compiling(**vars(so_far))))
         self._event(PhaseStarted("reading"))
         read, source = self._load(self._job.input)
+        self._unit = self._job.unit_of(read.unit)
+        self._job.lengths_in(self._unit)  # refused before anything is done
+        if (meant := self._job.recipe.script.unit) and meant != self._unit:
+            self._warn(
+                f"the recipe is for scans in {meant}, and this one is in {self._unit}: its plain numbers mean {self._unit}"
+            )
         others = [self._load(path) for path in self._job.others]
         outcome = self.carry_out(read, [mesh for mesh, _ in others])
         source["others"] = [described for _, described in others]
@@ -140,6 +146,7 @@ class Session:
         for doubt in reading.doubts:
             self._warn(f"{path.name}: {doubt}")
         described = described_file(path) | {"side_files": [described_file(side) for side in reading.side_files]}
+        described |= {"unit": reading.mesh.unit} if reading.mesh.unit else {}
         return reading.mesh, described
 
     def _unchecked(self, path: Path) -> Reading:
@@ -214,7 +221,7 @@ class Session:
             change=None if change is None else plain(asdict(change)),
         )
         if self._job.is_watched:
-            report = self._watched(report, origins, change)
+            report = self._watched(report, origins, change, before)
         if not report.breaches or self._job.keep_broken:
             try:
                 report = self._checked(self._saved(report, after), report)
@@ -255,14 +262,15 @@ class Session:
         broken = (*saved.breaches, *faults)
         return replace(saved if self._job.keep_broken or not faults else unsaved, breaches=broken)
 
-    def _watched(self, report: Report, origins: Origins, change: ShapeChange | None) -> Report:
+    def _watched(self, report: Report, origins: Origins, change: ShapeChange | None, before: Found) -> Report:
         """Find the limits that were broken, and write the intervention map."""
         if not origins.known:
             self._warn("a step made a new mesh, so that its elements cannot be followed: distances are those from the input")
-        broken = breaches(self._job.all_guards, origins, change, report.before, report.after)
+        broken = breaches(self._job.all_guards, origins, change, report.before, report.after, unit=self._unit)
         maps: tuple[StagedFile, ...] = ()
         if self._job.map is not None:
-            maps = stage_map(self._stage / "new", self._job.map, origins)
+            tolerance = self._job.lengths_in(self._unit)[1].resolve(diagonal=before.diagonal, mean_edge=before.resolution)
+            maps = stage_map(self._stage / "new", self._job.map, origins, tolerance)
         return replace(report, breaches=tuple(plain(asdict(breach)) for breach in broken), maps=maps)
 
     def _looked(self, mesh: MeshData, refusal: Exception) -> Found:
@@ -282,3 +290,20 @@ class Session:
     def _warn(self, text: str) -> None:
         self.warnings.append(text)
         self._event(Message(text, "warning"))
+
+
+def reason_of(error: Exception, step: Step) -> str:
+    """The message of an error without the filter's name, which the supervisor adds."""
+    words = " ".join(str(error).split())
+    for prefix in (f"Failed to apply filter: {step.filter.python_name} Details: ", f"{step.filter.python_name}: "):
+        words = words.removeprefix(prefix)
+    return words
+
+
+def caused_by_memory(error: BaseException | None) -> bool:
+    """Whether an error, or one that it comes from, says that there was no memory left."""
+    while error is not None:
+        if isinstance(error, MemoryError) or "bad_alloc" in str(error):
+            return True
+        error = error.__cause__
+    return False

@@ -249,9 +249,9 @@ def run_job(
     others = tuple(Path(other).absolute() for other in job.others)
     job = replace(job, input=Path(job.input).absolute(), output=Path(job.output).absolute(), others=others)
     check_needs(job.recipe.script, layers=1 + len(others))
-    limits = job.all_guards
+    job.check_unit()
     if not job.measures:
-        refuse_unmeasured(limits)
+        refuse_unmeasured(job.all_guards)
     for path in (job.input, *others):
         check_input(path)
     if job.map is not None:

@@ -53,6 +53,7 @@ class Document:
         problems: what is wrong with its structure.
         guards: what a result must not do.
         settings: values that have a name.
+        unit: of the scans that the script is for; empty if it says none.
     """
 
     name: str
@@ -61,3 +62,4 @@ class Document:
     problems: tuple[Problem, ...] = ()
     guards: Guards = NO_GUARDS
     settings: tuple[Setting, ...] = ()
+    unit: str = ""

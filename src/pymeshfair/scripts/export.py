@@ -33,8 +33,8 @@ def export_script(
 ) -> tuple[str, tuple[str, ...]]:
     """The script for MeshLab's desktop and plain pymeshlab.
 
-    A filter of a plugin is replaced where it declares that one of MeshLab's does the same. Settings, tags and limits, which mean
-    nothing there, are left out.
+    A filter of a plugin is replaced where it declares that one of MeshLab's does the same. Settings, tags, limits and the
+    unit, which mean nothing there, are left out.
 
     Args:
         script: the steps.
@@ -69,7 +69,7 @@ def export_script(
         raise ScriptError(problems)
     bare = (replace(step, tag="", settings={}) for step in steps)
     size = MeshFacts(NOMINAL_DIAGONAL, NOMINAL_EDGE, closed=False) if mesh is None else mesh
-    plain_script = replace(whole.with_steps(bare), guards=NO_GUARDS)
+    plain_script = replace(whole.with_steps(bare), guards=NO_GUARDS, unit="")
     return format_script(plain_script, diagonal=size.diagonal, mean_edge=size.mean_edge), tuple(replaced)
 
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 
 from ..declaration import Length, nearest
-from ..declaration.units import PhysicalLength, check_unit, parse_length
+from ..declaration.units import PhysicalLength, parse_length
 from ..errors import ParameterError
 
 #: what a result can be required to be, and whether it takes a number
@@ -80,10 +80,8 @@ class Guards:
         """These guards on a scan in that unit of `pymeshfair.declaration.units.METRES`, or None if it is not known.
 
         Raises:
-            ParameterError: there is no such unit; or a length has a unit, and that of the scan is not known.
+            ParameterError: a length has a unit, and that of the scan is not known.
         """
-        if unit is not None:
-            check_unit(unit)
         if not isinstance(self.max_displacement, PhysicalLength):
             return self
         return replace(self, max_displacement=self.max_displacement.in_mesh_units(unit))

@@ -16,6 +16,7 @@ from pathlib import Path
 from xml.parsers import expat
 
 from ..declaration import nearest
+from ..declaration.units import check_unit
 from ..errors import ParameterError
 from .elements import Document, FilterElement, ParamElement
 from .guards import ATTRIBUTES as GUARDS
@@ -28,6 +29,8 @@ from .step_builder import build_script
 MOST_BYTES = 5_000_000
 MOST_LEVELS = 64
 MOST_FILTERS = 1000
+#: the attribute of ``<FilterScript>`` that names the unit of the scans
+UNIT = "unit"
 #: of one element
 MOST_ATTRIBUTES = 100
 #: characters of a name of a filter, a parameter or a type
@@ -87,7 +90,8 @@ def parse_document(data: bytes, name: str) -> Document:
     reader = _Reader(name)
     reader.read(data)
     comment = clean_comment("\n\n".join(reader.comments))
-    return Document(name, tuple(reader.filters), comment, tuple(reader.problems), reader.guards, tuple(reader.settings))
+    read = tuple(reader.filters), comment, tuple(reader.problems), reader.guards, tuple(reader.settings), reader.unit
+    return Document(name, *read)
 
 
 class _EndedError(Exception):
@@ -101,6 +105,7 @@ class _Reader:
         self.filters: list[FilterElement] = []
         self.comments: list[str] = []
         self.guards = Guards()
+        self.unit = ""
         self.settings: list[Setting] = []
         self._filter: FilterElement | None = None
         self._params: list[ParamElement] = []
@@ -218,7 +223,7 @@ class _Reader:
         if depth == 1:
             if tag != "FilterScript":
                 self._fatal(f"is no filter script: it begins with <{shortened(tag)}> instead of <FilterScript>")
-            self._read_guards(attributes)
+            self._read_head(attributes)
         elif self._open[1] == "xmlfilter" and depth > 2:  # that it is one is said once
             if depth == 3 and tag in ("Param", "xmlparam"):
                 self._params.append(ParamElement(attributes, self._parser.CurrentLineNumber))
@@ -250,14 +255,16 @@ class _Reader:
         else:
             self._unknown_element(tag, "filter")
 
-    def _read_guards(self, attributes: dict[str, str]) -> None:
+    def _read_head(self, attributes: dict[str, str]) -> None:
         texts = {name: attributes[attribute] for name, attribute in GUARDS.items() if attribute in attributes}
         try:
             self.guards = Guards.parse(texts)
+            self.unit = check_unit(attributes[UNIT]) if UNIT in attributes else ""
         except ParameterError as error:
             self._problem(str(error))
         for attribute in attributes:
-            near = None if attribute in GUARDS.values() else nearest(attribute, GUARDS.values())
+            allowed = (*GUARDS.values(), UNIT)
+            near = None if attribute in allowed else nearest(attribute, allowed)
             if near is not None:
                 self._problem(f"<FilterScript> has no attribute {shortened(attribute)!r}", suggestion=near)
 

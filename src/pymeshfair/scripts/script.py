@@ -72,6 +72,7 @@ class Script:
         path: where it was read from; it does not count when scripts are compared.
         guards: what the result must not do.
         settings: values that have a name, which one place sets for all steps that use them.
+        unit: of the scans that it is for, of `pymeshfair.declaration.units.METRES`; empty if it says none.
     """
 
     steps: tuple[Step, ...]
@@ -79,6 +80,7 @@ class Script:
     path: Path | None = field(default=None, compare=False)
     guards: Guards = NO_GUARDS
     settings: tuple[Setting, ...] = ()
+    unit: str = ""
 
     def with_steps(self, steps: Iterable[Step]) -> Script:
         """The script with these steps in place of its own; settings that none of them uses are left out."""

@@ -200,7 +200,7 @@ def build_script(document: Document, path: Path | None = None) -> Script:
         problems = [*problems[:MOST_PROBLEMS], more]
     if problems:
         raise ScriptError(problems)
-    return Script(tuple(builder.steps), document.comment, path, document.guards, document.settings)
+    return Script(tuple(builder.steps), document.comment, path, document.guards, document.settings, document.unit)
 
 
 class _StepBuilder:

@@ -58,7 +58,8 @@ def _lines(script: Script, diagonal: float, mean_edge: float) -> Iterator[str]:
     yield "<!DOCTYPE FilterScript>"
     if script.comment:
         yield f"<!--\n{_comment(script.comment)}\n-->"
-    yield _element("FilterScript", {GUARDS[name]: text for name, text in script.guards.texts().items()}, ">")
+    unit = {"unit": script.unit} if script.unit else {}
+    yield _element("FilterScript", unit | {GUARDS[name]: text for name, text in script.guards.texts().items()}, ">")
     for setting in script.settings:
         yield "  " + _element(
             "setting", {name: text for name in SETTING if (text := getattr(setting, name)) or name == "default"}

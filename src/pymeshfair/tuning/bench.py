@@ -12,6 +12,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from ..declaration.units import unit_of_scan
 from ..errors import RunError
 from ..filters.inspection import mean_curvature, symmetric_limits
 from ..looking.comparison import compare
@@ -49,6 +50,7 @@ class Bench:
     def __init__(self, scan: Path) -> None:
         """Read and measure the scan."""
         self._before = state_of(read_mesh(scan))
+        self._unit = unit_of_scan(None, self._before.mesh.unit)
         vertices = self._before.mesh.vertices
         low, high = vertices.min(axis=0), vertices.max(axis=0)
         self._box = 0.5 * (low + high), 0.5 * _ROOM * float((high - low).max()) or 1.0
@@ -57,7 +59,7 @@ class Bench:
 
     def opening(self) -> Result:
         """What the page shows before anything ran."""
-        return {"measures": measure_rows({"scan": self._before.measures})}, self._packed(self._scan)
+        return {"measures": measure_rows({"scan": self._before.measures}, self._unit)}, self._packed(self._scan)
 
     def run(self, job: Job, stage: Path) -> Result:
         """Carry out the steps of a job; the mesh, without the numbers of `measure`, which take longer than many filters."""
@@ -81,9 +83,9 @@ class Bench:
         tell(PhaseStarted("comparing"))
         found, distances = compare(self._before, after)
         numbers = {
-            "measures": measure_rows({"scan": self._before.measures, "result": after.measures}),
-            "distance": [list(distance_headers(self._before.unit)), *distance_rows(found)],
-            "lines": comparison_lines(found),
+            "measures": measure_rows({"scan": self._before.measures, "result": after.measures}, self._unit),
+            "distance": [list(distance_headers(self._unit)), *distance_rows(found)],
+            "lines": comparison_lines(found, self._unit),
         }
         scalars = {**shown.scalars, "distance": distances.after.at_vertices[shown.kept]}
         return numbers, self._packed(replace(shown, scalars=scalars))
@@ -103,7 +105,7 @@ class Bench:
 
     def _packed(self, shown: Shown) -> bytes:
         limits = {key: symmetric_limits(np.asarray(values)) for key, values in shown.scalars.items()}
-        return pack_scene([shown], limits, box=self._box).message
+        return pack_scene([shown], limits, box=self._box, unit=self._unit).message
 
 
 def _stoppable(stage: Path) -> Callable[[Event], None]:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
+import sys
 import tempfile
+import threading
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -16,13 +18,40 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from ..errors import ParameterError, PymeshfairError
 from ..recipe import Recipe, load_recipe, shipped_heads
+from ..running.job import Event, Job, RunResult
+from ..running.supervise import run_job
 from ..scripts.script import Script
 from ..scripts.write import write_script
 from .bench import Result, Stopped
 from .controls import ChoiceError, choices_of, controls, in_mesh_units, saved_comment, script_with
 from .scan import Scan, cut_out
-from .whole import Finisher
 from .workshop import Workshop
+
+
+class Finisher:
+    """One run of a file into a file, in a thread."""
+
+    def __init__(self) -> None:
+        """See the class."""
+        self._stopped = threading.Event()
+
+    def stop(self) -> None:
+        """Stop a run at its next sign of life."""
+        self._stopped.set()
+
+    async def run(
+        self, recipe: Recipe, scan: Path, output: Path, overwrite: bool, on_event: Callable[[Event], None]
+    ) -> RunResult:
+        """Run the recipe; see `pymeshfair.running.supervise.run_job`."""
+        stopped = self._stopped = threading.Event()
+
+        def passed_on(event: Event) -> None:
+            if stopped.is_set():
+                raise Stopped("stopped")
+            on_event(event)
+
+        job = Job(recipe, scan, output, overwrite=overwrite, command=tuple(sys.argv))
+        return await asyncio.to_thread(run_job, job, passed_on)
 
 
 @dataclass(frozen=True)

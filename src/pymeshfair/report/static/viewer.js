@@ -178,7 +178,7 @@ class Viewer {
     return found;
   }
 
-  /* a place of the scene in mesh units */
+  /* a place of the scene in coordinates of its meshes */
   inMeshUnits(place) { return place.map((value, c) => value * this.scene.half + this.scene.centre[c]); }
 
   _prepare() {

@@ -1,0 +1,177 @@
+"""The unit of a scan: typed, of its file or of the recipe; in limits, tables, documents and records."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from pymeshfair.authoring import Recipe
+from pymeshfair.files.saving import Writing
+from pymeshfair.files.three_mf import write_3mf
+from pymeshfair.looking.coloring import COLORINGS, in_unit
+from pymeshfair.mesh_data import MeshData
+from pymeshfair.scripts.export import export_script
+from pymeshfair.scripts.guards import Guards
+from pymeshfair.scripts.problems import ScriptError
+from pymeshfair.scripts.read import parse_script
+from pymeshfair.scripts.write import format_script
+from tests.commands.command_line import document, invoke, run_process
+from tests.meshes import icosphere, noisy
+from tests.running.runs import SMOOTH, ply_bytes, recipe_of, xyz
+
+#: smoothing moves a vertex of the sphere by up to 0.03 of its units
+WITHIN, BEYOND = 0.1, 0.001
+
+
+@pytest.fixture
+def sphere(tmp_path: Path) -> Callable[[str], Path]:
+    """Writes a noisy sphere of radius 1 as a 3MF file in a unit, or as PLY without one."""
+    vertices, faces = noisy(icosphere(3), 0.02)
+
+    def written(unit: str) -> Path:
+        path = tmp_path / f"sphere_{unit}.3mf" if unit else tmp_path / "sphere.ply"
+        if not unit:
+            path.write_bytes(ply_bytes(xyz(vertices), faces.tolist()))
+            return path
+        with path.open("xb") as file:
+            write_3mf(MeshData(vertices=vertices, faces=faces, unit=unit), file, Writing(lambda: 0.0, {}, "", []))
+        return path
+
+    return written
+
+
+@pytest.fixture
+def recipe(tmp_path: Path) -> Path:
+    """A recipe that smooths."""
+    path = tmp_path / "smooth.mlx"
+    path.write_text(format_script(recipe_of(SMOOTH).script))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("of_file", "typed", "limit", "unit", "is_kept"),
+    [
+        ("mm", "", f"{WITHIN}mm", "mm", True),
+        ("mm", "", f"{BEYOND}mm", "mm", False),
+        ("m", "", f"{WITHIN}mm", "m", False),
+        ("m", "mm", f"{WITHIN}mm", "mm", True),
+        ("", "cm", f"{10 * WITHIN}mm", "cm", True),
+    ],
+)
+def test_a_limit_is_in_the_unit_of_the_file_or_the_one_typed(
+    of_file: str,
+    typed: str,
+    limit: str,
+    unit: str,
+    is_kept: bool,
+    sphere: Callable[[str], Path],
+    recipe: Path,
+    tmp_path: Path,
+) -> None:
+    """A 3MF file says its unit, what is typed goes over it, and tables, document, record and message name the one that holds."""
+    options = ("--unit", typed) if typed else ()
+    done = invoke("run", recipe, sphere(of_file), "-o", tmp_path / "out.ply", "--max-displacement", limit, "--json", *options)
+    assert done.exit_code == (0 if is_kept else 1), done.stderr
+    if not is_kept:
+        said = f"{BEYOND} mm" if unit == "mm" else f"{limit} = 0.0001 m"
+        assert f" {unit}, which is more than {said}" in done.stderr
+        return
+    assert document(done.stdout)["unit"] == unit
+    record = json.loads((tmp_path / "out.ply.provenance.json").read_bytes())
+    assert record["measures"]["unit"] == unit
+    assert record["input"].get("unit") == (of_file or None)
+    assert record["guards"]["limits"] == {"max_displacement": repr(WITHIN)}
+    assert run_process("verify", tmp_path / "out.ply").returncode == 0
+
+
+def test_a_limit_with_a_unit_is_refused_where_nothing_says_that_of_the_scan(
+    sphere: Callable[[str], Path], recipe: Path, tmp_path: Path
+) -> None:
+    """A PLY file has none, and one in feet has none that lengths can be given in: both readings are told, nothing is done."""
+    for source in (sphere(""), sphere("ft")):
+        done = invoke("run", recipe, source, "-o", tmp_path / "out.ply", "--max-displacement", "0.05mm")
+        assert done.exit_code == 2, done.stderr
+        assert "0.05 on a scan in mm and 5e-05 on a scan in m" in done.stderr
+    assert not (tmp_path / "out.ply").exists()
+    done = invoke("batch", recipe, sphere("mm"), tmp_path / "sphere.ply", "-o", tmp_path / "many", "--max-displacement", "0.05mm")
+    assert done.exit_code == 2, done.stderr
+    assert "5e-05 on a scan in m" in done.stderr
+    assert not list((tmp_path / "many").glob("*.3mf"))
+
+
+def test_the_head_of_a_recipe_says_the_unit_of_its_scans(sphere: Callable[[str], Path], tmp_path: Path) -> None:
+    """It holds where neither the command nor the file says one; where the file says another one, that is warned of."""
+    script = replace(recipe_of(SMOOTH).script, unit="mm", guards=Guards.parse({"max_displacement": f"{WITHIN}mm"}))
+    text = format_script(script)
+    assert f'<FilterScript unit="mm" maxDisplacement="{WITHIN}mm">' in text
+    assert parse_script(text.encode(), "again.mlx").unit == "mm"
+    path = tmp_path / "head.mlx"
+    path.write_text(text)
+    without = tmp_path / "without.mlx"
+    without.write_text(text.replace(' unit="mm"', ""))
+    assert Recipe.load(without).differences(Recipe.load(path)) == ["the unit of scans is mm, not none"]
+    assert "unit=" not in export_script(script)[0]
+    done = invoke("run", path, sphere(""), "-o", tmp_path / "out.ply", "--json")
+    assert done.exit_code == 0, done.stderr
+    assert document(done.stdout)["unit"] == "mm"
+    assert "the recipe is for scans" not in done.stderr
+    other = invoke("run", path, sphere("m"), "-o", tmp_path / "other.ply")
+    assert other.exit_code == 1
+    assert "the recipe is for scans in mm, and this one is in m" in other.stderr
+    with pytest.raises(ScriptError, match="'inch' is no unit of scans: it is one of mm, cm, m, in"):
+        parse_script(text.replace('unit="mm"', 'unit="inch"').encode(), "wrong.mlx")
+
+
+def test_tables_and_the_page_say_the_unit(sphere: Callable[[str], Path], recipe: Path, tmp_path: Path) -> None:
+    """Measures, distances, lines below them, charts and the scale bar are in the unit of the file, none in mesh units."""
+    page = tmp_path / "page.html"
+    done = run_process("run", recipe, sphere("mm"), "-o", tmp_path / "out.ply", "--report", page)
+    assert done.returncode == 0, done.stderr
+    compared = invoke("compare", sphere("cm"), sphere("in"), "--no-self-intersections", "--tolerance", "1mm")
+    assert compared.exit_code == 0, compared.stderr
+    assert "BEFORE is in cm and AFTER in in: coordinates are compared as the files have them" in compared.stderr
+    told = invoke("info", tmp_path / "sphere_mm.3mf").stdout
+    for text, unit in ((done.stdout, "mm"), (compared.stdout, "cm"), (told, "mm"), (page.read_text("utf-8"), "mm")):
+        for words in (f"area ({unit}²)", f"volume ({unit}³)", f"mean edge ({unit})"):
+            assert words in text
+        assert "mesh unit" not in text
+    assert "moved: mean 0.0" in done.stdout
+    assert " mm, 99 % below 0.0" in done.stdout
+    assert "lie within 0.1 cm" in compared.stdout
+    assert in_unit(COLORINGS["distance"].label, "mm") == "distance from the first surface (mm, outwards above 0)"
+    assert in_unit(COLORINGS["gaussian"].label, "mm") == "Gaussian curvature (1 / squared mm)"
+
+
+def test_a_picture_takes_limits_in_the_unit_of_the_first_file(sphere: Callable[[str], Path], tmp_path: Path) -> None:
+    """Limits in millimetres give the bytes of those in the inches of the file, and another scale bar than without a unit."""
+    source, other = sphere("in"), sphere("cm")
+    drawn: list[bytes] = []
+    for limits in ("-2.54mm,2.54mm", "-0.1in,0.1in", "-1mm,1mm"):
+        out = tmp_path / f"{len(drawn)}.png"
+        options = ("--color", "distance", f"--limits={limits}", "--size", "128x128", "--title", "a", "--title", "b")
+        done = invoke("picture", source, other, "-o", out, *options)
+        assert done.exit_code == 0, done.stderr
+        drawn.append(out.read_bytes())
+    assert drawn[0] == drawn[1] != drawn[2]
+
+
+@pytest.mark.slow
+def test_each_scan_of_a_batch_has_its_own_unit(sphere: Callable[[str], Path], recipe: Path, tmp_path: Path) -> None:
+    """A limit in millimetres is kept by the scan in millimetres and not by that in metres; tables say both, a resumed one too."""
+    scans = [sphere("mm"), sphere("m")]
+    options = ("-o", tmp_path / "many", "--max-displacement", f"{WITHIN}mm", "--resume", "--jobs", "1")
+    for _ in range(2):
+        done = run_process("batch", recipe, *scans, *options)
+        assert done.returncode == 1, done.stderr
+        with (tmp_path / "many" / "batch.csv").open(encoding="utf-8") as file:
+            rows = {Path(row["input"]).name: row for row in csv.DictReader(file)}
+        assert (rows["sphere_mm.3mf"]["status"], rows["sphere_mm.3mf"]["unit"]) == ("done", "mm")
+        assert rows["sphere_m.3mf"]["status"] == "failed"
+    assert "1 of them before" in done.stdout
+    again = run_process("batch", recipe, scans[0], *options[:2], "--max-displacement", f"{WITHIN}mm", "--unit", "cm", "--resume")
+    assert "of them before" not in again.stdout
