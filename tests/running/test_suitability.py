@@ -9,6 +9,7 @@ import pymeshlab
 import pytest
 from numpy.typing import NDArray
 
+from pymeshfair.errors import RunError
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.inspection.surface_measures import surface_measures
 from pymeshfair.filters.traits import measured_traits
@@ -135,6 +136,19 @@ def test_a_run_warns_of_noise_beyond_its_recipe_and_records_what_it_measured(lev
     result = run_job(Job(load_recipe("smooth_taubin"), tmp_path / "ball.ply", tmp_path / "out.ply"))
     assert any("take denoise" in text for text in result.warnings) == warned
     assert '"noise"' in result.provenance.read_text("utf-8")
+
+
+@pytest.mark.parametrize("measures", [True, False])
+def test_a_recipe_for_meshes_refuses_a_cloud_before_the_first_step(tmp_path: Path, measures: bool) -> None:
+    """Clean_range_map names what it is for and a recipe that fits, with measures or without, not MeshLab's words at step 5."""
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(icosphere(2)[0]))
+    meshes.save_current_mesh(str(tmp_path / "cloud.ply"))
+    with pytest.raises(
+        RunError, match=r"^clean_range_map is for meshes, and here there are no faces: .*such as clean_point_cloud"
+    ):
+        run_job(Job(load_recipe("clean_range_map"), tmp_path / "cloud.ply", tmp_path / "out.ply", measures=measures))
+    assert not (tmp_path / "out.ply").exists()
 
 
 def test_a_run_of_a_superseded_recipe_says_what_to_take(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Any, TypeAlias
 
 from ..declaration import Floats, Ints
+from ..errors import RunError
 from ..filters.inspection.surface_measures import SurfaceMeasures
 from ..recipe import TASKS, Recipe, RecipeHead, RecipeInfo, shipped_heads
 from ..scripts.fits import ARTICLE, UNKNOWN, Condition
@@ -110,10 +111,7 @@ def traits_of(
         wanted: the conditions are about these; of the others only what costs nothing is given.
     """
     has_faces = measures.faces > 0
-    traits_of_mesh: dict[str, float] = {
-        "mesh": float(has_faces),
-        "cloud": float(not has_faces and not measures.edges),
-        "curves": float(not has_faces and measures.edges > 0),
+    traits_of_mesh = _kind(measures.faces, measures.edges) | {
         "vertices": measures.vertices,
         "faces": measures.faces,
         "pieces": measures.components,
@@ -189,7 +187,8 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
     verdict = judged(name, info, traits)
     if not verdict.unmet:
         return None
-    reasons = [c for c in verdict.unmet if not c[1].endswith(UNKNOWN)] or verdict.unmet
+    reasons = [c for c in verdict.unmet if c[0] in _kind(0, 0)] or [c for c in verdict.unmet if not c[1].endswith(UNKNOWN)]
+    reasons = reasons or list(verdict.unmet)
     wrong = "; ".join(f"{name} is for {_asked(text)}, and here {found}" for text, found in reasons[:2])
     fitting = [other for other in others if other.fits and other.recipe != name]
     alike = _ALIKE if info.task in _ALIKE else (info.task,)
@@ -212,17 +211,26 @@ def traits_asked_for(recipe: Recipe, found: Found, attributes: AbstractSet[str])
         recipe: the recipe.
         found: what is known of the mesh; if that was not measured, there are none.
         attributes: what it has.
+
+    Raises:
+        RunError: it is of another kind: a cloud where a recipe is for meshes, or the other way round.
     """
     info = recipe.info
     arrays, measures = (found.mesh.vertices, found.mesh.faces), found.measures
-    if measures is None or not info.conditions:
+    traits = _kind(len(found.mesh.faces), len(found.mesh.edges))
+    is_other = any(not condition.is_met(traits) for condition in info.conditions if condition.text in traits)
+    if not info.conditions or (measures is None and not is_other):
         return {}, None
-    asked = needed(info.conditions)
-    traits = traits_of(*arrays, measures, attributes, asked)
-    if not judged(recipe.name, info, traits).unmet:
-        return traits, None
-    traits |= traits_of(*arrays, measures, attributes, set(MEASURED) - asked)
-    return traits, unsuitable(recipe.name, info, traits, ranked(traits))
+    if measures is not None:
+        asked = needed(info.conditions)
+        traits |= traits_of(*arrays, measures, attributes, asked)
+        if not judged(recipe.name, info, traits).unmet:
+            return traits, None
+        traits |= traits_of(*arrays, measures, attributes, set(MEASURED) - asked)
+    warning = unsuitable(recipe.name, info, traits, ranked(traits))
+    if is_other:
+        raise RunError(warning or "")
+    return traits, warning
 
 
 def instead(recipe: Recipe, found: Found, attributes: AbstractSet[str]) -> str:
@@ -259,6 +267,11 @@ def documents(found: Iterable[Suitability]) -> list[dict[str, Any]]:
         }
         for s in found
     ]
+
+
+def _kind(faces: int, edges: int) -> dict[str, float]:
+    """The traits without which a recipe cannot work at all."""
+    return {"mesh": float(faces > 0), "cloud": float(not faces and not edges), "curves": float(not faces and edges > 0)}
 
 
 def _place(task: str) -> int:
