@@ -21,6 +21,8 @@ from .origins import Origins, removed_elements
 LARGEST_SIDE_CHANGE = 0.01
 #: or a vertex has moved by more than this many mean edges.
 LARGEST_MOVE = 5.0
+#: pieces that are listed one by one
+_LISTED = 20
 
 Sides: TypeAlias = tuple[float | None, float | None, float | None]
 
@@ -59,6 +61,23 @@ class Moved:
 
 
 @dataclass(frozen=True)
+class Piece:
+    """A connected piece of what was added or removed.
+
+    Attributes:
+        faces: how many.
+        share: of the area of the input; None if it has none.
+        size: the diagonal of its box, in mesh units.
+        place: the middle of the box, (x, y, z).
+    """
+
+    faces: int
+    share: float | None
+    size: float
+    place: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
 class Part:
     """What was added or removed.
 
@@ -70,6 +89,7 @@ class Part:
         pieces: connected pieces of the faces.
         loose: how many of the pieces share no vertex with what stays.
         rims: how many of the others reach the border of their mesh.
+        largest: up to twenty of the pieces, the largest area first.
     """
 
     vertices: int
@@ -79,6 +99,7 @@ class Part:
     pieces: int
     loose: int
     rims: int
+    largest: tuple[Piece, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -255,14 +276,25 @@ def _part(vertices: Floats, faces: Ints, of_vertices: Bools, of_faces: Bools, wh
     if not len(inside):
         return Part(int(of_vertices.sum()), 0, 0.0, 0.0 if whole else None, 0, 0, 0)
     points, scale = scaled_to_unit(vertices)
-    area = 0.5 * float(vector_lengths(cross_products(points, inside)).sum()) / scale / scale
+    areas = vector_lengths(cross_products(points, inside))
+    area = 0.5 * float(areas.sum()) / scale / scale
     pieces, count = connected_components(inside, len(vertices))
+    share = area / whole if whole else None
+    numbers = pieces[inside[:, 0]]
+    sums = np.bincount(numbers, weights=areas, minlength=count)
+
+    def piece(number: int) -> Piece:
+        corners = inside[numbers == number]
+        low, high = bounding_box(points[corners.ravel()])
+        x, y, z = np.mean(bounding_box(vertices[corners.ravel()]), axis=0).tolist()
+        of_all = None if share is None else share * float(sums[number]) / (float(areas.sum()) or 1.0)
+        return Piece(len(corners), of_all, float(np.linalg.norm(high - low)) / scale, (x, y, z))
+
     beside = np.zeros(len(vertices), dtype=np.bool_)
     beside[faces[~of_faces]] = True
     holds = np.zeros((2, count), dtype=np.bool_)
     for row, marked in enumerate((beside, border_vertices(faces, len(vertices)) if beside.any() else beside)):
         holds[row, pieces[marked & (pieces >= 0)]] = True
-    share = area / whole if whole else None
     return Part(
         int(of_vertices.sum()),
         len(inside),
@@ -271,4 +303,5 @@ def _part(vertices: Floats, faces: Ints, of_vertices: Bools, of_faces: Bools, wh
         count,
         int((~holds[0]).sum()),
         int((holds[0] & holds[1]).sum()),
+        tuple(piece(number) for number in np.argsort(-sums, kind="stable")[:_LISTED].tolist()),
     )
