@@ -18,7 +18,7 @@ from pymeshfair.running.origins import Origins
 from pymeshfair.running.plain_values import plain
 from pymeshfair.running.shape_change import ShapeChange, shape_change, warnings_of
 from tests.commands.command_line import document, run_process
-from tests.meshes import Mesh, grid, icosphere
+from tests.meshes import Mesh, cube, grid, icosphere
 
 
 def change_of(before: Mesh, after: Mesh) -> ShapeChange:
@@ -103,6 +103,21 @@ def test_pieces_that_were_removed_are_listed_by_area() -> None:
     assert [piece.size for piece in change.removed.largest] == pytest.approx([8.0**0.5, 2.0**0.5])
     lines = change_lines(plain(asdict(change)))
     assert "  removed: 8 faces, 4.21 % of the area, 2.83 across, at 21, 1, 5" in lines
+
+
+def test_smoothing_runs_say_what_is_left_of_relief_and_of_sharp_edges() -> None:
+    """Bumps halved leave half of the relief, a box scaled to a flat one its edges; where nothing moves nothing is said."""
+    vertices, faces = icosphere(4)
+    x, y, z = 9.0 * vertices.T
+    bumps = vertices * (1.0 + 0.02 * np.sin(x) * np.sin(y) * np.cos(z))[:, None]
+    halved = change_of((bumps, faces), (0.5 * (bumps + vertices), faces))
+    assert halved.relief_lost == pytest.approx(0.5, abs=0.05)
+    (line,) = (line for line in change_lines(plain(asdict(halved))) if line.startswith("kept: "))
+    assert line.endswith(" % of the relief beside the noise")
+    box, sides = cube()
+    assert change_of((box, sides), (box * [1.0, 1.0, 0.9], sides)).sharp_kept == pytest.approx(1.0)
+    still = change_of((box, sides), (box, sides))
+    assert (still.relief_lost, still.sharp_kept) == (None, None)
 
 
 def test_words_on_faces_that_were_turned_over_say_whether_that_is_a_fault() -> None:

@@ -105,6 +105,16 @@ def change_lines(change: Mapping[str, Any]) -> list[str]:
             f"{'moved' if moved['same'] else 'away'}: mean {moved['mean']:.3g}, 99 % below {moved['most']:.3g}, at most "
             f"{moved['largest']:.3g}{edges}, vertex {moved['vertex']} at {x:.6g}, {y:.6g}, {z:.6g}"
         )
+    kept = [
+        f"{_percent(share)} of the {words}"
+        for words, share in (
+            ("relief beside the noise", None if change["relief_lost"] is None else max(0.0, 1.0 - change["relief_lost"])),
+            ("length of sharp edges, those of noise among them", change["sharp_kept"]),
+        )
+        if share is not None
+    ]
+    if kept:
+        lines.append(f"kept: {', '.join(kept)}")
     if change["turned"]:
         more = "more" if change["folded"] else "no more"
         is_fault = "a fault" if change["folded"] else "no fault"

@@ -9,7 +9,11 @@ from typing import TypeAlias
 import numpy as np
 
 from ..declaration import Bools, Floats, Ints
+from ..filters.denoising.noise_level import estimate_noise
+from ..filters.diffusion import relief_lost
+from ..filters.evidence import sample_of
 from ..filters.geometry import cross_products, turned_faces, vector_lengths
+from ..filters.inspection import share_kept, sharp_edges
 from ..filters.inspection.folded_faces import folded_faces
 from ..filters.inspection.side_changes import side_changes
 from ..filters.inspection.surface_measures import SurfaceMeasures
@@ -135,6 +139,9 @@ class ShapeChange:
             removed.
         folded: which faces were folded over, `pymeshfair.filters.inspection.folded_faces`, if there are more of them than before;
             else None.
+        relief_lost: `pymeshfair.filters.diffusion.relief_lost` of the faces whose vertices are the same, beside the noise that is
+            estimated, on a sample of a large mesh; None where no vertex moved or relief does not stand out.
+        sharp_kept: the share of the length of their sharp edges, those of noise among them, that is sharp still; None without.
     """
 
     sides: Sides
@@ -146,6 +153,8 @@ class ShapeChange:
     removed: Part
     turned: int | None
     folded: Folded | None
+    relief_lost: float | None = None
+    sharp_kept: float | None = None
 
 
 def shape_change(origins: Origins, measured: tuple[SurfaceMeasures, SurfaceMeasures]) -> ShapeChange:
@@ -169,17 +178,36 @@ def shape_change(origins: Origins, measured: tuple[SurfaceMeasures, SurfaceMeasu
             u, v, w = (None if np.isnan(s) else float(s) for s in side_changes(before[0], result[0], before[1]))
             without_noise = (u, v, w)
     volumes = (first.volume, second.volume) if first.closed and second.closed else (None, None)
+    moved = _moved(origins, first.mean_edge or first.mean_spacing)
+    relief, sharp = (
+        _details(origins, first.mean_edge) if moved and moved.same and moved.moved and first.mean_edge else (None, None)
+    )
     return ShapeChange(
         sides=(x, y, z),
         sides_without_noise=without_noise,
         area=_share(first.area, second.area),
         volume=_share(*volumes),
-        moved=_moved(origins, first.mean_edge or first.mean_spacing),
+        moved=moved,
         added=_part(*result, origins.vertices < 0, origins.faces < 0, first.area),
         removed=_part(*before, gone, faces_gone, first.area),
         turned=turned,
         folded=folded,
+        relief_lost=relief,
+        sharp_kept=sharp,
     )
+
+
+def _details(origins: Origins, edge: float) -> tuple[float | None, float | None]:
+    """Which share of the relief is lost, and which of the sharp edges is kept, of the faces whose vertices are the same."""
+    faces = origins.result.faces[(origins.vertices[origins.result.faces] >= 0).all(axis=1)]
+    if not len(faces):
+        return None, None
+    old, new = origins.before.vertices[np.maximum(origins.vertices, 0)], origins.result.vertices
+    sharp = share_kept(sharp_edges(old, faces), sharp_edges(new, faces), within=edge)
+    points, scale = scaled_to_unit(old)
+    sample = sample_of(points, faces)
+    noise = estimate_noise(sample.points, sample.faces).level
+    return relief_lost(points[sample.origin], (scale * new)[sample.origin], sample.faces, noise=noise), sharp
 
 
 def warnings_of(change: ShapeChange, other_recipe: Callable[[], str]) -> Iterator[str]:
