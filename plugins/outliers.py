@@ -6,11 +6,17 @@ from typing import Annotated
 
 import numpy as np
 
-from pymeshfair.declaration import Arity, Bool, Edit, FilterClass, Float, Int, Layer, Mesh, MeshElement, mesh_filter
+from pymeshfair.declaration import Arity, Bool, Bools, Edit, FilterClass, Float, Int, Layer, Mesh, MeshElement, mesh_filter
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.geometry import cross_products, vector_lengths
 from pymeshfair.filters.outliers import gaps, local_outlier_probability, stray_points
+
+
+def _counted(selected: Bools, kind: str) -> tuple[str, ...]:
+    """How many points are of a kind; nothing of none."""
+    count = int(np.count_nonzero(selected))
+    return (f"{count:,} of {len(selected):,} points are {kind}",) if count else ()
 
 
 @mesh_filter(
@@ -70,6 +76,7 @@ def compute_selection_by_outlier_probability_per_vertex(
             "largest_probability": float(probabilities.max()),
             "mean_probability": float(probabilities.mean()),
         },
+        notes=_counted(selected, f"outliers of their neighbourhood by a probability above {threshold:g}"),
     )
 
 
@@ -129,7 +136,8 @@ def compute_selection_by_stray_points_per_vertex(
     selected = stray_points(
         layer.vertices, neighbors=neighbors, sparseness=sparseness, smallest_part=smallest_part, progress=progress
     )
-    return Edit(vertex_selection=selected, values={"selected_vertices": int(np.count_nonzero(selected))})
+    notes = _counted(selected, f"part of no surface: alone, in a haze, or in clumps of fewer than {smallest_part:,}")
+    return Edit(vertex_selection=selected, values={"selected_vertices": int(np.count_nonzero(selected))}, notes=notes)
 
 
 @mesh_filter(

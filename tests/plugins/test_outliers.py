@@ -116,6 +116,20 @@ def test_stray_points_of_a_mesh_are_refused_where_clouds_are_meant() -> None:
     assert meshes.current_mesh().vertex_selection_array().tolist() == [False] * len(vertices) + [True]
 
 
+def test_the_points_of_each_kind_are_counted_in_words(cloud: NDArray[np.float64], tmp_path: Path) -> None:
+    """The point in the centre of a spiral round a ball is part of no surface and an outlier; nothing is said where none is."""
+    said: list[str] = []
+    document = Document(tmp_path, on_note=said.append)
+    for vertices in (cloud, cloud[:-1]):
+        document.add(MeshData(vertices=vertices))
+        for name, values in (("stray_points", {}), ("outlier_probability", {"threshold": 0.9})):
+            document.apply(Step(find_filter(f"compute_selection_by_{name}_per_vertex")).with_values(values))
+    assert said == [
+        "1 of 501 points are part of no surface: alone, in a haze, or in clumps of fewer than 100",
+        "1 of 501 points are outliers of their neighbourhood by a probability above 0.9",
+    ]
+
+
 def test_the_share_of_a_mesh_that_no_point_supports_is_said(tmp_path: Path) -> None:
     """Of a strip of 12 by 1 cells over a cloud of its first 8 columns a third is far; the message says so."""
     x, y = (a.ravel().astype(float) for a in np.meshgrid(np.arange(8), np.arange(-3, 5), indexing="ij"))
