@@ -52,9 +52,9 @@ def texture_of(mesh: MeshData, plain: Floats) -> Sampler | None:
 
 
 def _pixels(mesh: MeshData, name: str, image: Path | bytes | None) -> Floats:
+    if image is None:
+        raise MeshError(f"the texture {name!r} of {mesh.label} cannot be drawn: there is no such file")
     try:
-        if image is None:
-            raise FileNotFoundError("there is no such file")
         with Image.open(io.BytesIO(image) if isinstance(image, bytes) else image) as opened:
             return np.asarray(opened.convert("RGB"))
     except (OSError, UnidentifiedImageError) as error:
