@@ -29,8 +29,6 @@ _Key: TypeAlias = tuple[bool, int, bool, bool, float, int, int]
 _ASIDE = ("change the shape", "curves", "look")
 #: relief that may go: more is detail that is erased
 ERASED = 0.1
-# What leaves no more than this share more error than the best is as good.
-_AS_GOOD = 1.01
 
 
 @dataclass(frozen=True)
@@ -41,13 +39,11 @@ class Trial:
         error: at vertices that were held out, along the normals; on a scan without noise how far the others were moved.
         before: the same of the scan as it is.
         relief: the share of the relief that went; None where there is none that stands out from the noise.
-        as_good: whether the error is within two standard errors of the least.
     """
 
     error: float
     before: float
     relief: float | None
-    as_good: bool = False
 
     @property
     def erases(self) -> bool:
@@ -59,7 +55,8 @@ class Trial:
         """What a user would say of it."""
         if self.error == self.before == 0.0:
             return "it would move nothing, as there is no noise"
-        kept = "" if self.relief is None else f", and would take {self.relief:.0%} of the relief"
+        unseen = ", and the relief is too low beside the noise to be measured: look at the result" if self.before else ""
+        kept = unseen if self.relief is None else f", and would take {self.relief:.0%} of the relief"
         if self.before == 0.0:
             return f"there is no noise: it would move vertices by {self.error:.2g} edges{kept}"
         return f"tried here, it misses vertices by {self.error:.3f} edges, the scan as it is by {self.before:.3f}{kept}"
@@ -149,17 +146,12 @@ def ranked(
     behind = {head.name: head.info.behind for head in heads}
     verdicts = {head.name: replace(judged(head.name, head.info, traits), trial=tried.get(head.name)) for head in heads}
     of_nothing = max((trial.before for trial in tried.values()), default=0.0)
-    least = min([of_nothing, *(trial.error for trial in tried.values() if not trial.erases)])
-
-    def error(suited: Suitability) -> float:
-        left = of_nothing if suited.trial is None else suited.trial.error
-        as_good = suited.trial is not None and suited.trial.as_good
-        return 0.0 if as_good or left <= _AS_GOOD * least else left
 
     def key(suited: Suitability) -> _Key:
         erases = suited.trial is not None and suited.trial.erases
+        error = of_nothing if suited.trial is None else suited.trial.error
         aside = suited.task in _ASIDE
-        return not suited.fits, len(suited.unmet), aside, erases, error(suited), -suited.made_for, _place(suited.task)
+        return not suited.fits, len(suited.unmet), aside, erases, error, -suited.made_for, _place(suited.task)
 
     def place(suited: Suitability) -> tuple[_Key, bool, int, str]:
         better = verdicts.get(behind[suited.recipe])
