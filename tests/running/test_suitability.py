@@ -13,7 +13,7 @@ from pymeshfair.errors import RunError
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.inspection.surface_measures import surface_measures
 from pymeshfair.filters.traits import measured_traits
-from pymeshfair.recipe import RecipeHead, head_info, load_recipe
+from pymeshfair.recipe import Recipe, RecipeHead, head_info, load_recipe
 from pymeshfair.running.job import Job
 from pymeshfair.running.suitability import Trial, needed, ranked, traits_of, unsuitable
 from pymeshfair.running.supervise import run_job
@@ -156,6 +156,20 @@ def test_a_recipe_for_meshes_refuses_a_cloud_before_the_first_step(tmp_path: Pat
     ):
         run_job(Job(load_recipe("clean_range_map"), tmp_path / "cloud.ply", tmp_path / "out.ply", measures=measures))
     assert not (tmp_path / "out.ply").exists()
+
+
+@pytest.mark.parametrize(("task", "warned"), [("denoise", True), ("smooth", False)])
+def test_a_run_that_denoises_and_takes_relief_warns(task: str, warned: bool, tmp_path: Path) -> None:
+    """Bumps of ten edges that a filter of 12 edges takes are detail to a recipe for noise, and what one that smooths is for."""
+    vertices, faces = icosphere(4)
+    x, y, z = 9.0 * vertices.T
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(vertices * (1.0 + 0.02 * np.sin(x) * np.sin(y) * np.cos(z))[:, None], faces))
+    meshes.save_current_mesh(str(tmp_path / "bumps.ply"))
+    step = load_recipe("smooth_implicit").script.steps[0].with_values({"detail_size": "12edge"})
+    recipe = Recipe("own", Script((step,), f"Own\n\nTask: {task}"))
+    result = run_job(Job(recipe, tmp_path / "bumps.ply", tmp_path / "out.ply"))
+    assert any("of the relief beside the noise is gone" in text for text in result.warnings) == warned
 
 
 def test_a_run_of_a_superseded_recipe_says_what_to_take(tmp_path: Path) -> None:

@@ -206,7 +206,7 @@ def _details(origins: Origins, edge: float) -> tuple[float | None, float | None]
     sharp = share_kept(sharp_edges(old, faces), sharp_edges(new, faces), within=edge)
     points, scale = scaled_to_unit(old)
     sample = sample_of(points, faces)
-    noise = estimate_noise(sample.points, sample.faces).level
+    noise = estimate_noise(sample.points, sample.faces).deviation  # energies are compared: outliers count in full
     return relief_lost(points[sample.origin], (scale * new)[sample.origin], sample.faces, noise=noise), sharp
 
 

@@ -74,7 +74,7 @@ def trials(
 
     which = np.flatnonzero(scan.scored).astype(np.int32) if clean else held
     errors = scores_of(np.stack([heights(points, which) for points in (start, *results.values())])).errors
-    level = 0.0 if clean else scan.noise.level
+    level = 0.0 if clean else scan.noise.deviation
     return {
         name: Trial(
             float(errors[k]),
