@@ -6,10 +6,17 @@ from typing import Annotated
 
 import numpy as np
 
-from pymeshfair.declaration import Arity, Bool, Edit, FilterClass, Float, Int, Layer, Mesh, MeshElement, mesh_filter
+from pymeshfair.declaration import Arity, Bool, Bools, Edit, FilterClass, Float, Int, Layer, Mesh, MeshElement, mesh_filter
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.execution import Progress, ignore_progress
-from pymeshfair.filters.outliers import far_from_points, local_outlier_probability, stray_points
+from pymeshfair.filters.geometry import cross_products, vector_lengths
+from pymeshfair.filters.outliers import gaps, local_outlier_probability, stray_points
+
+
+def _counted(selected: Bools, kind: str) -> tuple[str, ...]:
+    """How many points are of a kind; nothing of none."""
+    count = int(np.count_nonzero(selected))
+    return (f"{count:,} of {len(selected):,} points are {kind}",) if count else ()
 
 
 @mesh_filter(
@@ -69,6 +76,7 @@ def compute_selection_by_outlier_probability_per_vertex(
             "largest_probability": float(probabilities.max()),
             "mean_probability": float(probabilities.mean()),
         },
+        notes=_counted(selected, f"outliers of their neighbourhood by a probability above {threshold:g}"),
     )
 
 
@@ -128,7 +136,8 @@ def compute_selection_by_stray_points_per_vertex(
     selected = stray_points(
         layer.vertices, neighbors=neighbors, sparseness=sparseness, smallest_part=smallest_part, progress=progress
     )
-    return Edit(vertex_selection=selected, values={"selected_vertices": int(np.count_nonzero(selected))})
+    notes = _counted(selected, f"part of no surface: alone, in a haze, or in clumps of fewer than {smallest_part:,}")
+    return Edit(vertex_selection=selected, values={"selected_vertices": int(np.count_nonzero(selected))}, notes=notes)
 
 
 @mesh_filter(
@@ -154,7 +163,17 @@ def compute_selection_by_distance_from_cloud_per_vertex(
     """Selects what a reconstruction has made up where nobody measured, such as the balloon of Screened Poisson.
 
     The spacing of the cloud is the median over its points of the mean distance to their six nearest neighbours. The selection of
-    vertices is replaced. Returns the number of selected vertices.
+    vertices is replaced. Says which share of the area hangs on them, and which of the rest is over half as far, and returns the
+    number of selected vertices.
     """
-    selected = far_from_points(layer.vertices, layer.other(reference).vertices, spacings=spacings)
-    return Edit(vertex_selection=selected, values={"selected_vertices": int(np.count_nonzero(selected))})
+    away = gaps(layer.vertices, layer.other(reference).vertices)
+    selected = away > spacings
+    notes: tuple[str, ...] = ()
+    if len(layer.faces):
+        areas, furthest = vector_lengths(cross_products(layer.vertices, layer.faces)), away[layer.faces].max(axis=1)
+        far, rest = (float(areas[furthest > limit].sum() / (areas.sum() or 1.0)) for limit in (spacings, 0.5 * spacings))
+        notes = (
+            f"{far:.2%} of the area is farther than {spacings:g} spacings from every point, and selected; {rest - far:.2%} is "
+            f"farther than {0.5 * spacings:g}, and bridges gaps",
+        )
+    return Edit(vertex_selection=selected, values={"selected_vertices": int(np.count_nonzero(selected))}, notes=notes)

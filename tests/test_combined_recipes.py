@@ -97,6 +97,26 @@ def test_a_cloud_of_half_a_ball_becomes_half_a_ball() -> None:
     assert mesh.vertex_matrix()[:, 2].min() > -0.3
 
 
+def test_a_rough_cloud_makes_no_surface_where_nothing_was_measured() -> None:
+    """Points on half a ball with noise of half a spacing: under 1 % of the area lies over 3 spacings from the half ball."""
+    random = np.random.default_rng(3)
+    points = random.normal(size=(6000, 3))
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    points = points[points[:, 2] > 0.0]
+    spacing = 1.2 * np.sqrt(2.0 * np.pi / len(points))
+    meshes = MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(points + random.normal(scale=0.5 * spacing, size=points.shape)))
+    recipe = Recipe.load("cloud_to_mesh")
+    recipe.set(depth="6")
+    recipe.apply(meshes)
+    corners = meshes.current_mesh().vertex_matrix()[meshes.current_mesh().face_matrix()]
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    middles = corners.mean(axis=1)
+    beside = np.hypot(np.hypot(middles[:, 0], middles[:, 1]) - 1.0, middles[:, 2])  # from the rim
+    away = np.where(middles[:, 2] > 0.0, np.abs(np.linalg.norm(middles, axis=1) - 1.0), beside)
+    assert areas[away > 3.0 * spacing].sum() < 0.01 * areas.sum()
+
+
 def test_what_is_ready_to_be_registered_has_not_moved() -> None:
     """A rough sheet with a floating piece loses the piece and two rings at its border; every vertex left has its place."""
     vertices, faces = noisy(grid(20, 20), 0.05)

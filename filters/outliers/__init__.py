@@ -1,6 +1,6 @@
 """Outliers of point clouds and of reconstructions, by the distances to their neighbours."""
 
-from .far_from_points import far_from_points
+from .gaps import gaps
 from .local_outlier_probability import (
     SPREAD_BLOCK,
     compare,
@@ -21,7 +21,7 @@ __all__ = [
     "compare",
     "compare_rows",
     "cut_links",
-    "far_from_points",
+    "gaps",
     "linked_parts",
     "linked_to",
     "local_outlier_probability",

@@ -14,6 +14,7 @@ from pymeshfair.declaration import FilterClass
 from pymeshfair.recipe import load_recipe, shipped_recipes
 from pymeshfair.registry import all_filters, custom_filters, find_filter
 from pymeshfair.scripts import parse_script
+from tests.meshes import tetrahedron
 
 from .command_line import document, invoke
 
@@ -122,6 +123,20 @@ def test_mesh_is_told_with_its_measures_and_attributes() -> None:
     assert best["fits"]
     assert f"   1  {best['recipe']}: " in shown
     assert set(path.parent.iterdir()) == before
+
+
+def test_faces_that_cut_others_are_counted(tmp_path: Path) -> None:
+    """Of two tetrahedra one of which stands with a corner in the other; of one alone there are none."""
+    vertices, faces = tetrahedron()
+    for name, count, expected in (("one.ply", 1, "there are none"), ("two.ply", 2, "")):
+        points = np.concatenate([vertices + 0.4 * k for k in range(count)])
+        mesh = pymeshlab.Mesh(points, np.concatenate([faces + len(vertices) * k for k in range(count)]))
+        meshes = pymeshlab.MeshSet()
+        meshes.add_mesh(mesh)
+        meshes.save_current_mesh(str(tmp_path / name))
+        number = document(invoke("info", tmp_path / name, "--json").stdout)["mesh"]["self_intersecting_faces"]
+        assert (number > 0) == (count > 1)
+        assert f"Faces that cut others: {expected or number}." in invoke("info", tmp_path / name).stdout
 
 
 def test_what_is_doubtful_of_a_mesh_is_a_warning(tmp_path: Path) -> None:

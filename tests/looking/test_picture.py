@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,7 @@ from pymeshfair.looking.coloring_names import NUMBERS
 from pymeshfair.looking.picture import Appearance, draw_meshes
 from pymeshfair.looking.rasterizer import DepthBuffer, draw_triangles
 from pymeshfair.looking.shading import Scene, render
-from pymeshfair.mesh_data import MeshData
+from pymeshfair.mesh_data import MeshData, Texture
 from tests.commands.command_line import document, invoke, run_process
 from tests.meshes import cube, grid, icosphere, sample, sample_path
 
@@ -175,6 +176,27 @@ def test_every_coloring_has_its_name() -> None:
 def test_scale_bars_have_round_lengths() -> None:
     """1, 2 or 5 times a power of ten, the largest that fits."""
     assert [round_length(x) for x in (0.99, 1.0, 1.99, 2.0, 4.0, 5.0, 77.0)] == pytest.approx([0.5, 1, 1, 2, 2, 5, 50])
+
+
+@pytest.mark.parametrize("by_corner", [True, False])
+def test_the_own_colours_of_a_textured_mesh_are_those_of_its_texture(tmp_path: Path, by_corner: bool) -> None:
+    """Red above green on the left, blue on the right, as the image is; an image that is not there is named."""
+    vertices, faces = grid(4, 4, spacing=0.25)
+    Image.fromarray(np.array([[[255, 0, 0], [0, 0, 255]], [[0, 255, 0], [0, 0, 255]]], dtype=np.uint8)).save(tmp_path / "t.png")
+    where = (
+        {"face_attributes": {"wedge_texture_coordinates": vertices[faces][:, :, :2], "texture": np.zeros(len(faces), np.int32)}}
+        if by_corner
+        else {"vertex_attributes": {"texture_coordinates": vertices[:, :2]}}
+    )
+    mesh = mesh_of(vertices, faces, textures=(Texture("t.png", tmp_path / "t.png"),), **where)
+    shown = pixels(mesh, color="own").astype(int)
+    seen = np.argwhere(shown.min(axis=2) < 200)
+    (top, left), (bottom, right) = seen.min(axis=0), seen.max(axis=0)
+    quarters = [(3 * top + bottom) // 4, (top + 3 * bottom) // 4], [(3 * left + right) // 4, (left + 3 * right) // 4]
+    assert [shown[row, column].argmax() for row in quarters[0] for column in quarters[1]] == [0, 2, 1, 2]
+    lost = replace(mesh, textures=(Texture("t.png", None),))
+    with pytest.raises(MeshError, match=r"the texture 't.png' of mesh.ply cannot be drawn"):
+        pixels(lost, color="own")
 
 
 def test_what_cannot_be_shown_is_refused() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
@@ -14,10 +15,13 @@ from pymeshfair import MeshSet
 from pymeshfair.declaration import Edit, FilterClass, Float, Int, Layer, MeshElement
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.outliers.local_outlier_probability import local_outlier_probability
+from pymeshfair.mesh_data import MeshData
 from pymeshfair.meshlab.facts import meshlab_filters
 from pymeshfair.plugins.outliers import compute_selection_by_outlier_probability_per_vertex as declared
 from pymeshfair.registry import find_filter
-from tests.meshes import icosphere
+from pymeshfair.running.document import Document
+from pymeshfair.scripts.script import Step
+from tests.meshes import grid, icosphere
 
 
 @dataclass
@@ -110,3 +114,32 @@ def test_stray_points_of_a_mesh_are_refused_where_clouds_are_meant() -> None:
     meshes.add_mesh(pymeshlab.Mesh(np.concatenate([vertices, [[5.0, 0.0, 0.0]]])))
     assert meshes.compute_selection_by_stray_points_per_vertex(clouds_only=True) == {"selected_vertices": 1}
     assert meshes.current_mesh().vertex_selection_array().tolist() == [False] * len(vertices) + [True]
+
+
+def test_the_points_of_each_kind_are_counted_in_words(cloud: NDArray[np.float64], tmp_path: Path) -> None:
+    """The point in the centre of a spiral round a ball is part of no surface and an outlier; nothing is said where none is."""
+    said: list[str] = []
+    document = Document(tmp_path, on_note=said.append)
+    for vertices in (cloud, cloud[:-1]):
+        document.add(MeshData(vertices=vertices))
+        for name, values in (("stray_points", {}), ("outlier_probability", {"threshold": 0.9})):
+            document.apply(Step(find_filter(f"compute_selection_by_{name}_per_vertex")).with_values(values))
+    assert said == [
+        "1 of 501 points are part of no surface: alone, in a haze, or in clumps of fewer than 100",
+        "1 of 501 points are outliers of their neighbourhood by a probability above 0.9",
+    ]
+
+
+def test_the_share_of_a_mesh_that_no_point_supports_is_said(tmp_path: Path) -> None:
+    """Of a strip of 12 by 1 cells over a cloud of its first 8 columns a third is far; the message says so."""
+    x, y = (a.ravel().astype(float) for a in np.meshgrid(np.arange(8), np.arange(-3, 5), indexing="ij"))
+    vertices, faces = grid(1, 12)
+    said: list[str] = []
+    document = Document(tmp_path, on_note=said.append)
+    document.add(MeshData(vertices=np.column_stack([x, y, np.zeros(64)])))
+    document.add(MeshData(vertices=vertices, faces=faces))
+    document.apply(Step(find_filter("compute_selection_by_distance_from_cloud_per_vertex")).with_values({"spacings": 1.5}))
+    assert said == [
+        "33.33% of the area is farther than 1.5 spacings from every point, and selected; "
+        "8.33% is farther than 0.75, and bridges gaps"
+    ]

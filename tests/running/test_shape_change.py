@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +12,13 @@ from numpy.typing import NDArray
 
 from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.inspection import surface_measures
+from pymeshfair.looking.words import change_lines
 from pymeshfair.mesh_data import MeshData
 from pymeshfair.running.origins import Origins
+from pymeshfair.running.plain_values import plain
 from pymeshfair.running.shape_change import ShapeChange, shape_change, warnings_of
 from tests.commands.command_line import document, run_process
-from tests.meshes import Mesh, icosphere
+from tests.meshes import Mesh, cube, grid, icosphere
 
 
 def change_of(before: Mesh, after: Mesh) -> ShapeChange:
@@ -85,6 +88,46 @@ def test_other_elements_have_no_displacement_and_no_warning() -> None:
     assert found.removed.share == pytest.approx(1.0)
     assert (found.added.vertices, found.added.faces) == (100, 0)
     assert list(warnings_of(found, str)) == []
+
+
+def test_pieces_that_were_removed_are_listed_by_area() -> None:
+    """Floating squares of 8 faces and of 2, of 95 square units in all: each with its share, its size and its place."""
+    (sheet, of_sheet), (large, of_large), (small, of_small) = grid(9, 10), grid(2, 2), grid(1, 1)
+    vertices = np.concatenate([sheet, large + np.array([20.0, 0.0, 5.0]), small + np.array([40.0, 0.0, 0.0])])
+    faces = np.concatenate([of_sheet, of_large + len(sheet), of_small + len(sheet) + len(large)]).astype(np.int32)
+    first, second = MeshData(vertices=vertices, faces=faces), MeshData(vertices=sheet, faces=of_sheet)
+    origins = Origins(first, second, np.arange(len(sheet)), np.arange(len(of_sheet)), known=True)
+    change = shape_change(origins, (surface_measures(vertices, faces), surface_measures(sheet, of_sheet)))
+    assert [(piece.faces, piece.place) for piece in change.removed.largest] == [(8, (21.0, 1.0, 5.0)), (2, (40.5, 0.5, 0.0))]
+    assert [piece.share for piece in change.removed.largest] == pytest.approx([4.0 / 95.0, 1.0 / 95.0])
+    assert [piece.size for piece in change.removed.largest] == pytest.approx([8.0**0.5, 2.0**0.5])
+    lines = change_lines(plain(asdict(change)))
+    assert "  removed: 8 faces, 4.21 % of the area, 2.83 across, at 21, 1, 5" in lines
+
+
+def test_smoothing_runs_say_what_is_left_of_relief_and_of_sharp_edges() -> None:
+    """Bumps halved leave half of the relief, a box scaled to a flat one its edges; where nothing moves nothing is said."""
+    vertices, faces = icosphere(4)
+    x, y, z = 9.0 * vertices.T
+    bumps = vertices * (1.0 + 0.02 * np.sin(x) * np.sin(y) * np.cos(z))[:, None]
+    halved = change_of((bumps, faces), (0.5 * (bumps + vertices), faces))
+    assert halved.relief_lost == pytest.approx(0.5, abs=0.05)
+    (line,) = (line for line in change_lines(plain(asdict(halved))) if line.startswith("kept: "))
+    assert line.endswith(" % of the relief beside the noise")
+    box, sides = cube()
+    assert change_of((box, sides), (box * [1.0, 1.0, 0.9], sides)).sharp_kept == pytest.approx(1.0)
+    still = change_of((box, sides), (box, sides))
+    assert (still.relief_lost, still.sharp_kept) == (None, None)
+
+
+def test_words_on_faces_that_were_turned_over_say_whether_that_is_a_fault() -> None:
+    """Two faces of the chevron fold over, which is one; turned back they are none."""
+    folded = CHEVRON.copy()
+    folded[0, 1] = 2.0
+    changes = [change_of((a, FRAMED), (b, FRAMED)) for a, b in ((CHEVRON, folded), (folded, CHEVRON))]
+    bad, good = (change_lines(plain(asdict(change)))[-1] for change in changes)
+    assert bad == "turned over: 2 faces, a fault: more faces are folded over than before"
+    assert good == "turned over: 2 faces, no fault: no more faces are folded over than before"
 
 
 @pytest.mark.parametrize("scale", [1e-160, 1e150])

@@ -38,12 +38,26 @@ def test_jobs_and_events_cross_the_pipe() -> None:
     assert pickle.loads(pickle.dumps(said)) == said
 
 
+#: MeshLab's words on steps that did nothing, and parts of the tensor of inertia
+SAY_NOTHING = (
+    "Removed 0 duplicated vertices",
+    "Successfully deleted 0 duplicated faces",
+    "Successfully split 0 non manifold vertices faces",
+    "Closed 0 holes and added 0 new faces",
+    "Nothing done: no vertex selected",
+    "Inertia Tensor is :",
+    "| 513497155.565961  40029463.718512  1661412.806189 |",
+)
+
+
 @pytest.mark.parametrize(
     ("line", "talk"),
     [
         ("LOG: 2 Remeshing    [ 33% ]", Talk("Remeshing", 2, 0.33)),
         ("LOG: 2 apply_coord_taubin_smoothing applied!    [ 100% ]", Talk("apply_coord_taubin_smoothing applied!", 2, 1.0)),
         ("LOG: 2 Closed 3 holes", Talk("Closed 3 holes", 2)),
+        ("LOG: 2 Removed 10 null faces", Talk("Removed 10 null faces", 2)),
+        *((f"LOG: 2 {line}", Talk("", 2)) for line in SAY_NOTHING),
         ("LOG: 1 Warning: 50% of it", Talk("Warning: 50% of it", 1)),
         ("LOG: 2 x [ 400% ]", Talk("x", 2, 1.0)),
         ("Segmentation fault", Talk("Segmentation fault")),
@@ -52,7 +66,7 @@ def test_jobs_and_events_cross_the_pipe() -> None:
     ],
 )
 def test_stderr_is_taken_apart(line: str, talk: Talk) -> None:
-    """Progress, MeshLab's words with their level, our marks and everything else are told apart."""
+    """Progress, MeshLab's words with their level, our marks and the rest are distinguished; what says nothing is empty."""
     assert parse_talk(line) == talk
 
 

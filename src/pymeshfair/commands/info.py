@@ -88,7 +88,7 @@ def _tell_mesh(path: Path, *, json: bool, allow_outside: bool, unchecked: bool) 
     from .streams import warn
     from .tables import console, measures_table
 
-    measures = inspect_mesh(path, traits=True, allow_outside=allow_outside, unchecked=unchecked)
+    measures = inspect_mesh(path, traits=True, self_intersections=None, allow_outside=allow_outside, unchecked=unchecked)
     recipes = ranked(measures["traits"])
     if json:
         print_document({"mesh": measures, "recipes": documents(recipes)})
@@ -114,6 +114,10 @@ def _more(measures: Mapping[str, Any]) -> Iterator[str]:
         sides = " x ".join(f"{b - a:.6g}" for a, b in zip(low, high, strict=True))
         unit = f" {measures['unit']}" if measures["unit"] else ""
         yield f"Its box is {sides}{unit}, from {_place(low)} to {_place(high)}."
+    if measures["faces"]:
+        cuts = {None: "were not looked for: `pymeshfair compare --self-intersections` does", 0: "there are none"}
+        count = measures["self_intersecting_faces"]
+        yield f"Faces that cut others: {cuts.get(count, f'{count}')}."
     traits = measures["traits"]
     if "noise" in traits:
         yield f"Its noise is about {traits['noise']:.2g} mean edges."

@@ -24,8 +24,8 @@ def picture(
         str,
         typer.Option(
             metavar="plain|own|curvature|gaussian|distance|displacement|reflection|shape|scalar",
-            help="What the colours tell; 'own' are the mesh's; 'distance' from the surface of the first mesh, 'displacement' of "
-            "its vertices.",
+            help="What the colours tell; 'own' are the mesh's, from its texture if it has one; 'distance' from the surface of "
+            "the first mesh, 'displacement' of its vertices.",
         ),
     ] = "plain",
     view: Annotated[

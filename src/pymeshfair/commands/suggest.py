@@ -88,8 +88,11 @@ def suggest(
 
 
 def _by_evidence(traits: dict[str, float], values: dict[str, Any] | None) -> dict[str, float]:
-    """The traits, and whether neighbours share their noise by what was tried."""
-    return traits if values is None else traits | {"camera noise": float(values["shape"] == "correlated")}
+    """The traits, and by what was tried whether neighbours share their noise, and how much is noise: of impulses most is 0."""
+    if values is None:
+        return traits
+    noise = max(traits["noise"], values["drift"]) if values["shape"] != "clean" else traits["noise"]
+    return traits | {"camera noise": float(values["shape"] == "correlated"), "noise": noise}
 
 
 def _tried(scan: Path, timeout: float | None) -> dict[str, Any]:
@@ -140,9 +143,7 @@ def _trials(
     # Held-out vertices are no evidence where neighbours share their noise: the filter that knows such noise was judged otherwise.
     filtered = {name for name, script in scripts.items() if any(step.filter is find_filter(FILTER) for step in script.steps)}
     return {
-        name: replace(
-            trial, as_good=False, before=errors[0], error=min(errors) if name in filtered else max(errors[0], trial.error)
-        )
+        name: replace(trial, before=errors[0], error=min(errors) if name in filtered else max(errors[0], trial.error))
         for name, trial in found.items()
     }
 

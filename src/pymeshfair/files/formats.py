@@ -78,6 +78,8 @@ _FORMATS = {
         _format("wrl", _EXACT, "faces", "vertex colours"),
         _format("las", _EXACT, *_POINTS, "vertex scalars", "vertex radii"),
         _format("xyz", _EXACT, *_POINTS),
+        _format("dxf", _EXACT, "edges"),
+        _format("svg", _EXACT, "edges"),
     )
 }
 #: extensions of the same format as another

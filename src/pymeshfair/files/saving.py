@@ -157,6 +157,8 @@ _WRITERS: Mapping[str, tuple[str, str]] = {
     "glb": ("gltf_write", "write_glb"),
     "3mf": ("three_mf", "write_3mf"),
     "wrl": ("vrml", "write_vrml"),
+    "dxf": ("drawings", "write_dxf"),
+    "svg": ("drawings", "write_svg"),
 }
 
 

@@ -18,7 +18,8 @@ from .annotation import BAR_STRIP, TITLE_STRIP, draw_color_bar, draw_scale_bar, 
 from .camera import Camera, close_up, fitting_camera, view_rows
 from .coloring import COLORINGS, Numbers, in_unit, numbers_of
 from .coloring_names import OTHERS, check_coloring
-from .shading import Scene, render
+from .shading import CLAY, Scene, render
+from .texturing import texture_of
 
 #: the share of a panel's width that a scale bar takes at most
 _SCALE_BAR = 0.25
@@ -152,6 +153,8 @@ def _painted(scene: Scene, mesh: MeshData, appearance: Appearance, camera: Camer
 
         return replace(scene, paint=paint)
     if appearance.color == "own":
+        if (texture := texture_of(mesh, CLAY)) is not None:
+            return replace(scene, texture=texture)
         if mesh.has_vertex_colors:
             return replace(scene, colors=mesh.vertex_colors[:, :3])
         if mesh.has_face_colors:

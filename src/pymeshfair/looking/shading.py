@@ -15,6 +15,7 @@ from ..filters.geometry import face_normals
 from ..filters.inspection import mesh_normals
 from .camera import Camera
 from .rasterizer import DepthBuffer, draw_dots, draw_triangles
+from .texturing import Sampler
 
 #: each pixel is the mean of so many by so many
 SUPERSAMPLING = 2
@@ -56,6 +57,7 @@ class Scene:
         colors: (n, 3) or (m, 3) from 0 to 1, by vertices or faces as `by_face` says; None for the colour of clay.
         by_face: whether colours belong to faces.
         normals: (n, 3) of a cloud, for its light; or None.
+        texture: the colours of the surface, in place of `colors`.
         paint: instead of light and colours, the (k, 3) colours of (k, 3) unit normals, in the directions of the mesh.
     """
 
@@ -65,6 +67,7 @@ class Scene:
     colors: Floats | None = None
     by_face: bool = False
     normals: Floats | None = None
+    texture: Sampler | None = None
     paint: Callable[[Floats], Floats] | None = None
 
 
@@ -110,10 +113,12 @@ def _lit_surface(scene: Scene, camera: Camera, screen: Floats, buffer: DepthBuff
     normals = face_normals(scene.vertices - camera.centre, scene.faces[in_front]) @ camera.rows.T
     inside = normals[:, 2:] < 0.0
     diffuse, shine = _reflected(np.where(inside, -normals, normals))
-    if scene.colors is None:
+    if scene.texture is not None:
+        colors = scene.texture(elements, _weights(screen, scene.faces, elements, seen))
+    elif scene.colors is None:
         clay = _from_either_side(np.broadcast_to(CLAY, normals.shape), inside)
         return np.asarray(_lit(diffuse, shine, clay, _CLAY_LIGHT)[rows])
-    if scene.by_face:
+    elif scene.by_face:
         colors = scene.colors[elements]
     else:
         weights = _weights(screen, scene.faces, elements, seen)

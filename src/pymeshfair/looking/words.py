@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .comparison import Comparison, LengthIn
 
+#: pieces that are shown one by one
+_SHOWN = 5
 #: measure, its words in the table, and whether it is shown even where it is 0 or unknown
 _MEASURES = (
     ("vertices", "vertices", True),
@@ -90,12 +92,14 @@ def change_lines(change: Mapping[str, Any], unit: str | None = None) -> list[str
     if "removed" not in change:  # done by tiles, which measure no more than the box
         sides = ", ".join(f"{name} {share:+.2%}" for name, share in zip("xyz", change["sides"], strict=True) if share)
         return [f"changed: {sides}"] if sides else []
-    removed, added, moved = change["removed"], change["added"], change["moved"]
+    parts = {"removed": change["removed"], "added": change["added"]}
+    moved = change["moved"]
     shares = [*zip(("x", "y", "z"), change["sides"], strict=True), ("area", change["area"]), ("volume", change["volume"])]
-    why = [words for words, part in (("removed", removed), ("added", added)) if part["vertices"] or part["faces"]]
+    why = [words for words, part in parts.items() if part["vertices"] or part["faces"]]
     because = f", as parts were {' and '.join(why)}" if why else ""
     lines = [
         became_text(change, unit),
+        *(line for words, part in parts.items() if moved and moved["same"] for line in _pieces(words, part, unit)),
         f"changed{because}: " + ", ".join(f"{name} {share:+.2%}" for name, share in shares if share is not None),
     ]
     if aside := change.get("sides_without_noise"):
@@ -108,9 +112,32 @@ def change_lines(change: Mapping[str, Any], unit: str | None = None) -> list[str
             f"{'moved' if moved['same'] else 'away'}: mean {_in(moved['mean'], unit)}, 99 % below {_in(moved['most'], unit)}, "
             f"at most {_in(moved['largest'], unit)}{edges}, vertex {moved['vertex']} at {x:.6g}, {y:.6g}, {z:.6g}"
         )
+    kept = [
+        f"{_percent(share)} of the {words}"
+        for words, share in (
+            ("relief beside the noise", None if change["relief_lost"] is None else max(0.0, 1.0 - change["relief_lost"])),
+            ("length of sharp edges, those of noise among them", change["sharp_kept"]),
+        )
+        if share is not None
+    ]
+    if kept:
+        lines.append(f"kept: {', '.join(kept)}")
     if change["turned"]:
-        lines.append(f"turned over: {_count(change['turned'], 'face')}")
+        more = "more" if change["folded"] else "no more"
+        is_fault = "a fault" if change["folded"] else "no fault"
+        lines.append(f"turned over: {_count(change['turned'], 'face')}, {is_fault}: {more} faces are folded over than before")
     return lines
+
+
+def _pieces(words: str, part: Mapping[str, Any], unit: str | None) -> Iterator[str]:
+    """The largest of several pieces, one line each."""
+    if part["pieces"] < 2:
+        return
+    for piece in part["largest"][:_SHOWN]:
+        share = "" if piece["share"] is None else f", {_percent(piece['share'])} of the area"
+        yield f"  {words}: {_count(piece['faces'], 'face')}{share}, {_in(piece['size'], unit)} across, at {_at(piece['place'])}"
+    if (more := part["pieces"] - _SHOWN) > 0:
+        yield f"  {words}: {_count(more, 'smaller piece')}"
 
 
 def _part(part: Mapping[str, Any]) -> str:
@@ -121,8 +148,12 @@ def _part(part: Mapping[str, Any]) -> str:
     kinds = ((part["loose"], "loose piece"), (part["rims"], "part of the rim"), (others, "part inside"))
     several = {"part of the rim": "parts of the rim", "part inside": "parts inside"}
     pieces = [_count(count, words, several.get(words, "")) for count, words in kinds if count]
-    share = "" if part["share"] is None else f": {100.0 * part['share']:.3g} % of the area"
+    share = "" if part["share"] is None else f": {_percent(part['share'])} of the area"
     return f"{' and '.join(pieces)} ({_count(part['faces'], 'face')}){share}"
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.3g} %"
 
 
 def _mean_of(moved: Mapping[str, Any], unit: str | None) -> str:

@@ -3664,7 +3664,8 @@ class FilterMethods(metaclass=LateMethods):
         """Selects what a reconstruction has made up where nobody measured, such as the balloon of Screened Poisson.
 
         The spacing of the cloud is the median over its points of the mean distance to their six nearest neighbours. The
-        selection of vertices is replaced. Returns the number of selected vertices.
+        selection of vertices is replaced. Says which share of the area hangs on them, and which of the rest is over half as
+        far, and returns the number of selected vertices.
 
         Args:
             reference: The layer whose vertices are the points that were measured. Takes the id of a layer (a whole number).

@@ -91,17 +91,25 @@ def read_mesh(
     return ReadMesh(path, reading.mesh, measured, tuple(warnings), cuts)
 
 
-def inspect_mesh(path: Path, *, traits: bool = False, allow_outside: bool = False, unchecked: bool = False) -> dict[str, Any]:
+def inspect_mesh(
+    path: Path,
+    *,
+    traits: bool = False,
+    self_intersections: bool | None = False,
+    allow_outside: bool = False,
+    unchecked: bool = False,
+) -> dict[str, Any]:
     """The measures of a mesh file by name, under ``"attributes"`` what it has, and under ``"warnings"`` what to know about it.
 
     ``"unit"`` is that of its lengths, None if the file says none.
 
     With `traits` there are three more: ``"box"``, its two corners; ``"rims"``, the largest first; and ``"traits"``, what recipes
-    ask of a scan.
+    ask of a scan. ``"self_intersecting_faces"`` is how many faces cut others; None if they were not looked for.
 
     Args:
         path: the file.
         traits: look at the surface, too, which takes a moment: its rims, and traits such as noise.
+        self_intersections: see `read_mesh`.
         allow_outside: see `read_mesh`.
         unchecked: see there.
 
@@ -111,11 +119,13 @@ def inspect_mesh(path: Path, *, traits: bool = False, allow_outside: bool = Fals
     from ..files.formats import ATTRIBUTES, attributes_of
     from .suitability import MEASURED, traits_of
 
-    read = read_mesh(path, allow_outside=allow_outside, unchecked=unchecked)
+    read = read_mesh(path, self_intersections=self_intersections, allow_outside=allow_outside, unchecked=unchecked)
     present = attributes_of(read.mesh)
+    cuts = None if read.self_intersecting is None else int(read.self_intersecting.sum())
     document = {
         **read.measures,
         "unit": read.mesh.unit,
+        "self_intersecting_faces": cuts,
         "attributes": [a for a in ATTRIBUTES if a in present],
         "warnings": list(read.warnings),
     }

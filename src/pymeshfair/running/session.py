@@ -34,7 +34,7 @@ from .plain_values import plain
 from .printable import PRINTABLE, print_faults
 from .report import Report, StepDone
 from .shape_change import ShapeChange, warnings_of
-from .suitability import instead, traits_asked_for
+from .suitability import ERASED, instead, traits_asked_for
 from .talk import mark
 
 #: the least change of progress that is reported
@@ -212,6 +212,11 @@ class Session:
         if change := change_of(origins, before, after):
             for text in warnings_of(change, lambda: instead(self._job.recipe, before, present)):
                 self._warn(text)
+            if self._job.recipe.info.task in ("denoise", "clean") and (change.relief_lost or 0.0) > ERASED:
+                self._warn(
+                    f"{change.relief_lost:.0%} of the relief beside the noise is gone: compare the result with the scan; if that "
+                    "was detail, smooth less or not at all; `pymeshfair suggest` ranks recipes by what they would take"
+                )
         report = Report(
             input=source,
             steps=tuple(outcome.steps),

@@ -9,7 +9,11 @@ from typing import TypeAlias
 import numpy as np
 
 from ..declaration import Bools, Floats, Ints
+from ..filters.denoising.noise_level import estimate_noise
+from ..filters.diffusion import relief_lost
+from ..filters.evidence import sample_of
 from ..filters.geometry import cross_products, turned_faces, vector_lengths
+from ..filters.inspection import share_kept, sharp_edges
 from ..filters.inspection.folded_faces import folded_faces
 from ..filters.inspection.side_changes import side_changes
 from ..filters.inspection.surface_measures import SurfaceMeasures
@@ -21,6 +25,8 @@ from .origins import Origins, removed_elements
 LARGEST_SIDE_CHANGE = 0.01
 #: or a vertex has moved by more than this many mean edges.
 LARGEST_MOVE = 5.0
+#: pieces that are listed one by one
+_LISTED = 20
 
 Sides: TypeAlias = tuple[float | None, float | None, float | None]
 
@@ -59,6 +65,23 @@ class Moved:
 
 
 @dataclass(frozen=True)
+class Piece:
+    """A connected piece of what was added or removed.
+
+    Attributes:
+        faces: how many.
+        share: of the area of the input; None if it has none.
+        size: the diagonal of its box, in mesh units.
+        place: the middle of the box, (x, y, z).
+    """
+
+    faces: int
+    share: float | None
+    size: float
+    place: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
 class Part:
     """What was added or removed.
 
@@ -70,6 +93,7 @@ class Part:
         pieces: connected pieces of the faces.
         loose: how many of the pieces share no vertex with what stays.
         rims: how many of the others reach the border of their mesh.
+        largest: up to twenty of the pieces, the largest area first.
     """
 
     vertices: int
@@ -79,6 +103,7 @@ class Part:
     pieces: int
     loose: int
     rims: int
+    largest: tuple[Piece, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -114,6 +139,9 @@ class ShapeChange:
             removed.
         folded: which faces were folded over, `pymeshfair.filters.inspection.folded_faces`, if there are more of them than before;
             else None.
+        relief_lost: `pymeshfair.filters.diffusion.relief_lost` of the faces whose vertices are the same, beside the noise that is
+            estimated, on a sample of a large mesh; None where no vertex moved or relief does not stand out.
+        sharp_kept: the share of the length of their sharp edges, those of noise among them, that is sharp still; None without.
     """
 
     sides: Sides
@@ -125,6 +153,8 @@ class ShapeChange:
     removed: Part
     turned: int | None
     folded: Folded | None
+    relief_lost: float | None = None
+    sharp_kept: float | None = None
 
 
 def shape_change(origins: Origins, measured: tuple[SurfaceMeasures, SurfaceMeasures]) -> ShapeChange:
@@ -148,17 +178,36 @@ def shape_change(origins: Origins, measured: tuple[SurfaceMeasures, SurfaceMeasu
             u, v, w = (None if np.isnan(s) else float(s) for s in side_changes(before[0], result[0], before[1]))
             without_noise = (u, v, w)
     volumes = (first.volume, second.volume) if first.closed and second.closed else (None, None)
+    moved = _moved(origins, first.mean_edge or first.mean_spacing)
+    relief, sharp = (
+        _details(origins, first.mean_edge) if moved and moved.same and moved.moved and first.mean_edge else (None, None)
+    )
     return ShapeChange(
         sides=(x, y, z),
         sides_without_noise=without_noise,
         area=_share(first.area, second.area),
         volume=_share(*volumes),
-        moved=_moved(origins, first.mean_edge or first.mean_spacing),
+        moved=moved,
         added=_part(*result, origins.vertices < 0, origins.faces < 0, first.area),
         removed=_part(*before, gone, faces_gone, first.area),
         turned=turned,
         folded=folded,
+        relief_lost=relief,
+        sharp_kept=sharp,
     )
+
+
+def _details(origins: Origins, edge: float) -> tuple[float | None, float | None]:
+    """Which share of the relief is lost, and which of the sharp edges is kept, of the faces whose vertices are the same."""
+    faces = origins.result.faces[(origins.vertices[origins.result.faces] >= 0).all(axis=1)]
+    if not len(faces):
+        return None, None
+    old, new = origins.before.vertices[np.maximum(origins.vertices, 0)], origins.result.vertices
+    sharp = share_kept(sharp_edges(old, faces), sharp_edges(new, faces), within=edge)
+    points, scale = scaled_to_unit(old)
+    sample = sample_of(points, faces)
+    noise = estimate_noise(sample.points, sample.faces).deviation  # energies are compared: outliers count in full
+    return relief_lost(points[sample.origin], (scale * new)[sample.origin], sample.faces, noise=noise), sharp
 
 
 def warnings_of(change: ShapeChange, other_recipe: Callable[[], str]) -> Iterator[str]:
@@ -255,14 +304,25 @@ def _part(vertices: Floats, faces: Ints, of_vertices: Bools, of_faces: Bools, wh
     if not len(inside):
         return Part(int(of_vertices.sum()), 0, 0.0, 0.0 if whole else None, 0, 0, 0)
     points, scale = scaled_to_unit(vertices)
-    area = 0.5 * float(vector_lengths(cross_products(points, inside)).sum()) / scale / scale
+    areas = vector_lengths(cross_products(points, inside))
+    area = 0.5 * float(areas.sum()) / scale / scale
     pieces, count = connected_components(inside, len(vertices))
+    share = area / whole if whole else None
+    numbers = pieces[inside[:, 0]]
+    sums = np.bincount(numbers, weights=areas, minlength=count)
+
+    def piece(number: int) -> Piece:
+        corners = inside[numbers == number]
+        low, high = bounding_box(points[corners.ravel()])
+        x, y, z = np.mean(bounding_box(vertices[corners.ravel()]), axis=0).tolist()
+        of_all = None if share is None else share * float(sums[number]) / (float(areas.sum()) or 1.0)
+        return Piece(len(corners), of_all, float(np.linalg.norm(high - low)) / scale, (x, y, z))
+
     beside = np.zeros(len(vertices), dtype=np.bool_)
     beside[faces[~of_faces]] = True
     holds = np.zeros((2, count), dtype=np.bool_)
     for row, marked in enumerate((beside, border_vertices(faces, len(vertices)) if beside.any() else beside)):
         holds[row, pieces[marked & (pieces >= 0)]] = True
-    share = area / whole if whole else None
     return Part(
         int(of_vertices.sum()),
         len(inside),
@@ -271,4 +331,5 @@ def _part(vertices: Floats, faces: Ints, of_vertices: Bools, of_faces: Bools, wh
         count,
         int((~holds[0]).sum()),
         int((holds[0] & holds[1]).sum()),
+        tuple(piece(number) for number in np.argsort(-sums, kind="stable")[:_LISTED].tolist()),
     )

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Any, TypeAlias
 
 from ..declaration import Floats, Ints
+from ..errors import RunError
 from ..filters.inspection.surface_measures import SurfaceMeasures
 from ..recipe import TASKS, Recipe, RecipeHead, RecipeInfo, shipped_heads
 from ..scripts.fits import ARTICLE, UNKNOWN, Condition
@@ -28,8 +29,6 @@ _Key: TypeAlias = tuple[bool, int, bool, bool, float, int, int]
 _ASIDE = ("change the shape", "curves", "look")
 #: relief that may go: more is detail that is erased
 ERASED = 0.1
-# What leaves no more than this share more error than the best is as good.
-_AS_GOOD = 1.01
 
 
 @dataclass(frozen=True)
@@ -40,13 +39,11 @@ class Trial:
         error: at vertices that were held out, along the normals; on a scan without noise how far the others were moved.
         before: the same of the scan as it is.
         relief: the share of the relief that went; None where there is none that stands out from the noise.
-        as_good: whether the error is within two standard errors of the least.
     """
 
     error: float
     before: float
     relief: float | None
-    as_good: bool = False
 
     @property
     def erases(self) -> bool:
@@ -58,7 +55,8 @@ class Trial:
         """What a user would say of it."""
         if self.error == self.before == 0.0:
             return "it would move nothing, as there is no noise"
-        kept = "" if self.relief is None else f", and would take {self.relief:.0%} of the relief"
+        unseen = ", and the relief is too low beside the noise to be measured: look at the result" if self.before else ""
+        kept = unseen if self.relief is None else f", and would take {self.relief:.0%} of the relief"
         if self.before == 0.0:
             return f"there is no noise: it would move vertices by {self.error:.2g} edges{kept}"
         return f"tried here, it misses vertices by {self.error:.3f} edges, the scan as it is by {self.before:.3f}{kept}"
@@ -110,10 +108,7 @@ def traits_of(
         wanted: the conditions are about these; of the others only what costs nothing is given.
     """
     has_faces = measures.faces > 0
-    traits_of_mesh: dict[str, float] = {
-        "mesh": float(has_faces),
-        "cloud": float(not has_faces and not measures.edges),
-        "curves": float(not has_faces and measures.edges > 0),
+    traits_of_mesh = _kind(measures.faces, measures.edges) | {
         "vertices": measures.vertices,
         "faces": measures.faces,
         "pieces": measures.components,
@@ -151,17 +146,12 @@ def ranked(
     behind = {head.name: head.info.behind for head in heads}
     verdicts = {head.name: replace(judged(head.name, head.info, traits), trial=tried.get(head.name)) for head in heads}
     of_nothing = max((trial.before for trial in tried.values()), default=0.0)
-    least = min([of_nothing, *(trial.error for trial in tried.values() if not trial.erases)])
-
-    def error(suited: Suitability) -> float:
-        left = of_nothing if suited.trial is None else suited.trial.error
-        as_good = suited.trial is not None and suited.trial.as_good
-        return 0.0 if as_good or left <= _AS_GOOD * least else left
 
     def key(suited: Suitability) -> _Key:
         erases = suited.trial is not None and suited.trial.erases
+        error = of_nothing if suited.trial is None else suited.trial.error
         aside = suited.task in _ASIDE
-        return not suited.fits, len(suited.unmet), aside, erases, error(suited), -suited.made_for, _place(suited.task)
+        return not suited.fits, len(suited.unmet), aside, erases, error, -suited.made_for, _place(suited.task)
 
     def place(suited: Suitability) -> tuple[_Key, bool, int, str]:
         better = verdicts.get(behind[suited.recipe])
@@ -189,7 +179,8 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
     verdict = judged(name, info, traits)
     if not verdict.unmet:
         return None
-    reasons = [c for c in verdict.unmet if not c[1].endswith(UNKNOWN)] or verdict.unmet
+    reasons = [c for c in verdict.unmet if c[0] in _kind(0, 0)] or [c for c in verdict.unmet if not c[1].endswith(UNKNOWN)]
+    reasons = reasons or list(verdict.unmet)
     wrong = "; ".join(f"{name} is for {_asked(text)}, and here {found}" for text, found in reasons[:2])
     fitting = [other for other in others if other.fits and other.recipe != name]
     alike = _ALIKE if info.task in _ALIKE else (info.task,)
@@ -212,17 +203,26 @@ def traits_asked_for(recipe: Recipe, found: Found, attributes: AbstractSet[str])
         recipe: the recipe.
         found: what is known of the mesh; if that was not measured, there are none.
         attributes: what it has.
+
+    Raises:
+        RunError: it is of another kind: a cloud where a recipe is for meshes, or the other way round.
     """
     info = recipe.info
     arrays, measures = (found.mesh.vertices, found.mesh.faces), found.measures
-    if measures is None or not info.conditions:
+    traits = _kind(len(found.mesh.faces), len(found.mesh.edges))
+    is_other = any(not condition.is_met(traits) for condition in info.conditions if condition.text in traits)
+    if not info.conditions or (measures is None and not is_other):
         return {}, None
-    asked = needed(info.conditions)
-    traits = traits_of(*arrays, measures, attributes, asked)
-    if not judged(recipe.name, info, traits).unmet:
-        return traits, None
-    traits |= traits_of(*arrays, measures, attributes, set(MEASURED) - asked)
-    return traits, unsuitable(recipe.name, info, traits, ranked(traits))
+    if measures is not None:
+        asked = needed(info.conditions)
+        traits |= traits_of(*arrays, measures, attributes, asked)
+        if not judged(recipe.name, info, traits).unmet:
+            return traits, None
+        traits |= traits_of(*arrays, measures, attributes, set(MEASURED) - asked)
+    warning = unsuitable(recipe.name, info, traits, ranked(traits))
+    if is_other:
+        raise RunError(warning or "")
+    return traits, warning
 
 
 def instead(recipe: Recipe, found: Found, attributes: AbstractSet[str]) -> str:
@@ -259,6 +259,11 @@ def documents(found: Iterable[Suitability]) -> list[dict[str, Any]]:
         }
         for s in found
     ]
+
+
+def _kind(faces: int, edges: int) -> dict[str, float]:
+    """The traits without which a recipe cannot work at all."""
+    return {"mesh": float(faces > 0), "cloud": float(not faces and not edges), "curves": float(not faces and edges > 0)}
 
 
 def _place(task: str) -> int:

@@ -7,6 +7,12 @@ from dataclasses import dataclass
 
 _MARK = "pymeshfair-step"
 _LOG = re.compile(r"LOG: (\d+) (.*?)\s*(?:\[ (\d{1,3})% \])?\s*")
+#: lines about nothing, and numbers that the values of the step have
+_NOTHING = re.compile(
+    r"(?:Successfully )?(?:removed|deleted|split|closed) 0 .*|Nothing done: .*"
+    r"|\|.*\||(?:Inertia Tensor is|Principal axes are|axis momenta are) :",
+    re.IGNORECASE,
+)
 
 
 def mark(step: int) -> bytes:
@@ -19,7 +25,7 @@ class Talk:
     """One line that a worker wrote to stderr.
 
     Attributes:
-        text: what it says, without MeshLab's prefix.
+        text: what it says, without MeshLab's prefix; empty of MeshLab's lines that say that nothing was done, and of tensors.
         level: of MeshLab's log (0 system, 1 warning, 2 filter, 3 debug); None if the line is not MeshLab's.
         fraction: how far a filter is, from 0 to 1, if the line tells that and nothing else.
         step: the step that begins here, if the line is a mark.
@@ -40,4 +46,5 @@ def parse_talk(line: str) -> Talk:
     if match is None:
         return Talk(line)
     level, text, percent = match.groups()
-    return Talk(text.strip(), int(level), None if percent is None else min(int(percent), 100) / 100)
+    text = "" if _NOTHING.fullmatch(text.strip()) else text.strip()
+    return Talk(text, int(level), None if percent is None else min(int(percent), 100) / 100)

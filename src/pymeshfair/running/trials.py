@@ -23,8 +23,6 @@ from .supervise import run_job
 
 #: sets of vertices, of which the largest is held out
 _MASKS = 4
-# Of what is within so many standard errors of the best another reason decides.
-_EQUAL = 2.0
 
 
 def moving_script(recipe: Recipe, chosen: Step | None = None) -> Script | None:
@@ -75,15 +73,13 @@ def trials(
         return np.asarray(np.einsum("ij,ij->i", scan.points[which] - points[which], scan.normals[which]))
 
     which = np.flatnonzero(scan.scored).astype(np.int32) if clean else held
-    scores = scores_of(np.stack([heights(points, which) for points in (start, *results.values())]))
-    equal = scores.within(_EQUAL) & (not clean)
-    level = 0.0 if clean else scan.noise.level
+    errors = scores_of(np.stack([heights(points, which) for points in (start, *results.values())])).errors
+    level = 0.0 if clean else scan.noise.deviation
     return {
         name: Trial(
-            float(scores.errors[k]),
-            float(scores.errors[0]),
+            float(errors[k]),
+            float(errors[0]),
             relief_lost(scan.points, points, scan.faces, noise=level),
-            as_good=bool(equal[k]),
         )
         for k, (name, points) in enumerate(results.items(), 1)
     }

@@ -1,0 +1,35 @@
+"""The distance from a cloud, in spacings of the cloud."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pymeshfair.filters.checks import FilterInputError
+from pymeshfair.filters.outliers import gaps
+
+
+def square(side: int = 12) -> np.ndarray:
+    """A square lattice of spacing 1 in a plane."""
+    x, y = np.meshgrid(np.arange(side, dtype=float), np.arange(side, dtype=float))
+    return np.column_stack([x.ravel(), y.ravel(), np.zeros(side * side)])
+
+
+def test_the_spacing_of_a_lattice_has_its_closed_form() -> None:
+    """The six nearest in a square lattice are four at 1 and two at sqrt 2: the spacing is (4 + 2 sqrt 2) / 6."""
+    heights = np.array([0.0, 1.0, 50.0])
+    queries = np.column_stack([np.full(3, 5.0), np.full(3, 5.0), heights])
+    np.testing.assert_allclose(gaps(queries, square()), heights / ((4.0 + 2.0 * np.sqrt(2.0)) / 6.0), rtol=1e-13)
+
+
+def test_unit_and_place_do_not_matter() -> None:
+    """Scaled and moved far away, the vertices are as far."""
+    queries = np.random.default_rng(0).uniform(-8.0, 20.0, size=(200, 3))
+    np.testing.assert_allclose(gaps(1e-3 * queries + 4e3, 1e-3 * square() + 4e3), gaps(queries, square()), rtol=1e-6, atol=1e-9)
+
+
+def test_too_few_points_are_refused() -> None:
+    """Six neighbours need seven points."""
+    with pytest.raises(FilterInputError):
+        gaps(square(), square(2))
+    assert len(gaps(np.zeros((0, 3)), square())) == 0
