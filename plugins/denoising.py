@@ -427,7 +427,7 @@ def _parameters(setting: Setting) -> dict[str, Any]:
 
 def _findings(made: AutomaticChoice) -> dict[str, Any]:
     """What the mesh was found to be, and the numbers that this rests on."""
-    findings: dict[str, Any] = {"shape": made.kind, "noise": made.noise.deviation}
+    findings: dict[str, Any] = {"shape": made.kind, "noise": made.noise.deviation, "sure": made.sure}
     if made.evidence is not None:
         findings["tried"] = [
             {**asdict(trial.label), **{name: value for name, value in vars(trial).items() if name != "label"}}

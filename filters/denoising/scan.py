@@ -85,9 +85,14 @@ class Scan:
         return scored
 
     @cached_property
+    def correlation(self) -> float:
+        """How much the residuals of neighbours agree: those of edges and details do, those of noise do not."""
+        return residual_correlation(self.points, self.faces)
+
+    @property
     def shows_surface(self) -> bool:
-        """Whether the residuals of neighbours agree, as those of edges and details do, and those of noise do not."""
-        return residual_correlation(self.points, self.faces) > tuned.SURFACE
+        """Whether the residuals are of the surface, too."""
+        return self.correlation > tuned.SURFACE
 
     @cached_property
     def clean(self) -> bool:

@@ -169,8 +169,14 @@ def _words(scan: Path, values: dict[str, Any], noise: float) -> str:
         return f"{scan}: no noise to remove{surface}"
     return (
         f"{scan}: {_kind(values)}; the noise along the normals is {noise:.2g} mean edges; removing it moves the "
-        f"vertices by {values['drift']:.2g} mean edges on average"
+        f"vertices by {values['drift']:.2g} mean edges on average; the choice is {_sureness(values)}"
     )
+
+
+def _sureness(values: dict[str, Any]) -> str:
+    if values["sure"]:
+        return "sure, as the noise of neighbours is independent"
+    return "not sure, as details or single vertices may look like noise: compare pictures"
 
 
 def _kind(values: dict[str, Any]) -> str:
