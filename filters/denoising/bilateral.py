@@ -16,7 +16,7 @@ from ..geometry import mean_edge_length
 from ..mesh import Floats, Ints, NormalisedMesh, check_mesh, normalised_mesh
 from ..robust import KernelName
 from ..topology import BORDER_POLICIES, BorderPolicy, border_vertices, one_rings, referenced_vertices, ring_ends
-from .kernel_terms import REACH, Term, range_term, space_term
+from .neighbour_weights import REACH, Term, range_term, space_term
 from .triangle_predictors import heights_of_corners, mollified, predicted, triangles_in_cells
 from .vertex_heights import HeightNeighbours, bilateral_step, heights_of_rings
 

@@ -13,7 +13,7 @@ from ..execution import Progress, ignore_progress, over_range
 from ..mesh import Bools, Floats, Ints, check_points, normalised_mesh
 from ..neighbours import nearest_neighbours
 from ..robust import KernelName, kernel_weight
-from .kernel_terms import REACH, range_term, space_term
+from .neighbour_weights import REACH, range_term, space_term
 
 _CHUNK = 100_000  # covariances decomposed at a time
 # Of the sigma of 95 % efficiency, as for the heights of one-rings in `bilateral_fleishman`.

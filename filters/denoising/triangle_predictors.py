@@ -12,7 +12,7 @@ import numpy as np
 from ..compilation import compiled, prange
 from ..mesh import Floats, Ints, Longs
 from ..robust import kernel_weight
-from .kernel_terms import REACH, Term
+from .neighbour_weights import REACH, Term
 
 _MOST_CELLS = 2**20  # along an axis, so that the number of a cell is below 2^63
 

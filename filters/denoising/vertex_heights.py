@@ -8,7 +8,7 @@ import numpy as np
 from ..compilation import compiled, prange
 from ..mesh import Bools, Floats, Ints, Longs
 from ..robust import kernel_weight
-from .kernel_terms import REACH, Term
+from .neighbour_weights import REACH, Term
 
 # Vertices are worked off in so many blocks, each with an array of marks of its own; results do not depend on the number.
 _BLOCKS = 32

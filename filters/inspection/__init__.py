@@ -12,14 +12,12 @@ from .curvature import (
     mean_curvature,
 )
 from .displacement import CORRESPONDENCES, Correspondence, Displacement, displacement
-from .folded_faces import folded_faces
+from .folded_faces import folded_faces, side_changes, triangle_shapes
 from .reflection_lines import reflection_stripes
 from .sharp_edges import SHARP, SharpEdges, share_kept, sharp_edges
-from .side_changes import side_changes
 from .surface import NearestPlaces, Surface
 from .surface_distance import SAMPLES, DistanceStatistics, SurfaceDistance, surface_distance
 from .surface_measures import SurfaceMeasures, surface_measures
-from .triangle_shape import triangle_shapes
 
 __all__ = [
     "CORRESPONDENCES",

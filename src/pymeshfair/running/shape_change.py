@@ -14,8 +14,7 @@ from ..filters.diffusion import relief_lost
 from ..filters.evidence import sample_of
 from ..filters.geometry import cross_products, turned_faces, vector_lengths
 from ..filters.inspection import share_kept, sharp_edges
-from ..filters.inspection.folded_faces import folded_faces
-from ..filters.inspection.side_changes import side_changes
+from ..filters.inspection.folded_faces import folded_faces, side_changes
 from ..filters.inspection.surface_measures import SurfaceMeasures
 from ..filters.mesh import bounding_box, scaled_to_unit
 from ..filters.topology import border_vertices, connected_components
