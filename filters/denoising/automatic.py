@@ -33,8 +33,8 @@ class AutomaticChoice(NamedTuple):
         setting: what is done.
         noise: the estimate of the noise.
         evidence: the settings that were tried, and how well they predict; None if none were.
-        sure: whether the noise of neighbours is independent, and few vertices are not all of it: then the choice is hardly ever
-            off by more than 5 % of what the best of the settings reaches.
+        sure: whether the noise of neighbours is independent, no outliers were replaced, and at most one other setting predicts as
+            well: then it is hardly ever off by more than 5 % of what the best setting reaches.
     """
 
     kind: str
@@ -96,7 +96,8 @@ def automatic_choice(
         setting = nothing if evidence is None else evidence.chosen.label
     if repertoire.outliers is not None:
         setting = replace(setting, outliers=repertoire.outliers)
-    sure = setting != Setting() and without_impulses is None and scan.correlation < tuned.SURE
+    rivals = [] if evidence is None else [t for t in evidence.trials if t.excess <= tuned.STAYS * t.uncertainty]
+    sure = 1 <= len(rivals) <= tuned.RIVALS and without_impulses is None and scan.correlation < tuned.SURE
     return AutomaticChoice("clean" if setting == Setting() else "noisy", setting, noise, evidence, sure)
 
 

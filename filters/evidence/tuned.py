@@ -26,8 +26,9 @@ NO_NOISE = 0.01
 #: Residuals of neighbours correlate by 0.115 and more on clean meshes, by less than 0.1 with noise of 0.1 edges on figures, or
 #: uneven noise.
 SURFACE = 0.1
-#: Below it the choice is sure: within 5 % of the best setting on 18 of 19 pairs, with 0.05 to 0.1 on one in four.
-SURE = 0.05
+#: Where neighbours correlate by less, and at most so many settings are within two standard errors, the choice is sure: within 5 %
+#: of the best setting on nine of ten pairs looked at; on three of four with any number of settings, on half with 0.05 to 0.1.
+SURE, RIVALS = 0.05, 2
 #: In the calmest third by 0.173 and more on clean meshes, by up to 0.153 with weak noise that should go.
 SURFACE_WHERE_CALM = 0.16
 #: Where neighbours agree, filters that take details err by 1.22 times the level of the noise and more, others by up to 1.18.

@@ -175,8 +175,8 @@ def _words(scan: Path, values: dict[str, Any], noise: float) -> str:
 
 def _sureness(values: dict[str, Any]) -> str:
     if values["sure"]:
-        return "sure, as the noise of neighbours is independent"
-    return "not sure, as details or single vertices may look like noise: compare pictures"
+        return "sure: the noise of neighbours is independent, and hardly another setting predicts as well"
+    return "not sure: several settings predict as well, or details may look like noise; compare pictures"
 
 
 def _kind(values: dict[str, Any]) -> str:
