@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ..checks import ConvergenceError, FilterInputError, check_choice
 from ..execution import Progress, ignore_progress
 from ..libraries import sparse
-from ..linear_solvers import DirectMethod, RefinedSolution, laplacian_power, refined_solution
+from ..linear_solvers import RefinedSolution, laplacian_power, refined_solution
 from ..mesh import Bools, Floats, Ints, check_healthy, check_mesh, check_vertex_mask, normalised_mesh, spikes
 from ..topology import Submesh, submesh_around
 from .surface_operator import SurfaceOperator, evened_operator, surface_operator
@@ -61,7 +61,6 @@ def fair_region(
     *,
     energy: Energy = "thin_plate",
     dense: bool = False,
-    method: DirectMethod = "superlu",
     progress: Progress = ignore_progress,
 ) -> FairedRegion:
     """Solves L^k p = 0 on the free vertices, k = 1, 2, 3, with k rings of fixed vertices around as boundary [botsch2004].
@@ -82,7 +81,6 @@ def fair_region(
         dense: whether the region is sampled more densely than its surroundings, as the filling of a hole is. A thin plate then
             takes the fixed vertices next to free ones for no larger than those: with all their area, a crease along the rim would
             cost too little, and a filling would meet it at an angle. Where the density is the same it makes little difference.
-        method: what factorises: "superlu" or "cholesky"; results agree within `FairedRegion.last_correction`.
         progress: called now and then with the share that is done; may raise to stop.
 
     Raises:
@@ -110,7 +108,7 @@ def fair_region(
     extent = float(np.linalg.norm(np.ptp(system.points, axis=0)))
     thrown, irregular = np.ones(len(mesh.points), dtype=np.bool_), 0
     try:
-        solution = system.solution(extent, method, progress)
+        solution = system.solution(extent, progress)
         thrown[:] = False
         thrown[part.free] = spikes(system.points[part.free], solution.values, extent)
     except ConvergenceError:
@@ -118,7 +116,7 @@ def fair_region(
     if thrown.any():
         operator, even = evened_operator(operator, part.faces, thrown)
         system = _system(operator, part._replace(points=mesh.points), order, dense)
-        solution, irregular = system.solution(extent, method, progress), int((even & part.free).sum())
+        solution, irregular = system.solution(extent, progress), int((even & part.free).sum())
     progress(1.0)
     check_healthy(system.points[part.free], solution.values, extent, part.vertices[part.free], _ADVICE[energy])
     moved = points.copy()
@@ -153,11 +151,9 @@ class _System(NamedTuple):
         product = columns.T @ scaled if self.order == 2 else scaled.T @ (self.dirichlet @ scaled)
         return sparse.csr_matrix(product)
 
-    def solution(self, extent: float, method: DirectMethod, progress: Progress) -> RefinedSolution:
+    def solution(self, extent: float, progress: Progress) -> RefinedSolution:
         """The solution at the free vertices."""
-        return refined_solution(
-            self.matrix(), self.residual, self.points[self.free], extent=extent, method=method, progress=progress
-        )
+        return refined_solution(self.matrix(), self.residual, self.points[self.free], extent=extent, progress=progress)
 
     def residual(self, values: Floats) -> Floats:
         """-(S M^-1)^(k-1) S p at the free vertices, in twice the precision, for their places."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -15,10 +14,9 @@ from ..execution import Progress, ignore_progress, threads_for
 from ..libraries import sparse
 from ..mesh import Floats
 from .conjugate_gradients import CompressedRows
-from .direct import Cholesky, SuperLU
+from .direct import Cholesky
 from .spd_solver import SpdSystem
 
-DirectMethod: TypeAlias = Literal["superlu", "cholesky"]
 #: Corrections are made until the next is predicted below this share of the extent, at most this many.
 _REFINED, _MOST_REFINEMENTS = 1e-11, 12
 #: The refinement has failed if its last correction is above this share of the extent.
@@ -50,7 +48,7 @@ def refined_solution(
     start: Floats,
     *,
     extent: float,
-    method: DirectMethod | Callable[[Floats], Floats] = "superlu",
+    solve: Callable[[Floats], Floats] | None = None,
     progress: Progress = ignore_progress,
 ) -> RefinedSolution:
     """Solves A x = b by factors and iterative refinement; the caller computes b - A x more precisely than A is stored.
@@ -63,7 +61,7 @@ def refined_solution(
         residual: b - A x of (n, k) values x, with more digits than the condition number of A takes.
         start: (n, k) a first guess.
         extent: the length against which errors in x count.
-        method: what factorises; or what solves A x = r to a few digits for (n, k) residuals.
+        solve: solves A x = r to a few digits for (n, k) residuals; None for factors.
         progress: called meanwhile; may raise to stop.
 
     Raises:
@@ -72,7 +70,7 @@ def refined_solution(
     """
     system = SpdSystem.of(matrix)
     scale = system.scale[:, None]
-    solve = method if callable(method) else _scaled_factors(system, method, progress)
+    solve = solve or _scaled_factors(system, progress)
     x = np.array(start, dtype=np.float64)
     before, steps = np.inf, 0
     while True:
@@ -93,12 +91,12 @@ def refined_solution(
     return RefinedSolution(x, backward, moved, steps)
 
 
-def _scaled_factors(system: SpdSystem, method: DirectMethod, progress: Progress) -> Callable[[Floats], Floats]:
+def _scaled_factors(system: SpdSystem, progress: Progress) -> Callable[[Floats], Floats]:
     """Solves A x = r by the factors of A scaled to unit diagonal."""
     matrix, scale = system.matrix, system.scale
     data = matrix.data * np.repeat(scale, np.diff(matrix.indptr)) * scale[matrix.indices]
     scaled = sparse.csr_matrix((data, matrix.indices, matrix.indptr), shape=matrix.shape)
-    factors = SuperLU(scaled, progress=progress, done=0.1) if method == "superlu" else Cholesky(scaled)
+    factors = Cholesky(scaled, progress=progress, done=0.1)
     return lambda right_side: scale[:, None] * factors.solve(scale[:, None] * right_side)
 
 
