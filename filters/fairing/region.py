@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..checks import ConvergenceError, FilterInputError, check_choice
 from ..execution import Progress, ignore_progress
+from ..geometry import cross_products
 from ..libraries import sparse
 from ..linear_solvers import RefinedSolution, laplacian_power, refined_solution
 from ..mesh import Bools, Floats, Ints, check_healthy, check_mesh, check_vertex_mask, normalised_mesh, spikes
@@ -104,7 +105,7 @@ def fair_region(
     mesh = normalised_mesh(part.points, part.faces)
     operator = surface_operator(mesh.points, part.faces)
     system = _system(operator, part._replace(points=mesh.points), order, dense)
-    _check_anchored(system.dirichlet, part._replace(points=system.points), order)
+    _check_anchored(system, part._replace(points=system.points))
     extent = float(np.linalg.norm(np.ptp(system.points, axis=0)))
     thrown, irregular = np.ones(len(mesh.points), dtype=np.bool_), 0
     try:
@@ -137,6 +138,7 @@ class _System(NamedTuple):
     """(S M^-1)^(k-1) S p = 0 on the free vertices of a submesh."""
 
     dirichlet: sparse.csr_matrix
+    columns: sparse.csr_matrix  # those of the free vertices
     inverse_mass: Floats
     order: int
     points: Floats
@@ -144,7 +146,7 @@ class _System(NamedTuple):
 
     def matrix(self) -> sparse.csr_matrix:
         """The columns and rows of the free vertices, (f, f)."""
-        columns = sparse.csr_matrix(self.dirichlet[:, self.free])
+        columns = self.columns
         if self.order == 1:
             return sparse.csr_matrix(columns[self.free])
         scaled = sparse.csr_matrix(sparse.diags_array(self.inverse_mass) @ columns)
@@ -167,7 +169,7 @@ def _system(operator: SurfaceOperator, part: Submesh, order: int, dense: bool) -
     # no whole star to take a Laplacian on.
     mass = _rim_as_dense(operator, part.free) if dense and order == 2 else operator.mass
     inverse = np.where(part.border, 0.0, float(mass.mean()) / mass)
-    return _System(operator.dirichlet, inverse, order, part.points, part.free)
+    return _System(operator.dirichlet, sparse.csr_matrix(operator.dirichlet[:, part.free]), inverse, order, part.points, part.free)
 
 
 def _rim_as_dense(operator: SurfaceOperator, free: Bools) -> Floats:
@@ -181,19 +183,17 @@ def _rim_as_dense(operator: SurfaceOperator, free: Bools) -> Floats:
 
 
 def _area(points: Floats, faces: Ints) -> float:
-    a, b, c = (points[faces[:, k]] for k in range(3))
-    return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+    return 0.5 * float(np.linalg.norm(cross_products(points, faces), axis=1).sum())
 
 
-def _check_anchored(dirichlet: sparse.csr_matrix, part: Submesh, rings: int) -> None:
+def _check_anchored(system: _System, part: Submesh) -> None:
     """Refuses free vertices that are connected with no fixed one, or with less than a triangle of them."""
-    graph = dirichlet[part.free][:, part.free]
-    count, labels = sparse.csgraph.connected_components(graph, directed=False)
+    count, labels = sparse.csgraph.connected_components(system.columns[part.free], directed=False)
     anchored = np.zeros(count, dtype=np.bool_)
-    touching = (dirichlet[part.free][:, ~part.free] != 0.0).sum(axis=1)
-    anchored[labels[np.asarray(touching).ravel() > 0]] = True
+    beside = system.columns[~part.free]
+    anchored[labels[beside.indices[beside.data != 0.0]]] = True
     if anchored.all():
-        _check_spanned(dirichlet, part, rings, labels, count)
+        _check_spanned(system.dirichlet, part, system.order, labels, count)
         return
     loose = int(np.flatnonzero(~anchored)[0])
     members: Ints = part.vertices[part.free][labels == loose]
