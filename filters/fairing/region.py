@@ -169,7 +169,8 @@ def _system(operator: SurfaceOperator, part: Submesh, order: int, dense: bool) -
     # no whole star to take a Laplacian on.
     mass = _rim_as_dense(operator, part.free) if dense and order == 2 else operator.mass
     inverse = np.where(part.border, 0.0, float(mass.mean()) / mass)
-    return _System(operator.dirichlet, sparse.csr_matrix(operator.dirichlet[:, part.free]), inverse, order, part.points, part.free)
+    columns = sparse.csr_matrix(operator.dirichlet[:, part.free])
+    return _System(operator.dirichlet, columns, inverse, order, part.points, part.free)
 
 
 def _rim_as_dense(operator: SurfaceOperator, free: Bools) -> Floats:

@@ -158,7 +158,7 @@ def _two_product(a: float, b: float) -> tuple[float, float]:
 def _added(
     total: float, rest: float, factor: float, high: float, low: float, from_high: float, from_low: float
 ) -> tuple[float, float]:
-    """total + rest + factor (high + low - from_high - from_low)."""
+    """The sum and its rest with factor (high + low - from_high - from_low) added."""
     difference, error = _two_sum(high, -from_high)
     more, rest_of_more = _two_sum(low, -from_low)
     difference, lost = _two_sum(difference, more)
