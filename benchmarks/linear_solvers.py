@@ -29,7 +29,7 @@ from threadpoolctl import threadpool_limits
 from pymeshfair.filters.compilation import set_threads
 from pymeshfair.filters.execution import ignore_progress
 from pymeshfair.filters.geometry import mean_edge_length
-from pymeshfair.filters.linear_solvers import ShiftedFactors, conjugate_gradients, preconditioned_norm
+from pymeshfair.filters.linear_solvers import Fronts, ShiftedFactors, conjugate_gradients, preconditioned_norm
 from pymeshfair.filters.linear_solvers.smoothed_aggregation import SmoothedAggregation
 from pymeshfair.filters.linear_solvers.spd_solver import Factorisation
 from pymeshfair.filters.operators import laplace_beltrami
@@ -126,7 +126,7 @@ def compare_orders(level: int, theirs: str) -> bool:
     matrix = sparse.csc_matrix(-laplacian.stiffness)
     shift = 1e-3 * float(matrix.diagonal().mean())
     shifted = sparse.csc_matrix(matrix - shift * sparse.eye_array(matrix.shape[0]))
-    making, factors = seconds(lambda: ShiftedFactors(matrix, shift, ignore_progress, 0.0))
+    making, factors = seconds(lambda: ShiftedFactors(matrix, Fronts.of(matrix), shift, ignore_progress, 0.0))
     made, peer = seconds(lambda: splu(shifted, permc_spec=theirs, diag_pivot_thresh=0.0))
     columns = np.asfortranarray(np.random.default_rng(0).normal(size=(matrix.shape[0], 8)))
     ours = min(seconds(lambda: factors.solve(columns))[0] for _ in range(5))

@@ -2,7 +2,7 @@
 
 from .conjugate_gradients import CompressedRows, conjugate_gradients, preconditioned_norm
 from .direct import Cholesky
-from .nested_dissection import nested_dissection
+from .fronts import Fronts
 from .refined_solution import RefinedSolution, laplacian_power, refined_solution
 from .shifted_factors import ShiftedFactors
 from .smoothed_aggregation import SmoothedAggregation
@@ -12,13 +12,13 @@ __all__ = [
     "FINEST_TOLERANCE",
     "Cholesky",
     "CompressedRows",
+    "Fronts",
     "RefinedSolution",
     "ShiftedFactors",
     "SmoothedAggregation",
     "SpdSolver",
     "conjugate_gradients",
     "laplacian_power",
-    "nested_dissection",
     "preconditioned_norm",
     "refined_solution",
 ]

@@ -10,7 +10,7 @@ from ..checks import ConvergenceError
 from ..execution import Progress, abandonable, ignore_progress
 from ..libraries import sparse
 from ..mesh import Floats
-from .fronts import Fronts, compressed
+from .fronts import Fronts
 
 # Rows from which the factors take long enough for a thread of their own.
 _QUICK = 20_000
@@ -36,9 +36,8 @@ class Cholesky:
         csr = sparse.csr_matrix(matrix)
         if not (csr.diagonal() > 0.0).all():
             raise ConvergenceError("the matrix is not positive definite: it has a diagonal entry that is not positive")
-        rows = compressed(csr)
-        self._fronts = Fronts.of(rows)
-        work = partial(self._fronts.factors, rows)
+        self._fronts = Fronts.of(csr)
+        work = partial(self._fronts.factors, csr)
         self._values, pivots = work() if csr.shape[0] < _QUICK else abandonable(work, progress, done)
         if not ((pivots > 0.0) & (pivots < np.inf)).all():
             raise ConvergenceError(f"the matrix of {csr.shape[0]} rows is not positive definite to rounding")

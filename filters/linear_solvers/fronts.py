@@ -40,36 +40,42 @@ class Fronts(NamedTuple):
     rows: Ints
 
     @classmethod
-    def of(cls, matrix: CompressedRows) -> Fronts:
+    def of(cls, matrix: sparse.csr_matrix) -> Fronts:
         """Of a symmetric pattern, by nested dissection."""
-        order, firsts, lows = dissected(matrix)
+        entries = _compressed(matrix)
+        order, firsts, lows = dissected(entries)
         places = np.empty_like(order)
         places[order] = np.arange(len(order), dtype=np.int32)
         starts = np.zeros(len(firsts), dtype=np.int64)
-        rows = _changed_rows(matrix, order, places, firsts, lows, starts)
+        rows = _changed_rows(entries, order, places, firsts, lows, starts)
         return cls(order, places, firsts, lows, starts, rows)
 
-    def factors(self, matrix: CompressedRows) -> tuple[Floats, Floats]:
-        """L and D of a matrix of this pattern: for each group a dense (columns, rows) block; and the pivots, (n,)."""
+    def factors(self, matrix: sparse.csr_matrix) -> tuple[Floats, Floats]:
+        """L, for each group a dense (columns, rows) block, and D, (n,), of a matrix of this pattern or of a part of it."""
         own, changed = np.diff(self.firsts), np.diff(self.starts)
         values, pivots = np.empty(int((own * (own + changed)).sum())), np.empty(len(self.order))
-        _factorise(self, matrix, int((own + changed).max(initial=0)), _most_held(self), values, pivots)
+        _factorise(self, _compressed(matrix), int((own + changed).max(initial=0)), _most_held(self), values, pivots)
         return values, pivots
 
     def solve(self, values: Floats, b: Floats) -> Floats:
-        """The solution for (n, k) right-hand sides by the factors, (n, k)."""
-        x = np.empty(b.shape)
+        """The solution for (n, k) right-hand sides by the factors, (n, k), in the order in memory of the right-hand sides."""
+        is_fortran = b.flags.f_contiguous
+        right = np.asfortranarray(b) if is_fortran else np.ascontiguousarray(b)
+        x = np.empty(b.shape, order="F" if is_fortran else "C")
+        y = np.empty((-(-b.shape[1] // _TOGETHER), len(b), _TOGETHER))
         widest = int((np.diff(self.firsts) + np.diff(self.starts)).max(initial=0))
-        for first in range(0, b.shape[1], _TOGETHER):
-            columns = slice(first, first + _TOGETHER)
-            y = np.zeros((len(b), _TOGETHER))
-            y[:, : b[:, columns].shape[1]] = b[self.order, columns]
-            _solve(self, values, np.empty((widest, _TOGETHER)), y)
-            x[self.order, columns] = y[:, : x[:, columns].shape[1]]
+        _put_in_order(self.order, right, y)
+        _solve(self, values, np.empty((widest, _TOGETHER)), y)
+        _put_back(self.order, y, x)
         return x
 
+    def in_place(self) -> Fronts:
+        """The same for the matrix with its rows and columns in `order`."""
+        same = np.arange(len(self.order), dtype=np.int32)
+        return self._replace(order=same, places=same)
 
-def compressed(matrix: sparse.csr_matrix) -> CompressedRows:
+
+def _compressed(matrix: sparse.csr_matrix) -> CompressedRows:
     """The arrays of a symmetric matrix for kernels."""
     return CompressedRows(matrix.indptr.astype(np.int64), matrix.indices.astype(np.int32), matrix.data)
 
@@ -212,48 +218,77 @@ def _subtract(front: Floats, first: int, last: int) -> None:
 
 
 @compiled(nogil=True)
-def _solve(fronts: Fronts, values: Floats, local: Floats, x: Floats) -> None:
-    """Solves in place for (n, 4) right-hand sides in the order of elimination."""
+def _put_in_order(order: Ints, b: Floats, y: Floats) -> None:
+    """The right-hand sides in groups of four; 0 where there are none left."""
+    for h in range(y.shape[0]):
+        for i in range(order.shape[0]):
+            for c in range(_TOGETHER):
+                column = h * _TOGETHER + c
+                y[h, i, c] = b[order[i], column] if column < b.shape[1] else 0.0
+
+
+@compiled(nogil=True)
+def _put_back(order: Ints, y: Floats, x: Floats) -> None:
+    for h in range(y.shape[0]):
+        for i in range(order.shape[0]):
+            for c in range(min(_TOGETHER, x.shape[1] - h * _TOGETHER)):
+                x[order[i], h * _TOGETHER + c] = y[h, i, c]
+
+
+@compiled(nogil=True)
+def _solve(fronts: Fronts, values: Floats, local: Floats, y: Floats) -> None:
+    """Solves in place for right-hand sides in the order of elimination; the groups of four take turns at every front."""
     firsts, starts, rows = fronts.firsts, fronts.starts, fronts.rows
     at = 0
     for g in range(fronts.lows.shape[0]):
-        first, own = firsts[g], firsts[g + 1] - firsts[g]
-        size = own + starts[g + 1] - starts[g]
-        for k in range(size):
-            for c in range(_TOGETHER):
-                local[k, c] = x[first + k, c] if k < own else 0.0
-        for k in range(own):
-            s, t, u, v = local[k, 0], local[k, 1], local[k, 2], local[k, 3]
-            for i in range(np.uint64(k + 1), np.uint64(size)):
-                value = values[np.uint64(at) + i]
-                local[i, 0] -= value * s
-                local[i, 1] -= value * t
-                local[i, 2] -= value * u
-                local[i, 3] -= value * v
-            pivot = values[at + k]
-            x[first + k, 0], x[first + k, 1], x[first + k, 2], x[first + k, 3] = s / pivot, t / pivot, u / pivot, v / pivot
-            at += size
-        for k in range(own, size):
-            r = rows[starts[g] + k - own]
-            for c in range(_TOGETHER):
-                x[r, c] += local[k, c]
+        own, size = firsts[g + 1] - firsts[g], firsts[g + 1] - firsts[g] + starts[g + 1] - starts[g]
+        for h in range(y.shape[0]):
+            _forward(y[h], local, values[at : at + own * size], firsts[g], own, rows[starts[g] : starts[g + 1]])
+        at += own * size
     for g in range(fronts.lows.shape[0] - 1, -1, -1):
-        first, own = firsts[g], firsts[g + 1] - firsts[g]
-        size = own + starts[g + 1] - starts[g]
-        for k in range(size):
-            r = first + k if k < own else rows[starts[g] + k - own]
-            for c in range(_TOGETHER):
-                local[k, c] = x[r, c]
-        for k in range(own - 1, -1, -1):
-            at -= size
-            s, t, u, v = local[k, 0], local[k, 1], local[k, 2], local[k, 3]
-            for i in range(np.uint64(k + 1), np.uint64(size)):
-                value = values[np.uint64(at) + i]
-                s -= value * local[i, 0]
-                t -= value * local[i, 1]
-                u -= value * local[i, 2]
-                v -= value * local[i, 3]
-            local[k, 0], local[k, 1], local[k, 2], local[k, 3] = s, t, u, v
-        for k in range(own):
-            for c in range(_TOGETHER):
-                x[first + k, c] = local[k, c]
+        own, size = firsts[g + 1] - firsts[g], firsts[g + 1] - firsts[g] + starts[g + 1] - starts[g]
+        at -= own * size
+        for h in range(y.shape[0]):
+            _backward(y[h], local, values[at : at + own * size], firsts[g], own, rows[starts[g] : starts[g + 1]])
+
+
+@compiled(nogil=True)
+def _forward(x: Floats, local: Floats, values: Floats, first: int, own: int, rows: Ints) -> None:
+    size = own + rows.shape[0]
+    for k in range(size):
+        for c in range(_TOGETHER):
+            local[k, c] = x[first + k, c] if k < own else 0.0
+    for k in range(own):
+        s, t, u, v = local[k, 0], local[k, 1], local[k, 2], local[k, 3]
+        for i in range(np.uint64(k + 1), np.uint64(size)):
+            value = values[np.uint64(k * size) + i]
+            local[i, 0] -= value * s
+            local[i, 1] -= value * t
+            local[i, 2] -= value * u
+            local[i, 3] -= value * v
+        pivot = values[k * size + k]
+        x[first + k, 0], x[first + k, 1], x[first + k, 2], x[first + k, 3] = s / pivot, t / pivot, u / pivot, v / pivot
+    for k in range(own, size):
+        r = rows[k - own]
+        for c in range(_TOGETHER):
+            x[r, c] += local[k, c]
+
+
+@compiled(nogil=True)
+def _backward(x: Floats, local: Floats, values: Floats, first: int, own: int, rows: Ints) -> None:
+    size = own + rows.shape[0]
+    for k in range(size):
+        r = first + k if k < own else rows[k - own]
+        for c in range(_TOGETHER):
+            local[k, c] = x[r, c]
+    for k in range(own - 1, -1, -1):
+        s, t, u, v = local[k, 0], local[k, 1], local[k, 2], local[k, 3]
+        for i in range(np.uint64(k + 1), np.uint64(size)):
+            value = values[np.uint64(k * size) + i]
+            s -= value * local[i, 0]
+            t -= value * local[i, 1]
+            u -= value * local[i, 2]
+            v -= value * local[i, 3]
+        local[k, 0], local[k, 1], local[k, 2], local[k, 3] = s, t, u, v
+        for c in range(_TOGETHER):
+            x[first + k, c] = local[k, c]

@@ -7,7 +7,6 @@ import math
 import numpy as np
 
 from ..compilation import compiled
-from ..libraries import sparse
 from ..mesh import Ints, Longs
 from .conjugate_gradients import CompressedRows
 
@@ -17,15 +16,6 @@ _LEAF = 24
 _UNEVEN = 0.5
 #: Vertices with more neighbours than this times the root of the number of vertices come last: the levels around them are wide.
 _HUB = 10.0
-
-
-def nested_dissection(matrix: sparse.csc_matrix) -> Ints:
-    """(n,) int32 a permutation: row i of the matrix to factorise is row ``order[i]`` of this one; see `dissected`.
-
-    Args:
-        matrix: (n, n) with a symmetric pattern.
-    """
-    return dissected(CompressedRows(matrix.indptr.astype(np.int64), matrix.indices.astype(np.int32), matrix.data))[0]
 
 
 def dissected(matrix: CompressedRows) -> tuple[Ints, Longs, Longs]:

@@ -10,7 +10,7 @@ from ..checks import ConvergenceError
 from ..execution import Progress, abandonable
 from ..libraries import sparse
 from ..mesh import Floats
-from .fronts import Fronts, compressed
+from .fronts import Fronts
 
 #: Shifts that are tried.
 _ATTEMPTS = 4
@@ -31,11 +31,12 @@ class ShiftedFactors:
         below: how many eigenvalues of A, counted with multiplicity, lie below the shift.
     """
 
-    def __init__(self, matrix: sparse.csc_matrix, shift: float, progress: Progress, done: float) -> None:
+    def __init__(self, matrix: sparse.csc_matrix, fronts: Fronts, shift: float, progress: Progress, done: float) -> None:
         """Factorises.
 
         Args:
             matrix: A, (n, n) symmetric.
+            fronts: of its pattern.
             shift: of the order of A's eigenvalues, above 0 or below.
             progress: called about ten times a second with `done`; may raise to stop, see `abandonable`.
             done: the share of the work that was done before.
@@ -46,18 +47,16 @@ class ShiftedFactors:
         identity = sparse.eye_array(matrix.shape[0], format="csr")
         probe = np.random.default_rng(0).normal(size=(matrix.shape[0], 1))
         size = float(np.asarray(abs(matrix).sum(axis=0)).max(initial=0.0))
-        best = np.inf
+        best, self._fronts = np.inf, fronts
         for attempt in range(_ATTEMPTS):
             tried = shift * (1.0 + 1e-4 * attempt)
             shifted = sparse.csr_matrix(matrix - tried * identity)
-            rows = compressed(shifted)
-            fronts = Fronts.of(rows)
-            values, pivots = abandonable(partial(fronts.factors, rows), progress, done)
+            values, pivots = abandonable(partial(fronts.factors, shifted), progress, done)
             x = fronts.solve(values, probe)
             error = float(np.linalg.norm(shifted @ x - probe) / (size * np.linalg.norm(x) + np.linalg.norm(probe)))
             if error < best:
                 best, self.shift, self.below = error, tried, int((pivots < 0.0).sum())
-                self._fronts, self._values = fronts, values
+                self._values = values
             if best <= _GOOD:
                 break
         if not best <= _ROUGH:
@@ -65,4 +64,4 @@ class ShiftedFactors:
 
     def solve(self, right_side: Floats) -> Floats:
         """(A - shift I)^-1 times (n, b) columns, Fortran-ordered."""
-        return np.asfortranarray(self._fronts.solve(self._values, right_side))
+        return self._fronts.solve(self._values, np.asfortranarray(right_side))

@@ -10,7 +10,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from pymeshfair.filters.checks import ConvergenceError
-from pymeshfair.filters.linear_solvers import Cholesky, ShiftedFactors
+from pymeshfair.filters.linear_solvers import Cholesky, Fronts, ShiftedFactors
 from pymeshfair.filters.operators import uniform_laplacian
 from tests.meshes import icosphere
 
@@ -62,5 +62,5 @@ def test_pivots_count_eigenvalues_below_a_shift() -> None:
     matrix = sparse.csc_matrix(-uniform_laplacian(icosphere(3)[1], 642).stiffness)
     values = np.linalg.eigvalsh(matrix.toarray())
     for shift in (0.5, 3.3, 6.1):
-        factors = ShiftedFactors(matrix, shift, lambda done: None, 0.0)
+        factors = ShiftedFactors(matrix, Fronts.of(matrix), shift, lambda done: None, 0.0)
         assert factors.below == int((values < factors.shift).sum())
