@@ -46,8 +46,9 @@ def page(run: Run, saved: Run | None) -> str:
     load = (
         "The machine was quiet: nothing else took more than half a core before or during any block."
         if run.is_quiet
-        else f"**The machine was not quiet** during {'; '.join(noisy)}: other work took up to {max(loads, default=0.0):.1f} cores. "
-        "Take the ratios of processor time there; those of the clock are disturbed, and seconds are too long."
+        else f"**The machine was not quiet**: other work took up to {max(loads, default=0.0):.1f} cores "
+        f"during {'; '.join(noisy)}. Take the ratios of processor time there; those of the clock are disturbed, and seconds are "
+        "too long."
     )
     head = _HEAD.format(machine=run.machine, date=run.date, threads=run.threads, bandwidth=run.bandwidth / 1e9, load=load)
     parts = [head, "## Ratios\n", *_ratios(run, saved), "\n## Ours\n", *_ours(run)]
