@@ -57,8 +57,8 @@ def as_floats(result: Any) -> Floats:
 #: shares of processor time, 10,000 free vertices
 BOUNDS: dict[Energy, str] = {
     "membrane": "No single part: factors by fronts and two solves take a third, residuals in twice the precision a fifth, the "
-    "operator and the checks of the region the rest. The factors alone, 13 ms, were 25 ms by SuperLU and 35 ms by CHOLMOD; "
-    "libigl makes neither masses nor residuals, and is given the patch.",
+    "operator and the checks of the region the rest. The factors, 15 ms of a busy machine, take 42 by SuperLU and 59 by "
+    "CHOLMOD; libigl makes neither masses nor residuals, and is given the patch.",
     "thin_plate": "Factors by fronts, half; two solves and three residuals in twice the precision, a third.",
     "minimum_variation": "Factors by fronts, half; two solves and three residuals in twice the precision, a quarter.",
 }
