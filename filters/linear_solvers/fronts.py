@@ -77,7 +77,7 @@ class Fronts(NamedTuple):
 
 def _compressed(matrix: sparse.csr_matrix) -> CompressedRows:
     """The arrays of a symmetric matrix for kernels."""
-    return CompressedRows(matrix.indptr.astype(np.int64), matrix.indices.astype(np.int32), matrix.data)
+    return CompressedRows(matrix.indptr.astype(np.int64), matrix.indices.astype(np.int32, copy=False), matrix.data)
 
 
 @compiled(nogil=True)
