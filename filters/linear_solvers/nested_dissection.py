@@ -11,7 +11,7 @@ from ..mesh import Ints, Longs
 from .conjugate_gradients import CompressedRows
 
 #: Parts of at most this many vertices are not cut further.
-_LEAF = 24
+_LEAF = 16
 #: A separator that lies a share s of the part away from its middle counts as 1 + this times s of its size.
 _UNEVEN = 0.5
 #: Vertices with more neighbours than this times the root of the number of vertices come last: the levels around them are wide.
