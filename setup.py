@@ -24,7 +24,6 @@ DEPENDENCIES = [
     "scipy>=1.13",
     "numba>=0.61",
     "robust-laplacian>=1.0",
-    "cholespy>=2.1; sys_platform != 'linux' or platform_machine == 'x86_64'",  # elsewhere there is no wheel; scipy does the work
     "pillow>=11",
     "threadpoolctl>=3.5",
     "fast-simplification>=0.1.9",

@@ -34,7 +34,7 @@ SAVED, PAGE = ROOT / "benchmarks" / "all.json", ROOT / "docs" / "performance.md"
 PICTURE = ROOT / "docs" / "pictures" / "performance.svg"
 #: whose versions the page tells
 LIBRARIES = (
-    *("numpy", "scipy", "numba", "cholespy", "pymeshlab", "vtk", "meshlib", "libigl", "cgal", "trimesh", "open3d", "PyNomaly"),
+    *("numpy", "scipy", "numba", "pymeshlab", "vtk", "meshlib", "libigl", "cgal", "trimesh", "open3d", "PyNomaly"),
     *("pyamg", "pykdtree"),
 )
 

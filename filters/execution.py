@@ -135,7 +135,7 @@ def abandonable(work: Callable[[], T], progress: Progress, done: float) -> T:
     """The result of `work`, which runs in a thread of its own while `progress` is called.
 
     If `progress` raises, the thread is abandoned: it ends when its call returns, and its result is dropped. This helps only with
-    calls that release the GIL, as SuperLU and numpy's eigensolver do.
+    calls that release the GIL, as kernels and numpy's eigensolver do.
 
     Args:
         work: the call.

@@ -32,14 +32,12 @@ class ImportedWhenUsed:
 
 
 if TYPE_CHECKING:
-    import cholespy
     import robust_laplacian
     import threadpoolctl
     from scipy import fft, linalg, optimize, sparse, spatial, special
     from scipy.linalg import blas
 else:
     blas = ImportedWhenUsed("scipy.linalg.blas")
-    cholespy = ImportedWhenUsed("cholespy")
     fft = ImportedWhenUsed("scipy.fft")
     linalg = ImportedWhenUsed("scipy.linalg")
     optimize = ImportedWhenUsed("scipy.optimize")
@@ -61,7 +59,6 @@ def one_blas_thread() -> Iterator[None]:
 __all__ = [
     "ImportedWhenUsed",
     "blas",
-    "cholespy",
     "fft",
     "linalg",
     "one_blas_thread",

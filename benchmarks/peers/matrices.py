@@ -169,8 +169,9 @@ CONTESTS = (
     Contest(
         "bi-Laplacian energy, detail of 6 edges",
         our_energy,
-        "Up to 150,000 vertices factors of half the order of the equations, which cannot be interrupted; above, four cycles of "
-        "multigrid for each step of conjugate gradients.",
+        "Up to 150,000 vertices factors of half the order of the equations, and two solves for each of ten steps of conjugate "
+        "gradients; above, four cycles of multigrid for each step. Factors at a million take 50 s of processor time on one core "
+        "and 1.6 GB, against 62 s on all cores and 1.2 GB.",
         {"libigl, splu": Peer(igl_energy, "igl", largest=_DIRECT, agrees=1e-7, goal=5.0)},
         orders=("scan",),
     ),

@@ -42,11 +42,13 @@ def page(run: Run, saved: Run | None) -> str:
         saved: the run before, for ratios that fell; None if there is none.
     """
     loads = [block.load_during for block in run.blocks]
+    noisy = dict.fromkeys(block.contest for block in run.blocks if not block.is_quiet)
     load = (
         "The machine was quiet: nothing else took more than half a core before or during any block."
         if run.is_quiet
-        else f"**The machine was not quiet**: other work took up to {max(loads, default=0.0):.1f} cores meanwhile. Take the "
-        "ratios of processor time; those of the clock are disturbed, and seconds are too long."
+        else f"**The machine was not quiet**: other work took up to {max(loads, default=0.0):.1f} cores "
+        f"during {'; '.join(noisy)}. Take the ratios of processor time there; those of the clock are disturbed, and seconds are "
+        "too long."
     )
     head = _HEAD.format(machine=run.machine, date=run.date, threads=run.threads, bandwidth=run.bandwidth / 1e9, load=load)
     parts = [head, "## Ratios\n", *_ratios(run, saved), "\n## Ours\n", *_ours(run)]

@@ -15,7 +15,6 @@ from ..execution import Progress, ignore_progress, rising, threads_for
 from ..libraries import sparse
 from ..linear_solvers import (
     Cholesky,
-    DirectMethod,
     SmoothedAggregation,
     conjugate_gradients,
     laplacian_power,
@@ -218,14 +217,14 @@ class BendingEnergy(NamedTuple):
         quick = InnerSolver(matrix, half, floating, enough, progress)
         # Where the weights vary much, the halves are a poor guide and the factors of the whole are faster.
         uneven = float((self.bending * self.mass)[free].min()) < _EVEN * float((self.bending * self.mass)[free].max())
-        methods: list[DirectMethod | InnerSolver] = [quick, "superlu"]
+        methods: list[InnerSolver | None] = [quick, None]
         if uneven and len(data) <= _FACTORISED:
             methods.reverse()
         zero = np.zeros((len(data), 3))
         try:
-            solution = refined_solution(matrix, residual, zero, extent=diagonal, method=methods[0], progress=progress)
+            solution = refined_solution(matrix, residual, zero, extent=diagonal, solve=methods[0], progress=progress)
         except ConvergenceError:
-            solution = refined_solution(matrix, residual, zero, extent=diagonal, method=methods[1], progress=progress)
+            solution = refined_solution(matrix, residual, zero, extent=diagonal, solve=methods[1], progress=progress)
         moved[free] = solution.values
         return moved
 
@@ -297,10 +296,8 @@ class Halves:
     """About the inverse of H M^-1 H = S M^-1 S + 2 sqrt(w) S + w M, H = S + sqrt(w) M, all times a unit.
 
     It lies between one and two times the energy's matrix where W is 1, for any w: a dozen steps of conjugate gradients do. The
-    factors of H, a matrix of second order, take a third of the time and memory that those of fourth order take. Making them
-    is silent and cannot be interrupted, for 0.9 s at 41,000 vertices; SuperLU, which can be, takes six times as long. Of large
-    meshes two cycles of multigrid stand for the inverse of H: three times the steps, which can be interrupted, and half the
-    memory.
+    factors of H, a matrix of second order, take a third of the time and memory that those of fourth order take. Of large
+    meshes two cycles of multigrid stand for the inverse of H: three times the steps, and half the memory.
     """
 
     def __init__(self, dirichlet: sparse.csr_matrix, mass: Floats, weight: float, unit: float, progress: Progress) -> None:
@@ -310,15 +307,14 @@ class Halves:
         self._half.setdiag(self._half.diagonal() + mass * (root * size))
         self._mass = (mass * (size * size / unit))[:, None]
         self._progress = progress
-        progress(0.0)
-        self._factors = Cholesky(self._half) if self._half.shape[0] <= _QUICK_FACTORS else None
+        self._factors = Cholesky(self._half, progress=progress) if self._half.shape[0] <= _QUICK_FACTORS else None
         self._multigrid = None if self._factors else SmoothedAggregation(self._half, progress=lambda _: progress(0.0))
 
     def factorise(self) -> bool:
         """Takes factors from now on; False if they were taken already, or would be too large."""
         if self._factors is not None or self._half.shape[0] > _MOST_ROWS:
             return False
-        self._factors, self._multigrid = Cholesky(self._half), None
+        self._factors, self._multigrid = Cholesky(self._half, progress=self._progress), None
         return True
 
     def __call__(self, residual: Floats) -> Floats:

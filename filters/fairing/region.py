@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike
 
 from ..checks import ConvergenceError, FilterInputError, check_choice
 from ..execution import Progress, ignore_progress
+from ..geometry import cross_products
 from ..libraries import sparse
-from ..linear_solvers import DirectMethod, RefinedSolution, laplacian_power, refined_solution
+from ..linear_solvers import RefinedSolution, laplacian_power, refined_solution
 from ..mesh import Bools, Floats, Ints, check_healthy, check_mesh, check_vertex_mask, normalised_mesh, spikes
 from ..topology import Submesh, submesh_around
 from .surface_operator import SurfaceOperator, evened_operator, surface_operator
@@ -61,7 +62,6 @@ def fair_region(
     *,
     energy: Energy = "thin_plate",
     dense: bool = False,
-    method: DirectMethod = "superlu",
     progress: Progress = ignore_progress,
 ) -> FairedRegion:
     """Solves L^k p = 0 on the free vertices, k = 1, 2, 3, with k rings of fixed vertices around as boundary [botsch2004].
@@ -82,7 +82,6 @@ def fair_region(
         dense: whether the region is sampled more densely than its surroundings, as the filling of a hole is. A thin plate then
             takes the fixed vertices next to free ones for no larger than those: with all their area, a crease along the rim would
             cost too little, and a filling would meet it at an angle. Where the density is the same it makes little difference.
-        method: what factorises: "superlu" or "cholesky"; results agree within `FairedRegion.last_correction`.
         progress: called now and then with the share that is done; may raise to stop.
 
     Raises:
@@ -106,11 +105,11 @@ def fair_region(
     mesh = normalised_mesh(part.points, part.faces)
     operator = surface_operator(mesh.points, part.faces)
     system = _system(operator, part._replace(points=mesh.points), order, dense)
-    _check_anchored(system.dirichlet, part._replace(points=system.points), order)
+    _check_anchored(system, part._replace(points=system.points))
     extent = float(np.linalg.norm(np.ptp(system.points, axis=0)))
     thrown, irregular = np.ones(len(mesh.points), dtype=np.bool_), 0
     try:
-        solution = system.solution(extent, method, progress)
+        solution = system.solution(extent, progress)
         thrown[:] = False
         thrown[part.free] = spikes(system.points[part.free], solution.values, extent)
     except ConvergenceError:
@@ -118,7 +117,7 @@ def fair_region(
     if thrown.any():
         operator, even = evened_operator(operator, part.faces, thrown)
         system = _system(operator, part._replace(points=mesh.points), order, dense)
-        solution, irregular = system.solution(extent, method, progress), int((even & part.free).sum())
+        solution, irregular = system.solution(extent, progress), int((even & part.free).sum())
     progress(1.0)
     check_healthy(system.points[part.free], solution.values, extent, part.vertices[part.free], _ADVICE[energy])
     moved = points.copy()
@@ -139,6 +138,7 @@ class _System(NamedTuple):
     """(S M^-1)^(k-1) S p = 0 on the free vertices of a submesh."""
 
     dirichlet: sparse.csr_matrix
+    columns: sparse.csr_matrix  # those of the free vertices
     inverse_mass: Floats
     order: int
     points: Floats
@@ -146,18 +146,16 @@ class _System(NamedTuple):
 
     def matrix(self) -> sparse.csr_matrix:
         """The columns and rows of the free vertices, (f, f)."""
-        columns = sparse.csr_matrix(self.dirichlet[:, self.free])
+        columns = self.columns
         if self.order == 1:
             return sparse.csr_matrix(columns[self.free])
         scaled = sparse.csr_matrix(sparse.diags_array(self.inverse_mass) @ columns)
         product = columns.T @ scaled if self.order == 2 else scaled.T @ (self.dirichlet @ scaled)
         return sparse.csr_matrix(product)
 
-    def solution(self, extent: float, method: DirectMethod, progress: Progress) -> RefinedSolution:
+    def solution(self, extent: float, progress: Progress) -> RefinedSolution:
         """The solution at the free vertices."""
-        return refined_solution(
-            self.matrix(), self.residual, self.points[self.free], extent=extent, method=method, progress=progress
-        )
+        return refined_solution(self.matrix(), self.residual, self.points[self.free], extent=extent, progress=progress)
 
     def residual(self, values: Floats) -> Floats:
         """-(S M^-1)^(k-1) S p at the free vertices, in twice the precision, for their places."""
@@ -171,7 +169,8 @@ def _system(operator: SurfaceOperator, part: Submesh, order: int, dense: bool) -
     # no whole star to take a Laplacian on.
     mass = _rim_as_dense(operator, part.free) if dense and order == 2 else operator.mass
     inverse = np.where(part.border, 0.0, float(mass.mean()) / mass)
-    return _System(operator.dirichlet, inverse, order, part.points, part.free)
+    columns = sparse.csr_matrix(operator.dirichlet[:, part.free])
+    return _System(operator.dirichlet, columns, inverse, order, part.points, part.free)
 
 
 def _rim_as_dense(operator: SurfaceOperator, free: Bools) -> Floats:
@@ -185,19 +184,17 @@ def _rim_as_dense(operator: SurfaceOperator, free: Bools) -> Floats:
 
 
 def _area(points: Floats, faces: Ints) -> float:
-    a, b, c = (points[faces[:, k]] for k in range(3))
-    return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+    return 0.5 * float(np.linalg.norm(cross_products(points, faces), axis=1).sum())
 
 
-def _check_anchored(dirichlet: sparse.csr_matrix, part: Submesh, rings: int) -> None:
+def _check_anchored(system: _System, part: Submesh) -> None:
     """Refuses free vertices that are connected with no fixed one, or with less than a triangle of them."""
-    graph = dirichlet[part.free][:, part.free]
-    count, labels = sparse.csgraph.connected_components(graph, directed=False)
+    count, labels = sparse.csgraph.connected_components(system.columns[part.free], directed=False)
     anchored = np.zeros(count, dtype=np.bool_)
-    touching = (dirichlet[part.free][:, ~part.free] != 0.0).sum(axis=1)
-    anchored[labels[np.asarray(touching).ravel() > 0]] = True
+    beside = system.columns[~part.free]
+    anchored[labels[beside.indices[beside.data != 0.0]]] = True
     if anchored.all():
-        _check_spanned(dirichlet, part, rings, labels, count)
+        _check_spanned(system.dirichlet, part, system.order, labels, count)
         return
     loose = int(np.flatnonzero(~anchored)[0])
     members: Ints = part.vertices[part.free][labels == loose]

@@ -43,8 +43,15 @@ def normal_differences(vertices: Floats, faces: Ints) -> Floats:
 
 def cross_products(vertices: Floats, faces: Ints) -> Floats:
     """(m, 3) (b - a) x (c - a) of the faces (a, b, c): normal to them, and twice their area long."""
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    return np.asarray(np.cross(b - a, c - a))
+    crosses = np.empty((len(faces), 3))
+    _fill_crosses(np.ascontiguousarray(vertices, dtype=np.float64), np.ascontiguousarray(faces, dtype=np.int32), crosses)
+    return crosses
+
+
+@compiled(nogil=True)
+def _fill_crosses(points: Floats, faces: Ints, crosses: Floats) -> None:
+    for f in range(faces.shape[0]):
+        crosses[f, 0], crosses[f, 1], crosses[f, 2] = cross_product(points, faces[f, 0], faces[f, 1], faces[f, 2])
 
 
 def seen_from_one_side(vertices: Floats, faces: Ints) -> float:

@@ -9,7 +9,6 @@ from ..checks import ConvergenceError, FilterInputError, check_choice, check_who
 from ..execution import Progress, ignore_progress
 from ..fairing.region import fair_region
 from ..geometry import angles_between, cross_products
-from ..linear_solvers import DirectMethod
 from ..mesh import Floats, Ints, check_mesh, check_vertex_mask
 from ..topology import BoundaryLoop, OneRings, boundary_loops, face_adjacency, one_rings
 from .filling import HOLE_ENERGIES, ISLAND_IN_IT, HoleEnergy, HoleFilling, broken_left_open, left_open_as
@@ -28,8 +27,6 @@ FINEST = 0.25
 _PATCH_TRIANGULATION = 0.3
 #: Patches with more new vertices than this together are not solved for at once.
 MOST_AT_ONCE = 100_000
-#: With more free vertices than this the factors by Cholesky come first: they take half the memory, but cannot be interrupted.
-_LARGE = 20_000
 #: The new vertices of a patch lie at most so many diagonals of the box of its rim outside of that box. Fillings of smooth
 #: surfaces reach 0.2 of them; one that goes further was thrown out, and refining it would take triangles for all that area.
 FURTHEST = 1.0
@@ -418,12 +415,11 @@ def _place(
     if energy == "none" or not free.any():
         return {}
     everything, closed = np.concatenate([points, new_vertices]), np.concatenate([faces, new_faces])
-    methods: tuple[DirectMethod, ...] = ("cholesky", "superlu") if free.sum() > _LARGE else ("superlu",)
-    for method in methods:
-        try:
-            faired = fair_region(everything, closed, free, energy=energy, dense=True, method=method, progress=progress)
-        except (ConvergenceError, FilterInputError):
-            continue
+    try:
+        faired = fair_region(everything, closed, free, energy=energy, dense=True, progress=progress)
+    except (ConvergenceError, FilterInputError):
+        pass
+    else:
         moved = faired.vertices[len(points) :]
         far = np.flatnonzero(patches.reach(moved) > FURTHEST).tolist()
         if not far:

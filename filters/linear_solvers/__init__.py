@@ -2,8 +2,8 @@
 
 from .conjugate_gradients import CompressedRows, conjugate_gradients, preconditioned_norm
 from .direct import Cholesky
-from .nested_dissection import nested_dissection
-from .refined_solution import DirectMethod, RefinedSolution, laplacian_power, refined_solution
+from .fronts import Fronts
+from .refined_solution import RefinedSolution, laplacian_power, refined_solution
 from .shifted_factors import ShiftedFactors
 from .smoothed_aggregation import SmoothedAggregation
 from .spd_solver import FINEST_TOLERANCE, SpdSolver
@@ -12,14 +12,13 @@ __all__ = [
     "FINEST_TOLERANCE",
     "Cholesky",
     "CompressedRows",
-    "DirectMethod",
+    "Fronts",
     "RefinedSolution",
     "ShiftedFactors",
     "SmoothedAggregation",
     "SpdSolver",
     "conjugate_gradients",
     "laplacian_power",
-    "nested_dissection",
     "preconditioned_norm",
     "refined_solution",
 ]

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Any
+import math
 
 import numpy as np
 
 from ..compilation import compiled
-from ..libraries import sparse
 from ..mesh import Ints, Longs
+from .conjugate_gradients import CompressedRows
 
 #: Parts of at most this many vertices are not cut further.
-_LEAF = 48
+_LEAF = 16
 #: A separator that lies a share s of the part away from its middle counts as 1 + this times s of its size.
 _UNEVEN = 0.5
+#: Vertices with more neighbours than this times the root of the number of vertices come last: the levels around them are wide.
+_HUB = 10.0
 
 
-def nested_dissection(matrix: sparse.csc_matrix) -> Ints:
-    """(n,) int32 a permutation: row i of the matrix to factorise is row ``order[i]`` of this one.
+def dissected(matrix: CompressedRows) -> tuple[Ints, Longs, Longs]:
+    """An order of the vertices, and the groups of which it consists: separators, and parts that are not cut further.
 
     The vertices are sorted by their distance in edges from one end of the graph. A separator, the vertices of a level near the
     middle that touch the next level, comes last in the order; the two sides come before it, each ordered in the same way
@@ -26,19 +28,27 @@ def nested_dissection(matrix: sparse.csc_matrix) -> Ints:
 
     Args:
         matrix: (n, n) with a symmetric pattern.
+
+    Returns:
+        order: (n,) int32 a permutation.
+        firsts: (groups + 1,) where in the order each group begins, ascending, and n.
+        lows: (groups,) where the part begins that the group separates; for a part that is not cut, where it begins itself.
     """
-    n = matrix.shape[0]
-    order = np.arange(n, dtype=np.int32)
-    dissect: Any = _dissect
-    dissect(matrix.indptr.astype(np.int64), matrix.indices.astype(np.int32), order, np.zeros(n, dtype=np.int64), _LEAF)
-    return order
+    n = len(matrix.indptr) - 1
+    hub = np.diff(matrix.indptr) > _HUB * math.sqrt(n)
+    order = np.concatenate([np.flatnonzero(~hub), np.flatnonzero(hub)]).astype(np.int32)
+    # Written at the last place of each group.
+    firsts, lows = np.full(n, -1, dtype=np.int64), np.zeros(n, dtype=np.int64)
+    if hub.any():
+        firsts[-1] = n - int(hub.sum())
+    _dissect(matrix, order, np.where(hub, -1, 0), firsts, lows)
+    ends = firsts >= 0
+    return order, np.append(firsts[ends], n), lows[ends]
 
 
-@compiled
-def _levels(
-    starts: Longs, neighbours: Ints, part: Longs, name: int, first: int, level: Ints, queue: Ints, at: int
-) -> tuple[int, int]:
-    """Writes the vertices of a part, by their distance from `first`, into `queue` from `at` on; returns its end and their levels.
+@compiled(nogil=True)
+def _levels(matrix: CompressedRows, part: Longs, name: int, first: int, level: Ints, queue: Ints, at: int) -> int:
+    """Writes the vertices of a part, by their distance from `first`, into `queue` from `at` on; returns its end.
 
     `level` is -1 at all vertices of the part before the call, and their distance in edges after it.
     """
@@ -48,94 +58,96 @@ def _levels(
     while now < end:
         i = queue[now]
         now += 1
-        for p in range(starts[i], starts[i + 1]):
-            j = neighbours[p]
+        for p in range(matrix.indptr[i], matrix.indptr[i + 1]):
+            j = matrix.indices[p]
             if part[j] == name and level[j] < 0:
                 level[j] = level[i] + 1
                 queue[end] = j
                 end += 1
-    return end, level[queue[end - 1]] + 1
+    return end
 
 
-@compiled
-def _dissect(starts: Longs, neighbours: Ints, order: Ints, part: Longs, leaf: int) -> None:
+@compiled(nogil=True)
+def _dissect(matrix: CompressedRows, order: Ints, part: Longs, firsts: Longs, lows: Longs) -> None:
     """Cuts ``order[low:high]`` for every part on the stack; `part` is the number of each vertex's part, its `low` plus 1."""
     n = order.shape[0]
-    level = np.full(n, -1, dtype=np.int32)
-    queue = np.empty(n, dtype=np.int32)
-    stack = [(0, n)]
+    level, queue = np.full(n, -1, dtype=np.int32), np.empty(n, dtype=np.int32)
+    stack = [(0, n if n == 0 or firsts[n - 1] < 0 else firsts[n - 1])]
     while len(stack) > 0:
         low, high = stack.pop()
-        if high - low <= leaf:
+        if high - low <= _LEAF:
+            if high > low:
+                firsts[high - 1], lows[high - 1] = low, low
             continue
-        name = low + 1
         for k in range(low, high):
-            part[order[k]] = name
-        # Levels counted from the vertex that is farthest from any other are many and narrow.
-        end, _ = _levels(starts, neighbours, part, name, order[low], level, queue, low)
-        far = queue[end - 1]
-        for k in range(low, end):
-            level[queue[k]] = -1
-        end, depth = _levels(starts, neighbours, part, name, far, level, queue, low)
+            part[order[k]] = low + 1
+        end = _levels(matrix, part, low + 1, order[low], level, queue, low)
         if end < high:
-            # The part is not connected: split it into the vertices that were reached and the others.
-            rest = end
-            for k in range(low, high):
-                i = order[k]
-                if level[i] < 0:
-                    queue[rest] = i
-                    rest += 1
-            order[low:high] = queue[low:high]
-            for k in range(low, end):
-                level[order[k]] = -1
-            for k in range(low, high):
-                part[order[k]] = 0
+            # It is not connected: each of its components is a part.
             stack.append((low, end))
-            stack.append((end, high))
-            continue
-        if depth < 3:
             for k in range(low, high):
-                level[order[k]] = -1
-                part[order[k]] = 0
-            continue
-        # The narrowest level among those that leave at least a third of the part on either side, or among all if none does.
-        middle, least, begin = 0, np.inf, low
+                if level[order[k]] < 0:
+                    begin, end = end, _levels(matrix, part, low + 1, order[k], level, queue, end)
+                    stack.append((begin, end))
+            order[low:high] = queue[low:high]
+            front = back = low
+        else:
+            # Levels counted from the vertex that is farthest from any other are many and narrow.
+            far = queue[end - 1]
+            for k in range(low, high):
+                level[queue[k]] = -1
+            _levels(matrix, part, low + 1, far, level, queue, low)
+            front, back = _cut(matrix, order, part, level, queue, low, high)
+            firsts[high - 1], lows[high - 1] = back, low
         for k in range(low, high):
-            if level[queue[k]] == depth - 1:
-                break
-            if level[queue[k + 1]] > level[queue[k]]:
-                share = (k + 1 - low) / (high - low)
-                cost = (k + 1 - begin) * (1.0 + _UNEVEN * abs(share - 0.5))
-                if min(share, 1.0 - share) < 1.0 / 3.0:
-                    cost += high - low
-                if cost < least:
-                    middle, least = level[queue[k]], cost
-                begin = k + 1
-        # The near side first, then the far side, then the separator: the vertices of the middle level that touch the far side.
-        front, back, count = low, 0, 0
-        for k in range(low, high):
-            i = queue[k]
-            touches = False
-            if level[i] == middle:
-                for p in range(starts[i], starts[i + 1]):
-                    j = neighbours[p]
-                    if part[j] == name and level[j] == middle + 1:
-                        touches = True
-                        break
-            if touches:
-                order[high - 1 - count] = i
-                count += 1
-            elif level[i] <= middle:
-                order[front] = i
-                front += 1
-        back = front
-        for k in range(low, high):
-            i = queue[k]
-            if level[i] > middle:
-                order[back] = i
-                back += 1
-        for k in range(low, high):
-            level[queue[k]] = -1
-            part[queue[k]] = 0
-        stack.append((low, front))
-        stack.append((front, back))
+            level[order[k]] = -1
+            part[order[k]] = 0
+        if back > low:
+            stack.append((low, front))
+            stack.append((front, back))
+
+
+@compiled(nogil=True)
+def _cut(matrix: CompressedRows, order: Ints, part: Longs, level: Ints, queue: Ints, low: int, high: int) -> tuple[int, int]:
+    """Puts the near side of a part first, then the far side, then its separator; returns where these two begin.
+
+    The separator are the vertices that touch the far side of the narrowest level among those that leave at least a third of the
+    part on either side, or among all if none does. A part of two levels stays whole.
+    """
+    depth = level[queue[high - 1]] + 1
+    if depth < 3:
+        return low, low
+    middle, least, begin = 0, np.inf, low
+    for k in range(low, high):
+        if level[queue[k]] == depth - 1:
+            break
+        if level[queue[k + 1]] > level[queue[k]]:
+            share = (k + 1 - low) / (high - low)
+            cost = (k + 1 - begin) * (1.0 + _UNEVEN * abs(share - 0.5))
+            if min(share, 1.0 - share) < 1.0 / 3.0:
+                cost += high - low
+            if cost < least:
+                middle, least = level[queue[k]], cost
+            begin = k + 1
+    front, count = low, 0
+    for k in range(low, high):
+        i = queue[k]
+        touches = False
+        if level[i] == middle:
+            for p in range(matrix.indptr[i], matrix.indptr[i + 1]):
+                j = matrix.indices[p]
+                if part[j] == low + 1 and level[j] == middle + 1:
+                    touches = True
+                    break
+        if touches:
+            order[high - 1 - count] = i
+            count += 1
+        elif level[i] <= middle:
+            order[front] = i
+            front += 1
+    back = front
+    for k in range(low, high):
+        if level[queue[k]] > middle:
+            order[back] = queue[k]
+            back += 1
+    return front, back

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -15,10 +14,9 @@ from ..execution import Progress, ignore_progress, threads_for
 from ..libraries import sparse
 from ..mesh import Floats
 from .conjugate_gradients import CompressedRows
-from .direct import Cholesky, SuperLU
+from .direct import Cholesky
 from .spd_solver import SpdSystem
 
-DirectMethod: TypeAlias = Literal["superlu", "cholesky"]
 #: Corrections are made until the next is predicted below this share of the extent, at most this many.
 _REFINED, _MOST_REFINEMENTS = 1e-11, 12
 #: The refinement has failed if its last correction is above this share of the extent.
@@ -50,7 +48,7 @@ def refined_solution(
     start: Floats,
     *,
     extent: float,
-    method: DirectMethod | Callable[[Floats], Floats] = "superlu",
+    solve: Callable[[Floats], Floats] | None = None,
     progress: Progress = ignore_progress,
 ) -> RefinedSolution:
     """Solves A x = b by factors and iterative refinement; the caller computes b - A x more precisely than A is stored.
@@ -63,7 +61,7 @@ def refined_solution(
         residual: b - A x of (n, k) values x, with more digits than the condition number of A takes.
         start: (n, k) a first guess.
         extent: the length against which errors in x count.
-        method: what factorises; or what solves A x = r to a few digits for (n, k) residuals.
+        solve: solves A x = r to a few digits for (n, k) residuals; None for factors.
         progress: called meanwhile; may raise to stop.
 
     Raises:
@@ -72,7 +70,7 @@ def refined_solution(
     """
     system = SpdSystem.of(matrix)
     scale = system.scale[:, None]
-    solve = method if callable(method) else _scaled_factors(system, method, progress)
+    solve = solve or _scaled_factors(system, progress)
     x = np.array(start, dtype=np.float64)
     before, steps = np.inf, 0
     while True:
@@ -93,12 +91,12 @@ def refined_solution(
     return RefinedSolution(x, backward, moved, steps)
 
 
-def _scaled_factors(system: SpdSystem, method: DirectMethod, progress: Progress) -> Callable[[Floats], Floats]:
+def _scaled_factors(system: SpdSystem, progress: Progress) -> Callable[[Floats], Floats]:
     """Solves A x = r by the factors of A scaled to unit diagonal."""
     matrix, scale = system.matrix, system.scale
     data = matrix.data * np.repeat(scale, np.diff(matrix.indptr)) * scale[matrix.indices]
     scaled = sparse.csr_matrix((data, matrix.indices, matrix.indptr), shape=matrix.shape)
-    factors = SuperLU(scaled, progress=progress, done=0.1) if method == "superlu" else Cholesky(scaled)
+    factors = Cholesky(scaled, progress=progress, done=0.1)
     return lambda right_side: scale[:, None] * factors.solve(scale[:, None] * right_side)
 
 
@@ -156,26 +154,43 @@ def _two_product(a: float, b: float) -> tuple[float, float]:
     return p, ((a_high * b_high - p) + a_high * b_low + a_low * b_high) + a_low * b_low
 
 
+@compiled
+def _added(
+    total: float, rest: float, factor: float, high: float, low: float, from_high: float, from_low: float
+) -> tuple[float, float]:
+    """The sum and its rest with factor (high + low - from_high - from_low) added."""
+    difference, error = _two_sum(high, -from_high)
+    more, rest_of_more = _two_sum(low, -from_low)
+    difference, lost = _two_sum(difference, more)
+    difference, error = _two_sum(difference, error + lost + rest_of_more)
+    product, lost = _two_product(factor, difference)
+    lost += factor * error
+    total, carried = _two_sum(total, product)
+    return total, rest + (carried + lost)
+
+
+@compiled
+def _scaled(total: float, rest: float, factor: float) -> tuple[float, float]:
+    total, rest = _two_sum(total, rest)
+    product, lost = _two_product(factor, total)
+    return _two_sum(product, lost + factor * rest)
+
+
 @compiled(parallel=True)
 def _apply(matrix: CompressedRows, factors: Floats, high: Floats, low: Floats, out_high: Floats, out_low: Floats) -> None:
-    """out_i = factors_i sum_j S_ij (x_j - x_i), every number a sum of a high and a low double."""
+    """out_i = factors_i sum_j S_ij (x_j - x_i), every number a sum of a high and a low double.
+
+    The three columns take turns: each waits for its own last sum alone.
+    """
     indptr, indices, data = matrix
     for i in prange(indptr.shape[0] - 1):
-        for c in range(high.shape[1]):
-            total, rest = 0.0, 0.0
-            for k in range(indptr[i], indptr[i + 1]):
-                j = indices[k]
-                if j == i:
-                    continue
-                difference, error = _two_sum(high[j, c], -high[i, c])
-                more, rest_of_more = _two_sum(low[j, c], -low[i, c])
-                difference, lost = _two_sum(difference, more)
-                difference, error = _two_sum(difference, error + lost + rest_of_more)
-                product, lost = _two_product(data[k], difference)
-                lost += data[k] * error
-                total, carried = _two_sum(total, product)
-                rest += carried + lost
-            total, rest = _two_sum(total, rest)
-            product, lost = _two_product(factors[i], total)
-            lost += factors[i] * rest
-            out_high[i, c], out_low[i, c] = _two_sum(product, lost)
+        x, y, z, p, q, r = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for k in range(indptr[i], indptr[i + 1]):
+            j = indices[k]
+            if j != i:
+                x, p = _added(x, p, data[k], high[j, 0], low[j, 0], high[i, 0], low[i, 0])
+                y, q = _added(y, q, data[k], high[j, 1], low[j, 1], high[i, 1], low[i, 1])
+                z, r = _added(z, r, data[k], high[j, 2], low[j, 2], high[i, 2], low[i, 2])
+        out_high[i, 0], out_low[i, 0] = _scaled(x, p, factors[i])
+        out_high[i, 1], out_low[i, 1] = _scaled(y, q, factors[i])
+        out_high[i, 2], out_low[i, 2] = _scaled(z, r, factors[i])

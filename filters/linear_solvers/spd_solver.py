@@ -259,7 +259,7 @@ class Factorisation:
     """Cholesky's factors and one step of refinement, for many right-hand sides or as the last resort."""
 
     def __init__(self, matrix: sparse.csr_matrix) -> None:
-        """Factorises; see `Cholesky` for how long that takes, which cannot be interrupted.
+        """Factorises; see `Cholesky` for how long that takes.
 
         Args:
             matrix: (n, n) symmetric positive definite.

@@ -1,10 +1,12 @@
 """Laplace operators by name, of meshes, clouds and polylines."""
 
+import math
 from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
 
 from ..checks import FilterInputError, check_choice
+from ..compilation import compiled
 from ..mesh import Floats, Ints
 from ..topology import non_manifold_edges
 from .cotangent import cotangent_laplacian, laplace_beltrami
@@ -91,19 +93,25 @@ def _needs_robust_operator(points: Floats, faces: Ints) -> bool:
     return len(non_manifold_edges(faces)) > 0 or _thinnest_triangle(points, faces) < _SLIVER
 
 
+@compiled(nogil=True)
 def _thinnest_triangle(points: Floats, faces: Ints) -> float:
     """The least doubled area of a triangle as a share of its summed squared edges, 0.29 if it is equilateral."""
-    a, b, c = faces.T
-    proper = (a != b) & (b != c) & (c != a)
-    if not proper.any():
-        return np.inf
-    u, v = points[b[proper]] - points[a[proper]], points[c[proper]] - points[a[proper]]
-    size = np.maximum(np.abs(u).max(axis=1), np.abs(v).max(axis=1))
-    if not (size > 0.0).all():
-        return 0.0
-    u, v = u / size[:, None], v / size[:, None]
-    squares = (u * u).sum(axis=1) + (v * v).sum(axis=1) + ((u - v) ** 2).sum(axis=1)
-    return float((np.linalg.norm(np.cross(u, v), axis=1) / squares).min())
+    least = np.inf
+    for f in range(faces.shape[0]):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        if a == b or b == c or c == a:
+            continue
+        ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
+        vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
+        size = max(abs(ux), abs(uy), abs(uz), abs(vx), abs(vy), abs(vz))
+        if not size > 0.0:
+            return 0.0
+        ux, uy, uz, vx, vy, vz = ux / size, uy / size, uz / size, vx / size, vy / size, vz / size
+        cx, cy, cz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        squares = (ux * ux + uy * uy + uz * uz) + (vx * vx + vy * vy + vz * vz)
+        squares += (ux - vx) ** 2 + (uy - vy) ** 2 + (uz - vz) ** 2
+        least = min(least, math.sqrt(cx * cx + cy * cy + cz * cz) / squares)
+    return least
 
 
 def curve_laplacian(vertices: Floats, edges: Ints, operator: OperatorName) -> Laplacian:

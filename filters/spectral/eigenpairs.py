@@ -7,7 +7,7 @@ import numpy as np
 from ..checks import ConvergenceError, check_whole_number
 from ..execution import Progress, abandonable, ignore_progress, part_of, threads_for
 from ..libraries import blas, one_blas_thread, sparse
-from ..linear_solvers import ShiftedFactors, nested_dissection
+from ..linear_solvers import Fronts, ShiftedFactors
 from ..mesh import Floats
 from .problem import SpectralProblem
 from .spectrum_slicing import groups, lowest_modes, sparse_product
@@ -221,16 +221,17 @@ def _by_dense_matrix(operator: sparse.csc_matrix, kernel: Floats, count: int, pr
 def _by_slicing(
     operator: sparse.csc_matrix, kernel: Floats, count: int, tolerance: float, highest: float, progress: Progress
 ) -> _Checked:
-    places = nested_dissection(operator)
+    fronts = Fronts.of(operator)
+    places, fronts = fronts.order, fronts.in_place()
     dissected = sparse.csc_matrix(operator[places][:, places])
-    _, ordered = lowest_modes(dissected, kernel[places], count, tolerance=tolerance, progress=progress)
+    _, ordered = lowest_modes(dissected, fronts, kernel[places], count, tolerance=tolerance, progress=progress)
     vectors = np.empty_like(ordered)
     vectors[places] = ordered
     modes = _Checked(operator, kernel, vectors, progress)
     if not modes.good(tolerance, highest):
         # Products at tiny triangles have rounding of high frequencies only, which hardly affects the modes: measure it in the
         # energy norm.
-        factors = ShiftedFactors(dissected, -modes.least, progress, 0.99)
+        factors = ShiftedFactors(dissected, fronts, -modes.least, progress, 0.99)
         for group in groups(count, progress, 0.99):
             some = np.asfortranarray(modes.vectors[places, group])
             rest = sparse_product(dissected, some) - some * modes.kappa[group]

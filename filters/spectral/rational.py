@@ -25,7 +25,7 @@ from .responses import Response
 #: The poles that are tried go from the lowest squared cutoff times the first factor to the highest times the second.
 _LOWEST_POLE, _HIGHEST_POLE, _POLES = 0.2, 30.0, 40
 _LARGEST_DEGREE = 400
-#: Systems of at most this many rows are factorised, which takes up to a second and cannot be interrupted.
+#: Systems of at most this many rows are factorised, which takes up to a second.
 LARGEST_FACTORS = 120_000
 #: The share of the tolerance that the solves may use.
 _SHARE_OF_SOLVES = 0.3
@@ -102,10 +102,9 @@ class _System:
         self._matrix = sparse.csr_matrix(dirichlet + pole * sparse.diags_array(mass))
         self._factors: Cholesky | None = None
         if len(mass) <= LARGEST_FACTORS and solves > 0:
-            progress(0.0)
             # If rounding spoils the factors the iterative solver takes over.
             with suppress(ConvergenceError):
-                self._factors = Cholesky(self._matrix)
+                self._factors = Cholesky(self._matrix, progress=progress)
         self._solver = SpdSolver(self._matrix)
 
     def solve(self, values: Floats, guess: Floats, allowed: float, progress: Progress) -> tuple[Floats, float]:

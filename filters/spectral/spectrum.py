@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 
 from ..checks import FilterInputError, check_whole_number
 from ..execution import Progress, ignore_progress
-from ..libraries import linalg, sparse
 from ..mesh import Floats, check_mesh, normalised_mesh
 from .eigenpairs import lowest_eigenpairs
 from .problem import SpectralOperator, SpectralProblem, about_centroids, check_size, spectral_problem
+from .quadrature import energy_quadrature
 
 #: Bands in an octave.
 BANDS = 3
@@ -173,52 +173,3 @@ def enough_steps(problem: SpectralProblem, kappa: float) -> int:
     highest = 2.0 * float(np.max(problem.dirichlet.diagonal() / problem.mass))
     wanted = 12.0 * math.sqrt(highest / kappa) if kappa > 0.0 else math.inf
     return int(min(max(wanted, _FEWEST_STEPS), _MOST_STEPS))
-
-
-def energy_quadrature(
-    problem: SpectralProblem, values: Floats, steps: int, *, progress: Progress = ignore_progress
-) -> tuple[Floats, Floats]:
-    """Nodes kappa and weights w such that sum w f(kappa) = sum over columns of <v, f(M^-1 S) v>_M.
-
-    The process of D = M^-1/2 S M^-1/2 that starts with M^1/2 v gives a tridiagonal matrix whose eigenvalues are the nodes. It is
-    exact for polynomials f of degree 2 steps - 1. Its vectors are not orthogonalised again: rounding then repeats nodes and
-    divides their weight among them, which does not change the energy of a band.
-
-    Args:
-        problem: of n rows.
-        values: v, (n, d); columns have nodes of their own.
-        steps: how many; more resolve frequencies more finely.
-        progress: called with the share that is done after each step; may raise to stop.
-
-    Returns:
-        (k,) nodes and (k,) weights of all columns; none if all values are 0.
-    """
-    root = np.sqrt(problem.mass)
-    symmetric = sparse.csr_matrix(problem.dirichlet.multiply(1.0 / root[:, None]).multiply(1.0 / root[None, :]))
-    start = root[:, None] * values
-    norms = np.sqrt(np.einsum("ij,ij->j", start, start))
-    present = norms > 0.0
-    if not present.any():
-        return np.empty(0), np.empty(0)
-    now = start[:, present] / norms[present]
-    steps = min(steps, len(now))
-    diagonal, beside = np.zeros((steps, now.shape[1])), np.zeros((steps, now.shape[1]))
-    before, length = np.zeros_like(now), np.zeros(now.shape[1])
-    for step in range(steps):
-        after = symmetric @ now - length * before
-        diagonal[step] = np.einsum("ij,ij->j", after, now)
-        after -= diagonal[step] * now
-        length = np.sqrt(np.einsum("ij,ij->j", after, after))
-        beside[step] = length
-        before, now = now, after / np.where(length > 0.0, length, 1.0)
-        progress((step + 1) / steps)
-    nodes, weights = [], []
-    for column, norm in enumerate(norms[present]):
-        # An exhausted Krylov space ends with an entry that is pure rounding.
-        ends = np.flatnonzero(beside[:, column] <= 1e-14 * np.abs(diagonal[:, column]).max())
-        size = int(ends[0]) + 1 if len(ends) else steps
-        # The QR iteration: what older versions of scipy take by themselves fails on graded matrices.
-        kappa, vectors = linalg.eigh_tridiagonal(diagonal[:size, column], beside[: size - 1, column], lapack_driver="stev")
-        nodes.append(np.maximum(kappa, 0.0))
-        weights.append((norm * vectors[0]) ** 2)
-    return np.concatenate(nodes), np.concatenate(weights)

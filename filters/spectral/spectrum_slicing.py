@@ -13,7 +13,7 @@ from ..checks import ConvergenceError
 from ..compilation import compiled, prange
 from ..execution import Progress
 from ..libraries import blas, linalg, sparse
-from ..linear_solvers import CompressedRows, ShiftedFactors
+from ..linear_solvers import CompressedRows, Fronts, ShiftedFactors
 from ..mesh import Floats
 
 #: Modes of a band: with more, keeping the basis orthogonal costs more; with fewer, more factorisations are needed.
@@ -36,7 +36,7 @@ _TOGETHER = 16
 
 
 def lowest_modes(
-    operator: sparse.csc_matrix, kernel: Floats, count: int, *, tolerance: float, progress: Progress
+    operator: sparse.csc_matrix, fronts: Fronts, kernel: Floats, count: int, *, tolerance: float, progress: Progress
 ) -> tuple[Floats, Floats]:
     """The `count` lowest eigenvalues and orthonormal eigenvectors of a semidefinite operator with a kernel of dimension 1.
 
@@ -45,8 +45,8 @@ def lowest_modes(
     above the last mode and only counts; if a mode is missing, it is searched for.
 
     Args:
-        operator: A, (n, n) symmetric, positive semidefinite, in an order that keeps its factors sparse, scaled such that
-            there are about kappa eigenvalues below kappa.
+        operator: A, (n, n) symmetric, positive semidefinite, scaled such that there are about kappa eigenvalues below kappa.
+        fronts: of its pattern.
         kernel: (n,) the unit vector with A kernel = 0.
         count: how many, at least 1, well below n.
         tolerance: of the residual |A x - kappa x|, as a share of kappa.
@@ -64,13 +64,13 @@ def lowest_modes(
         done = min(1.0, so_far / (count + _GUARD))
         if so_far >= count + _GUARD:
             gap = count - 1 + int(np.diff(kappa[count - 1 :]).argmax())
-            factors = ShiftedFactors(operator, 0.5 * (kappa[gap] + kappa[gap + 1]), progress, 0.99)
+            factors = ShiftedFactors(operator, fronts, 0.5 * (kappa[gap] + kappa[gap + 1]), progress, 0.99)
             below, above = factors.below - int((kappa < factors.shift).sum()), 0
             if below == 0:
                 return kappa[:count], modes[:, :count]
         else:
             band = min(widest, count + _GUARD - so_far)
-            factors = _placed(operator, kappa, spacing * 0.5 * band, band, progress, done)
+            factors = _placed(operator, fronts, kappa, spacing * 0.5 * band, band, progress, done)
             below = factors.below - int((kappa < factors.shift).sum())
             above = max(band - below, 0)
 
@@ -128,11 +128,11 @@ def _polished(
 
 
 def _placed(
-    operator: sparse.csc_matrix, kappa: Floats, step: float, band: int, progress: Progress, done: float
+    operator: sparse.csc_matrix, fronts: Fronts, kappa: Floats, step: float, band: int, progress: Progress, done: float
 ) -> ShiftedFactors:
     """Factors for a shift above all eigenvalues so far, with an eighth of a band to a band of new ones below it."""
     low, high = 0.0, np.inf
-    factors = ShiftedFactors(operator, float(kappa[-1]) + step, progress, done)
+    factors = ShiftedFactors(operator, fronts, float(kappa[-1]) + step, progress, done)
     for _ in range(40):
         missing = factors.below - int((kappa < factors.shift).sum())
         if missing > band:
@@ -145,7 +145,7 @@ def _placed(
             break
         if high - low <= 1e-3 * low:
             break
-        factors = ShiftedFactors(operator, float(kappa[-1]) + step, progress, done)
+        factors = ShiftedFactors(operator, fronts, float(kappa[-1]) + step, progress, done)
     return factors
 
 

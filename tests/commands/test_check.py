@@ -28,7 +28,7 @@ def bad_script(folder: Path) -> Path:
 
 def test_a_check_imports_neither_numba_nor_scipy_nor_meshlab() -> None:
     """What filters declare is read without what carries them out, which would take a second."""
-    slow = ("numba", "scipy", "pymeshlab", "igl", "cholespy")
+    slow = ("numba", "scipy", "pymeshlab", "igl")
     program = (
         "import sys\nfrom pymeshfair.commands.app import main\nsys.argv = ['pymeshfair', 'check', 'denoise', 'clean_range_map']\n"
         f"try: main()\nexcept SystemExit as end: print(end.code, [m for m in {slow} if m in sys.modules])"

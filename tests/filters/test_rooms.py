@@ -75,7 +75,7 @@ def test_rooms_import_downwards() -> None:
 
 
 #: libraries that take long to import, so that nothing imports them but when they are needed
-SLOW = {"numba", "scipy", "igl", "cholespy", "robust_laplacian", "threadpoolctl"}
+SLOW = {"numba", "scipy", "igl", "robust_laplacian", "threadpoolctl"}
 
 
 def test_slow_libraries_are_imported_when_they_are_used() -> None:

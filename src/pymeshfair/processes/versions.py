@@ -11,7 +11,7 @@ from functools import cache
 from typing import Any
 
 #: the packages whose version may change a result
-PACKAGES = ("pymeshfair", "pymeshlab", "numpy", "scipy", "numba", "llvmlite", "robust-laplacian", "cholespy")
+PACKAGES = ("pymeshfair", "pymeshlab", "numpy", "scipy", "numba", "llvmlite", "robust-laplacian")
 
 
 def versions() -> dict[str, Any]:
