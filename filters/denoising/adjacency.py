@@ -1,43 +1,14 @@
-"""Vertex-face and face-face adjacency of a mesh, computed once for all passes of a filter and for all filters of one run.
+"""Vertex-face and face-face adjacency of a mesh, computed once for all passes of a filter and for all filters of one run."""
 
-Compressed rows hold lists of neighbours whose lengths come out of a first pass, and which a second one fills.
-"""
-
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..compilation import allowed_threads
-from ..execution import threads_for
 from ..geometry import CENTRE, measure_faces
-from ..mesh import Bools, Floats, Ints, Longs, NormalisedMesh, order_by_place, worth_reordering
+from ..mesh import Bools, Floats, Ints, NormalisedMesh, order_by_place, worth_reordering
 from ..topology import VertexFaces, border_vertices, vertex_faces
 from .border_trend import cut_off_by_border
 from .face_neighbourhoods import FaceNeighbourhoods, Neighborhood, face_neighbourhoods, mean_centre_distance
-
-
-def compressed_rows(count: int, visit: Callable[[int, Longs, Ints], None]) -> tuple[Longs, Ints]:
-    """The lists of `count` elements, those of element i between its two offsets.
-
-    Args:
-        count: the number of elements.
-        visit: called twice with a number of parts that may run at once, the offsets and the neighbours. First the neighbours are
-            empty, and it adds the number of neighbours of element i to ``offsets[i + 1]``; then it writes them from
-            ``offsets[i]`` on.
-
-    Returns:
-        (count + 1,) int64 offsets and int32 neighbours.
-    """
-    offsets = np.zeros(count + 1, dtype=np.int64)
-    with threads_for(count):
-        # Each thread has its own marks, so there are as many parts as threads; the result does not depend on their number.
-        parts = allowed_threads()
-        visit(parts, offsets, np.empty(0, dtype=np.int32))
-        np.cumsum(offsets, out=offsets)
-        neighbours = np.empty(offsets[-1], dtype=np.int32)
-        visit(parts, offsets, neighbours)
-    return offsets, neighbours
 
 
 @dataclass(frozen=True)

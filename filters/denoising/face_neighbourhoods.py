@@ -11,7 +11,7 @@ from ..execution import over_range
 from ..geometry import CENTRE
 from ..mesh import Floats, Ints, Longs
 from ..topology import VertexFaces
-from .adjacency import compressed_rows
+from .compressed_rows import compressed_rows
 from .geodesic_radius import within_geodesic_radius
 
 #: "edge": the faces that share an edge with it. "vertex": those that share a vertex. "two_ring" and "three_ring": two and three

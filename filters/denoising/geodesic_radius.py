@@ -4,7 +4,7 @@ import numpy as np
 
 from ..compilation import compiled, prange
 from ..mesh import Floats, Ints, Longs
-from .adjacency import compressed_rows
+from .compressed_rows import compressed_rows
 
 
 def within_geodesic_radius(near_offsets: Longs, near: Ints, centres: Floats, radius: float) -> tuple[Longs, Ints]:
