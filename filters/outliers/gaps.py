@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..checks import FilterInputError
 from ..libraries import spatial
 from ..mesh import Floats, check_mesh
 from ..neighbours import nearest_neighbours
@@ -34,4 +35,7 @@ def gaps(vertices: ArrayLike, points: ArrayLike) -> Floats:
     distances, _ = nearest_neighbours(cloud, _NEIGHBOURS)
     middle = cloud.mean(axis=0)
     nearest, _ = spatial.cKDTree(cloud - middle).query(queries - middle)
-    return np.asarray(nearest / np.median(distances.mean(axis=1)))
+    spacing = float(np.median(distances.mean(axis=1)))
+    if spacing == 0.0:
+        raise FilterInputError("half of the points of the cloud coincide, so that it has no spacing: remove duplicates first")
+    return np.asarray(nearest / spacing)

@@ -327,9 +327,9 @@ def test_uneven_noise_is_noise() -> None:
 
 
 def test_a_choice_is_sure_where_noise_is_independent() -> None:
-    """Of a torus with noise of 0.2 edges the choice is sure; of a fine cube with 0.03, whose edges look like it, it is not."""
+    """Of a torus with noise of 0.3 edges the choice is sure; of a fine cube with 0.03, whose edges look like it, it is not."""
     vertices, faces = torus(45, 22)
-    assert automatic_choice(_along_normals((vertices, faces), 0.2)[0], faces).sure
+    assert automatic_choice(_along_normals((vertices, faces), 0.3)[0], faces).sure
     vertices, faces = subdivided(*FINE_CUBE)
     choice = automatic_choice(_along_normals((vertices, faces), 0.03)[0], faces)
     assert choice.kind == "noisy"

@@ -149,7 +149,7 @@ def test_provenance_says_how_it_came_about(mixed: tuple[RunResult, list[Event], 
     assert holes["values"]["closed_holes"] > 0
     assert (fairing["origin"], fairing["parameters"]["mu"]) == ("pymeshfair", -0.53)
     measures = {"before": dict(result.before), "after": dict(result.after), "change": dict(result.change)}
-    assert record["measures"] == {**measures, "traits": {}}
+    assert record["measures"] == {**measures, "traits": {}, "unit": None}
     assert record["warnings"] == list(result.warnings)
     assert record["run"]["command"] == ["pymeshfair", "run"]
     assert record["run"]["peak_memory_bytes"] == result.peak_memory

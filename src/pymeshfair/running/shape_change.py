@@ -307,8 +307,8 @@ def _part(vertices: Floats, faces: Ints, of_vertices: Bools, of_faces: Bools, wh
     area = 0.5 * float(areas.sum()) / scale / scale
     pieces, count = connected_components(inside, len(vertices))
     share = area / whole if whole else None
-    numbers = pieces[inside[:, 0]]
-    sums = np.bincount(numbers, weights=areas, minlength=count)
+    numbers = pieces[inside[:, 0]]  # -1 where a corner stands twice
+    sums = np.bincount(numbers[numbers >= 0], weights=areas[numbers >= 0], minlength=count)
 
     def piece(number: int) -> Piece:
         corners = inside[numbers == number]
