@@ -105,6 +105,7 @@ def test_remove_outliers_keeps_the_surface() -> None:
     assert mesh.vertex_scalar_array().max() <= 0.9
 
 
+@pytest.mark.slow
 def test_smooth_implicit_removes_the_noise_and_keeps_the_dimensions() -> None:
     """Of noise of 0.3 edges on a ball less than a third is left, and its sides stay to 1 %."""
     vertices, faces = icosphere(4)
@@ -146,6 +147,7 @@ def test_clean_range_map_leaves_clean_borders_and_whole_pieces() -> None:
     assert {tuple(p) for p in mesh.vertex_matrix().tolist()} <= {tuple(p) for p in vertices.tolist()}
 
 
+@pytest.mark.slow
 def test_clean_range_map_smooths_as_much_as_there_is_noise() -> None:
     """Of noise of 0.2 edges on hills less than half is left."""
     vertices, faces = grid(60, 60)

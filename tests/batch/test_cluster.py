@@ -167,6 +167,7 @@ def certificates(folder: Path, name: str) -> tuple[str, ...]:
     return tuple(word for option, file in files.items() for word in (option, str(folder / file)))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("openssl") is None, reason="makes certificates")
 def test_a_scheduler_with_certificates(tmp_path: Path) -> None:
     """Workers with a certificate do the scans; a client without one, or with a strange one, is refused in one sentence."""

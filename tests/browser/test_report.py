@@ -54,6 +54,7 @@ def test_it_shows_both_meshes(opened: Any) -> None:
     assert share_changed(before, after) > 0.01
 
 
+@pytest.mark.slow
 def test_the_switch_changes_what_is_seen(opened: Any) -> None:
     """Every colouring changes pixels; distances colour the view after alone; one view alone is wider."""
     plain = canvas_pixels(opened)

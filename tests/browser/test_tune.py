@@ -69,6 +69,7 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
     assert not list(temporary.iterdir())
 
 
+@pytest.mark.slow
 def test_it_ends_in_order_when_it_is_asked_to(served: Served, tmp_path: Path) -> None:
     """SIGTERM ends the server and its workers, and leaves nothing in the temporary folder."""
     environment = {**os.environ, "TMPDIR": str(tmp_path)}
@@ -249,6 +250,7 @@ def test_auto_is_chosen_and_its_errors_are_a_curve(tuning: Any) -> None:
     assert "did not see, least at" in row.locator("svg.curve title").text_content()
 
 
+@pytest.mark.slow
 def test_a_second_tab_takes_over(browser: Any, tuning: Any, served: Served) -> None:
     """The tab that was opened last is served, and the one before says so."""
     second = browser.new_page()
@@ -258,6 +260,7 @@ def test_a_second_tab_takes_over(browser: Any, tuning: Any, served: Served) -> N
     second.close()
 
 
+@pytest.mark.slow
 def test_the_saved_recipe_gives_the_bytes_of_the_page(tuning: Any, served: Served) -> None:
     """The output of the page and that of the command with the recipe that the page saved are the same file."""
     change(tuning, "iterations", "7")

@@ -141,6 +141,7 @@ def test_limits_hold_for_every_scan(tmp_path: Path) -> None:
     assert document(resumed.stdout)["counts"]["failed"] == 2
 
 
+@pytest.mark.slow
 def test_stop_ends_at_the_first_failure(tmp_path: Path) -> None:
     """Scans behind it are left, and --resume without --stop does them."""
     scans = write_scans(tmp_path / "scans", 3)
@@ -161,6 +162,7 @@ def test_stop_ends_at_the_first_failure(tmp_path: Path) -> None:
     }
 
 
+@pytest.mark.slow
 def test_textures_of_one_name_do_not_meet(tmp_path: Path) -> None:
     """Two scans whose textures have one name each keep their own, whichever was first; made again from their provenance, too."""
     from PIL import Image

@@ -44,6 +44,7 @@ def fake_pymeshlab(folder: Path, source: str) -> dict[str, str]:
     return {"PYTHONPATH": str(folder)}
 
 
+@pytest.mark.slow
 def test_missing_libgl_is_found_with_its_cure(tmp_path: Path) -> None:
     """A pymeshlab whose library does not load is a finding with the package to install; the other looks go on."""
     words = "libGL.so.1: cannot open shared object file: No such file or directory"
@@ -54,6 +55,7 @@ def test_missing_libgl_is_found_with_its_cure(tmp_path: Path) -> None:
     assert "Traceback" not in done.stdout + done.stderr
 
 
+@pytest.mark.slow
 def test_a_pymeshlab_that_crashes_is_found(tmp_path: Path) -> None:
     """A library that ends the process does not end the doctor."""
     done = run_process("doctor", "--json", environment=fake_pymeshlab(tmp_path, "import os; os.abort()"))
@@ -114,6 +116,7 @@ def test_where_nothing_is_compiled_the_command_for_it_is_named(monkeypatch: pyte
     assert "doctor --warm" in found(findings.look_at_numba, "numba").advice
 
 
+@pytest.mark.slow
 def test_warming_compiles_what_is_listed(monkeypatch: pytest.MonkeyPatch) -> None:
     """`--warm` hands the whole list to the compiler, and tells what it could not compile."""
     from pymeshfair.filters import compilation

@@ -228,6 +228,7 @@ def test_scripts_go_to_standard_output(name: str, place: Path) -> None:
     assert entries(place) == before
 
 
+@pytest.mark.slow
 def test_the_page_to_tune_on_saves_over_nothing(place: Path) -> None:
     """What is there under the name of a recipe to save stays; a file alone is replaced, if that was ticked."""
     for kind, make in IN_THE_WAY.items():
@@ -318,6 +319,7 @@ def test_pages_of_a_batch_replace_no_other_files(place: Path) -> None:
     assert (reports / "scan.ply.html").exists()
 
 
+@pytest.mark.slow
 def test_a_former_result_is_replaced_by_the_same_run_alone(place: Path) -> None:
     """The same command may be given again; another recipe or setting is refused, in Python and by the command."""
     output = place / "out.ply"

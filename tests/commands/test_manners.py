@@ -56,6 +56,7 @@ def test_quiet_commands_print_what_was_asked_for_and_errors_alone() -> None:
     assert "cannot be read" in invoke("check", "nothing.mlx", "-q").output
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arguments", [("check", "-"), ("export", "-", "-o", "-"), ("upgrade", "-", "-o", "-")])
 def test_scripts_come_from_standard_input(arguments: tuple[str, ...]) -> None:
     """A script on standard input is checked, exported and upgraded like that in a file; what is wrong with it has its line."""
@@ -84,6 +85,7 @@ def test_a_run_and_a_batch_read_standard_input_and_a_comparison_prints_its_table
 OPTIONS = '[tool.pymeshfair]\nunit = "mm"\n\n[tool.pymeshfair.run]\nmax-displacement = "1um"\n'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("file", ["pyproject.toml", "pymeshfair.toml"])
 def test_options_stand_in_a_file_of_the_folder(file: str) -> None:
     """Each goes to the commands that have it, a table to its command, and what is typed goes first."""

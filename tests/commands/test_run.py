@@ -216,6 +216,7 @@ def test_ctrl_c_within_a_filter_ends_with_130_within_a_second(tmp_path: Path, sc
         os.killpg(process.pid, 0)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals")
 def test_a_terminal_shows_a_bar_and_keeps_the_finished_steps(tmp_path: Path, scan: Path) -> None:
     """On a terminal stderr has a bar that moves within a step, and a line for each finished step; stdout stays plain."""

@@ -24,6 +24,7 @@ def run(command: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(["bash", "-c", f"set -o pipefail; {command}"], capture_output=True, encoding="utf-8")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("streams", "code"), [(">&-", 0), ("2>&-", 0), ("| true", 0), (">/dev/full", 1), ("--json >/dev/full", 1), ("2>/dev/full", 0)]
 )

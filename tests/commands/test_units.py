@@ -127,6 +127,7 @@ def test_the_head_of_a_recipe_says_the_unit_of_its_scans(sphere: Callable[[str],
         parse_script(text.replace('unit="mm"', 'unit="inch"').encode(), "wrong.mlx")
 
 
+@pytest.mark.slow
 def test_tables_and_the_page_say_the_unit(sphere: Callable[[str], Path], recipe: Path, tmp_path: Path) -> None:
     """Measures, distances, lines below them, charts and the scale bar are in the unit of the file, none in mesh units."""
     page = tmp_path / "page.html"

@@ -185,6 +185,7 @@ def test_spikes_at_the_edges_of_a_cube_are_taken() -> None:
     assert mean_angle(face_normals(result, faces), truth) < mean_angle(face_normals(vertices, faces), truth) / 10.0
 
 
+@pytest.mark.slow
 def test_spikes_in_all_directions_fold_nothing_over() -> None:
     """One vertex in twenty of a sheet is off along every axis: hardly a face stays folded, and the sheet is flat."""
     true_vertices, faces = irregular_grid(30, 34)
@@ -198,6 +199,7 @@ def test_spikes_in_all_directions_fold_nothing_over() -> None:
     assert np.abs(result[moved, 2]).mean() < 0.1 * np.abs(vertices[moved, 2]).mean()
 
 
+@pytest.mark.slow
 def test_few_vertices_off_in_all_directions_leave_no_folds() -> None:
     """Three in ten vertices of a bunny are off by 0.4 edges along every axis: of ten faces that fold nine unfold."""
     vertices, faces = sample("bunny10k_textured.obj")
@@ -209,6 +211,7 @@ def test_few_vertices_off_in_all_directions_leave_no_folds() -> None:
     assert folded_faces(result, faces).sum() < 0.1 * folded_faces(vertices, faces).sum()
 
 
+@pytest.mark.slow
 def test_spikes_on_waves_are_found_though_a_filter_takes_the_waves() -> None:
     """Waves of six edges, half an edge high, with spikes on one vertex in twenty: four fifths of the error in degrees is gone."""
     true_vertices, faces = irregular_grid(60, 60)

@@ -59,6 +59,7 @@ def test_a_cloud_without_noise_is_clean(points: Floats) -> None:
     assert chosen_projection(points) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("level", [0.1, 0.3, 0.6])
 def test_the_choice_is_nearly_the_best(level: float) -> None:
     """On a ball the error is within a fifth of the least of seven settings from weak to strong, and at most 0.6 of the noise."""

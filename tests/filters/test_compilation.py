@@ -96,6 +96,7 @@ def test_kernels_work_where_neither_the_package_nor_a_home_can_be_written(
     assert not list(Path(environment["TMPDIR"]).iterdir())
 
 
+@pytest.mark.slow
 def test_what_one_process_compiles_the_next_ones_load(tmp_path: Path) -> None:
     """With an empty store kernels are compiled and that is told; the next process compiles none, nor does one to which the
     store came with a package that it cannot write to.
@@ -111,6 +112,7 @@ def test_what_one_process_compiles_the_next_ones_load(tmp_path: Path) -> None:
     assert installed.stdout.startswith(f"{EDGES} 0 "), installed.stderr
 
 
+@pytest.mark.slow
 def test_a_damaged_file_in_the_store_is_compiled_again(tmp_path: Path) -> None:
     """What a full disk has cut off is no reason to fail."""
     source, store = copied_tree(tmp_path / "copy"), tmp_path / "store"

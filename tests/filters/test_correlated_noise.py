@@ -189,6 +189,7 @@ def _angles(vertices: np.ndarray, truth: np.ndarray, faces: np.ndarray) -> float
     return float(np.degrees(angles_between(*normals)).mean())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("camera", "ratio"), [("light", 0.1), ("flight", 0.3)])
 def test_what_is_chosen_leaves_little_of_the_noise_of_a_camera(camera: str, ratio: float) -> None:
     """Less than a tenth of the angle is left of rounded depths, less than a third of noise that is partly filtered."""

@@ -39,6 +39,7 @@ def test_slide_along_a_plane_is_seen_by_vertex_alone() -> None:
     np.testing.assert_allclose(displacement(slid, faces, vertices, faces, correspondence="surface").distances, 0.0, atol=1e-15)
 
 
+@pytest.mark.slow
 def test_nearest_places_are_those_of_a_slow_search() -> None:
     """The distance to the nearest triangle of all, found one by one, is the distance that is given."""
     vertices, faces = noisy(icosphere(1), 0.1)

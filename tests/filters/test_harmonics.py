@@ -19,6 +19,7 @@ def ball() -> ManifoldHarmonics:
     return manifold_harmonics(*noisy(icosphere(3), 0.02), count=100)
 
 
+@pytest.mark.slow
 def test_all_modes_rebuild_the_mesh() -> None:
     """The inverse of the transform by all modes gives back a mesh of 2,000 vertices to 1e-9 of its diagonal."""
     vertices, faces = noisy(torus(50, 40), 0.01)

@@ -246,6 +246,7 @@ def test_wrong_input_is_named() -> None:
         filter_without_eigenvectors(problem, vertices, low_pass(1e12), route="polynomial")
 
 
+@pytest.mark.slow
 def test_eigenvectors_and_polynomial_agree_on_a_scan() -> None:
     """Both give the same bunny to 1e-4 of its diagonal, for a response that has ended, but for 1e-6, at mode 100."""
     path = Path(pymeshlab.__file__).parent / "tests" / "sample_meshes" / "bunny.obj"

@@ -15,6 +15,7 @@ from pymeshfair.files.polygons import triangulated
 from .mutants import MATERIALS, SEEDS, check, mutant
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SEEDS)
 def test_damaged_files_are_read_or_refused(tmp_path: Path, name: str) -> None:
     """Of 120 files none raises anything but an error about the input, or takes two seconds; some are read and some refused."""

@@ -53,6 +53,7 @@ def test_other_diagonals_are_another_surface(tmp_path: Path) -> None:
     assert verdict_text(found).startswith("The surfaces lie ")
 
 
+@pytest.mark.slow
 def test_flat_parts_cut_otherwise_are_no_difference(tmp_path: Path) -> None:
     """Other diagonals of a flat grid are no difference at the samples; only the same triangles are called the same surface."""
     vertices, faces = irregular_grid(6, 6)
@@ -152,6 +153,7 @@ def test_utm_coordinates_change_nothing(tmp_path: Path, same_faces: bool) -> Non
     assert far.after["self_intersecting_faces"] == near.after["self_intersecting_faces"]
 
 
+@pytest.mark.slow
 def test_what_was_removed_and_added(tmp_path: Path) -> None:
     """Without one of two spheres its area counts as removed, the other way round as added."""
     vertices, faces = icosphere(3)
@@ -184,6 +186,7 @@ def test_flips_holes_and_cuts_are_counted(tmp_path: Path) -> None:
     assert cut.after["self_intersecting_faces"] > 20
 
 
+@pytest.mark.slow
 def test_sharp_edges_of_a_box(tmp_path: Path) -> None:
     """A cube keeps its twelve edges if it is moved a little, and has none of them as a ball."""
     vertices, faces = cube()
@@ -251,6 +254,7 @@ def test_the_unit_of_the_file_is_that_of_the_numbers(tmp_path: Path) -> None:
     assert "mesh units" not in done.stdout
 
 
+@pytest.mark.slow
 def test_scans_taken_twice_are_aligned(tmp_path: Path) -> None:
     """Turned by 5 degrees and moved, an egg with noise comes back onto itself; the turn, the shift and the residual are told."""
     vertices, faces = icosphere(4)

@@ -183,6 +183,7 @@ def test_smooth_section_cuts_scans_that_are_not_manifold() -> None:
     assert np.bincount(mesh.edge_matrix().ravel()).max() == 2
 
 
+@pytest.mark.slow
 def test_the_examples_of_the_page_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Every code block of docs/curves.md does what it says, in the order of the page, on the bunny of pymeshlab."""
     page = (Path(__file__).parents[2] / "docs" / "curves.md").read_text(encoding="utf-8")

@@ -111,6 +111,7 @@ def test_the_values_measure_what_was_done(rough: Mesh) -> None:
     assert edit.values["folded_before"] == folded_faces(*rough).sum()
 
 
+@pytest.mark.slow
 def test_by_default_everything_is_automatic(rough: Mesh, true: Mesh) -> None:
     """Without parameters the result is that of the automatic choice, nearer to the truth, and the choice is reported."""
     edit = apply(apply_coord_normal_filtering, Surface(*rough))

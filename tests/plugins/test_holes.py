@@ -236,6 +236,7 @@ def wedge_uv(mesh: Any) -> NDArray[np.float64]:
     return np.asarray(mesh.wedge_tex_coord_matrix()).reshape(-1, 3, 2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("extension", ["obj", "ply"])
 def test_a_run_of_the_recipe_keeps_the_texture(extension: str, tmp_path: Path) -> None:
     """In a process of its own the recipe writes a closed bunny; read again it has the same texture, at the same places."""

@@ -87,6 +87,7 @@ def test_answers_and_errors_come_back() -> None:
         assert pool.submit(number_of_this).result().result == first.result
 
 
+@pytest.mark.slow
 def test_a_lost_process_costs_a_retry() -> None:
     """One that was killed before its order is replaced; an order that kills each is given up."""
     with Pool() as pool:
@@ -123,6 +124,7 @@ def test_a_closed_pool_lends_nothing() -> None:
         pass
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="processes are forked on Linux alone")
 def test_a_forked_worker_writes_what_a_new_one_writes(tmp_path: Path) -> None:
     """Byte for byte, in the first run of a copy of the command's process and in its second."""

@@ -53,6 +53,7 @@ def arrays(mesh: MeshData) -> dict[str, Any]:
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("declared", FILTERS, ids=lambda f: f.python_name)
 def test_our_filters_do_what_they_do_in_a_mesh_set(tmp_path: Path, declared: Filter) -> None:
     """Every filter of ours gives the same arrays and reports the same values in a run and in a program."""

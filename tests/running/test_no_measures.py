@@ -75,6 +75,7 @@ def test_coordinates_that_are_not_finite_are_refused_all_the_same(tmp_path: Path
     assert told[0] == told[1]
 
 
+@pytest.mark.slow
 def test_the_command_shows_none(tmp_path: Path) -> None:
     """`run --no-measures` prints no table, `--json` has nothing in their places, and a report is refused in words."""
     plain = run_process("run", "smooth_taubin", BONE, "-o", tmp_path / "a.ply", "--no-measures")

@@ -133,6 +133,7 @@ def test_clouds_and_curves_have_traits_without_a_surface() -> None:
     assert "noise" not in cloud
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("level", "warned"), [(0.15, False), (0.7, True)])
 def test_a_run_warns_of_noise_beyond_its_recipe_and_records_what_it_measured(level: float, warned: bool, tmp_path: Path) -> None:
     """Smooth_taubin takes a ball with noise of 0.15 edges without a word, and one of 0.7 with the recipe to take."""

@@ -151,6 +151,7 @@ MORE = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*CASES, *MORE])
 def test_every_script_gets_its_verdict_in_time(name: str) -> None:
     """Wrong scripts are refused for the right reason at the right line, good ones accepted, each in two seconds of work."""
@@ -282,6 +283,7 @@ def _mutant(seed: bytes, rng: random.Random) -> bytes:
     return bytes(data)
 
 
+@pytest.mark.slow
 def test_mutants_are_read_or_refused_and_nothing_else() -> None:
     """Of 4,000 scripts with random damage each is read, and then written and read again alike, or refused with a ScriptError."""
     rng = random.Random(20250701)

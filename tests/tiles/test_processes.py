@@ -123,6 +123,7 @@ def test_a_run_by_tiles_survives_a_killed_worker(recipe: Path, tmp_path: Path) -
     assert again.stdout.startswith(f"{output}: identical\n")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("program", "said"),
     [
