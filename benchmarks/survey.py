@@ -18,8 +18,8 @@ import laspy
 import numpy as np
 from cloud_strays import terrain
 
-#: a point every half metre or so
-SPACING = 0.5
+#: a point every half metre or so, and so many in a sheet of terrain
+SPACING, SHEET = 0.5, 1_000_000
 CRS = (
     'PROJCS["ETRS89 / UTM zone 32N",GEOGCS["ETRS89",DATUM["European_Terrestrial_Reference_System_1989",SPHEROID["GRS 1980",'
     '6378137,298.257222101]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]],PROJECTION["Transverse_Mercator"],'
@@ -29,11 +29,15 @@ CRS = (
 
 
 def write_survey(path: Path, count: int) -> None:
-    """The terrain, its side such that the density is that of a survey, with all that a scanner says of a point."""
-    good, flyers = terrain(count, side=SPACING * count**0.5)
-    points = np.concatenate([good, flyers])
+    """Sheets of terrain side by side, with the density of a survey, and all that a scanner says of a point."""
+    sheets = max(1, count // SHEET)
+    each, columns = count // sheets, int(np.ceil(sheets**0.5))
+    side, parts = SPACING * each**0.5, []
+    for number in range(sheets):
+        sheet = np.concatenate(terrain(each, side=side, seed=number))
+        parts.append(np.add(sheet, [side * (number % columns), side * (number // columns), 0.0]))
     random = np.random.default_rng(2)
-    points = points[random.permutation(len(points))] + [5e5, 5.4e6, 300.0]
+    points = np.add(random.permutation(np.concatenate(parts)), [5e5, 5.4e6, 300.0])
     header = laspy.LasHeader(point_format=6, version="1.4")
     header.scales, header.offsets = [1e-3] * 3, [5e5, 5.4e6, 0.0]
     header.add_extra_dim(laspy.ExtraBytesParams("amplitude", "uint16"))
