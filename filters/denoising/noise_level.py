@@ -216,6 +216,17 @@ def residual_correlation(vertices: ArrayLike, faces: ArrayLike, calmest: float =
     return float((heights[i] * heights[j]).mean()) / square - float(fourth.correlations(i, j).mean())
 
 
+def is_surface(points: Floats, faces: Ints) -> bool:
+    """Whether what is left of a mesh is surface: residuals of neighbours agree, also in the calmest third.
+
+    Args:
+        points: (n, 3) coordinates of ordinary size.
+        faces: (m, 3) triangles.
+    """
+    agree = residual_correlation(points, faces) > tuned.SURFACE
+    return agree and residual_correlation(points, faces, calmest=1.0 / 3.0) > tuned.SURFACE_WHERE_CALM
+
+
 def noise_floor(points: Floats, faces_or_edges: Ints, *, normals: Floats, scored: Bools) -> float:
     """The level of noise along the normals that a twentieth of the vertices stays below.
 

@@ -20,7 +20,7 @@ from ..evidence import (
 from ..execution import Progress, ignore_progress
 from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
 from ..topology import edges
-from .noise_level import NoiseEstimate, estimate_noise, residual_correlation, smooth_normals
+from .noise_level import NoiseEstimate, estimate_noise, is_surface, residual_correlation, smooth_normals
 
 Label = TypeVar("Label")
 
@@ -97,9 +97,7 @@ class Scan:
     @cached_property
     def clean(self) -> bool:
         """Whether there is no noise to speak of: hardly any, or neighbours agree, also where it is calm."""
-        if self.noise.level < tuned.NO_NOISE:
-            return True
-        return self.shows_surface and residual_correlation(self.points, self.faces, calmest=1.0 / 3.0) > tuned.SURFACE_WHERE_CALM
+        return self.noise.level < tuned.NO_NOISE or is_surface(self.points, self.faces)
 
     def or_nothing(self, choice: Choice[Label]) -> Choice[Label]:
         """The choice, or the first of its candidates, which is to do nothing, where what predicts best takes details.
