@@ -82,8 +82,12 @@ def test_a_killed_batch_resumes(tmp_path: Path, uninterrupted: tuple[Path, Path,
     out = tmp_path / "out"
     process = start_batch(recipe, scans, "-o", out, "--jobs", "2")
     time.sleep(random.Random(seed).uniform(0.3, 1.0) * seconds)
+    workers = descendants(process.pid)
     process.kill()
     process.communicate()
+    deadline = time.monotonic() + 30.0
+    while any(is_alive(worker) for worker in workers) and time.monotonic() < deadline:
+        time.sleep(0.05)  # they end by themselves; what they work on is not taken from them before
     before = [line["output"] for line in journal_of(out)]
     done = run_batch(recipe, scans, "-o", out, "--jobs", "2", "--resume", "--json")
     assert done.returncode == 0, done.stderr
