@@ -48,6 +48,7 @@ def portable(tmp_path: Path) -> dict[str, str]:
     return {**with_module(tmp_path / "without", WITHOUT_POSIX), FORCE_PORTABLE: "1", "TMPDIR": str(tmp_path / "temporary")}
 
 
+@pytest.mark.slow
 def test_a_cloud_by_tiles(portable: dict[str, str], tmp_path: Path) -> None:
     """The output is the same to the byte, though several processes write to the same files."""
     recipe, scan = tmp_path / "loop.mlx", write_cloud(tmp_path / "scan.ply", uneven(5))

@@ -198,6 +198,7 @@ def test_a_scheduler_with_certificates(tmp_path: Path) -> None:
             process.wait()
 
 
+@pytest.mark.slow
 def test_a_lost_scheduler_is_one_sentence(tmp_path: Path, scheduler: Scheduler) -> None:
     """When the scheduler is killed in the middle the batch ends with one sentence, and what is done stays done."""
     scans = write_scans(tmp_path / "scans", 4)

@@ -40,6 +40,7 @@ from .batches import (
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc, and needs signals")
 
 
+@pytest.mark.slow
 def test_killers_cost_themselves_alone(tmp_path: Path) -> None:
     """Five of seven scans die: by a segmentation fault, an abort, a hang, memory and a torn file. All are named, two done."""
     scans = write_scans(tmp_path / "scans", 2)
@@ -75,7 +76,7 @@ def uninterrupted(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path,
     return recipe, scans, contents(folder / "out"), time.monotonic() - started
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [pytest.param(0, marks=pytest.mark.slow), 1])
 def test_a_killed_batch_resumes(tmp_path: Path, uninterrupted: tuple[Path, Path, dict[str, bytes], float], seed: int) -> None:
     """Killed at a random moment and resumed, it gives what it gives uninterrupted; nothing is torn, left behind or done twice."""
     recipe, scans, expected, seconds = uninterrupted
@@ -234,6 +235,7 @@ def test_a_scan_without_enough_memory_is_cut(tmp_path: Path) -> None:
         np.testing.assert_array_equal(ours.read(0, ours.element.count)[name], theirs.read(0, theirs.element.count)[name])
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("terminal_signals")
 def test_ctrl_c_ends_a_scan_in_tiles(tmp_path: Path) -> None:
     """A scan that is being cut into tiles ends with its batch, soon, and leaves nothing."""

@@ -29,6 +29,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 def test_a_pipe_gets_a_line_a_step_and_less_or_more_if_asked() -> None:
     """By default one line a step; with -q nothing; with -v more than a line, and the same table in the end."""
     run = ("run", "clean_range_map", "scan.ply", "-o", "out.ply", "--overwrite", "--unit", "mm")

@@ -349,6 +349,7 @@ def test_weak_noise_on_a_smooth_surface_goes() -> None:
     assert mean_angle(face_normals(result, faces), truth) < mean_angle(face_normals(vertices, faces), truth) / 2.0
 
 
+@pytest.mark.slow
 def test_noise_along_an_axis_is_noise() -> None:
     """Of a cube two sides are rough and four exact: it is not clean, nothing is a spike, and the angle falls to a fifth."""
     true_vertices, faces = subdivided(*FINE_CUBE)

@@ -121,6 +121,7 @@ def test_patches_of_a_large_cloud_choose_alike(monkeypatch: pytest.MonkeyPatch) 
     assert abs(whole.chosen.label.iterations - patched.chosen.label.iterations) <= 1
 
 
+@pytest.mark.slow
 def test_only_points_that_may_move_are_evidence() -> None:
     """Where none may there is no choice; where the noisy half may not, the other half is clean."""
     points = ball()

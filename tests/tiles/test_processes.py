@@ -95,6 +95,7 @@ def workers_of(process: subprocess.Popen[str]) -> list[int]:
     return [p for p in children_of(process.pid) if b"pymeshfair.processes.worker" in Path(f"/proc/{p}/cmdline").read_bytes()]
 
 
+@pytest.mark.slow
 def test_a_run_by_tiles_survives_a_killed_worker(recipe: Path, tmp_path: Path) -> None:
     """A worker that is killed in the middle of a tile costs a second try: the output is that of `run`, and can be verified."""
     points = uneven(5)

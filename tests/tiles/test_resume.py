@@ -88,7 +88,7 @@ def work_folders(folder: Path) -> list[Path]:
     return list(folder.glob(f"{WORK_PREFIX}*"))
 
 
-@pytest.fixture(params=["cloud", "mesh"])
+@pytest.fixture(params=["cloud", pytest.param("mesh", marks=pytest.mark.slow)])
 def case(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[Path, Path]:
     """A recipe and a scan of some twenty tiles."""
     recipe = tmp_path / "recipe.mlx"
