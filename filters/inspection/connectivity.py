@@ -9,7 +9,7 @@ import numpy as np
 from ..compilation import compiled
 from ..libraries import sparse
 from ..mesh import Bools, Ints
-from ..topology import connected_components, edge_faces, proper_faces, referenced_vertices
+from ..topology import connected_components, edge_faces, proper_faces, referenced_vertices, root_of
 from .face_measures import faces_agree
 
 
@@ -25,8 +25,8 @@ def _count_fans(faces: Ints, neighbours: Ints, shared: Ints, parent: Ints, fans:
     """Union-find over the corners 3 f + k of the faces, each of which is its own parent before."""
     for p in range(neighbours.shape[0]):
         for vertex in shared[p]:
-            i = _root(parent, _corner(faces, neighbours[p, 0], vertex))
-            j = _root(parent, _corner(faces, neighbours[p, 1], vertex))
+            i = root_of(parent, _corner(faces, neighbours[p, 0], vertex))
+            j = root_of(parent, _corner(faces, neighbours[p, 1], vertex))
             parent[max(i, j)] = min(i, j)
     for i in range(parent.shape[0]):
         if parent[i] == i:
@@ -39,14 +39,6 @@ def _corner(faces: Ints, face: int, vertex: int) -> int:
         if faces[face, k] == vertex:
             return int(3 * face + k)
     return int(3 * face + 2)
-
-
-@compiled
-def _root(parent: Ints, i: int) -> int:
-    while parent[i] != i:
-        parent[i] = parent[parent[i]]
-        i = parent[i]
-    return i
 
 
 @dataclass(frozen=True, eq=False)

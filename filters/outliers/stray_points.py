@@ -13,6 +13,7 @@ from ..compilation import compiled
 from ..execution import Progress, ignore_progress, in_parallel, part_of
 from ..mesh import Bools, Floats, Ints, Longs
 from ..neighbours import LEAF, build_tree, check_cloud, leaf_ranges, search_leaves
+from ..topology import root_of
 from .local_outlier_probability import standard_distances
 
 # Surfaces have less thickness than that where noise is less than half of the spacing; of points that fill space 3 %.
@@ -268,15 +269,7 @@ def _unite(links: Ints, chosen: Bools, parents: Longs) -> None:
             for i in range(links.shape[1]):
                 q = links[p, i]
                 if q != NO_LINK and q < n and chosen[q]:
-                    a, b = _root(parents, p), _root(parents, q)
+                    a, b = root_of(parents, p), root_of(parents, q)
                     parents[max(a, b)] = min(a, b)
     for p in range(n):
         parents[p] = parents[parents[p]]  # a parent has a lower row, so that it leads to the root already
-
-
-@compiled(nogil=True)
-def _root(parents: Longs, row: int) -> int:
-    while parents[row] != row:
-        parents[row] = parents[parents[row]]
-        row = parents[row]
-    return row

@@ -1,7 +1,7 @@
 """Connectivity from triangle lists: edges, one-rings, stars, faces at vertices and across edges, flips, boundary loops, parts."""
 
 from .boundary import Boundary, BoundaryLoop, BrokenBorder, boundary_loops, is_seam
-from .components import connected_components
+from .components import connected_components, root_of
 from .edge_lists import (
     BORDER_POLICIES,
     BorderPolicy,
@@ -58,6 +58,7 @@ __all__ = [
     "referenced_vertices",
     "relink",
     "ring_ends",
+    "root_of",
     "sort_slice",
     "stars",
     "submesh_around",

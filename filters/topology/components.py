@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..compilation import compiled
-from ..mesh import Ints
+from ..mesh import Ints, Longs
 
 
 def connected_components(faces: Ints, n_vertices: int) -> tuple[Ints, int]:
@@ -13,7 +13,8 @@ def connected_components(faces: Ints, n_vertices: int) -> tuple[Ints, int]:
 
 
 @compiled
-def _root(parent: Ints, i: int) -> int:
+def root_of(parent: Ints | Longs, i: int) -> int:
+    """The root of the tree that i is in, by (n,) parents, those of roots being themselves; the way there is halved in place."""
     while parent[i] != i:
         parent[i] = parent[parent[i]]
         i = parent[i]
@@ -29,7 +30,7 @@ def _label_components(faces: Ints, n_vertices: int) -> tuple[Ints, int]:
         if a != b and b != c and c != a:
             labels[a] = labels[b] = labels[c] = 0
             for v in (b, c):
-                u, w = _root(parent, a), _root(parent, v)
+                u, w = root_of(parent, a), root_of(parent, v)
                 # The lower root wins, so that a component's root is its lowest vertex.
                 if u < w:
                     parent[w] = u
@@ -38,7 +39,7 @@ def _label_components(faces: Ints, n_vertices: int) -> tuple[Ints, int]:
     count = 0
     for i in range(n_vertices):
         if labels[i] == 0:
-            root = _root(parent, i)
+            root = root_of(parent, i)
             if root == i:
                 labels[i] = count
                 count += 1
