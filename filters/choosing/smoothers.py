@@ -68,7 +68,7 @@ def amount_on(scan: Scan, smooth: Smoother, amounts: Sequence[float]) -> Choice[
         return [iter([points]), (smooth(points, scan.faces, amount, scan.movable) for amount in amounts)]
 
     labels = [[0.0], list(amounts)]
-    if not scan.shows_surface:
+    if not scan.agreement.shows_surface:
         return scan.choose_by_risk(candidates, labels)
     found = scan.choose(candidates, labels)
     return None if found is None else scan.or_nothing(found)

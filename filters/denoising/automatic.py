@@ -96,8 +96,8 @@ def automatic_choice(
         setting = nothing if evidence is None else evidence.chosen.label
     if repertoire.outliers is not None:
         setting = replace(setting, outliers=repertoire.outliers)
-    rivals = [] if evidence is None else [t for t in evidence.trials if t.excess <= tuned.STAYS * t.uncertainty]
-    sure = 1 <= len(rivals) <= tuned.RIVALS and without_impulses is None and scan.correlation < tuned.SURE
+    few = evidence is not None and len(evidence.rivals) <= tuned.RIVALS
+    sure = few and without_impulses is None and scan.agreement.whole < tuned.SURE
     return AutomaticChoice("clean" if setting == Setting() else "noisy", setting, noise, evidence, sure)
 
 
@@ -148,7 +148,7 @@ def _few_flipped(
 
     Heights along the normals hardly tell of faces folded over, though their normals are all wrong.
     """
-    near = {trial.label: trial for trial in evidence.trials if trial.excess <= tuned.STAYS * trial.uncertainty}
+    near = {trial.label: trial for trial in evidence.rivals}
     every = [label for family in labels for label in family]
     flipped: dict[Setting, float] = {}
 

@@ -17,7 +17,7 @@ from ..libraries import optimize, sparse
 from ..mesh import Bools, Floats, Ints, NormalisedMesh
 from ..topology import BorderPolicy, edges
 from .candidates import SettingsTried
-from .noise_level import NoiseEstimate, differences_of_fourth_order, estimate_noise, inner_vertices, is_surface, smooth_normals
+from .noise_level import Agreement, NoiseEstimate, differences_of_fourth_order, estimate_noise, inner_vertices, smooth_normals
 from .relaxation import direction_for
 from .repertoire import CORRELATED, STRONG, Setting, settings
 from .rounding import Rounding, RoundingPolicy, rounding_of
@@ -96,7 +96,7 @@ def _share_noise(points: Floats, faces: Ints, noise: NoiseEstimate) -> bool:
     if not on_lines and not _fused(points, faces):
         return False
     sample = sample_of(points, faces)
-    if not on_lines and is_surface(sample.points, sample.faces):
+    if not on_lines and Agreement.of(sample.points, sample.faces).is_surface:
         return False
     normals, scored = smooth_normals(sample.points, sample.faces), far_from_border(sample.faces, len(sample.points), rings=_RINGS)
     widths, scales = _TELL

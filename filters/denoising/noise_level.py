@@ -7,6 +7,7 @@ between neighbours are surface.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -195,36 +196,62 @@ def residual_correlation(vertices: ArrayLike, faces: ArrayLike, calmest: float =
     Raises:
         FilterInputError: not a mesh.
     """
+    return _agreement(vertices, faces, (calmest,))[0]
+
+
+class Agreement(NamedTuple):
+    """How much residuals of neighbours agree; see `residual_correlation`.
+
+    Attributes:
+        whole: of all inner vertices.
+        calm: of the calmest third, where edges and details do not hide weak noise.
+    """
+
+    whole: float
+    calm: float
+
+    @staticmethod
+    def of(vertices: ArrayLike, faces: ArrayLike) -> Agreement:
+        """Of a mesh."""
+        return Agreement(*_agreement(vertices, faces, (1.0, 1.0 / 3.0)))
+
+    @property
+    def shows_surface(self) -> bool:
+        """Whether the residuals are of edges and details, too."""
+        return self.whole > tuned.SURFACE
+
+    @property
+    def is_surface(self) -> bool:
+        """Whether they are of the surface alone: neighbours agree where it is calm, too."""
+        return self.shows_surface and self.calm > tuned.SURFACE_WHERE_CALM
+
+
+def _agreement(vertices: ArrayLike, faces: ArrayLike, shares: Sequence[float]) -> list[float]:
+    """`residual_correlation` of several shares of the vertices."""
     points, triangles = check_mesh(vertices, faces)
     pairs = edges(triangles)
-    counted = inner_vertices(triangles, pairs, len(points))
+    inner = inner_vertices(triangles, pairs, len(points))
     edge = mean_edge_length(points, triangles)
-    if edge == 0.0 or not counted.any():
-        return 0.0
+    if edge == 0.0 or not inner.any():
+        return [0.0] * len(shares)
     fourth = FourthOrder.of(pairs, len(points))
     local = (points - points[np.unique(pairs)].mean(axis=0)) / edge
     heights = np.einsum("ij,ij->i", fourth.differences(local), smooth_normals(points, triangles))
-    if calmest < 1.0:
-        squares = heights**2
-        means = local_means(np.minimum(squares, _CLIP * np.median(squares[counted])), counted, pairs, times=_AVERAGED)
-        counted = counted & (means <= np.quantile(means[counted], calmest))
-    between = counted[pairs].all(axis=1)
-    square = float((heights[counted] ** 2).mean()) if counted.any() else 0.0
-    if square == 0.0 or not between.any():
-        return 0.0
-    i, j = pairs[between].T
-    return float((heights[i] * heights[j]).mean()) / square - float(fourth.correlations(i, j).mean())
+    squares = heights**2
 
+    def calmest(share: float) -> Bools:
+        means = local_means(np.minimum(squares, _CLIP * np.median(squares[inner])), inner, pairs, times=_AVERAGED)
+        return np.asarray(inner & (means <= np.quantile(means[inner], share)))
 
-def is_surface(points: Floats, faces: Ints) -> bool:
-    """Whether what is left of a mesh is surface: residuals of neighbours agree, also in the calmest third.
+    def correlation(counted: Bools) -> float:
+        between = counted[pairs].all(axis=1)
+        square = float(squares[counted].mean()) if counted.any() else 0.0
+        if square == 0.0 or not between.any():
+            return 0.0
+        i, j = pairs[between].T
+        return float((heights[i] * heights[j]).mean()) / square - float(fourth.correlations(i, j).mean())
 
-    Args:
-        points: (n, 3) coordinates of ordinary size.
-        faces: (m, 3) triangles.
-    """
-    agree = residual_correlation(points, faces) > tuned.SURFACE
-    return agree and residual_correlation(points, faces, calmest=1.0 / 3.0) > tuned.SURFACE_WHERE_CALM
+    return [correlation(calmest(share) if share < 1.0 else inner) for share in shares]
 
 
 def noise_floor(points: Floats, faces_or_edges: Ints, *, normals: Floats, scored: Bools) -> float:

@@ -20,7 +20,7 @@ from ..evidence import (
 from ..execution import Progress, ignore_progress
 from ..mesh import Bools, Floats, Ints, check_mesh, normalised_mesh
 from ..topology import edges
-from .noise_level import NoiseEstimate, estimate_noise, is_surface, residual_correlation, smooth_normals
+from .noise_level import Agreement, NoiseEstimate, estimate_noise, smooth_normals
 
 Label = TypeVar("Label")
 
@@ -85,19 +85,14 @@ class Scan:
         return scored
 
     @cached_property
-    def correlation(self) -> float:
+    def agreement(self) -> Agreement:
         """How much the residuals of neighbours agree: those of edges and details do, those of noise do not."""
-        return residual_correlation(self.points, self.faces)
+        return Agreement.of(self.points, self.faces)
 
     @property
-    def shows_surface(self) -> bool:
-        """Whether the residuals are of the surface, too."""
-        return self.correlation > tuned.SURFACE
-
-    @cached_property
     def clean(self) -> bool:
         """Whether there is no noise to speak of: hardly any, or neighbours agree, also where it is calm."""
-        return self.noise.level < tuned.NO_NOISE or is_surface(self.points, self.faces)
+        return self.noise.level < tuned.NO_NOISE or self.agreement.is_surface
 
     def or_nothing(self, choice: Choice[Label]) -> Choice[Label]:
         """The choice, or the first of its candidates, which is to do nothing, where what predicts best takes details.
@@ -105,7 +100,7 @@ class Scan:
         Where neighbours agree the residuals are of details, too. A filter takes details if it errs by more than what the
         differences of fourth order leave.
         """
-        takes_details = self.shows_surface and choice.chosen.error >= tuned.DETAILS * self.noise.level
+        takes_details = self.agreement.shows_surface and choice.chosen.error >= tuned.DETAILS * self.noise.level
         return replace(choice, chosen=choice.trials[0]) if takes_details else choice
 
     def choose(

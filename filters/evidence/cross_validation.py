@@ -45,6 +45,11 @@ class Choice(Generic[Label]):
     chosen: Trial[Label]
     trials: tuple[Trial[Label], ...]
 
+    @property
+    def rivals(self) -> list[Trial[Label]]:
+        """Those within two standard errors of the best, itself among them."""
+        return [trial for trial in self.trials if trial.excess <= tuned.STAYS * trial.uncertainty]
+
 
 class Scores(NamedTuple):
     """How well k candidates predict, in the unit of the deviations.
