@@ -6,7 +6,7 @@ from .implicit import FLOWS, IMPLICIT_OPERATORS, Flow, ImplicitOperator, implici
 from .relief import relief_lost
 from .spikes import remove_spikes
 from .stencil import UPDATE_RULES, UpdateRule
-from .taubin import TAUBIN_OPERATORS, TaubinOperator, mu_of_pass_band, taubin_fairing, transfer_function
+from .taubin import TAUBIN_OPERATORS, TaubinOperator, meshlab_taubin_smooth, mu_of_pass_band, taubin_fairing, transfer_function
 
 __all__ = [
     "EDGE_STOPS",
@@ -22,6 +22,7 @@ __all__ = [
     "explicit_smoothing",
     "implicit_fairing",
     "longest_step",
+    "meshlab_taubin_smooth",
     "mu_of_pass_band",
     "perona_malik",
     "relief_lost",

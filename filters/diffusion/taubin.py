@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..checks import FilterInputError, UnstableStepError, check_choice
 from ..execution import Progress, ignore_progress
 from ..mesh import Floats, Whole, check_mesh
-from ..topology import BorderPolicy, edge_face_counts
+from ..topology import BorderPolicy, border_edges, edge_face_counts
 from .explicit import explicit_surface
 
 #: the operators whose spectrum lies in [-2, 0], for which lambda, mu and the pass band have a meaning
@@ -76,6 +76,52 @@ def taubin_fairing(
     def back_and_forth(_: int, now: Floats, free: Floats) -> tuple[Floats, Floats]:
         surface.advance(now, free, step)
         surface.advance(free, now, mu)
+        return now, free
+
+    return surface.iterated(back_and_forth, iterations, progress)
+
+
+def meshlab_taubin_smooth(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    *,
+    step: float = 0.5,
+    mu: float = -0.53,
+    iterations: int = 10,
+    whole: Whole | None = None,
+    progress: Progress = ignore_progress,
+) -> Floats:
+    """MeshLab's Taubin Smooth but for rounding, where no edge has more than two faces [taubin1995].
+
+    Its factors are of single precision. A vertex with b border edges is averaged with itself and its b neighbours along these,
+    and so goes b / (b + 1) of the way to their mean.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles.
+        step: lambda. Larger is smoother.
+        mu: the step back.
+        iterations: number of pairs of steps.
+        whole: see `taubin_fairing`.
+        progress: called after every pair of steps.
+
+    Returns:
+        (n, 3) float64.
+
+    Raises:
+        FilterInputError: not a mesh, or a parameter out of range.
+    """
+    surface = explicit_surface(
+        vertices, faces, operator="uniform", border="along", movable=None, iterations=iterations, steps=2, whole=whole
+    )
+    border, count = np.unique(border_edges(surface.mesh.numbered_cells()), return_counts=True)
+    share = (count / (count + 1.0))[:, None]
+
+    def back_and_forth(_: int, now: Floats, free: Floats) -> tuple[Floats, Floats]:
+        for factor in (step, mu):
+            surface.advance(now, free, float(np.float32(factor)))
+            free[border] = now[border] + share * (free[border] - now[border])
+            now, free = free, now
         return now, free
 
     return surface.iterated(back_and_forth, iterations, progress)

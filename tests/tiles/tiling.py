@@ -28,7 +28,7 @@ class Here:
         results: dict[int, Any] = {}
         for number in self._random.permutation(len(tasks)).tolist():
             results[number] = task(*tasks[number])
-            if task.__name__ in ("find", "link", "join", "connect", "finish") and number % 3 == 0:
+            if task.__name__ in ("find", "mark_later", "link", "join", "connect", "finish") and number % 3 == 0:
                 task(*tasks[number])  # as after the loss of a worker
         progress(1.0)
         return [results[number] for number in range(len(tasks))]

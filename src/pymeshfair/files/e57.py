@@ -106,6 +106,7 @@ class _Survey:
     def pieces(self, size: int | None) -> Iterator[tuple[NDArray[np.float64], dict[str, NDArray[Any]]]]:
         """Coordinates and attributes of the points that were measured, so many rows at a time, None for a scan at a time."""
         colored = any(set(_COLOR) <= kinds.keys() for kinds in self.kinds)
+        whole = {name: all(kinds.get(name, True) for kinds in self.kinds) for name in self.names}
         for number, (header, kinds) in enumerate(zip(self.headers, self.kinds, strict=True)):
             for fields in _chunks(self.file, header, kinds, size):
                 places = _placed(header, fields)
@@ -115,11 +116,10 @@ class _Survey:
                 if colored:
                     levels = _colors(header, fields)
                     attributes["colors"] = np.full((len(places), 4), 255, np.uint8) if levels is None else levels
-                for name in self.names:
-                    whole = all(kinds.get(name, True) for kinds in self.kinds)
+                for name, is_whole in whole.items():
                     column = fields.get(name, np.zeros(len(places)))
                     key = name.replace(":", "_")
-                    attributes[f"{key}_" if key in VERTEX_ATTRIBUTES else key] = column.astype(np.int32) if whole else column
+                    attributes[f"{key}_" if key in VERTEX_ATTRIBUTES else key] = column.astype(np.int32) if is_whole else column
                 if len(self.headers) > 1:
                     attributes[_SCAN] = np.full(len(places), number, np.int32)
                 yield places[kept], {name: values[kept] for name, values in attributes.items()}

@@ -43,13 +43,13 @@ from .workers import Tasks
 
 
 def coincident(buckets: Sequence[Bucket], tasks: Tasks, progress: Callable[[float], None]) -> tuple[Part, ...]:
-    """Of each bucket which points are at the place of one with a smaller number; see `find`."""
+    """Of each bucket which points are at the place of one with a smaller number; see `mark_later`."""
     groups = [tuple(group) for _, group in groupby(buckets, lambda bucket: bucket.whole or bucket.path)]
-    tasks.map(find, [(group,) for group in groups], progress)
+    tasks.map(mark_later, [(group,) for group in groups], progress)
     return tuple(_part(bucket) for bucket in buckets)
 
 
-def find(buckets: Sequence[Bucket]) -> None:
+def mark_later(buckets: Sequence[Bucket]) -> None:
     """Write down which points are at the place of one before, for buckets that no others share a place with."""
     places = np.empty((0, 3))
     for bucket in buckets:

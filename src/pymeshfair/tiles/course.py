@@ -311,12 +311,11 @@ def check(job: Job, plan: Plan) -> None:
 def _check_room(job: Job, plan: Plan, source: Source | E57Cloud | MeshFile) -> None:
     folder = job.output.absolute().parent
     if not isinstance(source, MeshFile):
-        neighbors = {LOOP: 0, STRAYS: 0}
-        for selection in plan.selections:
-            if selection.filter not in neighbors:
-                continue
-            neighbors[selection.filter] = max(neighbors[selection.filter], selection.neighbors)
-        needed = cloud_room(len(source), source.row, neighbors[LOOP], neighbors[STRAYS])
+        loop, strays = (
+            max((selection.neighbors for selection in plan.selections if selection.filter == name), default=0)
+            for name in (LOOP, STRAYS)
+        )
+        needed = cloud_room(len(source), source.row, loop, strays)
     else:
         file = source.file
         vertices, faces = len(file), file.tables["face"].element.count

@@ -6,16 +6,10 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ..declaration import AUTO
 from ..filters.denoising import FIXED, AutomaticParameters, NormalFilter, rings_of_round
-from ..filters.diffusion import explicit_smoothing, taubin_fairing
-from ..filters.diffusion.explicit import explicit_surface
-from ..filters.execution import ignore_progress
+from ..filters.diffusion import explicit_smoothing, meshlab_taubin_smooth, taubin_fairing
 from ..filters.mesh import Whole
-from ..filters.topology import border_edges
 from .division import Floats
 from .halo import TileMesh
 
@@ -129,39 +123,11 @@ def rings_of(filter: str, values: Mapping[str, Any]) -> int:
 def apply(filter: str, values: Mapping[str, Any], tile: TileMesh, whole: Whole) -> Floats:
     """(n, 3) the vertices of a tile after such steps; those of the tile itself have the bits of the whole."""
     if filter == MESHLAB:
-        return taubin_smooth(tile.vertices, tile.faces, values["lambda_"], values["mu"], values["stepsmoothnum"], whole)
+        return meshlab_taubin_smooth(
+            tile.vertices, tile.faces, step=values["lambda_"], mu=values["mu"], iterations=values["stepsmoothnum"], whole=whole
+        )
     given = {name: value for name, value in values.items() if name != "selected"}
     if filter == EXPLICIT:
         return explicit_smoothing(tile.vertices, tile.faces, whole=whole, **given)
     given["pass_band"] = given["pass_band"] or None
     return taubin_fairing(tile.vertices, tile.faces, whole=whole, **given)
-
-
-def taubin_smooth(vertices: Floats, faces: NDArray[np.int32], step: float, mu: float, pairs: int, whole: Whole | None) -> Floats:
-    """MeshLab's Taubin Smooth, where no edge has more than two faces.
-
-    Its factors are of single precision. A vertex with b border edges is averaged with itself and its b neighbours along these,
-    and so goes b / (b + 1) of the way to their mean.
-
-    Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
-        step: its lambda.
-        mu: the step back.
-        pairs: of steps.
-        whole: see `taubin_fairing`.
-    """
-    surface = explicit_surface(
-        vertices, faces, operator="uniform", border="along", movable=None, iterations=pairs, steps=2, whole=whole
-    )
-    border, count = np.unique(border_edges(surface.mesh.numbered_cells()), return_counts=True)
-    share = (count / (count + 1.0))[:, None]
-
-    def there_and_back(_: int, now: Floats, free: Floats) -> tuple[Floats, Floats]:
-        for factor in (step, mu):
-            surface.advance(now, free, float(np.float32(factor)))
-            free[border] = now[border] + share * (free[border] - now[border])
-            now, free = free, now
-        return now, free
-
-    return surface.iterated(there_and_back, pairs, ignore_progress)

@@ -82,6 +82,8 @@ class LasCloud:
             os.fsync(file.fileno())
 
 
+#: the line of a header that says how many points there are, when that is known at last
+_COUNT = b"element vertex %020d\n"
 #: what can be read and written as a cloud by tiles
 CLOUD_FORMATS = ("ply", "las", "laz")
 #: for every slice of a cloud which points are kept, and their scalars if there are any
@@ -176,15 +178,21 @@ class E57Cloud:
 
     def rewrite(self, target: Path, size: int) -> None:
         """Write a binary PLY file, so many points at a time, with the properties that `run` gives them."""
-        count = sum(len(piece.vertices) for piece in e57_pieces(self.path, size))
+        count, place = 0, 0
         with target.open("wb") as file:
-            for number, piece in enumerate(e57_pieces(self.path, size)):
+            for piece in e57_pieces(self.path, size):
                 written = BytesIO()
                 write_ply(piece, written)
                 header, end, rows = written.getvalue().partition(b"end_header\n")
-                if number == 0:
-                    file.write(header.replace(b"vertex %d\n" % len(piece.vertices), b"vertex %d\n" % count) + end)
+                if not place:
+                    before, _, after = header.partition(b"element vertex %d\n" % len(piece.vertices))
+                    file.write(before)
+                    place = file.tell()
+                    file.write(_COUNT % 0 + after + end)
                 file.write(rows)
+                count += len(piece.vertices)
+            file.seek(place)
+            file.write(_COUNT % count)
 
 
 def open_cloud(path: Path) -> Source | E57Cloud:
