@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from pymeshfair.batch.engine import recipe_problems
+from pymeshfair.batch.cluster import recipe_problems
 from pymeshfair.processes.cluster import conditions
 from pymeshfair.recipe import load_recipe, shipped_recipes
 from pymeshfair.running.job import Job

@@ -1,25 +1,18 @@
-"""Carries a batch out: workers of this machine or of a scheduler of dask do its tasks, a journal keeps what is done."""
+"""Carries a batch out: workers do its tasks, the journal remembers, and listeners are told."""
 
 from __future__ import annotations
 
-import logging
 import os
-import pickle
 import secrets
 import signal
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import CancelledError
-from contextlib import ExitStack, contextmanager
-from functools import partial
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from typing import Any, Protocol, cast
+from typing import Any, Protocol
 
-from distributed import Client, Future, KilledWorker, Reschedule, Worker, WorkerPlugin, get_worker
-
-from ..errors import PymeshfairError
-from ..processes.cluster import ClusterError, Conditions, LostSchedulerError, Scheduler, check_workers, conditions, open_client
+from ..processes.cluster import LostSchedulerError, Scheduler
 from ..processes.pool import Pool
 from ..processes.process import Items
 from ..running.interrupts import Interrupted, Interrupts
@@ -27,139 +20,7 @@ from ..running.job import Job
 from .journal import Journal
 from .outcome import Outcome
 from .plan import Scan
-from .station import Kind, Station, ThisMachine, Workers, do_task, pool_of
-
-#: seconds without work after which a worker ends its processes
-_IDLE = 120.0
-
-
-@contextmanager
-def workers_of_scheduler(
-    scheduler: Scheduler, template: Job, scans: Sequence[Scan], folder: Path, items: Items, name: str
-) -> Iterator[OfScheduler]:
-    """The workers of a scheduler, see `pymeshfair.batch.station.Workers`.
-
-    Args:
-        scheduler: of dask.
-        template: what all runs share.
-        scans: of the batch.
-        folder: of outputs.
-        items: takes what has ended.
-        name: of the batch.
-
-    Raises:
-        ClusterError: no scheduler, no worker, or one that has other versions or does not see the files.
-    """
-    firsts = {scan.input.parent: scan.input for scan in reversed(scans)}
-    recipe = partial(recipe_problems, pickle.dumps(template.recipe), template.recipe.digest)
-    with open_client(scheduler) as client, conditions(folder, [*firsts.values(), *template.others], recipe) as wanted:
-        check_workers(client, wanted)
-        client.register_plugin(_Plugin(name, pickle.dumps(template), folder, wanted), name=name)
-        try:
-            yield OfScheduler(client, name, items)
-        finally:
-            if client.status == "running":
-                client.unregister_worker_plugin(name)
-
-
-def recipe_problems(recipe: bytes, digest: str) -> list[str]:
-    """Why this process cannot run a pickled recipe of that digest."""
-    try:
-        here: str = pickle.loads(recipe).digest
-    except PymeshfairError as error:
-        return [f"it cannot read the recipe: {error}"]
-    if here != digest:
-        return [f"the recipe means something else there (checksum {here[:12]} in place of {digest[:12]})"]
-    return []
-
-
-class OfScheduler:
-    """The workers of a scheduler; see `pymeshfair.batch.station.Workers`."""
-
-    def __init__(self, client: Client, name: str, items: Items) -> None:
-        """See `workers_of_scheduler`."""
-        self._client = client
-        self._name = name
-        self._items = items
-        self._futures: dict[str, Future[Any]] = {}
-        self._were_missed = False
-
-    def submit(self, kind: Kind, scan: Scan) -> None:
-        """See `Workers`."""
-        key = f"{self._name}-{kind}-{scan.number}"
-        self._futures[key] = future = self._client.submit(_do, self._name, kind, scan, key=key, pure=False)
-        future.add_done_callback(lambda done: self._items.put((kind, (scan, partial(self._result, key)))))
-
-    def _result(self, key: str) -> Any:
-        future = self._futures.pop(key)
-        try:
-            return future.result()
-        except CancelledError:
-            raise LostSchedulerError from None
-        except KilledWorker as error:
-            raise ClusterError(f"every worker that began it was lost, {error.allowed_failures + 1} in all") from error
-        except Exception as error:
-            if self._client.status != "running":
-                raise LostSchedulerError from error
-            raise
-        finally:
-            future.release()
-
-    def give_up(self) -> None:
-        """See `Workers`."""
-        if self._client.status == "running":
-            self._client.cancel(list(self._futures.values()), force=True)
-
-    def look(self) -> str | None:
-        """See `Workers`."""
-        if self._client.status != "running":
-            raise LostSchedulerError
-        were_missed, self._were_missed = self._were_missed, not self._client.scheduler_info(n_workers=-1)["workers"]
-        if self._were_missed and not were_missed:
-            return "no worker is left; the batch goes on when one comes, and Ctrl-C ends it"
-        return None
-
-
-class _Plugin(WorkerPlugin):
-    """What every worker keeps while a batch lasts; dask sends it to workers that come later, too."""
-
-    def __init__(self, batch: str, template: bytes, folder: Path, wanted: Conditions) -> None:
-        """See the class; `batch` is what the names of its tasks begin with, and `template` a pickled `Job`."""
-        self.name = batch
-        self.folder = folder
-        self.station: Station | None = None
-        self._template = template
-        self._wanted = wanted
-
-    def setup(self, worker: Worker) -> None:
-        """Called by dask on every worker. One that came late and is not fit leaves again."""
-        if unfit := self._wanted.unfit():
-            logging.getLogger(__name__).error("this worker cannot take part in the batch: %s", "; ".join(unfit))
-            worker.loop.add_callback(worker.close, reason="pymeshfair-batch-unfit")
-            return
-        template: Job = pickle.loads(self._template)
-        slots = worker.state.nthreads
-        self.station = Station(template, slots, pool_of(slots, rest_after=_IDLE))
-
-    def teardown(self, worker: Worker) -> None:
-        """Called by dask when the batch or the worker ends."""
-        if self.station is not None:
-            self.station.close()
-
-    def transition(self, key: Any, start: str, finish: str, **more: Any) -> None:
-        """Called by dask for every task: one that is not wanted any more is ended, also when the batch itself was killed."""
-        if (start, finish) == ("executing", "released") and self.station is not None and str(key).startswith(self.name):
-            self.station.cancel(str(key))
-
-
-def _do(batch: str, kind: Kind, scan: Scan) -> Any:
-    """A task, on whichever worker dask gives it to."""
-    worker = get_worker()
-    plugin = cast("_Plugin", worker.plugins[batch])
-    if plugin.station is None:
-        raise Reschedule
-    return do_task(plugin.station, kind, scan, plugin.folder, str(worker.get_current_task()))
-
+from .station import ThisMachine, Workers, pool_of
 
 #: seconds between two looks at the workers
 _PULSE = 1.0
@@ -217,7 +78,7 @@ def carry_out(
         if scheduler is None:
             workers: Workers = opened.enter_context(ThisMachine(template, folder, jobs, items, pool or pool_of(jobs)))
         else:
-            from .engine import workers_of_scheduler
+            from .cluster import workers_of_scheduler
 
             name = f"pymeshfair-batch-{secrets.token_hex(8)}"
             workers = opened.enter_context(workers_of_scheduler(scheduler, template, scans or done, folder, items, name))
