@@ -9,9 +9,6 @@ from typing import TypeAlias
 import numpy as np
 
 from ..declaration import Bools, Floats, Ints
-from ..filters.denoising.noise_level import estimate_noise
-from ..filters.diffusion import relief_lost
-from ..filters.evidence import sample_of
 from ..filters.geometry import cross_products, turned_faces, vector_lengths
 from ..filters.inspection import share_kept, sharp_edges
 from ..filters.inspection.folded_faces import folded_faces, side_changes
@@ -198,6 +195,11 @@ def shape_change(origins: Origins, measured: tuple[SurfaceMeasures, SurfaceMeasu
 
 def _details(origins: Origins, edge: float) -> tuple[float | None, float | None]:
     """Which share of the relief is lost, and which of the sharp edges is kept, of the faces whose vertices are the same."""
+    # Half of all filters come with these, and most runs of a batch without measures need none of them.
+    from ..filters.denoising.noise_level import estimate_noise
+    from ..filters.diffusion import relief_lost
+    from ..filters.evidence import sample_of
+
     faces = origins.result.faces[(origins.vertices[origins.result.faces] >= 0).all(axis=1)]
     if not len(faces):
         return None, None
