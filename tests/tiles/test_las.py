@@ -110,6 +110,7 @@ def test_an_e57_file_becomes_what_it_becomes_in_one_piece(tmp_path: Path) -> Non
     for name, options in (("whole.ply", ()), ("tiled.ply", ("--tiles",))):
         done = invoke("run", "remove_outliers", tmp_path / "in.e57", "-o", tmp_path / name, *options)
         assert done.exit_code == 0, done.stderr
+        assert "points at which nothing was measured are left out" in done.stderr
     files = [PlySlices(tmp_path / name) for name in ("whole.ply", "tiled.ply")]
     whole, tiled = (file.vertices.read(0, len(file)) for file in files)
     names = whole.dtype.names or ()

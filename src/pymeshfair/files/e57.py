@@ -41,10 +41,8 @@ def read_e57(path: Path, references: References) -> Reading:
         declared = sum(int(header.point_count) for header in survey.headers)
     attributes = {name: np.concatenate([piece[1][name] for piece in pieces]) for name in pieces[0][1]}
     vertices = np.concatenate([places for places, _ in pieces])
-    missing = declared - len(vertices)
-    doubts = [f"{missing:,} points at which nothing was measured are left out"] if missing else []
     mesh = MeshData(vertices=vertices, vertex_attributes=attributes, unit="m", source=Source(path, "e57", extras=tuple(extras)))
-    return Reading(mesh, (*doubts, *survey.doubts))
+    return Reading(mesh, doubts_of(declared - len(vertices)) + survey.doubts)
 
 
 def e57_pieces(path: Path, size: int) -> Iterator[MeshData]:
@@ -58,14 +56,20 @@ def e57_pieces(path: Path, size: int) -> Iterator[MeshData]:
             yield MeshData(vertices=places, vertex_attributes=attributes)
 
 
-def e57_size(path: Path) -> int:
-    """How many points a file declares, measured or not.
+def doubts_of(missing: int) -> tuple[str, ...]:
+    """That so many points were not measured, in words; nothing of none."""
+    return (f"{missing:,} points at which nothing was measured are left out",) if missing else ()
+
+
+def e57_survey(path: Path) -> tuple[int, tuple[str, ...]]:
+    """How many points a file declares, measured or not, and which fields some of its scans lack.
 
     Raises:
         ContentsError, OSError: as `read_e57`.
     """
     with _opened(path) as file:
-        return sum(int(header.point_count) for header in _Survey.of(file).headers)
+        survey = _Survey.of(file)
+        return sum(int(header.point_count) for header in survey.headers), survey.doubts
 
 
 @dataclass(frozen=True)
@@ -97,11 +101,11 @@ class _Survey:
         return list(dict.fromkeys(name for kinds in self.kinds for name in kinds if name not in own))
 
     @property
-    def doubts(self) -> list[str]:
+    def doubts(self) -> tuple[str, ...]:
         """Which scans lack fields that others have, in words."""
         lacking = {name: sum(name not in kinds for kinds in self.kinds) for name in self.names}
         scans = f"{len(self.headers):,} scans have no field"
-        return [f"{count:,} of its {scans} {name!r}, which is 0 there" for name, count in lacking.items() if count]
+        return tuple(f"{count:,} of its {scans} {name!r}, which is 0 there" for name, count in lacking.items() if count)
 
     def pieces(self, size: int | None) -> Iterator[tuple[NDArray[np.float64], dict[str, NDArray[Any]]]]:
         """Coordinates and attributes of the points that were measured, so many rows at a time, None for a scan at a time."""

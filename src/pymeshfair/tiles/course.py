@@ -171,10 +171,10 @@ class _Course:
         return self._select(plan) if plan.selections else self._move(plan.moves)
 
     def _select(self, plan: Plan) -> Report:
-        source = open_cloud(self._job.input)
+        source, notes = open_cloud(self._job.input), plan.notes
         if isinstance(source, E57Cloud):
             rewritten = self._folder / "input.ply"
-            self._tasks.run(source.rewrite, rewritten, slice_rows(self._share.tile, source.row))
+            notes = (*self._tasks.run(source.rewrite, rewritten, slice_rows(self._share.tile, source.row)), *notes)
             source = PlyCloud(rewritten)
         cloud = Cloud(source, self._folder)
         tilings = []
@@ -202,7 +202,7 @@ class _Course:
         count, low, high = self._tasks.run(cloud.survey, size)
         assert written == count
         report = self._report(before, _measures(count, 0, low.tolist(), high.tolist()), {"stages": tilings})
-        return replace(report, warnings=(*report.warnings, *plan.notes))
+        return replace(report, warnings=(*report.warnings, *notes))
 
     def _pass_to(self, number: int) -> None:
         """Name the steps before one that were done with others, do nothing, or are left out."""

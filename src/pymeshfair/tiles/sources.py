@@ -12,7 +12,7 @@ from typing import Any, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ..files.e57 import e57_pieces, e57_size
+from ..files.e57 import doubts_of, e57_pieces, e57_survey
 from ..files.errors import ContentsError
 from ..files.formats import extension
 from ..files.las import chunks, header_of, opened
@@ -171,13 +171,13 @@ class E57Cloud:
         return 2 * (24 + sum(values.itemsize * values.size // len(values) for values in self._first().vertex_attributes.values()))
 
     def __len__(self) -> int:
-        return e57_size(self.path)
+        return e57_survey(self.path)[0]
 
     def _first(self) -> MeshData:
         return next(e57_pieces(self.path, 1000))
 
-    def rewrite(self, target: Path, size: int) -> None:
-        """Write a binary PLY file, so many points at a time, with the properties that `run` gives them."""
+    def rewrite(self, target: Path, size: int) -> tuple[str, ...]:
+        """Write a binary PLY file, so many points at a time, with the properties that `run` gives them; what to know about it."""
         count, place = 0, 0
         with target.open("wb") as file:
             for piece in e57_pieces(self.path, size):
@@ -193,6 +193,8 @@ class E57Cloud:
                 count += len(piece.vertices)
             file.seek(place)
             file.write(_COUNT % count)
+        declared, doubts = e57_survey(self.path)
+        return doubts_of(declared - count) + doubts
 
 
 def open_cloud(path: Path) -> Source | E57Cloud:
