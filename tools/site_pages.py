@@ -8,13 +8,10 @@ from __future__ import annotations
 import re
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 sys.path.insert(0, str(Path(__file__).parent))
 import pages
-from mkdocs.config.defaults import MkDocsConfig
-from mkdocs.structure.files import File, Files
-from mkdocs.structure.pages import Page
 
 from pymeshfair import Recipe
 from pymeshfair.commands.info_pages import said
@@ -22,6 +19,11 @@ from pymeshfair.declaration import Arity, Filter, Mesh
 from pymeshfair.recipe import load_recipe, shipped_heads, shipped_recipes
 from pymeshfair.registry import custom_filters
 from pymeshfair.scripts import format_script
+
+if TYPE_CHECKING:
+    from mkdocs.config.defaults import MkDocsConfig
+    from mkdocs.structure.files import Files
+    from mkdocs.structure.pages import Page
 
 ROOT = Path(__file__).parents[1]
 #: files of the project's own folder that are pages
@@ -49,6 +51,8 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the files of these pages."""
+    from mkdocs.structure.files import File  # tests of the pictures have no mkdocs
+
     for source, page in TOP.items():
         text = (ROOT / source).read_text("utf-8")
         files.append(File.generated(config, page, content=re.sub(r"\]\(docs/", "](", text)))
