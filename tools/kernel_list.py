@@ -1,4 +1,4 @@
-"""The list of kernels that are compiled at installation: those that shipped recipes, reports, and all filters as they are, use."""
+"""The list of kernels that are compiled at installation: those that recipes, reports, and all filters as they are, do use."""
 
 from __future__ import annotations
 
