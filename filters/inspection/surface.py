@@ -301,7 +301,7 @@ class Surface:
                 found.vectors[part] = offsets
         return found
 
-    def _nearest(self, queries: Floats) -> tuple[Floats, Ints, Floats]:
+    def _nearest(self, queries: Floats) -> tuple[Floats, Longs, Floats]:
         mesh = self.mesh
         local = self.local(queries)
         if not len(mesh.cells):
@@ -327,11 +327,11 @@ class Surface:
         """See `pymeshfair.filters.inspection.surface.largest_distances`; all is local."""
         return largest_distances(self.mesh.points, self.mesh.cells, corners, distances, beside)
 
-    def cells_of(self, faces: Longs) -> Longs:
+    def cells_of(self, faces: Ints) -> Longs:
         """The triangles of `mesh` by their number in the mesh that it was made of."""
-        return faces if self.faces[-1] == len(self.faces) - 1 else np.searchsorted(self.faces, faces)
+        return faces.astype(np.int64) if self.faces[-1] == len(self.faces) - 1 else np.searchsorted(self.faces, faces)
 
-    def normals_of(self, faces: Longs) -> Floats:
+    def normals_of(self, faces: Ints) -> Floats:
         """(q, 3) the unit normals of triangles by their number in the mesh; 0 of those without area."""
         return np.asarray(self._normals[self.cells_of(faces)])
 

@@ -179,7 +179,7 @@ def _largest(points: Floats, faces: Ints, at_vertices: Floats, samples: _Sampled
     bounds = np.empty(len(faces))
     for start in range(0, len(faces), _BLOCK):
         part = slice(start, start + _BLOCK)
-        beside = to.cells_of(samples.elements[first[part]]).astype(np.int64)[:, None]
+        beside = to.cells_of(samples.elements[first[part]])[:, None]
         bounds[part] = to.largest_distances(local[faces[part]], at_points[faces[part]], beside)
     high = bounds > largest * scale * _PROVEN
     rest, left = float(bounds[~high].max(initial=0.0)), len(points) + len(samples.faces)
