@@ -53,7 +53,7 @@ class Fronts(NamedTuple):
     def factors(self, matrix: sparse.csr_matrix) -> tuple[Floats, Floats]:
         """L, group by group its columns from the diagonal on, and D, (n,), of a matrix of this pattern or of a part of it."""
         own, changed = np.diff(self.firsts), np.diff(self.starts)
-        values, pivots = np.empty(int(_numbers(own, changed).sum())), np.empty(len(self.order))
+        values, pivots = np.empty(_all_numbers(self)), np.empty(len(self.order))
         _factorise(self, _compressed(matrix), int((own + changed).max(initial=0)), _most_held(self), values, pivots)
         return values, pivots
 
@@ -76,9 +76,18 @@ class Fronts(NamedTuple):
 
 
 @compiled
-def _numbers(own: Longs, changed: Longs) -> Longs:
+def _numbers(own: int, changed: int) -> int:
     """How many numbers L has in a group."""
     return own * (own + changed) - own * (own - 1) // 2
+
+
+@compiled
+def _all_numbers(fronts: Fronts) -> int:
+    """How many L has."""
+    count = 0
+    for g in range(fronts.lows.shape[0]):
+        count += _numbers(fronts.firsts[g + 1] - fronts.firsts[g], fronts.starts[g + 1] - fronts.starts[g])
+    return count
 
 
 def _compressed(matrix: sparse.csr_matrix) -> CompressedRows:
