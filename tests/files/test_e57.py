@@ -60,7 +60,7 @@ def test_all_scans_and_fields_are_read(tmp_path: Path) -> None:
 
 
 def test_commands_take_an_e57_file(tmp_path: Path) -> None:
-    """`info` measures it and `run` cleans it; an output of the format is refused, and by tiles another than PLY."""
+    """`info` measures it and `run` cleans it; an output of the format is refused."""
     scans = survey(tmp_path / "in.e57")
     done = invoke("info", tmp_path / "in.e57", "--json")
     assert done.exit_code == 0, done.stderr
@@ -73,9 +73,6 @@ def test_commands_take_an_e57_file(tmp_path: Path) -> None:
     done = invoke("run", "remove_outliers", tmp_path / "in.e57", "-o", tmp_path / "out.e57")
     assert done.exit_code == 1
     assert "out.e57" in done.stderr
-    done = invoke("run", "remove_outliers", tmp_path / "in.e57", "-o", tmp_path / "tiles.laz", "--tiles")
-    assert done.exit_code == 1
-    assert "a .e57 file becomes a .ply file" in done.stderr
 
 
 @pytest.mark.parametrize("cut", [40, 2000, 30_000])

@@ -97,6 +97,23 @@ def test_a_mesh_of_no_file(tmp_path: Path) -> None:
         save(mesh, tmp_path / "c.laz", resolution=1e-9)
 
 
+def test_numbers_that_a_dimension_cannot_hold(tmp_path: Path) -> None:
+    """An intensity from 0 to 1 becomes one of 16 bits; other numbers beside the format's range get a dimension of their own."""
+    rng = np.random.default_rng(2)
+    attributes = {
+        "intensity": rng.random(50),
+        "classification": np.arange(250, 300, dtype=np.int32),
+        "user_data": np.arange(50, dtype=np.float64),
+    }
+    notes = save(MeshData(vertices=rng.random((50, 3)), vertex_attributes=attributes), tmp_path / "a.las", resolution=0.02)
+    assert any("its intensity from 0 to 1 became one from 0 to 65535, rounded" in note for note in notes)
+    assert any("'classification' cannot hold numbers from 250 to 299: they are in 'classification_'" in note for note in notes)
+    again = read_file(tmp_path / "a.las").mesh.vertex_attributes
+    np.testing.assert_array_equal(again["intensity"], np.rint(attributes["intensity"] * 65535))
+    np.testing.assert_array_equal(again["classification_"], attributes["classification"])
+    np.testing.assert_array_equal(again["user_data"], attributes["user_data"])
+
+
 def test_moved_points_get_a_finer_step_where_they_need_one(tmp_path: Path) -> None:
     """The scale of the file stays if it moves no point by a share of the distance of points that shows."""
     scan(tmp_path / "a.las", form=6)

@@ -118,3 +118,22 @@ def test_an_e57_file_becomes_what_it_becomes_in_one_piece(tmp_path: Path) -> Non
     for name in names:
         np.testing.assert_array_equal(whole[name], tiled[name])
         assert whole.dtype[name] == tiled.dtype[name]
+
+
+def test_an_e57_file_becomes_a_laz_file(tmp_path: Path) -> None:
+    """The same points with the same fields as in one piece, places within the steps of the files, intensities in 16 bits."""
+    pytest.importorskip("pye57")
+    survey(tmp_path / "in.e57")
+    for name, options in (("whole.laz", ()), ("tiled.laz", ("--tiles",))):
+        done = invoke("run", "remove_outliers", tmp_path / "in.e57", "-o", tmp_path / name, *options)
+        assert done.exit_code == 0, done.stderr
+        assert "its intensity from 0 to 1 became one from 0 to 65535, rounded" in " ".join(done.stderr.split())
+    whole, tiled = (laspy.read(tmp_path / name) for name in ("whole.laz", "tiled.laz"))
+    names, others = (
+        set(file.point_format.dimension_names) - {"X", "Y", "Z", "scalars", "outlier_probability"} for file in (whole, tiled)
+    )
+    assert names == others
+    for name in names:
+        np.testing.assert_array_equal(whole[name], tiled[name])
+    assert whole.intensity.max() > 60_000
+    np.testing.assert_allclose(whole.xyz, tiled.xyz, rtol=0, atol=0.5 * (whole.header.scales + tiled.header.scales).max() + 1e-12)

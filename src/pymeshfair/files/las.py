@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import logging
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -163,30 +163,105 @@ def write_laz(mesh: MeshData, target: BinaryIO, writing: Writing) -> tuple[str, 
     return _write(mesh, target, writing, compress=True)
 
 
+def write_las_pieces(pieces: Callable[[], Iterator[MeshData]], target: BinaryIO) -> tuple[str, ...]:
+    """Write pieces of a cloud, which have the same attributes, to a LAS file: once for their extent, and once to be written.
+
+    The steps of the coordinates are the finest powers of ten that 32 bits hold.
+
+    Returns:
+        What to know about it, in words.
+
+    Raises:
+        ContentsError: the format cannot hold them, or laspy is missing.
+    """
+    _laspy()
+    extent: _Extent | None = None
+    for piece in pieces():
+        own = _Extent.of(piece, _columns(piece, None))
+        extent = own if extent is None else extent.joined(own)
+    first = next(pieces())
+    notes: list[str] = []
+    header, _ = _header(first, None, notes)
+    columns = _columns(first, None)
+    stored = _dimensions(header, columns, extent or _Extent.of(first, columns), notes)
+    if extent is not None and np.isfinite(extent.least).all():
+        _choose_scale(header, extent.least, extent.most, 0.0, notes)
+    _write_points(((piece.vertices, _columns(piece, None)) for piece in pieces()), header, None, stored, target, compress=False)
+    return tuple(notes)
+
+
 def _write(mesh: MeshData, target: BinaryIO, writing: Writing, *, compress: bool) -> tuple[str, ...]:
-    laspy, errors = _laspy()
+    _laspy()
     document = mesh.source.document if mesh.source is not None else None
     notes: list[str] = []
     header, records = _header(mesh, document if isinstance(document, LasDocument) else None, notes)
     columns = _columns(mesh, document if isinstance(document, LasDocument) else None)
-    _add_dimensions(header, columns, notes)
+    stored = _dimensions(header, columns, _Extent.of(mesh, columns), notes)
     _set_scale(header, mesh.vertices, writing, notes)
+    rows = (slice(start, start + _CHUNK) for start in range(0, max(len(mesh.vertices), 1), _CHUNK))
+    parts = ((mesh.vertices[part], {name: values[part] for name, values in columns.items()}) for part in rows)
+    _write_points(parts, header, records, stored, target, compress=compress)
+    return tuple(notes)
+
+
+@dataclass(frozen=True)
+class _Stored:
+    """The dimension that holds a column, and what the column's numbers are multiplied with."""
+
+    name: str
+    factor: float = 1.0
+
+
+def _write_points(
+    parts: Iterable[tuple[NDArray[np.float64], dict[str, NDArray[Any]]]],
+    header: Any,
+    records: Any,
+    stored: dict[str, _Stored],
+    target: BinaryIO,
+    *,
+    compress: bool,
+) -> None:
+    """Write points of (m, 3) coordinates and columns."""
+    laspy, errors = _laspy()
     try:
         with laspy.open(target, "w", header=header, closefd=False, do_compress=compress) as writer:
-            for start in range(0, max(len(mesh.vertices), 1), _CHUNK):
-                rows = slice(start, start + _CHUNK)
-                places = mesh.vertices[rows]
+            for places, columns in parts:
                 made = laspy.ScaleAwarePointRecord.zeros(len(places), header=header)
                 for k, name in enumerate(_PLACE):
                     made.array[name] = np.rint((places[:, k] - header.offsets[k]) / header.scales[k])
-                for name, values in columns.items():
-                    made[name] = values[rows]
+                for name, to in stored.items():
+                    made[to.name] = columns[name] if to.factor == 1.0 else np.rint(columns[name] * to.factor)
                 writer.write_points(made)
             if records:
                 writer.write_evlrs(records)
     except errors as error:
         raise ContentsError(f"laspy says: {error}") from error
-    return tuple(notes)
+
+
+@dataclass(frozen=True)
+class _Extent:
+    """The box of a cloud, and of each column of single numbers the least, the largest, and whether all are whole."""
+
+    least: NDArray[np.float64]
+    most: NDArray[np.float64]
+    columns: dict[str, tuple[float, float, bool]]
+
+    @classmethod
+    def of(cls, mesh: MeshData, columns: dict[str, NDArray[Any]]) -> _Extent:
+        box = (mesh.vertices.min(axis=0, initial=np.inf), mesh.vertices.max(axis=0, initial=-np.inf))
+        ranges = {}
+        for name, values in columns.items():
+            if values.ndim == 1 and len(values) and values.dtype.kind in "biuf":
+                whole = values.dtype.kind != "f" or bool((values == np.rint(values)).all())
+                ranges[name] = float(values.min()), float(values.max()), whole
+        return cls(*box, ranges)
+
+    def joined(self, other: _Extent) -> _Extent:
+        both = dict(self.columns)
+        for name, (least, most, whole) in other.columns.items():
+            a, b, c = both.get(name, (least, most, whole))
+            both[name] = min(a, least), max(b, most), c and whole
+        return _Extent(np.minimum(self.least, other.least), np.maximum(self.most, other.most), both)
 
 
 def _header(mesh: MeshData, document: LasDocument | None, notes: list[str]) -> tuple[Any, Any]:
@@ -236,21 +311,39 @@ def _columns(mesh: MeshData, document: LasDocument | None) -> dict[str, NDArray[
     return columns
 
 
-def _add_dimensions(header: Any, columns: dict[str, NDArray[Any]], notes: list[str]) -> None:
-    """Declare the dimensions that the header lacks, and leave those out whose names or types the format has not."""
+def _dimensions(header: Any, columns: dict[str, NDArray[Any]], extent: _Extent, notes: list[str]) -> dict[str, _Stored]:
+    """Where each column goes: dimensions that the header lacks are declared; what the format cannot hold is left out.
+
+    A column of the name of one of the format's own dimensions, which cannot hold its numbers, gets a dimension with "_" behind
+    its name; but an intensity from 0 to 1, as E57 files have it, becomes one from 0 to 65535.
+    """
     import laspy
 
+    own = {dimension.name: dimension for dimension in header.point_format.standard_dimensions}
     there = set(header.point_format.dimension_names)
-    for name, values in list(columns.items()):
-        if name in there:
+    stored: dict[str, _Stored] = {}
+    for name, values in columns.items():
+        least, most, whole = extent.columns.get(name, (0.0, 0.0, True))
+        kept = name
+        if name in own and own[name].kind != laspy.point.dims.DimensionKind.FloatingPoint:
+            if name == "intensity" and not whole and least >= 0.0 and most <= 1.0:
+                notes.append("its intensity from 0 to 1 became one from 0 to 65535, rounded")
+                stored[name] = _Stored(name, 65535.0)
+                continue
+            if not (whole and own[name].min <= least and most <= own[name].max):
+                kept = f"{name}_"
+                notes.append(f"the format's {name!r} cannot hold numbers from {least:g} to {most:g}: they are in {kept!r}")
+        stored[name] = _Stored(kept)
+        if kept in there:
             continue
         kind = "u1" if values.dtype.kind == "b" else values.dtype.str[1:]
         width = 1 if values.ndim == 1 else values.shape[1]
-        if len(name.encode()) > 32 or width > 3 or kind == "f2":
+        if len(kept.encode()) > 32 or width > 3 or kind == "f2":
             notes.append(f"the dimension {name[:40]!r}, which the format cannot hold, is left out")
-            del columns[name]
+            del stored[name]
             continue
-        header.add_extra_dim(laspy.ExtraBytesParams(name, kind if width == 1 else f"{width}{kind}"))
+        header.add_extra_dim(laspy.ExtraBytesParams(kept, kind if width == 1 else f"{width}{kind}"))
+    return stored
 
 
 def _set_scale(header: Any, vertices: NDArray[np.float64], writing: Writing, notes: list[str]) -> None:
@@ -268,9 +361,19 @@ def _set_scale(header: Any, vertices: NDArray[np.float64], writing: Writing, not
         steps = np.rint((vertices - header.offsets) / header.scales)
         if np.abs(steps * header.scales + header.offsets - vertices).max() <= max(fine, 4 * np.spacing(np.abs(vertices).max())):
             return
-    extent = float((most - least).max())
-    step = 10.0 ** np.floor(np.log10(2 * fine if fine > 0 else max(extent, 1.0) * 1e-9))
-    if not extent / step < 2**31 - 1:
+    _choose_scale(header, least, most, fine, notes)
+
+
+def _choose_scale(header: Any, least: NDArray[np.float64], most: NDArray[np.float64], fine: float, notes: list[str]) -> None:
+    """Steps that tell apart what is `fine`, or the finest ones if that is 0.
+
+    Raises:
+        ContentsError: the format has none.
+    """
+    extent = float((most - np.floor(least)).max())
+    finest = 10.0 ** np.ceil(np.log10(max(extent, 1e-9) / (2**31 - 1)))
+    step = 10.0 ** np.floor(np.log10(2 * fine)) if fine > 0 else finest
+    if step < finest:
         raise ContentsError(
             f"coordinates over a length of {extent:.3g} in steps of {step:.3g} need more than the 32 bits of the format; "
             ".ply keeps every digit"

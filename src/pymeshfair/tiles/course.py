@@ -37,7 +37,7 @@ from .mesh import MeshFile, MeshTiles, cut, do_move
 from .moves import NORMALS, cost_of
 from .plan import LOOP, STRAYS, Move, Plan, plan_of
 from .ply_slices import PlySlices
-from .sources import CLOUD_FORMATS, E57Cloud, PlyCloud, Source, open_cloud
+from .sources import CLOUD_FORMATS, E57Cloud, Source, file_cloud, open_cloud
 from .surface import Surface
 from .work_folder import work_folder, work_path
 from .workers import FullDiskError, Tasks, open_tasks
@@ -173,9 +173,9 @@ class _Course:
     def _select(self, plan: Plan) -> Report:
         source, notes = open_cloud(self._job.input), plan.notes
         if isinstance(source, E57Cloud):
-            rewritten = self._folder / "input.ply"
+            rewritten = self._folder / ("input.ply" if extension(self._job.output) == "ply" else "input.las")
             notes = (*self._tasks.run(source.rewrite, rewritten, slice_rows(self._share.tile, source.row)), *notes)
-            source = PlyCloud(rewritten)
+            source = file_cloud(rewritten)
         cloud = Cloud(source, self._folder)
         tilings = []
         for selection in plan.selections:
@@ -302,8 +302,8 @@ def check(job: Job, plan: Plan) -> None:
     except ContentsError as error:
         raise InputError(job.input, str(error)) from error
     check_output(job.output, job.made_from, overwrite=job.overwrite, formats=formats)
-    kinds = [{"laz": "las", "e57": "ply"}.get(kind, kind) for kind in map(extension, (job.input, job.output))]
-    if kinds[0] != kinds[1]:
+    kinds = ["las" if kind == "laz" else kind for kind in map(extension, (job.input, job.output))]
+    if kinds[0] != kinds[1] and kinds[0] != "e57":
         raise OutputError(job.output, f"by tiles a .{extension(job.input)} file becomes a .{kinds[0]} file")
     _check_room(job, plan, source)
 

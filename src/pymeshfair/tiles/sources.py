@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import Any, Protocol, TypeAlias
+from typing import Any, BinaryIO, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..files.e57 import doubts_of, e57_pieces, e57_survey
 from ..files.errors import ContentsError
 from ..files.formats import extension
-from ..files.las import chunks, header_of, opened
+from ..files.las import chunks, header_of, opened, write_las_pieces
 from ..files.ply import SCALAR
 from ..files.ply_header import PlyElement, PlyProperty, header_bytes
 from ..files.ply_write import write_ply
@@ -161,13 +161,13 @@ class PlyCloud(PlySlices):
 
 @dataclass(frozen=True)
 class E57Cloud:
-    """The points of an E57 file, which becomes a PLY file first."""
+    """The points of an E57 file, which becomes a PLY or LAS file first, whichever the output is."""
 
     path: Path
 
     @property
     def row(self) -> int:
-        """Bytes of a point of that PLY file, and of the output."""
+        """Bytes of a point of that file, and of the output."""
         return 2 * (24 + sum(values.itemsize * values.size // len(values) for values in self._first().vertex_attributes.values()))
 
     def __len__(self) -> int:
@@ -177,24 +177,36 @@ class E57Cloud:
         return next(e57_pieces(self.path, 1000))
 
     def rewrite(self, target: Path, size: int) -> tuple[str, ...]:
-        """Write a binary PLY file, so many points at a time, with the properties that `run` gives them; what to know about it."""
-        count, place = 0, 0
+        """Write a file without compression, so many points at a time, with what `run` gives them; what to know about it.
+
+        Args:
+            target: with the extension "ply" or "las".
+            size: points that are read at a time.
+        """
         with target.open("wb") as file:
-            for piece in e57_pieces(self.path, size):
-                written = BytesIO()
-                write_ply(piece, written)
-                header, end, rows = written.getvalue().partition(b"end_header\n")
-                if not place:
-                    before, _, after = header.partition(b"element vertex %d\n" % len(piece.vertices))
-                    file.write(before)
-                    place = file.tell()
-                    file.write(_COUNT % 0 + after + end)
-                file.write(rows)
-                count += len(piece.vertices)
-            file.seek(place)
-            file.write(_COUNT % count)
+            if extension(target) == "las":
+                notes = write_las_pieces(lambda: e57_pieces(self.path, size), file)
+            else:
+                notes = self._write_ply(file, size)
         declared, doubts = e57_survey(self.path)
-        return doubts_of(declared - count) + doubts
+        return (*doubts_of(declared - len(file_cloud(target))), *doubts, *notes)
+
+    def _write_ply(self, file: BinaryIO, size: int) -> tuple[str, ...]:
+        count, place = 0, 0
+        for piece in e57_pieces(self.path, size):
+            written = BytesIO()
+            write_ply(piece, written)
+            header, end, rows = written.getvalue().partition(b"end_header\n")
+            if not place:
+                before, _, after = header.partition(b"element vertex %d\n" % len(piece.vertices))
+                file.write(before)
+                place = file.tell()
+                file.write(_COUNT % 0 + after + end)
+            file.write(rows)
+            count += len(piece.vertices)
+        file.seek(place)
+        file.write(_COUNT % count)
+        return ()
 
 
 def open_cloud(path: Path) -> Source | E57Cloud:
@@ -207,6 +219,11 @@ def open_cloud(path: Path) -> Source | E57Cloud:
         e57 = E57Cloud(path)
         len(e57)  # it can be opened
         return e57
+    return file_cloud(path)
+
+
+def file_cloud(path: Path) -> Source:
+    """The cloud in a file that is read by slices as it is; raises as `open_cloud`."""
     if extension(path) == "ply":
         cloud = PlyCloud(path)
         cloud.check()
