@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -105,7 +106,7 @@ def _sort_rows(
             keys[i] = squared[r, i]
         total = 0
         for i in range(k):
-            place = np.int32(0)
+            place: Any = np.int32(0)
             for j in range(k):
                 place = np.int32(place + np.int32(keys[j] < keys[i]))
             places[i] = place
