@@ -69,7 +69,7 @@ def normal_filtering(
     check_choice("border", border, BORDER_POLICIES)
     settings = NormalFilter(**normal_filter)
     mesh = normalised_mesh(points, triangles, movable)
-    adjacency = Adjacency.of(mesh)
+    adjacency = Adjacency.of(mesh, faces_by_place=vertex_update != "conjugate_gradient" and settings.ignores_numbers_of_faces)
     mesh = mesh.in_order(adjacency.places)
     finished, now = 0, mesh.points
     results = rounds(
@@ -111,9 +111,12 @@ def filter_face_normals(
     points, triangles = check_mesh(vertices, faces)
     settings = NormalFilter(**normal_filter)
     mesh = normalised_mesh(points, triangles)
-    adjacency = Adjacency.of(mesh)
+    adjacency = Adjacency.of(mesh, faces_by_place=settings.ignores_numbers_of_faces)
     now = mesh.in_order(adjacency.places).points
     filtered = NormalPasses.over(now, adjacency, settings).filtered(now, measure_faces(now, adjacency.faces), progress)
+    if adjacency.face_places is not None:
+        here, filtered = filtered, np.empty_like(filtered)
+        filtered[adjacency.face_places] = here
     if len(filtered) == len(triangles):
         return filtered
     # Faces without area whose vertices no other face uses are not in the normalised mesh.
