@@ -69,8 +69,8 @@ def check_cloud(points: ArrayLike, k: int, name: str = "k") -> tuple[Floats, int
         raise FilterInputError(
             f"{k} neighbours need a cloud of at least {k + 1} points, got {len(cloud)}: ask for fewer neighbours or add points"
         )
-    bad = np.flatnonzero(~np.isfinite(cloud).all(axis=1))
-    if bad.size:
+    if not np.isfinite(cloud).all():
+        bad = np.flatnonzero(~np.isfinite(cloud).all(axis=1))
         raise FilterInputError(
             f"{bad.size} of {len(cloud)} points have a coordinate that is NaN or infinite, the first is point {bad[0]} at "
             f"{tuple(cloud[bad[0]].tolist())}: remove them first"
