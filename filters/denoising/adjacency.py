@@ -37,20 +37,22 @@ class Adjacency:
     _kept: dict[Neighborhood, FaceNeighbourhoods] = field(default_factory=dict, repr=False)
 
     @staticmethod
-    def of(mesh: NormalisedMesh, *, ends: bool = True, faces_by_place: bool = False) -> "Adjacency":
+    def of(mesh: NormalisedMesh, *, ends: bool = True, sweeps: int = 0) -> "Adjacency":
         """Of a mesh of triangles.
 
         Args:
             mesh: the mesh.
             ends: see the attribute.
-            faces_by_place: whether faces too may be put into an order in which neighbours lie near each other in memory. A sum
-                over the faces around a face or a vertex has the same bits then; one over all faces may not.
+            sweeps: how often all faces or vertices will be visited, if faces may be put into an order too in which neighbours lie
+                near each other in memory: a sum over the faces around a face or a vertex has the same bits then, one over all
+                faces may not. 0 if they may not.
         """
-        reorders = worth_reordering(mesh.cells, len(mesh), size=_SIZE if faces_by_place else 1)
+        sorts_faces = worth_reordering(mesh.cells, len(mesh), sweeps, size=_SIZE)
+        reorders = sorts_faces or worth_reordering(mesh.cells, len(mesh))
         places = order_by_place(mesh.points, mesh.cells) if reorders else None
         faces, face_places = mesh.in_order(places).cells, None
         at_vertices, on_border = vertex_faces(faces, len(mesh)), border_vertices(faces, len(mesh))
-        if reorders and faces_by_place:
+        if sorts_faces:
             face_places = order_of_faces(faces, len(mesh))
             numbers = np.empty_like(face_places)
             numbers[face_places] = np.arange(len(faces), dtype=np.int32)
