@@ -74,6 +74,14 @@ class NormalFilter:
         if self.method == "vertex_normals":
             check_choice("neighborhood of the method 'vertex_normals'", self.neighborhood, tuple(RINGS_OF_NEIGHBORHOOD))
 
+    @property
+    def ignores_numbers_of_faces(self) -> bool:
+        """Whether results have the same bits however faces are numbered, as long as each lists its neighbours in the same order.
+
+        "guided" takes the lowest of patches that are as good; "vertex_normals" sums up over all faces.
+        """
+        return self.method not in ("guided", "vertex_normals")
+
 
 class NormalFilterKeywords(TypedDict, total=False):
     """The attributes of `NormalFilter` as keyword arguments of a function, for type checkers."""

@@ -69,7 +69,9 @@ def normal_filtering(
     check_choice("border", border, BORDER_POLICIES)
     settings = NormalFilter(**normal_filter)
     mesh = normalised_mesh(points, triangles, movable)
-    adjacency = Adjacency.of(mesh)
+    may_sort = settings.ignores_numbers_of_faces and vertex_update != "conjugate_gradient"
+    sweeps = outer * (settings.normal_iterations + vertex_iterations) if may_sort else 0
+    adjacency = Adjacency.of(mesh, sweeps=sweeps)
     mesh = mesh.in_order(adjacency.places)
     finished, now = 0, mesh.points
     results = rounds(
@@ -111,9 +113,12 @@ def filter_face_normals(
     points, triangles = check_mesh(vertices, faces)
     settings = NormalFilter(**normal_filter)
     mesh = normalised_mesh(points, triangles)
-    adjacency = Adjacency.of(mesh)
+    adjacency = Adjacency.of(mesh, sweeps=settings.normal_iterations if settings.ignores_numbers_of_faces else 0)
     now = mesh.in_order(adjacency.places).points
     filtered = NormalPasses.over(now, adjacency, settings).filtered(now, measure_faces(now, adjacency.faces), progress)
+    if adjacency.face_places is not None:
+        here, filtered = filtered, np.empty_like(filtered)
+        filtered[adjacency.face_places] = here
     if len(filtered) == len(triangles):
         return filtered
     # Faces without area whose vertices no other face uses are not in the normalised mesh.

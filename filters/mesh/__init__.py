@@ -2,7 +2,7 @@
 
 from .arrays import Bools, Floats, Ints, Longs, check_edges, check_mesh, check_movable, check_points, check_vertex_mask
 from .normalised import NormalisedMesh, Whole, bounding_box, check_healthy, normalised_mesh, scaled_to_unit, spikes, unit_scale
-from .ordering import order_by_place, worth_reordering
+from .ordering import order_by_place, order_of_faces, worth_reordering
 
 __all__ = [
     "Bools",
@@ -20,6 +20,7 @@ __all__ = [
     "check_vertex_mask",
     "normalised_mesh",
     "order_by_place",
+    "order_of_faces",
     "scaled_to_unit",
     "spikes",
     "unit_scale",

@@ -24,7 +24,7 @@ FITS_IN_CACHE = 200_000
 _RUN = 64
 
 
-def worth_reordering(faces: Ints, n_vertices: int, sweeps: float = math.inf) -> bool:
+def worth_reordering(faces: Ints, n_vertices: int, sweeps: float = math.inf, *, size: int = 1) -> bool:
     """Whether that many sweeps over the one-rings are faster after a reordering.
 
     Subdivision, decimation and merging leave vertices in an order that has little to do with place. It makes no difference to
@@ -34,11 +34,12 @@ def worth_reordering(faces: Ints, n_vertices: int, sweeps: float = math.inf) -> 
         faces: (m, 3) triangles.
         n_vertices: n.
         sweeps: how many times a kernel will visit every one-ring; by default, more often than matters.
+        size: how many times as much as three coordinates the kernel reads of each vertex and its faces.
     """
-    if n_vertices < FITS_IN_CACHE or len(faces) == 0 or sweeps < _SWEEPS_A_REORDERING_COSTS:
+    if n_vertices * size < FITS_IN_CACHE or len(faces) == 0 or sweeps < _SWEEPS_A_REORDERING_COSTS:
         return False
     sample = faces[:: max(1, len(faces) // _SAMPLE)].astype(np.int64)
-    return bool((np.abs(sample[:, 0] - sample[:, 1]) > _NEAR).mean() > 0.25)
+    return bool((np.abs(sample[:, 0] - sample[:, 1]) * size > _NEAR).mean() > 0.25)
 
 
 def order_by_place(points: Floats, faces: Ints) -> Ints:
@@ -78,6 +79,18 @@ def faces_by_place(faces: Ints, n_vertices: int) -> Ints:
     return ordered
 
 
+def order_of_faces(faces: Ints, n_vertices: int) -> Ints:
+    """(m,) a permutation: the triangles by their lowest vertex, for vertices in an order such as that of `order_by_place`.
+
+    Args:
+        faces: (m, 3) triangles.
+        n_vertices: n.
+    """
+    order = np.empty(len(faces), dtype=np.int32)
+    _order_faces(faces, np.zeros(n_vertices + 1, dtype=np.int32), order)
+    return order
+
+
 @compiled(nogil=True)
 def _find_slabs(points: Floats, axis: int, low: float, per_length: float, count: int, slabs: Any, first: int, last: int) -> None:
     for i in range(first, last):
@@ -107,3 +120,15 @@ def _sort_faces(faces: Ints, starts: Ints, ordered: Ints) -> None:
         for c in range(3):
             ordered[starts[run], c] = faces[f, c]
         starts[run] += 1
+
+
+@compiled
+def _order_faces(faces: Ints, starts: Ints, order: Ints) -> None:
+    for f in range(faces.shape[0]):
+        starts[min(faces[f, 0], faces[f, 1], faces[f, 2]) + 1] += 1
+    for k in range(1, starts.shape[0]):
+        starts[k] += starts[k - 1]
+    for f in range(faces.shape[0]):
+        lowest = min(faces[f, 0], faces[f, 1], faces[f, 2])
+        order[starts[lowest]] = f
+        starts[lowest] += 1

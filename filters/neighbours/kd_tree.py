@@ -31,6 +31,8 @@ FAR = 1e300
 ANY_INDEX = 2**62
 #: Guesses at a threshold before the exact selection takes over: with ties no guess succeeds.
 _GUESSES = 6
+#: Of k candidates that have to stay, up to k / 8 more may.
+_MORE = 8
 
 
 class KdTree(NamedTuple):
@@ -90,7 +92,11 @@ def build_tree(points: Floats, progress: Progress, *, scale: float | None = None
     for above in range(depth):
         in_parallel(split, level, part_of(progress, above / (depth + 1), (above + 1) / (depth + 1)))
         level = [child for node in level for child in _children(*node)]
-    in_parallel(build, level, part_of(progress, depth / (depth + 1), 1.0))
+    if depth > 0:
+        in_parallel(build, level, part_of(progress, depth / (depth + 1), 1.0))
+    else:
+        build(*level[0])  # faster than to start a thread
+        progress(1.0)
     coordinates = np.ascontiguousarray(rows[:, :3].reshape(leaves, LEAF, 3).transpose(0, 2, 1))
     return KdTree(count, scale, coordinates, rows[:, _INDEX].astype(np.int32), boxes, lowest)
 
@@ -166,22 +172,44 @@ def partition(rows: Floats, start: int, stop: int, middle: int, column: int) -> 
 
 
 @compiled(nogil=True)
-def keep_nearest(distances: Floats, positions: Ints, count: int, k: int, bound: float, indices: Ints) -> tuple[float, int]:
-    """Moves the k nearest of `count` candidates to the front; returns their bound and the index below which a tie counts."""
+def keep_near(near: Floats, at: Ints, q: int, count: int, k: int, bound: float, indices: Ints) -> tuple[int, float, int]:
+    """Keeps the k nearest of the candidates of a point, and perhaps some more: exactly k would take longer.
+
+    Returns:
+        How many are kept, their bound, and the index below which a tie counts.
+    """
+    low, high = 0.0, bound
+    n_low, n_high = 0, count
+    most = k + k // _MORE
+    if bound == FAR:
+        high = _farthest(near, q, count)
+    # Guess a distance as if all were spread evenly, and count: that is faster than sorting.
+    for _ in range(_GUESSES):
+        guess = low + (high - low) * ((0.5 * (k + most) - n_low) / (n_high - n_low))
+        n = _count_within(near, q, count, guess)
+        if k <= n <= most:
+            _drop_beyond(near, at, q, count, guess)
+            return n, guess, ANY_INDEX
+        if n > k:
+            high, n_high = guess, n
+        else:
+            low, n_low = guess, n
+    bound, tie = keep_nearest(near, at, q, count, k, bound, indices)
+    return k, bound, tie
+
+
+@compiled(nogil=True)
+def keep_nearest(near: Floats, at: Ints, q: int, count: int, k: int, bound: float, indices: Ints) -> tuple[float, int]:
+    """Moves the k nearest candidates of a point to the front; returns their bound and the index below which a tie counts."""
     if count == k:
         return bound, ANY_INDEX
-    # Guess the distance of the k-th as if all were spread evenly, and count: that is faster than sorting.
     low, high = 0.0, bound
     n_low, n_high = 0, count
     if bound == FAR:
-        high = 0.0
-        for i in range(count):
-            high = distances[i] if distances[i] > high else high
+        high = _farthest(near, q, count)
     for _ in range(_GUESSES):
         guess = low + (high - low) * ((k - n_low) / (n_high - n_low))
-        n = 0
-        for i in range(count):
-            n += 1 if distances[i] <= guess else 0
+        n = _count_within(near, q, count, guess)
         if n in (n_low, n_high):
             break  # probably ties
         if n > k:
@@ -191,42 +219,68 @@ def keep_nearest(distances: Floats, positions: Ints, count: int, k: int, bound: 
         if n == k:
             break
     if n_low == k:
-        _move_to_front(distances, positions, count, low)
+        _drop_beyond(near, at, q, count, low)
         return low, ANY_INDEX
-    _move_to_front(distances, positions, count, high)
+    _drop_beyond(near, at, q, count, high)
     if n_low > 0:
-        _move_to_front(distances, positions, n_high, low)
-    _select(distances, positions, n_low, n_high, k - 1, indices)
-    return distances[k - 1], int(indices[positions[k - 1]])
+        _move_to_front(near, at, q, n_high, low)
+    _select(near, at, q, n_low, n_high, k - 1, indices)
+    return near[q, k - 1], int(indices[at[q, k - 1]])
 
 
 @compiled(nogil=True)
-def _move_to_front(distances: Floats, positions: Ints, count: int, limit: float) -> None:
-    """Moves the candidates up to a distance to the front, without a branch."""
-    front = 0
+def _farthest(near: Floats, q: int, count: int) -> float:
+    largest = 0.0
     for i in range(count):
-        distance, at = distances[i], positions[i]
-        distances[i], positions[i] = distances[front], positions[front]
-        distances[front], positions[front] = distance, at
-        front += 1 if distance <= limit else 0
+        largest = near[q, i] if near[q, i] > largest else largest
+    return largest
 
 
 @compiled(nogil=True)
-def _select(distances: Floats, positions: Ints, low: int, high: int, middle: int, indices: Ints) -> None:
+def _count_within(near: Floats, q: int, count: int, limit: float) -> int:
+    n = 0
+    for i in range(count):
+        n += 1 if near[q, i] <= limit else 0
+    return n
+
+
+@compiled(nogil=True)
+def _drop_beyond(near: Floats, at: Ints, q: int, count: int, limit: float) -> None:
+    """Keeps the candidates up to a distance, without a branch."""
+    front = np.uint64(0)
+    for i in range(count):
+        distance = near[q, i]
+        near[q, front], at[q, front] = distance, at[q, i]
+        front += np.uint64(distance <= limit)
+
+
+@compiled(nogil=True)
+def _move_to_front(near: Floats, at: Ints, q: int, count: int, limit: float) -> None:
+    """Moves the candidates up to a distance before the others, without a branch."""
+    front = np.uint64(0)
+    for i in range(count):
+        distance, position = near[q, i], at[q, i]
+        near[q, i], at[q, i] = near[q, front], at[q, front]
+        near[q, front], at[q, front] = distance, position
+        front += np.uint64(distance <= limit)
+
+
+@compiled(nogil=True)
+def _select(near: Floats, at: Ints, q: int, low: int, high: int, middle: int, indices: Ints) -> None:
     """Moves the nearer ones of the candidates from `low` to before `high` to before the `middle`."""
     high -= 1
     while low < high:
-        pivot = distances[(low + high) // 2]
-        pivot_index = indices[positions[(low + high) // 2]]
+        pivot = near[q, (low + high) // 2]
+        pivot_index = indices[at[q, (low + high) // 2]]
         i, j = low, high
         while i <= j:
-            while distances[i] < pivot or (distances[i] == pivot and indices[positions[i]] < pivot_index):
+            while near[q, i] < pivot or (near[q, i] == pivot and indices[at[q, i]] < pivot_index):
                 i += 1
-            while distances[j] > pivot or (distances[j] == pivot and indices[positions[j]] > pivot_index):
+            while near[q, j] > pivot or (near[q, j] == pivot and indices[at[q, j]] > pivot_index):
                 j -= 1
             if i <= j:
-                distances[i], distances[j] = distances[j], distances[i]
-                positions[i], positions[j] = positions[j], positions[i]
+                near[q, i], near[q, j] = near[q, j], near[q, i]
+                at[q, i], at[q, j] = at[q, j], at[q, i]
                 i += 1
                 j -= 1
         low, high = _side_of_middle(low, high, i, j, middle)

@@ -12,14 +12,16 @@ from ..checks import FilterInputError, check_whole_number
 from ..compilation import compiled
 from ..execution import Progress, ignore_progress, in_parallel, part_of
 from ..mesh import Floats, Ints
-from .kd_tree import ANY_INDEX, FAR, LEAF, STACK, KdTree, build_tree, keep_nearest
+from .kd_tree import ANY_INDEX, FAR, LEAF, STACK, KdTree, build_tree, keep_near, keep_nearest
 
 #: The share of the time that building the tree takes, roughly.
 _BUILDING = 0.2
 #: Neighbours that one task finds: about a hundredth of a second, and their arrays stay in the cache.
 _CHUNK = 2**18
-#: At least this many tasks, if there are as many leaves, so that all threads end at about the same time.
+#: At least this many tasks, so that all threads end at about the same time,
 _TASKS = 64
+#: unless one would find fewer neighbours than these: half a millisecond. To give a thread a task takes a hundredth.
+_LEAST = 2**14
 
 
 def nearest_neighbours(points: ArrayLike, k: int, *, progress: Progress = ignore_progress) -> tuple[Floats, Ints]:
@@ -67,8 +69,8 @@ def check_cloud(points: ArrayLike, k: int, name: str = "k") -> tuple[Floats, int
         raise FilterInputError(
             f"{k} neighbours need a cloud of at least {k + 1} points, got {len(cloud)}: ask for fewer neighbours or add points"
         )
-    bad = np.flatnonzero(~np.isfinite(cloud).all(axis=1))
-    if bad.size:
+    if not np.isfinite(cloud).all():
+        bad = np.flatnonzero(~np.isfinite(cloud).all(axis=1))
         raise FilterInputError(
             f"{bad.size} of {len(cloud)} points have a coordinate that is NaN or infinite, the first is point {bad[0]} at "
             f"{tuple(cloud[bad[0]].tolist())}: remove them first"
@@ -79,7 +81,7 @@ def check_cloud(points: ArrayLike, k: int, name: str = "k") -> tuple[Floats, int
 def leaf_ranges(tree: KdTree, k: int) -> list[tuple[int, int]]:
     """The ranges of leaves that one task searches for."""
     leaves = len(tree.coordinates)
-    size = max(1, min(_CHUNK // (k * LEAF), leaves // _TASKS))
+    size = max(1, min(_CHUNK // (k * LEAF), max(leaves // _TASKS, _LEAST // (k * LEAF))))
     return [(first, min(first + size, leaves)) for first in range(0, leaves, size)]
 
 
@@ -95,17 +97,36 @@ def _sort_rows(
 ) -> None:
     """Writes the rows found for the positions from `start` on to the rows of their points, by distance, then by index."""
     k = positions.shape[1]
-    row_indices = np.empty(k, np.int32)
+    keys, places = np.empty(k, np.float32), np.empty(k, np.int32)
     for r in range(positions.shape[0]):
         row = index_at[start + r]
+        # Counting the nearer ones uses vector instructions, which is faster than sorting for up to hundreds of neighbours; in
+        # float32, which rounds alike in order, twice as much as in float64. Where two are the same there, the count is exact.
         for i in range(k):
-            row_indices[i] = index_at[positions[r, i]]
+            keys[i] = squared[r, i]
+        total = 0
         for i in range(k):
-            # Counting the nearer ones uses vector instructions, which is faster than sorting for up to hundreds of neighbours.
-            place = 0
+            place: Any = np.int32(0)
             for j in range(k):
-                place += (squared[r, j] < squared[r, i]) | ((squared[r, j] == squared[r, i]) & (row_indices[j] < row_indices[i]))
-            distances[row, place], indices[row, place] = math.sqrt(squared[r, i]) * scale, row_indices[i]
+                place = np.int32(place + np.int32(keys[j] < keys[i]))
+            places[i] = place
+            total += place
+        if total != k * (k - 1) // 2:
+            _exact_places(index_at, positions, squared, r, places)
+        for i in range(k):
+            distances[row, places[i]] = math.sqrt(squared[r, i]) * scale
+            indices[row, places[i]] = index_at[positions[r, i]]
+
+
+@compiled(nogil=True)
+def _exact_places(index_at: Ints, positions: Ints, squared: Floats, r: int, places: Ints) -> None:
+    """The place of each neighbour in a row by distance, then by index."""
+    for i in range(places.shape[0]):
+        place, index = 0, index_at[positions[r, i]]
+        for j in range(places.shape[0]):
+            nearer = squared[r, j] < squared[r, i]
+            place += nearer | ((squared[r, j] == squared[r, i]) & (index_at[positions[r, j]] < index))
+        places[i] = place
 
 
 def search_leaves(tree: KdTree, first: int, last: int, k: int) -> tuple[Ints, Floats]:
@@ -123,17 +144,16 @@ def search_leaves(tree: KdTree, first: int, last: int, k: int) -> tuple[Ints, Fl
 
 @compiled(nogil=True)
 def _search(tree: KdTree, first: int, positions: Ints, squared: Floats) -> None:
-    coordinates, boxes, lowest = tree.coordinates, tree.boxes, tree.lowest
+    coordinates, boxes, lowest, indices = tree.coordinates, tree.boxes, tree.lowest, tree.indices
     rows, k = positions.shape
-    candidates = np.empty((LEAF, 2 * k + LEAF))
-    candidates_at = np.empty((LEAF, 2 * k + LEAF), np.int32)
-    counts = np.empty(LEAF, np.int64)
-    bounds = np.empty(LEAF)
-    ties = np.empty(LEAF, np.int64)
-    state = candidates, candidates_at, counts, bounds, ties, np.empty(LEAF), np.empty(LEAF)
+    near = np.empty((LEAF, 2 * k + LEAF))  # candidates of each point of a leaf, and where they are
+    at = np.empty((LEAF, 2 * k + LEAF), np.int32)
+    counts, ties = np.empty(LEAF, np.int64), np.empty(LEAF, np.int64)
+    bounds, gaps, distances = np.empty(LEAF), np.empty(LEAF), np.empty(LEAF)
     stack = np.empty((STACK, 3), np.int64)
     stack_gaps = np.empty(STACK)
     box = np.empty((2, 3))
+    width = coordinates.shape[2]
     for leaf in range(first, first + (rows + LEAF - 1) // LEAF):
         start = (leaf - first) * LEAF
         asking = min(LEAF, rows - start)
@@ -151,7 +171,7 @@ def _search(tree: KdTree, first: int, positions: Ints, squared: Floats) -> None:
             # has the lower indices.
             while b - a > 1 and _within(gap, lowest[node], bound, tie):
                 middle = (a + b) // 2
-                left_gap, right_gap = _gap(box, boxes[2 * node]), _gap(box, boxes[2 * node + 1])
+                left_gap, right_gap = _gap(box, boxes, 2 * node), _gap(box, boxes, 2 * node + 1)
                 if left_gap <= right_gap:
                     stack[top, 0], stack[top, 1], stack[top, 2], stack_gaps[top] = 2 * node + 1, middle, b, right_gap
                     node, b, gap = 2 * node, middle, left_gap
@@ -159,47 +179,47 @@ def _search(tree: KdTree, first: int, positions: Ints, squared: Floats) -> None:
                     stack[top, 0], stack[top, 1], stack[top, 2], stack_gaps[top] = 2 * node, a, middle, left_gap
                     node, a, gap = 2 * node + 1, middle, right_gap
                 top += 1
-            if _within(gap, lowest[node], bound, tie) and _offer(tree, node, leaf, asking, a, k, state):
+            if not _within(gap, lowest[node], bound, tie):
+                continue
+            _gaps(coordinates, leaf, boxes, node, gaps)
+            shrunk = False
+            for q in range(asking):
+                if not _within(gaps[q], lowest[node], bounds[q], ties[q]):
+                    continue
+                x, y, z = coordinates[leaf, 0, q], coordinates[leaf, 1, q], coordinates[leaf, 2, q]
+                for i in range(width):
+                    dx, dy, dz = coordinates[a, 0, i] - x, coordinates[a, 1, i] - y, coordinates[a, 2, i] - z
+                    distances[i] = dx * dx + dy * dy + dz * dz
+                if a == leaf:
+                    distances[q] = np.inf  # a point is no neighbour of itself
+                count, limit = np.uint64(counts[q]), bounds[q]
+                for i in range(LEAF):
+                    near[q, count], at[q, count] = distances[i], a * LEAF + i
+                    count += np.uint64(distances[i] <= limit)  # no branch to predict
+                counts[q] = count
+                if counts[q] > 2 * k:
+                    counts[q], bounds[q], ties[q] = keep_near(near, at, q, counts[q], k, limit, indices)
+                    shrunk = True
+            if shrunk:
                 bound, tie = 0.0, 0
                 for q in range(asking):
                     if bounds[q] > bound or (bounds[q] == bound and ties[q] > tie):
                         bound, tie = bounds[q], ties[q]
         for q in range(asking):
-            keep_nearest(candidates[q], candidates_at[q], counts[q], k, bounds[q], tree.indices)
+            keep_nearest(near, at, q, counts[q], k, bounds[q], indices)
             for i in range(k):
-                squared[start + q, i], positions[start + q, i] = candidates[q, i], candidates_at[q, i]
+                squared[start + q, i], positions[start + q, i] = near[q, i], at[q, i]
 
 
 @compiled(nogil=True)
-def _offer(tree: KdTree, node: int, leaf: int, asking: int, other: int, k: int, state: tuple[Any, ...]) -> bool:
-    """Adds the points of the leaf `other`, at that node, to the candidates of a leaf; returns whether a bound has shrunk."""
-    coordinates, box, lowest = tree.coordinates, tree.boxes[node], tree.lowest[node]
-    candidates, candidates_at, counts, bounds, ties, gaps, distances = state
-    shrunk = False
+def _gaps(coordinates: Floats, leaf: int, boxes: Floats, node: int, gaps: Floats) -> None:
+    """The squared distance of each point of a leaf to the box of a node."""
     gaps[:] = 0.0
     for d in range(3):
+        low, high = boxes[node, 0, d], boxes[node, 1, d]
         for q in range(LEAF):
-            outside = max(max(box[0, d] - coordinates[leaf, d, q], coordinates[leaf, d, q] - box[1, d]), 0.0)
+            outside = max(max(low - coordinates[leaf, d, q], coordinates[leaf, d, q] - high), 0.0)
             gaps[q] += outside * outside
-    for q in range(asking):
-        if not _within(gaps[q], lowest, bounds[q], ties[q]):
-            continue
-        x, y, z = coordinates[leaf, 0, q], coordinates[leaf, 1, q], coordinates[leaf, 2, q]
-        for i in range(LEAF):
-            dx, dy, dz = coordinates[other, 0, i] - x, coordinates[other, 1, i] - y, coordinates[other, 2, i] - z
-            distances[i] = dx * dx + dy * dy + dz * dz
-        if other == leaf:
-            distances[q] = np.inf  # a point is no neighbour of itself
-        count = counts[q]
-        for i in range(LEAF):
-            candidates[q, count], candidates_at[q, count] = distances[i], other * LEAF + i
-            count += 1 if distances[i] <= bounds[q] else 0  # no branch to predict
-        if count > 2 * k:
-            bounds[q], ties[q] = keep_nearest(candidates[q], candidates_at[q], count, k, bounds[q], tree.indices)
-            count = k
-            shrunk = True
-        counts[q] = count
-    return shrunk
 
 
 @compiled(nogil=True)
@@ -209,10 +229,10 @@ def _within(gap: float, lowest: int, bound: float, tie: int) -> bool:
 
 
 @compiled(nogil=True)
-def _gap(one: Floats, other: Floats) -> float:
-    """The squared distance between two boxes."""
+def _gap(box: Floats, boxes: Floats, node: int) -> float:
+    """The squared distance between a box and that of a node."""
     total = 0.0
     for d in range(3):
-        outside = max(max(other[0, d] - one[1, d], one[0, d] - other[1, d]), 0.0)
+        outside = max(max(boxes[node, 0, d] - box[1, d], box[0, d] - boxes[node, 1, d]), 0.0)
         total += outside * outside
     return total

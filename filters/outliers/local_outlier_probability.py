@@ -163,11 +163,14 @@ def _sum(values: Floats) -> float:
     digits = 61
     while (values.shape[0] >> (61 - digits)) > 0:
         digits -= 1
-    unit = math.ldexp(1.0, max(math.frexp(largest)[1] - digits, _LOWEST))
+    exponent = max(math.frexp(largest)[1] - digits, _LOWEST)
+    # Powers of two: a product is exact as a quotient is, and faster. Two of them, since one may be too large for a float64.
+    half = math.ldexp(1.0, -(exponent // 2))
+    other = math.ldexp(1.0, exponent // 2 - exponent)
     total = np.int64(0)
     for value in values:
-        total += np.int64(value / unit)
-    return total * unit
+        total += np.int64(value * half * other)
+    return total * math.ldexp(1.0, exponent)
 
 
 @compiled(nogil=True)

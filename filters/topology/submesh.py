@@ -54,7 +54,8 @@ def submesh_around(points: Floats, faces: Ints, free: Bools, rings: int) -> Subm
     pairs, counts = edge_face_counts(local)
     complete = inside[vertices]
     # An edge of the outermost ring may have lost faces; one that ends further inside has all of them.
-    border_pairs = pairs[(counts == 1) & complete[pairs].any(axis=1)]
+    border_pairs = pairs[counts == 1]
+    border_pairs = border_pairs[complete[border_pairs].any(axis=1)]
     border = np.zeros(len(vertices), dtype=np.bool_)
     border[border_pairs] = True
     return Submesh(vertices, local, points[vertices], free[vertices] & ~border, border)

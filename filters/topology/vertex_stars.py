@@ -4,7 +4,7 @@ At a manifold vertex they form a closed ring, or on the border a fan from one bo
 triangles of every edge then visits each neighbour once.
 """
 
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,12 @@ Kinds: TypeAlias = NDArray[np.uint8]
 NO_STAR, CLOSED, OPEN, IRREGULAR = 0, 1, 2, 3
 # Sorting the triangles round a vertex takes quadratic time; the hub of a fan larger than this counts as irregular.
 _LARGEST_WALK = 64
+# Vertices of a block, which share a table of so many slots.
+_BLOCK = 4096
+_SLOT_BITS = 10
+_SLOTS = 1 << _SLOT_BITS
+# Indices are taken as unsigned numbers: for signed ones the compiler adds the test whether they count from the end.
+_U: Any = np.uint64
 
 
 class Stars(NamedTuple):
@@ -81,13 +87,14 @@ def stars(faces: Ints, n_vertices: int, *, names: Ints | None = None) -> Stars:
     kinds: Kinds = np.empty(n_vertices, dtype=np.uint8)
     sizes: Ints = np.empty(n_vertices, dtype=np.int32)
     with threads_for(n_vertices):
-        order_ends(ring_offsets, ring, kinds, sizes)
+        names = np.empty(0, dtype=np.int32) if names is None else names
+        order_ends(ring_offsets, ring, names, kinds, sizes)
         irregular = np.flatnonzero(kinds == IRREGULAR).astype(np.int32)
         measure_irregular(ring_offsets, ring, irregular, sizes)
         offsets = np.zeros(n_vertices + 1, dtype=np.int64)
         np.cumsum(sizes, out=offsets[1:])
         neighbours = np.empty(offsets[-1], dtype=np.int32)
-        write_stars(ring_offsets, ring, kinds, np.empty(0, dtype=np.int32) if names is None else names, offsets, neighbours)
+        write_stars(ring_offsets, ring, kinds, names, offsets, neighbours)
     end_offsets = np.zeros(len(irregular) + 1, dtype=np.int64)
     np.cumsum(ring_offsets[irregular + 1] - ring_offsets[irregular], out=end_offsets[1:])
     ends = np.empty(end_offsets[-1], dtype=np.int64)
@@ -126,20 +133,8 @@ def _name(names: Ints, i: int) -> int:
 def _write_star(ends: Ints, start: int, stop: int, kind: int, names: Ints, neighbours: Ints, at: int, end: int) -> None:
     """Write the neighbours of one vertex, whose pairs are ordered, from `at` to `end`, in the order that `Stars` states."""
     if kind == CLOSED:
-        lowest = start
-        for k in range(start, stop, 2):
-            if _name(names, ends[k]) < _name(names, ends[lowest]):
-                lowest = k
-        before = lowest - 2 if lowest > start else stop - 2
-        forward = _name(names, ends[lowest + 1]) <= _name(names, ends[before])
-        k = lowest
         for m in range(at, end):
-            neighbours[m] = ends[k]
-            k += 2 if forward else -2
-            if k == stop:
-                k = start
-            elif k < start:
-                k = stop - 2
+            neighbours[m] = ends[start + m - at]
     elif kind == OPEN:
         forward = _name(names, ends[start]) < _name(names, ends[stop - 1])
         for m in range(at, end - 1):
@@ -154,27 +149,80 @@ def _write_star(ends: Ints, start: int, stop: int, kind: int, names: Ints, neigh
 
 
 @compiled(parallel=True)
-def order_ends(end_offsets: Longs, ends: Ints, kinds: Kinds, sizes: Ints) -> None:
-    """Order the pairs at every vertex in place; write the kinds of the stars, and the number of neighbours unless irregular."""
-    for i in prange(kinds.shape[0]):
-        start, stop = end_offsets[i], end_offsets[i + 1]
-        if stop == start:
-            kinds[i] = NO_STAR
-            sizes[i] = 0
-            continue
-        kind = IRREGULAR
-        if stop - start <= 2 * _LARGEST_WALK:
-            kind = _chain(ends, start, stop)
-        kinds[i] = kind
-        if kind == CLOSED:
-            sizes[i] = (stop - start) // 2
-        elif kind == OPEN:
-            sizes[i] = (stop - start) // 2 + 1
+def order_ends(end_offsets: Longs, ends: Ints, names: Ints, kinds: Kinds, sizes: Ints) -> None:
+    """Order the pairs at every vertex in place; write the kinds of the stars, and the number of neighbours unless irregular.
+
+    A closed star stands from where its pairs begin, in the order that `Stars` states.
+    """
+    n = kinds.shape[0]
+    for block in prange((n + _BLOCK - 1) // _BLOCK):
+        known, following = np.full(_SLOTS, -1, dtype=np.int32), np.empty(_SLOTS, dtype=np.int32)
+        walk = np.empty(_LARGEST_WALK, dtype=np.int32)
+        for i in range(block * _BLOCK, min((block + 1) * _BLOCK, n)):
+            start, stop = end_offsets[i], end_offsets[i + 1]
+            size = (stop - start) // 2
+            kind = IRREGULAR if size > 0 else NO_STAR
+            if 0 < size <= _LARGEST_WALK:
+                kind = CLOSED if _walk_round(ends, start, stop, known, following, walk) else _chain(ends, start, stop, walk)
+                if kind == CLOSED:
+                    _write_walk(walk, size, names, ends, start)
+            kinds[i] = kind
+            if kind != IRREGULAR:
+                sizes[i] = size + 1 if kind == OPEN else size
 
 
 @compiled
-def _chain(ends: Ints, start: int, stop: int) -> int:
-    """Order the pairs from `start` to `stop` as a walk ab, bc, cd ... in place; the kind of the star."""
+def _slot(vertex: int) -> int:
+    """The place of a vertex in a small table, far from that of most of its neighbours however they are numbered."""
+    slot: int = (_U(vertex) * _U(0x9E3779B97F4A7C15)) >> _U(64 - _SLOT_BITS)
+    return slot
+
+
+@compiled
+def _walk_round(ends: Ints, start: int, stop: int, known: Ints, following: Ints, walk: Ints) -> bool:
+    """Whether the pairs from `start` to `stop` are found to be a walk ab, bc, cd ... za once round; writes abcd ... z.
+
+    So they are where all triangles turn the same way. The next of each vertex is noted in a table, which needs no search; where
+    two vertices share a slot the walk is given up.
+    """
+    first, last = _U(start), _U(stop)
+    for k in range(first, last, _U(2)):
+        known[_slot(ends[k + _U(1)])] = -1
+    for k in range(first, last, _U(2)):
+        slot = _slot(ends[k])
+        known[slot], following[slot] = ends[k], ends[k + _U(1)]
+    vertex = begin = ends[first]
+    size, wrong = (last - first) // _U(2), 0
+    for m in range(size):
+        slot = _slot(vertex)
+        wrong += (known[slot] != vertex) | ((m > _U(0)) & (vertex == begin))
+        walk[m] = vertex
+        vertex = following[slot]
+    found: bool = (vertex == begin) & (wrong == 0) & (size > _U(1))
+    return found
+
+
+@compiled
+def _write_walk(walk: Ints, size: int, names: Ints, ends: Ints, start: int) -> None:
+    """Write a walk round a vertex from `start` on, in the order that `Stars` states."""
+    lowest, least = _U(0), _name(names, walk[0])
+    count, at = _U(size), _U(start)
+    for m in range(_U(1), count):
+        name = _name(names, walk[m])
+        lowest = m if name < least else lowest
+        least = min(name, least)
+    after = lowest + _U(1) if lowest + _U(1) < count else _U(0)
+    before = lowest - _U(1) if lowest > _U(0) else count - _U(1)
+    way = _U(1) if _name(names, walk[after]) <= _name(names, walk[before]) else count - _U(1)
+    for m in range(count):
+        ends[at + m] = walk[lowest]
+        lowest += way
+        lowest = lowest - count if lowest >= count else lowest
+
+
+@compiled
+def _chain(ends: Ints, start: int, stop: int, walk: Ints) -> int:
+    """Order the pairs from `start` to `stop` as a walk ab, bc, cd ... in place; the kind of the star, the walk if closed."""
     reversed_once = False
     k = start + 2
     while k < stop:
@@ -202,6 +250,8 @@ def _chain(ends: Ints, start: int, stop: int) -> int:
             if ends[m] == ends[k]:
                 return IRREGULAR
     if ends[start] == ends[stop - 1] and stop - start > 2:
+        for m in range((stop - start) // 2):
+            walk[m] = ends[start + 2 * m]
         return CLOSED
     for m in range(start, stop, 2):
         if ends[m] == ends[stop - 1]:

@@ -29,6 +29,7 @@ from pymeshfair.filters.denoising.normal_filter import NormalFilterKeywords
 from pymeshfair.filters.denoising.normal_filters import weighted_normals
 from pymeshfair.filters.geometry import AREA, CENTRE, NORMAL, face_normals, measure_faces
 from pymeshfair.filters.inspection import folded_faces
+from pymeshfair.filters.mesh import ordering
 from pymeshfair.filters.robust import KERNEL_NAMES, KernelName, weight
 from pymeshfair.filters.topology import border_vertices, vertex_faces
 from tests.angles import mean_angle
@@ -280,6 +281,27 @@ def test_threads_make_no_difference(settings: dict[str, Any], monkeypatch: pytes
             results.append(normal_filtering(*NOISY, **settings).tobytes())
     finally:
         set_threads(before)
+    assert results[0] == results[1]
+
+
+# Vertex normals and conjugate gradients take sums over all vertices.
+LOCAL = [s for s in EVERY_METHOD if not {"vertex_normals", "conjugate_gradient"} & {str(value) for value in s.values()}]
+
+
+@pytest.mark.parametrize("settings", LOCAL)
+def test_an_order_of_space_makes_no_difference_to_the_bits(settings: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Vertices and face normals of a mesh in random order, with borders, are the same where it is put into order inside."""
+    vertices, faces, _ = renumbered(noisy(tube(20, 15), 0.02))
+    faces = np.random.default_rng(0).permutation(faces)
+    results = []
+    for fits_in_cache in (10**9, 0):
+        monkeypatch.setattr(ordering, "FITS_IN_CACHE", fits_in_cache)
+        monkeypatch.setattr(ordering, "_NEAR", 0)
+        monkeypatch.setattr(ordering, "_SWEEPS_A_REORDERING_COSTS", 1)
+        normals = {name: value for name, value in settings.items() if name in NormalFilterKeywords.__annotations__}
+        results.append(
+            (normal_filtering(vertices, faces, **settings).tobytes(), filter_face_normals(vertices, faces, **normals).tobytes())
+        )
     assert results[0] == results[1]
 
 
