@@ -100,7 +100,7 @@ def test_a_mesh_of_no_file(tmp_path: Path) -> None:
 def test_numbers_that_a_dimension_cannot_hold(tmp_path: Path) -> None:
     """An intensity from 0 to 1 becomes one of 16 bits; other numbers beside the format's range get a dimension of their own."""
     rng = np.random.default_rng(2)
-    attributes = {
+    attributes: dict[str, Any] = {
         "intensity": rng.random(50),
         "classification": np.arange(250, 300, dtype=np.int32),
         "user_data": np.arange(50, dtype=np.float64),
