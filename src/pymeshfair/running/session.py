@@ -210,7 +210,7 @@ class Session:
         after = self._looked(outcome.result, self._failed("the result has coordinates that are not finite"))
         origins = find_origins(after.mesh, before.mesh)
         if change := change_of(origins, before, after):
-            for text in warnings_of(change, lambda: instead(self._job.recipe, before, present)):
+            for text in warnings_of(change, self._steps, lambda: instead(self._job.recipe, before, present)):
                 self._warn(text)
             if self._job.recipe.info.task in ("denoise", "clean") and (change.relief_lost or 0.0) > ERASED:
                 self._warn(
