@@ -3,9 +3,9 @@
     python benchmarks/recipes_on_scans.py FOLDER --scans FOLDER [--only text,text] [--recipes text,text] [--table]
 
 FOLDER gets the inputs, a line of JSON for each run in `runs.jsonl`, and sheets of pictures for each input; what is there is not
-run again. --scans has rabbit.obj, angel.obj, iron.ply, and nicolo_n2_truth.ply; the others are samples of pymeshlab, a gear whose STL
-file splits its points, and a terrestrial scan: ground to 60 m from a tripod, a wall, a pole, a wire, 1 % of far points. --table
-prints a row for each recipe of what was run, and every run that has a finding.
+run again. --scans has rabbit.obj, angel.obj, iron.ply, and nicolo_n2_truth.ply; the others are samples of pymeshlab, a gear whose
+STL file splits its points, and a terrestrial scan: ground to 60 m from a tripod, a wall, a pole, a wire, 1 % of far points.
+--table prints a row for each recipe of what was run, and every run that has a finding.
 
 A finding is what a run should have said and has not, from the truth: relief that went, noise that stays after a recipe that
 removes noise, a surface that is farther from the truth than before. What adds surface is judged by the 95 % nearest vertices.

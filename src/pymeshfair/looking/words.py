@@ -121,7 +121,8 @@ def change_lines(change: Mapping[str, Any], unit: str | None = None) -> list[str
         if share is not None
     ]
     if kept:
-        lines.append(f"kept: {', '.join(kept)}")
+        unseen = "; of the relief nothing can be told beside the noise" if change["relief_lost"] is None else ""
+        lines.append(f"kept: {', '.join(kept)}{unseen}")
     if change["turned"]:
         more = "more" if change["folded"] else "no more"
         is_fault = "a fault" if change["folded"] else "no fault"

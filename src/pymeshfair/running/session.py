@@ -33,7 +33,7 @@ from .origins import Origins, find_origins
 from .plain_values import plain
 from .printable import PRINTABLE, print_faults
 from .report import Report, StepDone
-from .shape_change import ShapeChange, warnings_of
+from .shape_change import ShapeChange, milder, warnings_of
 from .suitability import ERASED, instead, traits_asked_for
 from .talk import mark
 
@@ -212,10 +212,13 @@ class Session:
         if change := change_of(origins, before, after):
             for text in warnings_of(change, self._steps, lambda: instead(self._job.recipe, before, present)):
                 self._warn(text)
-            if self._job.recipe.info.task in ("denoise", "clean") and (change.relief_lost or 0.0) > ERASED:
+            if self._job.recipe.info.task in ("denoise", "smooth", "clean") and (change.relief_lost or 0.0) > ERASED:
+                better = instead(self._job.recipe, before, present)
+                ways = [way for way in (milder(self._steps), better and f"take {better}") if way]
                 self._warn(
                     f"{change.relief_lost:.0%} of the relief beside the noise is gone: compare the result with the scan; if that "
-                    "was detail, smooth less or not at all; `pymeshfair suggest` ranks recipes by what they would take"
+                    f"was detail: {', or '.join([*ways, 'leave it as it is'])}; `pymeshfair suggest` ranks recipes by what they "
+                    "would take"
                 )
         report = Report(
             input=source,
