@@ -226,7 +226,7 @@ def traits_asked_for(recipe: Recipe, found: Found, attributes: AbstractSet[str])
 
 
 def instead(recipe: Recipe, found: Found, attributes: AbstractSet[str]) -> str:
-    """The recipe to take where another one, which takes away noise, has changed the shape too much; empty if there is none.
+    """The recipe to take where another one, which takes away noise, has changed the shape too much; empty if that is the first.
 
     Args:
         recipe: that was run.
@@ -235,9 +235,9 @@ def instead(recipe: Recipe, found: Found, attributes: AbstractSet[str]) -> str:
     """
     if found.measures is None or recipe.info.task not in _ALIKE:
         return ""
-    worse = {head.name for head in shipped_heads() if head.info.behind == recipe.name} | {recipe.name}
     suited = ranked(traits_of(found.mesh.vertices, found.mesh.faces, found.measures, attributes))
-    return next((s.recipe for s in suited if s.fits and s.task in _ALIKE and s.recipe not in worse), "")
+    alike = [s.recipe for s in suited if s.fits and s.task in _ALIKE]
+    return "" if recipe.name in alike[:1] else next(iter(alike), "")
 
 
 def needed(conditions: Iterable[Condition]) -> set[str]:
