@@ -119,7 +119,9 @@ def run(recipe: str, scan: Path, target: Path) -> dict[str, Any]:
         ]
     done = subprocess.run(command, capture_output=True, text=True, timeout=900)
     document = json.loads(done.stdout) if done.stdout.startswith("{") else {}
-    return {"exit": done.returncode, "messages": done.stderr.strip().splitlines()[-1:], **document}
+    said = done.stderr.strip().splitlines()
+    warnings = [line.removeprefix("warning: ") for line in said if line.startswith("warning: ")]
+    return {"exit": done.returncode, "messages": said[-1:], "warnings": warnings, **document}
 
 
 def target_of(scan: Path, recipe: str) -> Path:
@@ -168,12 +170,12 @@ def distance(mesh: MeshData, truth: MeshData) -> float:
 
 def findings(row: dict[str, Any]) -> Iterator[str]:
     """What should have been said and was not."""
-    if row["exit"] or row["warnings"] or row["recipe"] in SETTINGS:
+    removes_noise = load_recipe(row["recipe"]).info.task in ("clean", "denoise", "smooth")
+    if row["exit"] or row["warnings"] or not removes_noise:
         return
-    task = load_recipe(row["recipe"]).info.task
-    if (row.get("relief") or 0.0) > RELIEF and task != "change the shape":
+    if (row.get("relief") or 0.0) > RELIEF:
         yield f"{row['relief']:.0%} of the relief went"
-    if "distance" in row and row["distance"][1] > row["distance"][0] + 0.05 and task not in ("prepare", "change the shape"):
+    if "distance" in row and not row["added"] and row["distance"][1] > row["distance"][0] + 0.05:
         yield f"{row['distance'][1]:.2f} edges from the truth, before {row['distance'][0]:.2f}"
     if "noise" in row and "_noisy" in row["scan"] and row["noise"][1] > NOISE:
         yield f"noise of {row['noise'][1]:.2f} stays"
@@ -185,7 +187,8 @@ def draw_sheets(scan: Path, recipes: Sequence[str]) -> None:
     meshes = {name: read_file(path).mesh for name, path in there}
     shown = {name: mesh for name, mesh in meshes.items() if len(mesh.faces) or "terrestrial" in scan.stem}
     names = list(shown)[1:]
-    view = {"azimuth": -40.0, "elevation": 25.0, "up": "z"} if scan.stem[:4] in ("gear", "terr") else {}
+    tilted = {"azimuth": -40.0, "elevation": 25.0, "up": "z"}
+    view = tilted if scan.stem[:4] in ("gear", "terr") else {"azimuth": 180.0} if "angel" in scan.stem else {}
     look = Appearance(columns=3, width=520, height=460, **view)
     for part in range(0, len(names), 8):
         sheet = [scan.stem, *names[part : part + 8]]
