@@ -212,7 +212,9 @@ class Session:
         if change := change_of(origins, before, after):
             for text in warnings_of(change, self._steps, lambda: instead(self._job.recipe, before, present)):
                 self._warn(text)
-            if self._job.recipe.info.task in ("denoise", "smooth", "clean") and (change.relief_lost or 0.0) > ERASED:
+            # Who sets how much a recipe smooths has asked for what goes.
+            tasks = ("denoise", "clean") if self._job.overrides else ("denoise", "clean", "smooth")
+            if self._job.recipe.info.task in tasks and (change.relief_lost or 0.0) > ERASED:
                 better = instead(self._job.recipe, before, present)
                 ways = [way for way in (milder(self._steps), better and f"take {better}") if way]
                 self._warn(

@@ -187,6 +187,8 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
     first = next((other for other in fitting if other.task == "denoise"), None)
     if info.task not in _ALIKE and first is not None and all(found.startswith("noise is") for _, found in verdict.unmet):
         return f"{wrong}: run {first.recipe} first"
+    if info.task in _ALIKE and first is None and any(found.startswith("noise is") for _, found in verdict.unmet):
+        return f"{wrong}: it needs no smoothing"
     # What takes away waves of a given size is no substitute for what takes away noise.
     judged_alike = [other for other in fitting if not info.measure or other.measure == info.measure]
     same = [other for other in judged_alike if other.task in alike and len(other.met) > 1]
