@@ -18,10 +18,10 @@ _MEASURABLE = 0.7
 def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise: float = 0.0) -> float | None:
     """1 - <h', h> / (|h|^2 - |h_n|^2), h and h' the heights before and after, h_n those of noise alone.
 
-    The heights are n . (q - 2 S q + S S q), n the normals of S q, S the implicit step that halves waves of 8 mean edges, and q = p:
-    of a ball or a cylinder they are 0. Noise in h is no loss: its energy is that of noise of the stated level on the same surface,
-    and is subtracted. Where what is left is less than 0.7 of all, S halves waves of 16 mean edges, and q is p without what is
-    shorter than 6: noise of 0.3 edges is a tenth of that.
+    The heights are n . (q - 2 S q + S S q), n the normals of S q, S the implicit step that halves waves of 8 mean edges, and
+    q = p: of a ball or a cylinder they are 0. Noise in h is no loss: its energy is that of noise of the stated level on the same
+    surface, and is subtracted. Where what is left is less than 0.7 of all, S halves waves of 16 mean edges, and q is p without
+    what is shorter than 6: of noise hardly a hundredth of the energy is left there.
 
     Args:
         before: (n, 3) coordinates.
@@ -45,9 +45,7 @@ def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise:
     return next((lost for band in BANDS if (lost := _lost_in(band, points, result, triangles, edge, level)) is not None), None)
 
 
-def _lost_in(
-    band: tuple[float, float], before: Floats, after: Floats, faces: Ints, edge: float, level: float
-) -> float | None:
+def _lost_in(band: tuple[float, float], before: Floats, after: Floats, faces: Ints, edge: float, level: float) -> float | None:
     """What is lost of the relief of a band; None where it does not stand out from the noise."""
     shortest, longest = (edge * length for length in band)
     smooth = _smoothed(_smoothed(before, faces, shortest), faces, longest)
