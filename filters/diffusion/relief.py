@@ -21,7 +21,7 @@ def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise:
     The heights are n . (q - 2 S q + S S q), n the normals of S q, S the implicit step that halves waves of 8 mean edges, and
     q = p: of a ball or a cylinder they are 0. Noise in h is no loss: its energy is that of noise of the stated level on the same
     surface, and is subtracted. Where what is left is less than 0.7 of all, S halves waves of 16 mean edges, and q is p without
-    what is shorter than 6: of noise hardly a hundredth of the energy is left there.
+    what is shorter than 6, which is most of the noise.
 
     Args:
         before: (n, 3) coordinates.
