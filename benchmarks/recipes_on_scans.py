@@ -181,6 +181,49 @@ def findings(row: dict[str, Any]) -> Iterator[str]:
         yield f"noise of {row['noise'][1]:.2f} stays"
 
 
+def tables(rows: Sequence[dict[str, Any]]) -> Iterator[str]:
+    """What recipes that remove noise do, a column for each scan, and what became of all runs of each recipe."""
+    found = {(row["scan"], row["recipe"]): row for row in rows}
+    scans = [scan for scan in dict.fromkeys(row["scan"].removesuffix("_noisy") for row in rows) if scan != "terrestrial"]
+    removing = [name for name in recipes_of("mesh") if load_recipe(name).info.task in ("clean", "denoise", "smooth")]
+
+    def cell(row: dict[str, Any], text: str) -> str:
+        return f"({text})" if row["warnings"] else text
+
+    def distances(row: dict[str, Any], which: int) -> str:
+        return f"{row['distance'][which]:.2f}"
+
+    def relief(row: dict[str, Any]) -> str:
+        lost = row["relief told"] if row["relief told"] is not None else row.get("relief")
+        return "0" if not row["moved"][1] else "?" if lost is None else f"{100.0 * lost:.0f}"
+
+    yield f"| noise of {LEVEL} | {' | '.join(scans)} |"
+    yield "|---|" + "---:|" * len(scans)
+    yield f"| as it is | {' | '.join(distances(found[f'{scan}_noisy', 'denoise'], 0) for scan in scans)} |"
+    for name in removing:
+        those = [found[f"{scan}_noisy", name] for scan in scans]
+        yield f"| `{name}` | {' | '.join(cell(row, distances(row, 1)) for row in those)} |"
+    yield ""
+    yield f"| as they are | {' | '.join(scans)} |"
+    yield "|---|" + "---:|" * len(scans)
+    for name in removing:
+        those = [found[scan, name] for scan in scans]
+        yield f"| `{name}` | {' | '.join(cell(row, relief(row)) for row in those)} |"
+    yield ""
+    yield "| recipe | runs | without a warning | with one | refused or failed | moved at most, edges | removed at most |"
+    yield "|---|---:|---:|---:|---:|---:|---:|"
+    for name in dict.fromkeys(row["recipe"] for row in rows):
+        those = [row for row in rows if row["recipe"] == name]
+        written = [row for row in those if not row["exit"]]
+        warned = sum(bool(row["warnings"]) for row in written)
+        moved = max((row["moved"][1] or 0.0 for row in written if row["moved"][1] is not None), default=0.0)
+        removed = max((row["removed"][1] or 0.0 for row in written), default=0.0)
+        yield (
+            f"| `{name}` | {len(those)} | {len(written) - warned} | {warned} | {len(those) - len(written)} | {moved:.1f} | "
+            f"{removed:.0%} |"
+        )
+
+
 def draw_sheets(scan: Path, recipes: Sequence[str]) -> None:
     """The scan and its results, eight a sheet."""
     there = [(scan.stem, scan), *((name, path) for name in recipes if (path := target_of(scan, name)).exists())]
@@ -222,6 +265,8 @@ def main() -> int:
                         file.write(json.dumps(row) + "\n")
                     rows.append(row)
             draw_sheets(scan, names)
+    for line in tables(rows) if options.table else ():
+        print(line)
     for row in rows:
         for finding in findings(row):
             print(f"{row['scan']} {row['recipe']}: {finding}")
