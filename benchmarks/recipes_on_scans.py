@@ -155,7 +155,8 @@ def row_of(recipe: str, scan: Path) -> dict[str, Any]:
     row["distance"] = [distance(mesh, truth) / edge for mesh in (before, after)]
     if len(after.vertices) == len(truth.vertices) and np.array_equal(after.faces, truth.faces):
         level = row["noise"][0] if "_noisy" not in scan.stem else 0.0
-        row["relief"] = relief_lost(truth.vertices, after.vertices, truth.faces, noise=level)
+        lost = relief_lost(truth.vertices, after.vertices, truth.faces, noise=level)
+        row["relief"] = None if lost is None else lost.share
     return row
 
 

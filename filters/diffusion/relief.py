@@ -1,5 +1,7 @@
 """How much of the relief of a surface a filter has taken: of the heights over a smoother surface that are no noise."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -15,7 +17,19 @@ BANDS = ((0.0, 8.0), (6.0, 16.0))
 _MEASURABLE = 0.7
 
 
-def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise: float = 0.0) -> float | None:
+class ReliefLoss(NamedTuple):
+    """How much relief is lost.
+
+    Attributes:
+        share: from 0, nothing, to 1, all, and beyond where relief was turned over.
+        shortest: the shortest waves that count, in mean edges; 0 for all, else shorter relief is hidden by the noise.
+    """
+
+    share: float
+    shortest: float
+
+
+def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise: float = 0.0) -> ReliefLoss | None:
     """1 - <h', h> / (|h|^2 - |h_n|^2), h and h' the heights before and after, h_n those of noise alone.
 
     The heights are n . (q - 2 S q + S S q), n the normals of S q, S the implicit step that halves waves of 8 mean edges, and
@@ -30,8 +44,7 @@ def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise:
         noise: its standard deviation along the normals before, in mean edges, the same at every vertex and independent.
 
     Returns:
-        From 0, nothing is lost, to 1, all is, and beyond where relief was turned over; None where there is no relief that stands
-        out from the noise.
+        What is lost; None where no relief stands out from the noise.
 
     Raises:
         FilterInputError: not a mesh, or a level below 0.
@@ -42,7 +55,11 @@ def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise:
     edge = mean_edge_length(points, triangles)
     if not edge > 0.0:
         return None
-    return next((lost for band in BANDS if (lost := _lost_in(band, points, result, triangles, edge, level)) is not None), None)
+    for band in BANDS:
+        lost = _lost_in(band, points, result, triangles, edge, level)
+        if lost is not None:
+            return ReliefLoss(lost, band[0])
+    return None
 
 
 def _lost_in(band: tuple[float, float], before: Floats, after: Floats, faces: Ints, edge: float, level: float) -> float | None:

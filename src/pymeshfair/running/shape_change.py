@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from ..filters.mesh import bounding_box, scaled_to_unit
 from ..filters.topology import border_vertices, connected_components
 from ..scripts.script import Step
 from .origins import Origins, removed_elements
+
+if TYPE_CHECKING:
+    from ..filters.diffusion import ReliefLoss
 
 #: A run warns where a side of the box has changed by more than this share,
 LARGEST_SIDE_CHANGE = 0.01
@@ -140,6 +143,7 @@ class ShapeChange:
             else None.
         relief_lost: `pymeshfair.filters.diffusion.relief_lost` of the faces whose vertices are the same, beside the noise that is
             estimated, on a sample of a large mesh; None where no vertex moved or relief does not stand out.
+        relief_from: the shortest waves that count there, in mean edges; 0 for all, else shorter relief is hidden by the noise.
         sharp_kept: the share of the length of their sharp edges, those of noise among them, that is sharp still; None without.
     """
 
@@ -153,6 +157,7 @@ class ShapeChange:
     turned: int | None
     folded: Folded | None
     relief_lost: float | None = None
+    relief_from: float = 0.0
     sharp_kept: float | None = None
 
 
@@ -191,12 +196,13 @@ def shape_change(origins: Origins, measured: tuple[SurfaceMeasures, SurfaceMeasu
         removed=_part(*before, gone, faces_gone, first.area),
         turned=turned,
         folded=folded,
-        relief_lost=relief,
+        relief_lost=None if relief is None else relief.share,
+        relief_from=0.0 if relief is None else relief.shortest,
         sharp_kept=sharp,
     )
 
 
-def _details(origins: Origins, edge: float) -> tuple[float | None, float | None]:
+def _details(origins: Origins, edge: float) -> tuple[ReliefLoss | None, float | None]:
     """Which share of the relief is lost, and which of the sharp edges is kept, of the faces whose vertices are the same."""
     # Half of all filters come with these, and most runs of a batch without measures need none of them.
     from ..filters.denoising.noise_level import estimate_noise

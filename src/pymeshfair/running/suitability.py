@@ -39,11 +39,13 @@ class Trial:
         error: at vertices that were held out, along the normals; on a scan without noise how far the others were moved.
         before: the same of the scan as it is.
         relief: the share of the relief that went; None where there is none that stands out from the noise.
+        relief_from: the shortest waves that count there; 0 for all.
     """
 
     error: float
     before: float
     relief: float | None
+    relief_from: float = 0.0
 
     @property
     def erases(self) -> bool:
@@ -56,7 +58,8 @@ class Trial:
         if self.error == self.before == 0.0:
             return "it would move nothing, as there is no noise"
         unseen = ", and the relief is too low beside the noise to be measured: look at the result" if self.before else ""
-        kept = unseen if self.relief is None else f", and would take {self.relief:.0%} of the relief"
+        hidden = f" from {self.relief_from:g} edges on, shorter relief being hidden by the noise" if self.relief_from else ""
+        kept = unseen if self.relief is None else f", and would take {self.relief:.0%} of the relief{hidden}"
         if self.before == 0.0:
             return f"there is no noise: it would move vertices by {self.error:.2g} edges{kept}"
         return f"tried here, it misses vertices by {self.error:.3f} edges, the scan as it is by {self.before:.3f}{kept}"
