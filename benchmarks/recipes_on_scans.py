@@ -1,6 +1,6 @@
 """Every recipe on ten scans, each as it is and with noise of 0.3 mean edges: figures, pictures, and what is left unsaid.
 
-    python benchmarks/recipes_on_scans.py FOLDER --scans FOLDER [--only text,text] [--recipes text,text] [--table]
+    python benchmarks/recipes_on_scans.py FOLDER --scans FOLDER [--only text,text] [--recipes text,text] [--table] [--picture PNG]
 
 FOLDER gets the inputs, a line of JSON for each run in `runs.jsonl`, and sheets of pictures for each input; what is there is not
 run again. --scans has rabbit.obj, angel.obj, iron.ply, and nicolo_n2_truth.ply; the others are samples of pymeshlab, a gear whose
@@ -183,11 +183,16 @@ def findings(row: dict[str, Any]) -> Iterator[str]:
         yield f"noise of {row['noise'][1]:.2f} stays"
 
 
+def removing_noise() -> list[str]:
+    """The recipes for meshes that remove noise."""
+    return [name for name in recipes_of("mesh") if load_recipe(name).info.task in ("clean", "denoise", "smooth")]
+
+
 def tables(rows: Sequence[dict[str, Any]]) -> Iterator[str]:
     """What recipes that remove noise do, a column for each scan, and what became of all runs of each recipe."""
     found = {(row["scan"], row["recipe"]): row for row in rows}
     scans = [scan for scan in dict.fromkeys(row["scan"].removesuffix("_noisy") for row in rows) if scan != "terrestrial"]
-    removing = [name for name in recipes_of("mesh") if load_recipe(name).info.task in ("clean", "denoise", "smooth")]
+    removing = removing_noise()
 
     def cell(row: dict[str, Any], text: str) -> str:
         return f"({text})" if row["warnings"] else text
@@ -240,6 +245,15 @@ def draw_sheets(scan: Path, recipes: Sequence[str]) -> None:
         draw_meshes([shown[name] for name in sheet], sheet, look).save(scan.with_name(f"sheet_{scan.stem}_{part // 8}.png"))
 
 
+def draw_example(folder: Path, target: Path) -> None:
+    """The gear with noise, and what each recipe that removes noise makes of it."""
+    scan = folder / "gear_noisy.stl"
+    shown = {"gear with noise": scan} | {name: target_of(scan, name) for name in removing_noise()}
+    look = Appearance(columns=4, width=300, height=230, azimuth=-40.0, elevation=25.0, up="z")
+    drawn = draw_meshes([read_file(path).mesh for path in shown.values()], list(shown), look)
+    drawn.quantize(64).save(target, optimize=True)
+
+
 def main() -> int:
     """Run what was not, draw, print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -248,6 +262,7 @@ def main() -> int:
     parser.add_argument("--only", default="", help="parts of names of scans, with commas; all by default")
     parser.add_argument("--recipes", default="", help="the same of recipes")
     parser.add_argument("--table", action="store_true")
+    parser.add_argument("--picture", type=Path, help="of the gear, of which everyone may have one")
     options = parser.parse_args()
     folder: Path = options.folder
     log = folder / "runs.jsonl"
@@ -255,7 +270,7 @@ def main() -> int:
         folder.mkdir(parents=True)
         write_inputs(folder, options.scans)
     rows = [json.loads(line) for line in log.read_text().splitlines()] if log.exists() else []
-    if not options.table:
+    if not options.table and options.picture is None:
         done = {(row["scan"], row["recipe"]) for row in rows}
         inputs = sorted(p for p in folder.iterdir() if p.suffix in (".ply", ".obj", ".stl") and "+" not in p.name)
         for scan in (p for p in inputs if any(text in p.stem for text in options.only.split(","))):
@@ -267,6 +282,8 @@ def main() -> int:
                         file.write(json.dumps(row) + "\n")
                     rows.append(row)
             draw_sheets(scan, names)
+    if options.picture is not None:
+        draw_example(folder, options.picture)
     for line in tables(rows) if options.table else ():
         print(line)
     for row in rows:
