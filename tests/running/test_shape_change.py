@@ -57,6 +57,20 @@ def test_a_recipe_is_told_what_it_has(head: RecipeHead) -> None:
     assert not said or head.name != "fair_selection"
 
 
+def test_much_new_surface_is_a_warning() -> None:
+    """A sheet of a square to which one as large is added has as much new surface as it had."""
+    vertices, faces = grid(3, 3)
+    more = len(vertices)
+    both = np.concatenate([vertices, vertices + 9.0]), np.concatenate([faces, faces + np.int32(more)])
+    before, after = (MeshData(vertices=v, faces=f) for v, f in ((vertices, faces), both))
+    numbers = [np.concatenate([np.arange(n), np.full(n, -1)]) for n in (more, len(faces))]
+    found = shape_change(
+        Origins(before, after, numbers[0], numbers[1], known=True), (surface_measures(vertices, faces), surface_measures(*both))
+    )
+    (text,) = warnings_of(found, (), str)
+    assert text.startswith("new surface of 100% of the area that was scanned was added")
+
+
 def test_faces_that_turned_over_are_counted() -> None:
     """A reflection in a point leaves the directions of all faces as they are; a fold turns one over."""
     vertices, faces = icosphere(2)

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 #: A run warns where a side of the box has changed by more than this share,
 LARGEST_SIDE_CHANGE = 0.01
-#: or a vertex has moved by more than this many mean edges.
-LARGEST_MOVE = 5.0
+#: or a vertex has moved by more than this many mean edges, or more than this share of the area was added.
+LARGEST_MOVE, LARGEST_ADDED = 5.0, 1.0 / 3.0
 #: parameters of which a smaller value does less
 _AMOUNTS = ("gain", "detail_size", "outer_iterations", "iterations", "stepsmoothnum")
 #: pieces that are listed one by one
@@ -223,13 +223,16 @@ def _details(origins: Origins, edge: float) -> tuple[ReliefLoss | None, float | 
 def warnings_of(change: ShapeChange, steps: Sequence[Step], other_recipe: Callable[[], str]) -> Iterator[str]:
     """What the user should know of a change of shape, and what to do about it.
 
-    Nothing where elements were added or removed: there the box changes on purpose.
+    Of dimensions and moves nothing where elements were added or removed: there the box changes on purpose.
 
     Args:
         change: of `shape_change`.
         steps: of the recipe, whose parameters are named.
         other_recipe: finds the recipe to take in place of this one, empty if none is better.
     """
+    more = (change.added.share or 0.0) - (change.removed.share or 0.0)
+    if change.moved is not None and change.moved.same and more > LARGEST_ADDED:
+        yield f"new surface of {more:.0%} of the area that was scanned was added, which nobody measured: look at it"
     if change.moved is None or change.turned is None:
         return
     dimensions = change.sides_without_noise is not None and _is_large(change.sides_without_noise)
