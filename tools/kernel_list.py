@@ -1,4 +1,4 @@
-"""The list of what is compiled at installation: the kernels that the shipped recipes, and all filters as they are, do use."""
+"""The list of kernels that are compiled at installation: those that recipes, reports, and all filters as they are, do use."""
 
 from __future__ import annotations
 
@@ -8,16 +8,19 @@ import tempfile
 from pathlib import Path
 
 from pymeshfair.commands.demo import sample_scan
+from pymeshfair.commands.report_file import compared_files, report_page
 from pymeshfair.declaration import Filter
 from pymeshfair.errors import PymeshfairError
 from pymeshfair.files.inputs import read_file
 from pymeshfair.files.saving import save_mesh
 from pymeshfair.filters.compilation import ahead, loaded_kernels, signatures_of
+from pymeshfair.looking.mesh_state import state_of
 from pymeshfair.mesh_data import moved
 from pymeshfair.meshset import MeshSet
 from pymeshfair.recipe import Recipe, load_recipe, shipped_recipes
 from pymeshfair.registry import custom_filters
 from pymeshfair.running.job import Job
+from pymeshfair.running.read import read_mesh
 from pymeshfair.running.session import Session
 from pymeshfair.scripts.guards import Guards
 
@@ -35,6 +38,7 @@ def list_text() -> str:
         for recipe in shipped_recipes():
             _run(load_recipe(recipe), scans[scan_of(recipe)], folder)
         _run(load_recipe("clean_range_map"), sample_scan(), folder)
+        _compare(sample_scan(), scans[scan_of("denoise")])
         _read_polygons(folder)
         for filter in custom_filters():
             for scan in scans.values():
@@ -53,6 +57,13 @@ def _run(recipe: Recipe, scan: Path, folder: Path) -> None:
         Session(job, stage, lambda event: None).run()
     except PymeshfairError as error:  # what it used until then counts
         print(f"  {recipe.name} on {scan.name}: {error}", file=sys.stderr)
+
+
+def _compare(before: Path, after: Path) -> None:
+    """Two meshes, with a report."""
+    states = [state_of(read_mesh(path)) for path in (before, after)]
+    compared, left_out = compared_files(*states, tolerance=states[0].mean_edge)
+    report_page(compared, title="", subtitle="", numbers={"files": {}}, up="y", warnings=(), left_out=left_out)
 
 
 def _read_polygons(folder: Path) -> None:

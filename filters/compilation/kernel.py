@@ -101,7 +101,6 @@ class Kernel:
         self.__qualname__ = function.__qualname__
         self.__module__ = function.__module__
         self.__doc__ = function.__doc__
-        self._is_parallel = bool(options.get("parallel"))
         self._code: dict[Signature, Callable[..., Any]] = {}
 
     def __call__(self, *arguments: Any) -> Any:
@@ -137,6 +136,13 @@ class Kernel:
             store.write(name, code)
         loaded = self._code[signature] = machine_code.load(code, self.__name__)
         return loaded
+
+    @cached_property
+    def _is_parallel(self) -> bool:
+        """Whether it, or a kernel that it calls, has parallel loops."""
+        names = self.py_func.__globals__
+        called = (names.get(name) for name in self.py_func.__code__.co_names)
+        return bool(self.options.get("parallel")) or any(isinstance(each, Kernel) and each._is_parallel for each in called)
 
     @property
     def _can_be_imported(self) -> bool:

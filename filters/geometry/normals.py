@@ -12,6 +12,8 @@ from .measures import cross_product
 
 #: The columns of the table of `measure_faces`: the unit normal, the area, the centre; the last is not used.
 NORMAL, AREA, CENTRE = slice(0, 3), 3, slice(4, 7)
+#: faces of which a table is made at a time
+_BLOCK = 1 << 16
 
 
 def measure_faces(vertices: Floats, faces: Ints, table: Floats | None = None) -> Floats:
@@ -31,7 +33,20 @@ def measure_faces(vertices: Floats, faces: Ints, table: Floats | None = None) ->
 
 def face_normals(vertices: Floats, faces: Ints) -> Floats:
     """(m, 3) the unit normals of the faces; 0 where a face has no area."""
-    return np.ascontiguousarray(measure_faces(vertices, faces)[:, NORMAL])
+    return _measured(vertices, faces, NORMAL, np.empty((len(faces), 3)))
+
+
+def face_areas(vertices: Floats, faces: Ints) -> Floats:
+    """(m,) the areas of the faces."""
+    return _measured(vertices, faces, AREA, np.empty(len(faces)))
+
+
+def _measured(vertices: Floats, faces: Ints, columns: slice | int, values: Floats) -> Floats:
+    """Some columns of `measure_faces`, in blocks that stay in the cache: the whole table is three times as large as normals."""
+    for start in range(0, len(faces), _BLOCK):
+        part = slice(start, start + _BLOCK)
+        values[part] = measure_faces(vertices, faces[part])[:, columns]
+    return values
 
 
 def normal_differences(vertices: Floats, faces: Ints) -> Floats:

@@ -12,6 +12,7 @@ from .curvature import (
     mean_curvature,
 )
 from .displacement import CORRESPONDENCES, Correspondence, Displacement, displacement
+from .face_samples import sample_places
 from .folded_faces import folded_faces, side_changes, triangle_shapes
 from .reflection_lines import reflection_stripes
 from .sharp_edges import SHARP, SharpEdges, share_kept, sharp_edges
@@ -49,6 +50,7 @@ __all__ = [
     "mesh_normals",
     "reflection_stripes",
     "robust_limits",
+    "sample_places",
     "sequential_colors",
     "share_kept",
     "sharp_edges",

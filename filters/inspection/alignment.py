@@ -9,7 +9,7 @@ import numpy as np
 
 from ..libraries import spatial
 from ..mesh import Floats, Ints
-from .face_samples import face_samples
+from .face_samples import face_samples, sample_places
 from .surface import Surface
 
 #: samples of the surface that is moved
@@ -50,15 +50,16 @@ def align(vertices: Floats, faces: Ints, to: Surface) -> Alignment:
         to: the other surface, with faces.
     """
     middle = vertices.mean(axis=0)
-    samples = face_samples(vertices - middle, faces, _SAMPLES).places if len(faces) else vertices - middle
-    samples = samples[:: max(1, len(samples) // _SAMPLES)]
+    local = vertices - middle
+    of = face_samples(local, faces, _SAMPLES).faces
+    samples = sample_places(local, faces, of, np.arange(0, len(of), max(1, len(of) // _SAMPLES)))
     size = float(np.linalg.norm(np.ptp(samples, axis=0))) or 1.0
     turn, shift = np.eye(3), np.zeros(3)
     residual, iterations, step = math.inf, 0, math.inf
     while iterations < _ITERATIONS and step > _SMALLEST:
         iterations += 1
         places = samples @ turn.T + shift
-        nearest = to.nearest(places + middle)
+        nearest = to.nearest(places + middle, vectors=True)
         kept = np.argsort(nearest.distances, kind="stable")[: max(6, int(_TRUSTED * len(places)))]
         residual = math.sqrt(float((nearest.distances[kept] ** 2).mean()))
         normals, p = to.normals_of(nearest.elements[kept]), places[kept] / size
@@ -70,5 +71,5 @@ def align(vertices: Floats, faces: Ints, to: Surface) -> Alignment:
         turn, shift = more @ turn, more @ shift + size * found[3:]
         step = float(np.linalg.norm(found))
     angle = math.degrees(float(spatial.transform.Rotation.from_matrix(turn).magnitude()))
-    moved = (vertices - middle) @ turn.T + shift + middle
+    moved = local @ turn.T + shift + middle
     return Alignment(moved, angle, float(np.linalg.norm(shift)), residual, iterations, step <= _SMALLEST)

@@ -36,11 +36,11 @@ class Limits(NamedTuple):
 
 def robust_limits(values: Floats) -> Limits:
     """The limits that leave out 1 % of the finite values at each end; 0 and 0 if there are none."""
-    finite = values[np.isfinite(values)]
-    if not len(finite):
+    halves = 0.5 * values[np.isfinite(values)]
+    if not len(halves):
         return Limits(0.0, 0.0)
-    # Halved first: between two large numbers of either sign quantiles are interpolated by their difference.
-    low, high = 2.0 * np.quantile(0.5 * finite, [(1.0 - ENCLOSED) / 2, (1.0 + ENCLOSED) / 2])
+    # Halves, since between two large numbers of either sign quantiles are interpolated by their difference.
+    low, high = 2.0 * np.quantile(halves, [(1.0 - ENCLOSED) / 2, (1.0 + ENCLOSED) / 2], overwrite_input=True)
     return Limits(float(low), float(high))
 
 
@@ -49,7 +49,7 @@ def symmetric_limits(values: Floats) -> Limits:
     sizes = np.abs(values[np.isfinite(values)])
     if not len(sizes):
         return Limits(0.0, 0.0)
-    limit = float(np.quantile(sizes, ENCLOSED)) or float(sizes.max())
+    limit = float(np.quantile(sizes, ENCLOSED, overwrite_input=True)) or float(sizes.max())
     return Limits(-limit, limit)
 
 

@@ -71,7 +71,7 @@ def displacement(
         correspondence == "auto" and same and len(triangles) > 0 and np.array_equal(triangles, target_faces)
     )
     if not by_vertex:
-        nearest = ground.nearest(points)
+        nearest = ground.nearest(points, vectors=True)
         return Displacement(nearest.vectors, nearest.distances, nearest.signed, by_vertex=False)
     vectors = points - targets
     heights = np.einsum("ij,ij->i", vectors, ground.normals_at_vertices())

@@ -6,7 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry import AREA, measure_faces
+from ..compilation import compiled
+from ..execution import over_range
+from ..geometry import face_areas
 from ..mesh import Floats, Ints, Longs
 
 #: The steps of the sequence whose points fill a square most evenly of all such sequences: 1 / g and 1 / g^2, g^3 = g + 1
@@ -15,16 +17,14 @@ _STEPS = (0.7548776662466927, 0.5698402909980532)
 
 
 class FaceSamples(NamedTuple):
-    """k places on a surface.
+    """k samples of a surface; `sample_places` says where they are.
 
     Attributes:
-        places: (k, 3) their coordinates.
-        faces: (k,) the face of each, ascending.
+        faces: (k,) the face of each, ascending; in a cloud the vertex.
         areas: (k,) the area for which each stands; together that of the surface.
     """
 
-    places: Floats
-    faces: Longs
+    faces: Ints
     areas: Floats
 
 
@@ -36,19 +36,44 @@ def face_samples(vertices: Floats, faces: Ints, count: int) -> FaceSamples:
     random samples.
 
     Args:
-        vertices: (n, 3) coordinates.
-        faces: (m, 3) triangles.
+        vertices: (n, 3) coordinates, best near the origin.
+        faces: (m, 3) triangles; none of a cloud, whose vertices are the samples.
         count: how many are asked for.
     """
-    measured = measure_faces(vertices, faces)[:, AREA]
+    if not len(faces):
+        return FaceSamples(np.arange(len(vertices), dtype=np.int32), np.ones(len(vertices)))
+    measured = face_areas(vertices, faces)
     shares = measured * (count / total) if (total := measured.sum()) > 0.0 else measured
     per_face = np.maximum(np.rint(shares), 1.0).astype(np.int64)
-    of = np.repeat(np.arange(len(faces)), per_face)
-    k = np.arange(1, len(of) + 1)
-    s, t = ((step * k) % 1.0 for step in _STEPS)
-    over = s + t > 1.0
-    s, t = np.where(over, 1.0 - s, s)[:, None], np.where(over, 1.0 - t, t)[:, None]
-    a = vertices[faces[of, 0]]
-    places = a + s * (vertices[faces[of, 1]] - a)
-    places += t * (vertices[faces[of, 2]] - a)
-    return FaceSamples(places, of, (measured / per_face)[of])
+    of = np.repeat(np.arange(len(faces), dtype=np.int32), per_face)
+    return FaceSamples(of, (measured / per_face)[of])
+
+
+def sample_places(vertices: Floats, faces: Ints, samples: Ints, rows: Longs) -> Floats:
+    """(r, 3) where samples lie.
+
+    Args:
+        vertices: (n, 3) coordinates.
+        faces: (m, 3) triangles, or none.
+        samples: (k,) the face of every sample.
+        rows: (r,) the samples that are asked for.
+    """
+    if not len(faces):
+        return vertices[samples[rows]]
+    places = np.empty((len(rows), 3))
+    over_range(_place, len(rows), vertices, faces, samples, rows, places)
+    return places
+
+
+@compiled(nogil=True)
+def _place(vertices: Floats, faces: Ints, samples: Ints, rows: Longs, places: Floats, first: int, last: int) -> None:
+    """The points of the sequence as weights of corners, those beyond the diagonal of the square mirrored at its middle."""
+    for r in range(first, last):
+        s, t = (_STEPS[0] * (rows[r] + 1)) % 1.0, (_STEPS[1] * (rows[r] + 1)) % 1.0
+        if s + t > 1.0:
+            s, t = 1.0 - s, 1.0 - t
+        f = samples[rows[r]]
+        for d in range(3):
+            a = vertices[faces[f, 0], d]
+            to_second, to_third = vertices[faces[f, 1], d] - a, vertices[faces[f, 2], d] - a
+            places[r, d] = a + s * to_second + t * to_third

@@ -243,21 +243,19 @@ class NearestPlaces(NamedTuple):
     """The places of a surface nearest to q points.
 
     Attributes:
-        vectors: (q, 3) from the places to the points, in mesh units.
-        distances: (q,) their lengths.
+        signed: (q,) how far the points are from the places, negative on the side from which the faces look away.
         elements: (q,) the face on which each place lies; in a cloud the point that it is.
-        sides: (q,) 1 on the side to which the faces look, and where that tells nothing; -1 on the other.
+        vectors: (q, 3) from the places to the points, in mesh units; (0, 3) if they were not asked for.
     """
 
+    signed: Floats
+    elements: Ints
     vectors: Floats
-    distances: Floats
-    elements: Longs
-    sides: Floats
 
     @property
-    def signed(self) -> Floats:
-        """(q,) the distances, negative on the inner side."""
-        return self.sides * self.distances
+    def distances(self) -> Floats:
+        """(q,) the distances without sign."""
+        return np.abs(self.signed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -287,33 +285,34 @@ class Surface:
         proper = np.flatnonzero(proper_faces(triangles))
         return cls(normalised_mesh(points, triangles[proper]), proper, len(points))
 
-    def nearest(self, queries: Floats) -> NearestPlaces:
+    def nearest(self, queries: Floats, *, vectors: bool = False) -> NearestPlaces:
         """The nearest place to each of (q, 3) points: exact, and of places as near as each other that of the lowest face.
 
         The side is that of the face, and at an edge or a vertex that of the sum of its faces' normals, weighted with the angle
         at a vertex: then it is right for every point around a closed surface [baerentzen2005].
         """
         count = len(queries)
-        found = NearestPlaces(np.empty((count, 3)), np.empty(count), np.empty(count, np.int64), np.ones(count))
+        found = NearestPlaces(np.empty(count), np.empty(count, np.int32), np.empty((count * vectors, 3)))
         # By blocks, as what is computed on the way takes five times the memory of what is found.
         for start in range(0, count, _BLOCK):
             part = slice(start, start + _BLOCK)
-            for whole, values in zip(found, self._nearest(queries[part]), strict=True):
-                whole[part] = values
+            found.signed[part], found.elements[part], offsets = self._nearest(queries[part])
+            if vectors:
+                found.vectors[part] = offsets
         return found
 
-    def _nearest(self, queries: Floats) -> tuple[Floats, Floats, Longs, Floats | float]:
+    def _nearest(self, queries: Floats) -> tuple[Floats, Longs, Floats]:
         mesh = self.mesh
         local = self.local(queries)
         if not len(mesh.cells):
             distances, points = self._points.query(local)
-            return (local - mesh.points[points]) / mesh.scale, distances / mesh.scale, mesh.used[points], 1.0
+            return distances / mesh.scale, mesh.used[points], (local - mesh.points[points]) / mesh.scale
         cells, weights, distances = self._tree.nearest(local)
         corners = mesh.points[mesh.cells[cells]]
         s, t = weights[:, :1], weights[:, 1:]
         vectors = local - corners[:, 0] - s * (corners[:, 1] - corners[:, 0]) - t * (corners[:, 2] - corners[:, 0])
         outwards = np.einsum("ij,ij->i", vectors, self._normals_at(cells, weights))
-        return vectors / mesh.scale, distances / mesh.scale, self.faces[cells], np.where(outwards < 0.0, -1.0, 1.0)
+        return np.where(outwards < 0.0, -1.0, 1.0) * distances / mesh.scale, self.faces[cells], vectors / mesh.scale
 
     def local(self, places: Floats) -> Floats:
         """Places about the middle of the surface and of its scale, in which `search` and `largest_distances` work."""
@@ -328,11 +327,11 @@ class Surface:
         """See `pymeshfair.filters.inspection.surface.largest_distances`; all is local."""
         return largest_distances(self.mesh.points, self.mesh.cells, corners, distances, beside)
 
-    def cells_of(self, faces: Longs) -> Longs:
+    def cells_of(self, faces: Ints) -> Longs:
         """The triangles of `mesh` by their number in the mesh that it was made of."""
-        return faces if self.faces[-1] == len(self.faces) - 1 else np.searchsorted(self.faces, faces)
+        return faces.astype(np.int64) if self.faces[-1] == len(self.faces) - 1 else np.searchsorted(self.faces, faces)
 
-    def normals_of(self, faces: Longs) -> Floats:
+    def normals_of(self, faces: Ints) -> Floats:
         """(q, 3) the unit normals of triangles by their number in the mesh; 0 of those without area."""
         return np.asarray(self._normals[self.cells_of(faces)])
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from ..geometry import vector_lengths
-from ..mesh import Floats, Ints, Longs, check_mesh
-from .face_samples import FaceSamples, face_samples
-from .surface import NearestPlaces, Surface
+from ..mesh import Floats, Ints, check_mesh
+from .face_samples import face_samples, sample_places
+from .surface import Surface
 
 #: samples of a surface that has fewer faces
 SAMPLES = 100_000
@@ -58,8 +59,7 @@ class SurfaceDistance:
     """The distances of samples and of vertices of a surface from another one.
 
     Attributes:
-        places: (k, 3) the samples; the vertices of a cloud.
-        faces: (k,) the face of each; in a cloud the vertex.
+        faces: (k,) the face of each sample, from which `sample_places` has its place; in a cloud the vertex.
         weights: (k,) the share of the area for which each stands; together 1.
         distances: (k,) how far to the outer side of the other surface each lies.
         elements: (k,) the face of the other surface that is nearest.
@@ -70,11 +70,10 @@ class SurfaceDistance:
             taken more searching than the samples.
     """
 
-    places: Floats
-    faces: Longs
+    faces: Ints
     weights: Floats
     distances: Floats
-    elements: Longs
+    elements: Ints
     at_vertices: Floats
     largest: float
     furthest: Floats
@@ -128,64 +127,98 @@ def surface_distance(vertices: Floats, faces: Ints, to: Surface, *, count: int =
     """
     points, triangles = check_mesh(vertices, faces)
     at_vertices = to.nearest(points)
-    if len(triangles):
-        samples = face_samples(points - to.mesh.middle, triangles, count)
-        samples = samples._replace(places=samples.places + to.mesh.middle)
-        nearest = to.nearest(samples.places)
-    else:
-        samples, nearest = FaceSamples(points, np.arange(len(points)), np.ones(len(points))), at_vertices
+    samples = face_samples(points - to.mesh.middle, triangles, count)
     area = float(samples.areas.sum())
     weights = samples.areas / area if area > 0.0 else np.full(len(samples.areas), 1.0 / len(samples.areas))
-    largest, furthest, at_most = _largest(points, triangles, at_vertices, samples, nearest, to)
+    sampled = _Sampled(samples.faces, at_vertices.signed, at_vertices.elements)
+    if len(triangles):
+        sampled = _Sampled(samples.faces, np.empty(len(weights)), np.empty(len(weights), np.int32))
+        for start in range(0, len(weights), _BLOCK):
+            rows = np.arange(start, min(start + _BLOCK, len(weights)))
+            nearest = to.nearest(sample_places(points, triangles, samples.faces, rows))
+            sampled.signed[rows], sampled.elements[rows] = nearest.signed, nearest.elements
+    largest, furthest, at_most = _largest(points, triangles, at_vertices.signed, sampled, to)
     return SurfaceDistance(
-        samples.places, samples.faces, weights, nearest.signed, nearest.elements, at_vertices.signed, largest, furthest, at_most
+        samples.faces, weights, sampled.signed, sampled.elements, at_vertices.signed, largest, furthest, at_most
     )
 
 
-def _largest(
-    points: Floats, faces: Ints, at_vertices: NearestPlaces, samples: FaceSamples, nearest: NearestPlaces, to: Surface
-) -> tuple[float, Floats, float]:
+class _Sampled(NamedTuple):
+    """Of k samples their faces, their distances, and the faces of the other surface that are nearest."""
+
+    faces: Ints
+    signed: Floats
+    elements: Ints
+
+
+class _Parts(NamedTuple):
+    """(t, 3, 3) corners of parts of faces, (t, 3) their distances from the other surface, and (t,) bounds of all distances."""
+
+    corners: Floats
+    distances: Floats
+    bounds: Floats
+
+
+def _largest(points: Floats, faces: Ints, at_vertices: Floats, samples: _Sampled, to: Surface) -> tuple[float, Floats, float]:
     """The largest distance, its place, and a bound above all: faces that may hold a larger one are quartered until none does."""
-    corner = np.unique(faces) if len(faces) else np.arange(len(points))  # other vertices are no places of the surface
-    every = (points[corner], at_vertices.distances[corner]), (samples.places, nearest.distances)
-    places, distances = max(every, key=lambda some: some[1].max(initial=0.0))
-    worst = int(distances.argmax())
-    largest, furthest = float(distances[worst]), places[worst]
+    used = np.zeros(len(points), np.bool_)
+    used[faces if len(faces) else slice(None)] = True  # other vertices are no places of the surface
+    at_points, at_samples = np.where(used, np.abs(at_vertices), 0.0), np.abs(samples.signed)
+    vertex, sample = int(at_points.argmax()), int(at_samples.argmax())
+    largest, furthest = float(at_points[vertex]), points[vertex]
+    if at_samples[sample] > largest:
+        largest, furthest = float(at_samples[sample]), sample_places(points, faces, samples.faces, np.array([sample]))[0]
     if not len(faces):
         return largest, furthest, largest
     scale = to.mesh.scale
-    local, at_points = to.local(points), at_vertices.distances * scale
+    local, at_points = to.local(points), np.abs(at_vertices) * scale
     if not len(to.faces):
         sides = np.max([vector_lengths(local[faces[:, k]] - local[faces[:, k - 1]]) for k in range(3)], axis=0)
         return largest, furthest, float((at_points[faces].max(axis=1) + sides).max()) / scale
-    beside = to.cells_of(nearest.elements[np.searchsorted(samples.faces, np.arange(len(faces)))])[:, None]
-    bound = np.concatenate(
-        [
-            to.largest_distances(local[faces[part]], at_points[faces[part]], beside[part])
-            for part in np.array_split(np.arange(len(faces)), 1 + len(faces) // _BLOCK)
-        ]
-    )
-    high = bound > largest * scale * _PROVEN
-    corners, d, rest = local[faces[high]], at_points[faces[high]], float(bound[~high].max(initial=0.0))
-    bound = bound[high]
-    left = len(points) + len(samples.places)
-    while True:
-        open_ones = np.flatnonzero(bound > largest * scale * _PROVEN)
-        if not len(open_ones) or 3 * len(open_ones) > left:
-            return largest, furthest, max(float(bound.max(initial=rest)) / scale, largest)
-        corners, d = corners[open_ones], d[open_ones]
-        middles = 0.5 * (corners + np.roll(corners, -1, axis=1))
-        cells, found = to.search(middles.reshape(-1, 3))
-        left -= len(found)
-        if found.max() > largest * scale:
-            worst = int(found.argmax())
-            largest, furthest = float(found[worst]) / scale, middles.reshape(-1, 3)[worst] / scale + to.mesh.middle
-        e, beside = found.reshape(-1, 3), np.tile(cells.reshape(-1, 3), (4, 1))
-        corners = np.concatenate(
-            [*(np.stack([corners[:, k], middles[:, k], middles[:, k - 1]], axis=1) for k in range(3)), middles]
-        )
-        d = np.concatenate([*(np.stack([d[:, k], e[:, k], e[:, k - 1]], axis=1) for k in range(3)), e])
-        bound = to.largest_distances(corners, d, beside)
+    first = np.searchsorted(samples.faces, np.arange(len(faces), dtype=np.int32))  # the samples of a face stand together
+    bounds = np.empty(len(faces))
+    for start in range(0, len(faces), _BLOCK):
+        part = slice(start, start + _BLOCK)
+        beside = to.cells_of(samples.elements[first[part]])[:, None]
+        bounds[part] = to.largest_distances(local[faces[part]], at_points[faces[part]], beside)
+    high = bounds > largest * scale * _PROVEN
+    rest, left = float(bounds[~high].max(initial=0.0)), len(points) + len(samples.faces)
+    if 3 * np.count_nonzero(high) > left:
+        return largest, furthest, max(float(bounds.max()) / scale, largest)
+    parts = _Parts(local[faces[high]], at_points[faces[high]], bounds[high])
+    while len(parts.bounds) and 3 * len(parts.bounds) <= left:
+        left -= 3 * len(parts.bounds)
+        smaller = []
+        for start in range(0, len(parts.bounds), _BLOCK):
+            middles, distances, quarters = _quartered(_Parts(*(values[start : start + _BLOCK] for values in parts)), to)
+            if distances.max() > largest * scale:
+                worst = int(distances.argmax())
+                largest, furthest = float(distances[worst]) / scale, middles[worst] / scale + to.mesh.middle
+            quarters, below = _above(largest * scale * _PROVEN, quarters)
+            smaller.append(quarters)
+            rest = max(rest, below)
+        joined = _Parts(*(np.concatenate(values) for values in zip(*smaller, strict=True)))
+        parts, below = _above(largest * scale * _PROVEN, joined)
+        rest = max(rest, below)
+    return largest, furthest, max(float(parts.bounds.max(initial=rest)) / scale, largest)
+
+
+def _quartered(parts: _Parts, to: Surface) -> tuple[Floats, Floats, _Parts]:
+    """(3 t, 3) the middles of the sides, (3 t,) their distances from the other surface, and the 4 t parts between them."""
+    corners, d, _ = parts
+    middles = 0.5 * (corners + np.roll(corners, -1, axis=1))
+    cells, found = to.search(middles.reshape(-1, 3))
+    e = found.reshape(-1, 3)
+    quarters = np.concatenate([*(np.stack([corners[:, k], middles[:, k], middles[:, k - 1]], axis=1) for k in range(3)), middles])
+    at_quarters = np.concatenate([*(np.stack([d[:, k], e[:, k], e[:, k - 1]], axis=1) for k in range(3)), e])
+    bounds = to.largest_distances(quarters, at_quarters, np.tile(cells.reshape(-1, 3), (4, 1)))
+    return middles.reshape(-1, 3), found, _Parts(quarters, at_quarters, bounds)
+
+
+def _above(bound: float, parts: _Parts) -> tuple[_Parts, float]:
+    """The parts whose bounds are above another one, and the largest bound of the others."""
+    high = parts.bounds > bound
+    return _Parts(*(values[high] for values in parts)), float(parts.bounds[~high].max(initial=0.0))
 
 
 def _percentiles(sizes: Floats, weights: Floats) -> list[float]:

@@ -19,6 +19,8 @@ from ..mesh import Floats, Ints
 Preconditioner: TypeAlias = Callable[[Floats], Floats]
 #: Rows in a block. Smaller blocks are shared more evenly among threads, larger ones cost less.
 _BLOCK = 4096
+#: Rows that are multiplied between two reports of progress; a call of a kernel costs as much as two hundred.
+_AT_ONCE = 50_000
 #: Indices in kernels are unsigned: for signed ones the compiler adds a test whether they count from the end.
 Index: Any = np.uint64
 
@@ -77,40 +79,62 @@ def conjugate_gradients(
         progress: called at every iteration; may raise to stop.
     """
     rows = CompressedRows.of(matrix)
-    scale = 1.0 / matrix.diagonal() if precondition is None else np.ones(matrix.shape[0])
     residual = np.array(right_side, order="C")
     x = np.zeros_like(residual) if start is None else np.array(start, order="C")
-    product = np.empty_like(residual)
     with threads_for(len(x)):
         if start is not None:
+            product = np.empty_like(residual)
             multiply(rows, x, product)
             residual -= product
+        if precondition is None:
+            return _by_diagonal(rows, 1.0 / matrix.diagonal(), x, residual, target, max_iterations, progress)
+        return _preconditioned(rows, precondition, x, residual, target, max_iterations, progress)
 
-        def preconditioned(squares: Floats) -> tuple[Floats, Floats]:
-            """The residual after the preconditioner, z = B r, and the three r^T z, from r^T diag(scale) r."""
-            if precondition is None:
-                return residual, squares
-            z = precondition(residual)
-            return z, inner_products(residual, z)
 
-        z, energy = preconditioned(descend(np.zeros(3), residual, residual, x, residual, scale))
-        direction = z * scale[:, None]
-        first = norm = _root(energy)
-        indefinite = False
-        for iteration in range(max_iterations + 1):
-            if norm <= target or iteration == max_iterations:
-                break
-            progress(_share_done(first, norm, target))
-            curvature = multiply(rows, direction, product)
-            indefinite = not (curvature >= 0.0).all()
-            if indefinite:
-                break
-            steps = np.divide(energy, curvature, out=np.zeros(3), where=curvature > 0.0)
-            z, new_energy = preconditioned(descend(steps, direction, product, x, residual, scale))
-            next_direction(np.divide(new_energy, energy, out=np.zeros(3), where=energy > 0.0), z, scale, direction)
-            energy = new_energy
-            norm = _root(energy)
-    return Descent(x, norm, iteration, indefinite)
+def _by_diagonal(
+    rows: CompressedRows, scale: Floats, x: Floats, residual: Floats, target: float, max_iterations: int, progress: Progress
+) -> Descent:
+    energy = descend(np.zeros(3), residual, residual, x, residual, scale)
+    direction, product = residual * scale[:, None], np.empty_like(residual)
+    first = norm = _root(energy)
+    taken, at_once, indefinite = 0, 1 + _AT_ONCE // max(1, len(x)), False
+    while norm > target and taken < max_iterations and not indefinite:
+        progress(_share_done(first, norm, target))
+        most = min(at_once, max_iterations - taken)
+        steps, indefinite = descend_by_diagonal(rows, scale, x, residual, direction, product, energy, target, most)
+        taken += steps
+        norm = _root(energy)
+    return Descent(x, norm, taken, bool(indefinite))
+
+
+def _preconditioned(
+    rows: CompressedRows,
+    precondition: Preconditioner,
+    x: Floats,
+    residual: Floats,
+    target: float,
+    max_iterations: int,
+    progress: Progress,
+) -> Descent:
+    one = np.ones(len(x))
+    z = precondition(residual)
+    energy = inner_products(residual, z)
+    direction, product = z.copy(), np.empty_like(residual)
+    first = norm = _root(energy)
+    taken = 0
+    while norm > target and taken < max_iterations:
+        progress(_share_done(first, norm, target))
+        curvature = multiply(rows, direction, product)
+        if not (curvature >= 0.0).all():
+            return Descent(x, norm, taken, True)
+        descend(quotients(energy, curvature), direction, product, x, residual, one)
+        z = precondition(residual)
+        new_energy = inner_products(residual, z)
+        next_direction(quotients(new_energy, energy), z, one, direction)
+        energy = new_energy
+        norm = _root(energy)
+        taken += 1
+    return Descent(x, norm, taken, False)
 
 
 def preconditioned_norm(matrix: sparse.csr_matrix, residual: Floats, precondition: Preconditioner | None = None) -> float:
@@ -129,6 +153,42 @@ def _share_done(first: float, norm: float, target: float) -> float:
     if not 0.0 < target < norm <= first < np.inf:
         return 0.0
     return float(np.log(first / norm) / np.log(first / target))
+
+
+@compiled
+def descend_by_diagonal(
+    rows: CompressedRows,
+    scale: Floats,
+    x: Floats,
+    residual: Floats,
+    direction: Floats,
+    product: Floats,
+    energy: Floats,
+    target: float,
+    most: int,
+) -> tuple[int, bool]:
+    """At most so many steps, in place; returns how many were made, and whether the matrix is indefinite."""
+    for iteration in range(most):
+        curvature = multiply(rows, direction, product)
+        if not (curvature[0] >= 0.0 and curvature[1] >= 0.0 and curvature[2] >= 0.0):
+            return iteration, True
+        new_energy = descend(quotients(energy, curvature), direction, product, x, residual, scale)
+        next_direction(quotients(new_energy, energy), residual, scale, direction)
+        for c in range(3):
+            energy[c] = new_energy[c]
+        if np.sqrt(energy[0] + energy[1] + energy[2]) <= target:
+            return iteration + 1, False
+    return most, False
+
+
+@compiled
+def quotients(a: Floats, b: Floats) -> Floats:
+    """The three a / b; 0 where b is not above 0."""
+    of = np.zeros(3)
+    for c in range(3):
+        if b[c] > 0.0:
+            of[c] = a[c] / b[c]
+    return of
 
 
 @compiled

@@ -51,9 +51,9 @@ class Fronts(NamedTuple):
         return cls(order, places, firsts, lows, starts, rows)
 
     def factors(self, matrix: sparse.csr_matrix) -> tuple[Floats, Floats]:
-        """L, for each group a dense (columns, rows) block, and D, (n,), of a matrix of this pattern or of a part of it."""
+        """L, group by group its columns from the diagonal on, and D, (n,), of a matrix of this pattern or of a part of it."""
         own, changed = np.diff(self.firsts), np.diff(self.starts)
-        values, pivots = np.empty(int((own * (own + changed)).sum())), np.empty(len(self.order))
+        values, pivots = np.empty(_all_numbers(self)), np.empty(len(self.order))
         _factorise(self, _compressed(matrix), int((own + changed).max(initial=0)), _most_held(self), values, pivots)
         return values, pivots
 
@@ -73,6 +73,21 @@ class Fronts(NamedTuple):
         """The same for the matrix with its rows and columns in `order`."""
         same = np.arange(len(self.order), dtype=np.int32)
         return self._replace(order=same, places=same)
+
+
+@compiled
+def _numbers(own: int, changed: int) -> int:
+    """How many numbers L has in a group."""
+    return own * (own + changed) - own * (own - 1) // 2
+
+
+@compiled
+def _all_numbers(fronts: Fronts) -> int:
+    """How many L has."""
+    count = 0
+    for g in range(fronts.lows.shape[0]):
+        count += _numbers(fronts.firsts[g + 1] - fronts.firsts[g], fronts.starts[g + 1] - fronts.starts[g])
+    return count
 
 
 def _compressed(matrix: sparse.csr_matrix) -> CompressedRows:
@@ -163,8 +178,8 @@ def _factorise(fronts: Fronts, matrix: CompressedRows, widest: int, most: int, v
         _eliminate(front, own)
         for k in range(own):
             pivots[first + k] = front[k, k]
-            values[at + k : at + size] = front[k, k:]
-            at += size
+            values[at : at + size - k] = front[k, k:]
+            at += size - k
         for j in range(own, size):
             held[full + (j - own) : full + changed] = front[j, j:]
             full += changed
@@ -241,15 +256,16 @@ def _solve(fronts: Fronts, values: Floats, local: Floats, y: Floats) -> None:
     firsts, starts, rows = fronts.firsts, fronts.starts, fronts.rows
     at = 0
     for g in range(fronts.lows.shape[0]):
-        own, size = firsts[g + 1] - firsts[g], firsts[g + 1] - firsts[g] + starts[g + 1] - starts[g]
+        own, changed = firsts[g + 1] - firsts[g], rows[starts[g] : starts[g + 1]]
+        count = _numbers(own, changed.shape[0])
         for h in range(y.shape[0]):
-            _forward(y[h], local, values[at : at + own * size], firsts[g], own, rows[starts[g] : starts[g + 1]])
-        at += own * size
+            _forward(y[h], local, values[at : at + count], firsts[g], own, changed)
+        at += count
     for g in range(fronts.lows.shape[0] - 1, -1, -1):
-        own, size = firsts[g + 1] - firsts[g], firsts[g + 1] - firsts[g] + starts[g + 1] - starts[g]
-        at -= own * size
+        own, changed = firsts[g + 1] - firsts[g], rows[starts[g] : starts[g + 1]]
+        at -= _numbers(own, changed.shape[0])
         for h in range(y.shape[0]):
-            _backward(y[h], local, values[at : at + own * size], firsts[g], own, rows[starts[g] : starts[g + 1]])
+            _backward(y[h], local, values[at:], firsts[g], own, changed)
 
 
 @compiled(nogil=True)
@@ -258,15 +274,17 @@ def _forward(x: Floats, local: Floats, values: Floats, first: int, own: int, row
     for k in range(size):
         for c in range(_TOGETHER):
             local[k, c] = x[first + k, c] if k < own else 0.0
+    at = 0
     for k in range(own):
         s, t, u, v = local[k, 0], local[k, 1], local[k, 2], local[k, 3]
+        pivot = values[at]
         for i in range(np.uint64(k + 1), np.uint64(size)):
-            value = values[np.uint64(k * size) + i]
+            value = values[np.uint64(at - k) + i]
             local[i, 0] -= value * s
             local[i, 1] -= value * t
             local[i, 2] -= value * u
             local[i, 3] -= value * v
-        pivot = values[k * size + k]
+        at += size - k
         x[first + k, 0], x[first + k, 1], x[first + k, 2], x[first + k, 3] = s / pivot, t / pivot, u / pivot, v / pivot
     for k in range(own, size):
         r = rows[k - own]
@@ -281,10 +299,12 @@ def _backward(x: Floats, local: Floats, values: Floats, first: int, own: int, ro
         r = first + k if k < own else rows[k - own]
         for c in range(_TOGETHER):
             local[k, c] = x[r, c]
+    at = _numbers(own, rows.shape[0])
     for k in range(own - 1, -1, -1):
+        at -= size - k
         s, t, u, v = local[k, 0], local[k, 1], local[k, 2], local[k, 3]
         for i in range(np.uint64(k + 1), np.uint64(size)):
-            value = values[np.uint64(k * size) + i]
+            value = values[np.uint64(at - k) + i]
             s -= value * local[i, 0]
             t -= value * local[i, 1]
             u -= value * local[i, 2]

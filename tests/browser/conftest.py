@@ -6,7 +6,6 @@ import os
 import shutil
 import subprocess
 from collections.abc import Iterator
-from contextlib import ExitStack
 from typing import Any
 
 import pytest
@@ -44,21 +43,37 @@ def screen() -> Iterator[dict[str, str]]:
 @pytest.fixture(scope="module", params=["chromium", pytest.param("firefox", marks=pytest.mark.slow)])
 def browser(request: pytest.FixtureRequest, screen: dict[str, str]) -> Iterator[Any]:
     """A browser, driven by playwright."""
-    program = next(filter(None, map(shutil.which, PROGRAMS[request.param])), None)
-    if program is None:
+    if _program(request.param) is None:
         pytest.skip(f"no {request.param} here: `apt install {PROGRAMS[request.param][0]} xvfb` installs one")
     driver = pytest.importorskip("playwright.sync_api", reason="playwright is not installed: it is in the extra `test`")
-    with driver.sync_playwright() as playwright, ExitStack() as stack:
-        if request.param == "chromium":
-            opened = playwright.chromium.launch(executable_path=program, args=FLAGS)
-        else:
-            # That channel is Firefox as it is, by the protocol of the W3C, and not playwright's own build.
-            prefs = {"webgl.force-enabled": True}
-            opened = playwright.firefox.launch(
-                channel="moz-firefox", executable_path=program, env=screen, firefox_user_prefs=prefs
-            )
-        stack.callback(opened.close)
+    with driver.sync_playwright() as playwright:
+        opened = _launch(getattr(playwright, request.param), screen)
         yield opened
+        opened.close()
+
+
+def _program(name: str) -> str | None:
+    return next(filter(None, map(shutil.which, PROGRAMS[name])), None)
+
+
+def _launch(kind: Any, screen: dict[str, str], **prefs: Any) -> Any:
+    program = _program(kind.name)
+    if kind.name == "chromium":
+        return kind.launch(executable_path=program, args=FLAGS)
+    # That channel is Firefox as it is, by the protocol of the W3C, and not playwright's own build.
+    prefs = {"webgl.force-enabled": True, **prefs}
+    return kind.launch(channel="moz-firefox", executable_path=program, env=screen, firefox_user_prefs=prefs)
+
+
+@pytest.fixture
+def dark(browser: Any, screen: dict[str, str]) -> Iterator[Any]:
+    """A new page of someone who has asked for dark colours; Firefox takes that at its start alone."""
+    if browser.browser_type.name == "chromium":
+        context = browser.new_context(color_scheme="dark")
+    else:
+        context = _launch(browser.browser_type, screen, **{"layout.css.prefers-color-scheme.content-override": 0})
+    yield context.new_page()
+    context.close()
 
 
 def note_errors(page: Any, errors: list[str]) -> None:

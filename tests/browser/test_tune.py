@@ -142,7 +142,9 @@ def test_a_change_cancels_the_run_before(tuning: Any) -> None:
 
 def test_a_wrong_value_is_shown_where_it_is(tuning: Any) -> None:
     """A number below its bound is not run; its control is marked, and the message says what is allowed."""
-    tuning.fill("[data-parameter=iterations] input[type=number]", "-5")
+    field = tuning.locator("[data-parameter=iterations] input[type=number]")
+    field.press("Control+a")
+    field.press_sequentially("-5")
     tuning.wait_for_selector("[data-parameter=iterations].wrong")
     assert "a whole number from 0 to 100000" in tuning.locator("#problem").inner_text()
 

@@ -186,13 +186,13 @@ def test_callers_arrays_are_left_alone() -> None:
 
 
 def test_progress_is_told_and_may_stop_the_work() -> None:
-    """Progress never goes back, stays in [0, 1], is told at every step, and an exception of it comes through at once."""
-    matrix, b = system(rough_sphere(), 1.0)
+    """Progress never goes back, stays in [0, 1], is told every few steps, and an exception of it comes through at once."""
+    matrix, b = system(rough_sphere(5), 1.0)
     told: list[float] = []
     solution = solved(matrix, b, progress=told.append)
     assert told == sorted(told)
     assert 0.0 <= min(told) <= max(told) <= 1.0
-    assert len(told) >= solution.iterations - 1
+    assert len(told) >= solution.iterations // 5
 
     calls = []
 

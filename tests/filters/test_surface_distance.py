@@ -202,7 +202,7 @@ def test_the_side_is_right_everywhere() -> None:
     vertices, faces = cube()
     for offset in (np.zeros(3), UTM):
         nearest = Surface.of(vertices + offset, faces).nearest(queries + offset)
-        np.testing.assert_array_equal(nearest.sides > 0, outside)
+        np.testing.assert_array_equal(nearest.signed > 0, outside)
 
 
 def test_nothing_lies_further_than_stated() -> None:

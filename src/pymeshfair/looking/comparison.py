@@ -15,7 +15,7 @@ import numpy as np
 from ..declaration import Floats
 from ..files.ply_write import write_ply
 from ..filters.geometry import angles_between, face_normals, vector_lengths
-from ..filters.inspection import SHARP, DistanceStatistics, Surface, SurfaceDistance, share_kept, surface_distance
+from ..filters.inspection import SHARP, DistanceStatistics, Surface, SurfaceDistance, sample_places, share_kept, surface_distance
 from ..filters.mesh import scaled_to_unit
 from ..filters.topology import connected_components
 from ..mesh_data import MeshData
@@ -72,7 +72,7 @@ def areas_out_of_tolerance(name: str, mesh: MeshData, distance: SurfaceDistance,
     starts = np.flatnonzero(np.diff(part[order], prepend=-1))
     found = []
     for rows in np.split(over[order], starts[1:]):
-        places = distance.places[rows]
+        places = sample_places(mesh.vertices, mesh.faces, distance.faces, rows)
         x, y, z = places[0].tolist()
         size = float(np.linalg.norm(np.ptp(places, axis=0)))
         share = float(distance.weights[rows].sum())

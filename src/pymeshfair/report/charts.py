@@ -86,7 +86,7 @@ def histogram(title: str, across: str, samples: Mapping[str, Floats], low: float
         low: where the first bar begins; lower numbers count in it.
         high: where the last bar ends; higher numbers count in it.
     """
-    finite = {name: values[np.isfinite(values)] for name, values in samples.items()}
+    finite = {name: values if np.isfinite(values).all() else values[np.isfinite(values)] for name, values in samples.items()}
     finite = {name: values for name, values in finite.items() if len(values)}
     if not (finite and math.isfinite(high - low) and high > low):
         return None

@@ -13,7 +13,7 @@ import numpy as np
 from PIL import Image
 
 from ..declaration import Floats
-from ..filters.geometry import vector_lengths
+from ..filters.geometry import edge_lengths, vector_lengths
 from ..filters.inspection import Limits, mean_curvature, robust_limits, symmetric_limits, triangle_shapes
 from ..looking.annotation import BAR_STRIP, draw_color_bar
 from ..looking.camera import VIEWS
@@ -288,14 +288,14 @@ def _charts(compared: Compared, ends: Limits, curvatures: Mapping[str, Floats], 
         )
     ]
     if len(before.faces) and len(after.faces):
-        edges = {name: _edge_lengths(mesh.vertices, mesh.faces) for name, mesh in (("before", before), ("after", after))}
-        shapes = {"before": triangle_shapes(before.vertices, before.faces), "after": triangle_shapes(after.vertices, after.faces)}
+        meshes = {"before": before, "after": after}
         every = np.concatenate(list(curvatures.values()))
-        charts += [
-            histogram("Mean curvature", f"1 / {unit.removesuffix('s')}", curvatures, *symmetric_limits(every)),
-            histogram("Edge lengths", unit, edges, 0.0, max(robust_limits(e).high for e in edges.values())),
-            histogram("Shape of triangles", "1: equilateral, 0: degenerate", shapes, *Limits(0.0, 1.0)),
-        ]
+        charts.append(histogram("Mean curvature", f"1 / {unit.removesuffix('s')}", curvatures, *symmetric_limits(every)))
+        edges = {name: _edge_lengths(mesh.vertices, mesh.faces) for name, mesh in meshes.items()}
+        charts.append(histogram("Edge lengths", unit, edges, 0.0, max(robust_limits(e).high for e in edges.values())))
+        del edges  # six lengths for every vertex of either mesh
+        shapes = {name: triangle_shapes(mesh.vertices, mesh.faces) for name, mesh in meshes.items()}
+        charts.append(histogram("Shape of triangles", "1: equilateral, 0: degenerate", shapes, *Limits(0.0, 1.0)))
     charts.append(spectrum_chart(compared.spectra, unit))
     return [chart for chart in charts if chart is not None]
 
@@ -307,5 +307,4 @@ def _sections(compared: Compared, planes: Sequence[Plane], unit: str | None) -> 
 
 def _edge_lengths(vertices: Floats, faces: Any) -> Floats:
     """The length of every side of every face; an inner edge counts twice."""
-    sides = (vector_lengths(vertices[faces[:, k]] - vertices[faces[:, k - 1]]) for k in range(3))
-    return np.concatenate(list(sides))
+    return np.concatenate([edge_lengths(vertices, faces[:, [k, k - 1]]) for k in range(3)])

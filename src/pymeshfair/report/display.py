@@ -19,7 +19,7 @@ MOST_FACES = 120_000
 #: points of a cloud that a browser is given
 MOST_POINTS = 200_000
 #: times the faces that are to remain: so many a grid leaves for the decimation
-_THINNED = 3
+_THINNED = 2
 
 
 @dataclass(frozen=True, eq=False)
