@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..geometry import face_normals
 from ..mesh import Floats, check_mesh
-from .face_samples import FaceSamples, face_samples
+from .face_samples import face_samples, sample_places
 from .surface import Surface
 
 #: A wall is opposite if its normal is turned by this angle at least, in radians: two faces at an edge are not.
@@ -55,16 +55,16 @@ def wall_thickness(vertices: ArrayLike, faces: ArrayLike, *, count: int = 20_000
     points, triangles = check_mesh(vertices, faces)
     surface = Surface.of(points, triangles)
     samples = face_samples(points, triangles, count)
-    step = -(-len(samples.places) // (2 * count))
-    samples = FaceSamples(samples.places[::step], samples.faces[::step], step * samples.areas[::step])
+    step = -(-len(samples.faces) // (2 * count))
+    places = sample_places(points, triangles, samples.faces, np.arange(0, len(samples.faces), step))
     of_faces = face_normals(points, triangles)
-    normals = of_faces[samples.faces]
+    normals = of_faces[samples.faces[::step]]
     radii = np.full(len(normals), float(np.linalg.norm(np.ptp(points, axis=0))))
     found = np.full(len(normals), np.inf)
     active = np.flatnonzero((normals != 0.0).any(axis=1))
     for _ in range(_STEPS):
         to_place = radii[active, None] * normals[active]
-        nearest = surface.nearest(samples.places[active] - to_place)
+        nearest = surface.nearest(places[active] - to_place, vectors=True)
         inside = nearest.distances < (1.0 - _SAME) * radii[active]
         active, way = active[inside], to_place[inside] + nearest.vectors[inside]
         rise = np.einsum("ij,ij->i", way, normals[active])
@@ -74,4 +74,4 @@ def wall_thickness(vertices: ArrayLike, faces: ArrayLike, *, count: int = 20_000
             break
         radii[active] = np.einsum("ij,ij->i", way, way) / (2.0 * rise)
         found[active[opposite]] = 2.0 * radii[active[opposite]]
-    return Thickness(found, samples.places, samples.areas)
+    return Thickness(found, places, step * samples.areas[::step])
