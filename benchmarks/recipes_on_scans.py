@@ -18,7 +18,7 @@ import json
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -152,7 +152,9 @@ def row_of(recipe: str, scan: Path) -> dict[str, Any]:
         return row
     edge = mean_edge_length(truth.vertices, truth.faces)
     row["noise"] = [Scan.of(mesh.vertices, mesh.faces).noise.deviation for mesh in (before, after)]
-    row["distance"] = [distance(mesh, truth) / edge for mesh in (before, after)]
+    was_there = after.faces[(after.faces < len(before.vertices)).all(axis=1)]  # what fills holes is appended
+    judged = (before, MeshData(vertices=after.vertices, faces=was_there))
+    row["distance"] = [distance(mesh, truth) / edge for mesh in judged]
     if len(after.vertices) == len(truth.vertices) and np.array_equal(after.faces, truth.faces):
         level = row["noise"][0] if "_noisy" not in scan.stem else 0.0
         lost = relief_lost(truth.vertices, after.vertices, truth.faces, noise=level)
@@ -194,29 +196,25 @@ def tables(rows: Sequence[dict[str, Any]]) -> Iterator[str]:
     scans = [scan for scan in dict.fromkeys(row["scan"].removesuffix("_noisy") for row in rows) if scan != "terrestrial"]
     removing = removing_noise()
 
-    def cell(row: dict[str, Any], text: str) -> str:
-        return f"({text})" if row["warnings"] else text
-
-    def distances(row: dict[str, Any], which: int) -> str:
-        return f"{row['distance'][which]:.2f}"
+    def cell(scan: str, name: str, words: Callable[[dict[str, Any]], str]) -> str:
+        row = found.get((scan, name))
+        if row is None or row["exit"]:
+            return "-"
+        return f"({words(row)})" if row["warnings"] else words(row)
 
     def relief(row: dict[str, Any]) -> str:
         lost = row["relief told"] if row["relief told"] is not None else row.get("relief")
         return "0" if not row["moved"][1] else "?" if lost is None else f"{100.0 * lost:.0f}"
 
-    yield f"| noise of {LEVEL} | {' | '.join(scans)} |"
-    yield "|---|" + "---:|" * len(scans)
-    yield f"| as it is | {' | '.join(distances(found[f'{scan}_noisy', 'denoise'], 0) for scan in scans)} |"
-    for name in removing:
-        those = [found[f"{scan}_noisy", name] for scan in scans]
-        yield f"| `{name}` | {' | '.join(cell(row, distances(row, 1)) for row in those)} |"
-    yield ""
-    yield f"| as they are | {' | '.join(scans)} |"
-    yield "|---|" + "---:|" * len(scans)
-    for name in removing:
-        those = [found[scan, name] for scan in scans]
-        yield f"| `{name}` | {' | '.join(cell(row, relief(row)) for row in those)} |"
-    yield ""
+    for title, end, words in (
+        (f"noise of {LEVEL}", "_noisy", lambda row: f"{row['distance'][1]:.2f}"),
+        ("as they are", "", relief),
+    ):
+        yield f"| {title} | {' | '.join(scans)} |"
+        yield "|---|" + "---:|" * len(scans)
+        for name in removing:
+            yield f"| `{name}` | {' | '.join(cell(scan + end, name, words) for scan in scans)} |"
+        yield ""
     yield "| recipe | runs | without a warning | with one | refused or failed | moved at most, edges | removed at most |"
     yield "|---|---:|---:|---:|---:|---:|---:|"
     for name in dict.fromkeys(row["recipe"] for row in rows):

@@ -242,7 +242,9 @@ class Session:
     def _gone(self, read: MeshData, result: MeshData, present: set[str]) -> list[str]:
         """What the steps have taken away, in words."""
         texts = []
-        if gone := [a for a in ATTRIBUTES if a in present - attributes_of(result)]:
+        # A recipe of curves makes them of a surface, and that the surface is gone is no news.
+        of_curves = self._job.recipe.info.task == "curves"
+        if not of_curves and (gone := [a for a in ATTRIBUTES if a in present - attributes_of(result)]):
             texts.append(f"after the steps the mesh has no {' and no '.join(gone)} any more")
         if result.source is not read.source and read.source is not None and read.source.extras:
             texts.append(f"a step made a new mesh, without what {read.label} has besides: {'; '.join(read.source.extras)}")
@@ -280,7 +282,8 @@ class Session:
 
     def _watched(self, report: Report, origins: Origins, change: ShapeChange | None, before: Found) -> Report:
         """Find the limits that were broken, and write the intervention map."""
-        if not origins.known:
+        follows = self._job.map is not None or replace(self._job.all_guards, require=())
+        if not origins.known and follows:
             self._warn("a step made a new mesh, so that its elements cannot be followed: distances are those from the input")
         broken = breaches(self._job.all_guards, origins, change, report.before, report.after, unit=self._unit)
         maps: tuple[StagedFile, ...] = ()
