@@ -215,18 +215,14 @@ def tables(rows: Sequence[dict[str, Any]]) -> Iterator[str]:
         for name in removing:
             yield f"| `{name}` | {' | '.join(cell(scan + end, name, words) for scan in scans)} |"
         yield ""
-    yield "| recipe | runs | without a warning | with one | refused or failed | moved at most, edges | removed at most |"
-    yield "|---|---:|---:|---:|---:|---:|---:|"
+    yield "| recipe | runs | written | moved at most, edges | removed at most, of the area |"
+    yield "|---|---:|---:|---:|---:|"
     for name in dict.fromkeys(row["recipe"] for row in rows):
         those = [row for row in rows if row["recipe"] == name]
         written = [row for row in those if not row["exit"]]
-        warned = sum(bool(row["warnings"]) for row in written)
         moved = max((row["moved"][1] or 0.0 for row in written if row["moved"][1] is not None), default=0.0)
         removed = max((row["removed"][1] or 0.0 for row in written), default=0.0)
-        yield (
-            f"| `{name}` | {len(those)} | {len(written) - warned} | {warned} | {len(those) - len(written)} | {moved:.1f} | "
-            f"{removed:.0%} |"
-        )
+        yield f"| `{name}` | {len(those)} | {len(written)} | {moved:.1f} | {removed:.0%} |"
 
 
 def draw_sheets(scan: Path, recipes: Sequence[str]) -> None:
