@@ -6,11 +6,29 @@ from typing import Annotated
 
 import numpy as np
 
-from pymeshfair.declaration import Arity, Bool, Bools, Edit, FilterClass, Float, Int, Layer, Mesh, MeshElement, mesh_filter
+from pymeshfair.declaration import (
+    Arity,
+    Bool,
+    Bools,
+    Edit,
+    FilterClass,
+    Float,
+    Floats,
+    Int,
+    Ints,
+    Layer,
+    Mesh,
+    MeshElement,
+    mesh_filter,
+)
 from pymeshfair.filters.checks import FilterInputError
 from pymeshfair.filters.execution import Progress, ignore_progress
 from pymeshfair.filters.geometry import cross_products, vector_lengths
-from pymeshfair.filters.outliers import gaps, local_outlier_probability, stray_points
+from pymeshfair.filters.inspection import Surface
+from pymeshfair.filters.outliers import cloud_spacings, gaps, local_outlier_probability, stray_points
+
+#: so many points at least, where there are more, say what a reconstruction does not reach
+_SOME = 10_000
 
 
 def _counted(selected: Bools, kind: str) -> tuple[str, ...]:
@@ -162,11 +180,13 @@ def compute_selection_by_distance_from_cloud_per_vertex(
 ) -> Edit:
     """Selects what a reconstruction has made up where nobody measured, such as the balloon of Screened Poisson.
 
-    The spacing of the cloud is the median over its points of the mean distance to their six nearest neighbours. The selection of
-    vertices is replaced. Says which share of the area hangs on them, and which of the rest is over half as far, and returns the
-    number of selected vertices.
+    The spacing of the cloud is the median over its points of the mean distance to their six nearest neighbours; where the cloud
+    is sparse, as far from a scanner, two thirds of what it is there. The selection of vertices is replaced. Says which share of
+    the area hangs on them, which of the rest is over half as far, and which share of the points lies as far from the rest, and
+    returns the number of selected vertices.
     """
-    away = gaps(layer.vertices, layer.other(reference).vertices)
+    cloud = layer.other(reference).vertices
+    away = gaps(layer.vertices, cloud)
     selected = away > spacings
     notes: tuple[str, ...] = ()
     if len(layer.faces):
@@ -175,5 +195,18 @@ def compute_selection_by_distance_from_cloud_per_vertex(
         notes = (
             f"{far:.2%} of the area is farther than {spacings:g} spacings from every point, and selected; {rest - far:.2%} is "
             f"farther than {0.5 * spacings:g}, and bridges gaps",
+            *_left_out(cloud, layer.vertices, layer.faces[furthest <= spacings], spacings),
         )
     return Edit(vertex_selection=selected, values={"selected_vertices": int(np.count_nonzero(selected))}, notes=notes)
+
+
+def _left_out(cloud: Floats, vertices: Floats, faces: Ints, spacings: float) -> tuple[str, ...]:
+    """Which share of the points, of some thousands, a reconstruction does not reach; nothing where it reaches all."""
+    if not len(faces):
+        return ()
+    some = slice(None, None, max(1, len(cloud) // _SOME))
+    away = Surface.of(vertices, faces).nearest(cloud[some]).distances / cloud_spacings(cloud)[some]
+    share = float((away > spacings).mean())
+    return (f"{share:.2%} of the points have no surface within {spacings:g} spacings: a larger depth keeps finer parts",) * (
+        share > 0
+    )

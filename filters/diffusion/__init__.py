@@ -3,7 +3,7 @@
 from .anisotropic import EDGE_STOPS, EdgeStop, longest_step, perona_malik
 from .explicit import explicit_smoothing
 from .implicit import FLOWS, IMPLICIT_OPERATORS, Flow, ImplicitOperator, implicit_fairing, time_step_of_detail_size
-from .relief import relief_lost
+from .relief import ReliefLoss, relief_lost
 from .spikes import remove_spikes
 from .stencil import UPDATE_RULES, UpdateRule
 from .taubin import TAUBIN_OPERATORS, TaubinOperator, meshlab_taubin_smooth, mu_of_pass_band, taubin_fairing, transfer_function
@@ -17,6 +17,7 @@ __all__ = [
     "EdgeStop",
     "Flow",
     "ImplicitOperator",
+    "ReliefLoss",
     "TaubinOperator",
     "UpdateRule",
     "explicit_smoothing",

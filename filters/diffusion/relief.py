@@ -1,5 +1,7 @@
 """How much of the relief of a surface a filter has taken: of the heights over a smoother surface that are no noise."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -8,18 +10,32 @@ from ..geometry import mean_edge_length, vertex_normals_by_angle
 from ..mesh import Floats, Ints, check_mesh
 from .implicit import implicit_fairing, time_step_of_detail_size
 
-#: Waves of so many mean edges have half their height in the relief, shorter ones nearly all of it.
-RELIEF = 8.0
+#: Waves of the second length in mean edges have half their height in the relief, shorter ones nearly all of it, down to waves of
+#: the first. Noise is short: where relief does not stand out from it, longer relief may.
+BANDS = ((0.0, 8.0), (6.0, 16.0))
 # Relief that is less than this share of all heights is not measurable beside noise.
 _MEASURABLE = 0.7
 
 
-def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise: float = 0.0) -> float | None:
+class ReliefLoss(NamedTuple):
+    """How much relief is lost.
+
+    Attributes:
+        share: from 0, nothing, to 1, all, and beyond where relief was turned over.
+        shortest: the shortest waves that count, in mean edges; 0 for all, else shorter relief is hidden by the noise.
+    """
+
+    share: float
+    shortest: float
+
+
+def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise: float = 0.0) -> ReliefLoss | None:
     """1 - <h', h> / (|h|^2 - |h_n|^2), h and h' the heights before and after, h_n those of noise alone.
 
-    The heights are n . (p - 2 S p + S S p), n the normals of S p, and S the implicit step that halves waves of 8 mean edges: of a
-    ball or a cylinder they are 0. Noise in h is no loss: its energy is that of noise of the stated level on the same surface, and
-    is subtracted.
+    The heights are n . (q - 2 S q + S S q), n the normals of S q, S the implicit step that halves waves of 8 mean edges, and
+    q = p: of a ball or a cylinder they are 0. Noise in h is no loss: its energy is that of noise of the stated level on the same
+    surface, and is subtracted. Where what is left is less than 0.7 of all, S halves waves of 16 mean edges, and q is p without
+    what is shorter than 6, which is most of the noise.
 
     Args:
         before: (n, 3) coordinates.
@@ -28,8 +44,7 @@ def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise:
         noise: its standard deviation along the normals before, in mean edges, the same at every vertex and independent.
 
     Returns:
-        From 0, nothing is lost, to 1, all is, and beyond where relief was turned over; None where there is no relief that stands
-        out from the noise.
+        What is lost; None where no relief stands out from the noise.
 
     Raises:
         FilterInputError: not a mesh, or a level below 0.
@@ -40,26 +55,37 @@ def relief_lost(before: ArrayLike, after: ArrayLike, faces: ArrayLike, *, noise:
     edge = mean_edge_length(points, triangles)
     if not edge > 0.0:
         return None
-    smooth = _smoothed(points, triangles, edge)
-    normals = vertex_normals_by_angle(smooth, triangles)
+    for band in BANDS:
+        lost = _lost_in(band, points, result, triangles, edge, level)
+        if lost is not None:
+            return ReliefLoss(lost, band[0])
+    return None
 
-    def heights_over(surface: Floats, low: Floats) -> Floats:
-        return np.asarray(np.einsum("ij,ij->i", normals, surface - 2.0 * low + _smoothed(low, triangles, edge)))
+
+def _lost_in(band: tuple[float, float], before: Floats, after: Floats, faces: Ints, edge: float, level: float) -> float | None:
+    """What is lost of the relief of a band; None where it does not stand out from the noise."""
+    shortest, longest = (edge * length for length in band)
+    smooth = _smoothed(_smoothed(before, faces, shortest), faces, longest)
+    normals = vertex_normals_by_angle(smooth, faces)
 
     def heights_of(surface: Floats) -> Floats:
-        return heights_over(surface, _smoothed(surface, triangles, edge))
+        q = _smoothed(surface, faces, shortest)
+        low = _smoothed(q, faces, longest)
+        return np.asarray(np.einsum("ij,ij->i", normals, q - 2.0 * low + _smoothed(low, faces, longest)))
 
-    heights = heights_over(points, smooth)
+    heights = heights_of(before)
     of_noise = 0.0
     if level > 0.0:
-        rough = points + np.random.default_rng(0).normal(scale=level * edge, size=(len(points), 1)) * normals
+        rough = before + np.random.default_rng(0).normal(scale=level * edge, size=(len(before), 1)) * normals
         of_noise = float(np.sum((heights_of(rough) - heights) ** 2))
     whole = float(np.sum(heights**2))
     relief = whole - of_noise
     if not relief > _MEASURABLE * whole:
         return None
-    return max(0.0, 1.0 - float(np.sum(heights_of(result) * heights)) / relief)
+    return max(0.0, 1.0 - float(np.sum(heights_of(after) * heights)) / relief)
 
 
-def _smoothed(points: Floats, faces: Ints, edge: float) -> Floats:
-    return implicit_fairing(points, faces, time_step=time_step_of_detail_size(RELIEF * edge), border="along")
+def _smoothed(points: Floats, faces: Ints, length: float) -> Floats:
+    if length == 0.0:
+        return points
+    return implicit_fairing(points, faces, time_step=time_step_of_detail_size(length), border="along")

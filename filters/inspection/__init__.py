@@ -19,6 +19,7 @@ from .sharp_edges import SHARP, SharpEdges, share_kept, sharp_edges
 from .surface import NearestPlaces, Surface
 from .surface_distance import SAMPLES, DistanceStatistics, SurfaceDistance, surface_distance
 from .surface_measures import SurfaceMeasures, surface_measures
+from .thickness import Thickness, wall_thickness
 
 __all__ = [
     "CORRESPONDENCES",
@@ -38,6 +39,7 @@ __all__ = [
     "Surface",
     "SurfaceDistance",
     "SurfaceMeasures",
+    "Thickness",
     "align",
     "angle_deficits",
     "displacement",
@@ -57,4 +59,5 @@ __all__ = [
     "surface_measures",
     "symmetric_limits",
     "triangle_shapes",
+    "wall_thickness",
 ]

@@ -1,6 +1,6 @@
 """Outliers of point clouds and of reconstructions, by the distances to their neighbours."""
 
-from .gaps import gaps
+from .gaps import cloud_spacings, gaps
 from .local_outlier_probability import (
     SPREAD_BLOCK,
     compare,
@@ -18,6 +18,7 @@ __all__ = [
     "NO_LINK",
     "SPREAD_BLOCK",
     "StrayRule",
+    "cloud_spacings",
     "compare",
     "compare_rows",
     "cut_links",

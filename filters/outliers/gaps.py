@@ -12,13 +12,18 @@ from ..neighbours import nearest_neighbours
 
 #: as many neighbours say how dense the cloud is
 _NEIGHBOURS = 6
+#: So many points around a point say how sparse the cloud is there, of which this share counts: at borders, where neighbours lie
+#: on one side, and where points are strewn at random, spacings are up to half as large again.
+_AROUND, _SHARE = 20, 2.0 / 3.0
 
 
 def gaps(vertices: ArrayLike, points: ArrayLike) -> Floats:
     """The distance of each vertex from the nearest point, in spacings of the cloud.
 
-    The spacing is the median over the points of the mean distance to their six nearest neighbours. Screened Poisson closes every
-    surface by a balloon; cut where no point is near, the surface ends where the cloud does.
+    The spacing at a point is the mean distance to its six nearest neighbours, that of the cloud the median over its points. A
+    vertex is measured in that of the cloud, or, where the cloud is sparse, as the far ground of a terrestrial scan is, in two
+    thirds of the median spacing of the twenty points at the nearest one. Screened Poisson closes every surface by a balloon; cut
+    where no point is near, the surface ends where the cloud does.
 
     Args:
         vertices: (n, 3) finite coordinates.
@@ -32,10 +37,21 @@ def gaps(vertices: ArrayLike, points: ArrayLike) -> Floats:
     """
     queries, _ = check_mesh(vertices, ())
     cloud, _ = check_mesh(points, ())
-    distances, _ = nearest_neighbours(cloud, _NEIGHBOURS)
+    spacings = cloud_spacings(cloud)
     middle = cloud.mean(axis=0)
-    nearest, _ = spatial.cKDTree(cloud - middle).query(queries - middle)
-    spacing = float(np.median(distances.mean(axis=1)))
+    nearest, numbers = spatial.cKDTree(cloud - middle).query(queries - middle)
+    return np.asarray(nearest / spacings[numbers])
+
+
+def cloud_spacings(points: Floats) -> Floats:
+    """(p,) the spacing in which `gaps` measures near each of (p, 3) points.
+
+    Raises:
+        FilterInputError: too few points, or half of them coincide.
+    """
+    distances, around = nearest_neighbours(points, max(_NEIGHBOURS, min(_AROUND, len(points) - 1)))
+    own = distances[:, :_NEIGHBOURS].mean(axis=1)
+    spacing = float(np.median(own))
     if spacing == 0.0:
         raise FilterInputError("half of the points of the cloud coincide, so that it has no spacing: remove duplicates first")
-    return np.asarray(nearest / spacing)
+    return np.asarray(np.maximum(spacing, _SHARE * np.median(own[around], axis=1)))

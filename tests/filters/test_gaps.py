@@ -22,6 +22,15 @@ def test_the_spacing_of_a_lattice_has_its_closed_form() -> None:
     np.testing.assert_allclose(gaps(queries, square()), heights / ((4.0 + 2.0 * np.sqrt(2.0)) / 6.0), rtol=1e-13)
 
 
+def test_sparse_parts_are_measured_by_their_own_spacing() -> None:
+    """Beside a dense lattice one ten times as wide: two thirds of ten spacings count there."""
+    sparse = 10.0 * square() + [500.0, 0.0, 0.0]
+    cloud = np.concatenate([square(30), sparse])
+    at = np.array([[15.0, 15.0, 1.0], [550.0, 50.0, 1.0]])
+    dense, wide = gaps(at, cloud)
+    assert wide == pytest.approx(dense / (10.0 * 2.0 / 3.0))
+
+
 def test_unit_and_place_do_not_matter() -> None:
     """Scaled and moved far away, the vertices are as far."""
     queries = np.random.default_rng(0).uniform(-8.0, 20.0, size=(200, 3))

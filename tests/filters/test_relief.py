@@ -17,12 +17,19 @@ def _bumpy() -> tuple[Mesh, np.ndarray]:
     return (vertices * (1.0 + 0.03 * np.sin(x) * np.sin(y) * np.cos(z))[:, None], faces), vertices
 
 
+def _share(before: np.ndarray, after: np.ndarray, faces: np.ndarray) -> float:
+    lost = relief_lost(before, after, faces)
+    assert lost is not None
+    assert lost.shortest == 0.0
+    return lost.share
+
+
 def test_nothing_is_lost_where_nothing_moves_and_all_where_bumps_go() -> None:
     """0 for the same surface; bumps at half their height are half lost, those that are gone are lost."""
     (bumps, faces), ball = _bumpy()
-    assert relief_lost(bumps, bumps, faces) == pytest.approx(0.0, abs=1e-12)
-    assert relief_lost(bumps, 0.5 * (bumps + ball), faces) == pytest.approx(0.5, abs=0.03)
-    assert relief_lost(bumps, ball, faces) == pytest.approx(1.0, abs=0.06)
+    assert _share(bumps, bumps, faces) == pytest.approx(0.0, abs=1e-12)
+    assert _share(bumps, 0.5 * (bumps + ball), faces) == pytest.approx(0.5, abs=0.03)
+    assert _share(bumps, ball, faces) == pytest.approx(1.0, abs=0.06)
 
 
 def test_noise_that_goes_is_no_loss() -> None:
@@ -32,5 +39,17 @@ def test_noise_that_goes_is_no_loss() -> None:
     noise = np.random.default_rng(4).normal(scale=0.05 * edge, size=(len(ball), 1)) * ball
     lost = relief_lost(bumps + noise, bumps, faces, noise=0.05)
     assert lost is not None
-    assert lost < 0.05
+    assert lost.share < 0.05
     assert relief_lost(ball + 6.0 * noise, ball, faces, noise=0.3) is None
+
+
+def test_noise_hides_short_relief_alone() -> None:
+    """Bumps of nine edges with noise of 0.3 edges: what counts are waves from 6 edges on, and half of them is lost."""
+    ball, faces = icosphere(5)
+    x, y, z = 12.0 * ball.T
+    bumps = ball * (1.0 + 0.06 * np.sin(x) * np.sin(y) * np.cos(z))[:, None]
+    noise = np.random.default_rng(4).normal(scale=0.3 * mean_edge_length(ball, faces), size=(len(ball), 1)) * ball
+    lost = relief_lost(bumps + noise, 0.5 * (bumps + ball), faces, noise=0.3)
+    assert lost is not None
+    assert lost.shortest == 6.0
+    assert lost.share == pytest.approx(0.5, abs=0.1)

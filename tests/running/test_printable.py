@@ -77,3 +77,11 @@ def test_balls_that_cut_each_other_are_wrapped_in_one_surface(tmp_path: Path) ->
     assert made.is_winding_consistent
     both = 2.0 * 4.0 / 3.0 * np.pi - np.pi * (4.0 + 1.0) * 1.0 / 12.0  # less the lens that they share
     assert made.volume == pytest.approx(both, rel=0.06)
+
+
+def test_the_walls_are_told(tmp_path: Path) -> None:
+    """A cube of side 1 is 1 thick; the run says so with its last step."""
+    result = pymeshfair.run("prepare_for_print", _saved(tmp_path / "cube.ply", cube()), tmp_path / "out.stl")
+    assert (
+        "half of the area is thicker than 1, 1 % is thinner than 1, the thinnest place is 1 at " in result.steps[-1].messages[-1]
+    )

@@ -14,9 +14,10 @@ from pymeshfair.filters.geometry import mean_edge_length
 from pymeshfair.filters.inspection import surface_measures
 from pymeshfair.looking.words import change_lines
 from pymeshfair.mesh_data import MeshData
+from pymeshfair.recipe import RecipeHead, load_recipe, shipped_heads
 from pymeshfair.running.origins import Origins
 from pymeshfair.running.plain_values import plain
-from pymeshfair.running.shape_change import ShapeChange, shape_change, warnings_of
+from pymeshfair.running.shape_change import ShapeChange, milder, shape_change, warnings_of
 from tests.commands.command_line import document, run_process
 from tests.meshes import Mesh, cube, grid, icosphere
 
@@ -40,9 +41,34 @@ def test_a_stretched_sphere() -> None:
     assert found.moved.largest == pytest.approx(np.abs(vertices[:, 0]).max())
     assert found.moved.place[0] == pytest.approx(2.0 * vertices[found.moved.vertex, 0])
     assert found.turned == 0
-    (dimensions, moved) = warnings_of(found, lambda: "another")
-    assert dimensions.endswith("or take another")
+    steps = load_recipe("smooth_implicit").script.steps
+    (dimensions, moved) = warnings_of(found, steps, lambda: "another")
+    assert dimensions.endswith("To keep them: a smaller detail_size, or take another")
     assert f"vertex {found.moved.vertex} at " in moved
+
+
+@pytest.mark.parametrize("head", shipped_heads(), ids=lambda head: head.name)
+def test_a_recipe_is_told_what_it_has(head: RecipeHead) -> None:
+    """What a warning advises is a setting of the recipe or a parameter of its steps; the region of fair_selection has none."""
+    script = load_recipe(head.name).script
+    said = milder(script.steps)
+    names = {s.name for s in script.settings} | {p.name for step in script.steps for p in step.filter.parameters}
+    assert not said or said.removeprefix("a smaller ") in names
+    assert not said or head.name != "fair_selection"
+
+
+def test_much_new_surface_is_a_warning() -> None:
+    """A sheet of a square to which one as large is added has as much new surface as it had."""
+    vertices, faces = grid(3, 3)
+    more = len(vertices)
+    both = np.concatenate([vertices, vertices + 9.0]), np.concatenate([faces, faces + np.int32(more)])
+    before, after = (MeshData(vertices=v, faces=f) for v, f in ((vertices, faces), both))
+    numbers = [np.concatenate([np.arange(n), np.full(n, -1)]) for n in (more, len(faces))]
+    found = shape_change(
+        Origins(before, after, numbers[0], numbers[1], known=True), (surface_measures(vertices, faces), surface_measures(*both))
+    )
+    (text,) = warnings_of(found, (), str)
+    assert text.startswith("new surface of 100% of the area that was scanned was added")
 
 
 def test_faces_that_turned_over_are_counted() -> None:
@@ -72,7 +98,7 @@ def test_faces_that_were_folded_over_are_a_warning_with_a_place() -> None:
     assert found.folded is not None
     assert (found.folded.count, found.folded.face) == (2, 1)
     assert found.folded.place == pytest.approx((4 / 3, 6.5 / 3, 0.0))
-    (text,) = warnings_of(found, str)
+    (text,) = warnings_of(found, (), str)
     assert text.startswith("2 faces were folded over, the largest is face 1 at 1.33333, 2.16667, 0: look at the place")
     assert change_of((moved, FRAMED), (CHEVRON, FRAMED)).folded is None
 
@@ -87,7 +113,7 @@ def test_other_elements_have_no_displacement_and_no_warning() -> None:
     assert (found.removed.faces, found.removed.loose) == (len(faces), 1)
     assert found.removed.share == pytest.approx(1.0)
     assert (found.added.vertices, found.added.faces) == (100, 0)
-    assert list(warnings_of(found, str)) == []
+    assert list(warnings_of(found, (), str)) == []
 
 
 def test_pieces_that_were_removed_are_listed_by_area() -> None:
@@ -146,10 +172,10 @@ def test_noise_at_the_ends_is_no_change_of_dimensions() -> None:
     noisy = vertices * (1.0 + np.random.default_rng(4).normal(scale=0.5 * edge, size=(len(vertices), 1)))
     found = change_of((noisy, faces), (vertices, faces))
     assert all(side is not None and side < -0.02 for side in found.sides)
-    assert list(warnings_of(found, str)) == []
+    assert list(warnings_of(found, (), str)) == []
     smaller = change_of((noisy, faces), (vertices * 0.97, faces))
     assert smaller.sides_without_noise == pytest.approx([-0.03] * 3, abs=0.01)
-    (text,) = warnings_of(smaller, str)
+    (text,) = warnings_of(smaller, (), str)
     assert "noise at its ends aside: x -" in text
 
 

@@ -160,9 +160,12 @@ def test_a_recipe_for_meshes_refuses_a_cloud_before_the_first_step(tmp_path: Pat
     assert not (tmp_path / "out.ply").exists()
 
 
-@pytest.mark.parametrize(("task", "warned"), [("denoise", True), ("smooth", False)])
-def test_a_run_that_denoises_and_takes_relief_warns(task: str, warned: bool, tmp_path: Path) -> None:
-    """Bumps of ten edges that a filter of 12 edges takes are detail to a recipe for noise, and what one that smooths is for."""
+@pytest.mark.parametrize(
+    ("task", "asked", "warned"),
+    [("denoise", ("a=12edge",), True), ("smooth", (), True), ("smooth", ("a=12edge",), False), ("repair", (), False)],
+)
+def test_a_run_that_takes_relief_warns(task: str, asked: tuple[str, ...], warned: bool, tmp_path: Path) -> None:
+    """Bumps of ten edges that a filter of 12 edges takes are detail, unless one that smooths was set to that."""
     vertices, faces = icosphere(4)
     x, y, z = 9.0 * vertices.T
     meshes = pymeshlab.MeshSet()
@@ -170,7 +173,7 @@ def test_a_run_that_denoises_and_takes_relief_warns(task: str, warned: bool, tmp
     meshes.save_current_mesh(str(tmp_path / "bumps.ply"))
     step = load_recipe("smooth_implicit").script.steps[0].with_values({"detail_size": "12edge"})
     recipe = Recipe("own", Script((step,), f"Own\n\nTask: {task}"))
-    result = run_job(Job(recipe, tmp_path / "bumps.ply", tmp_path / "out.ply"))
+    result = run_job(Job(recipe, tmp_path / "bumps.ply", tmp_path / "out.ply", overrides=asked))
     assert any("of the relief beside the noise is gone" in text for text in result.warnings) == warned
 
 

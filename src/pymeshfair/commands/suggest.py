@@ -166,7 +166,7 @@ def _explicit(scan: Path, values: dict[str, Any], noise: float) -> Recipe | None
 def _words(scan: Path, values: dict[str, Any], noise: float) -> str:
     if values["shape"] == "clean":
         surface = f"; what looks like {noise:.2g} mean edges of it is the surface" if noise > 0.0 else ""
-        return f"{scan}: no noise to remove{surface}"
+        return f"{scan}: no noise to remove, so it needs no smoothing{surface}"
     return (
         f"{scan}: {_kind(values)}; the noise along the normals is {noise:.2g} mean edges; removing it moves the "
         f"vertices by {values['drift']:.2g} mean edges on average; the choice is {_sureness(values)}"

@@ -112,16 +112,20 @@ def change_lines(change: Mapping[str, Any], unit: str | None = None) -> list[str
             f"{'moved' if moved['same'] else 'away'}: mean {_in(moved['mean'], unit)}, 99 % below {_in(moved['most'], unit)}, "
             f"at most {_in(moved['largest'], unit)}{edges}, vertex {moved['vertex']} at {x:.6g}, {y:.6g}, {z:.6g}"
         )
+    shortest = change.get("relief_from", 0.0)
+    relief = f"relief from {shortest:g} mean edges on" if shortest else "relief beside the noise"
     kept = [
         f"{_percent(share)} of the {words}"
         for words, share in (
-            ("relief beside the noise", None if change["relief_lost"] is None else max(0.0, 1.0 - change["relief_lost"])),
+            (relief, None if change["relief_lost"] is None else max(0.0, 1.0 - change["relief_lost"])),
             ("length of sharp edges, those of noise among them", change["sharp_kept"]),
         )
         if share is not None
     ]
     if kept:
-        lines.append(f"kept: {', '.join(kept)}")
+        hidden = "; of shorter relief nothing can be told beside the noise" if shortest else ""
+        unseen = "; of the relief nothing can be told beside the noise" if change["relief_lost"] is None else hidden
+        lines.append(f"kept: {', '.join(kept)}{unseen}")
     if change["turned"]:
         more = "more" if change["folded"] else "no more"
         is_fault = "a fault" if change["folded"] else "no fault"

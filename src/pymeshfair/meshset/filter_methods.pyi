@@ -3663,9 +3663,10 @@ class FilterMethods(metaclass=LateMethods):
     ) -> dict[str, Any] | None:
         """Selects what a reconstruction has made up where nobody measured, such as the balloon of Screened Poisson.
 
-        The spacing of the cloud is the median over its points of the mean distance to their six nearest neighbours. The
-        selection of vertices is replaced. Says which share of the area hangs on them, and which of the rest is over half as
-        far, and returns the number of selected vertices.
+        The spacing of the cloud is the median over its points of the mean distance to their six nearest neighbours; where the
+        cloud is sparse, as far from a scanner, two thirds of what it is there. The selection of vertices is replaced. Says
+        which share of the area hangs on them, which of the rest is over half as far, and which share of the points lies as far
+        from the rest, and returns the number of selected vertices.
 
         Args:
             reference: The layer whose vertices are the points that were measured. Takes the id of a layer (a whole number).

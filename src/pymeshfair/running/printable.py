@@ -57,6 +57,24 @@ def print_faults(written: Path, folder: Path) -> Iterator[Breach]:
         )
 
 
+def wall_words(mesh: MeshData, unit: str | None) -> str:
+    """How thick the walls of a closed mesh are, with the place of the thinnest; empty where no wall is opposite of another."""
+    from ..filters.inspection import wall_thickness
+
+    if not len(mesh.faces):
+        return ""
+    found = wall_thickness(mesh.vertices, mesh.faces)
+    thinnest = int(found.values.argmin())
+    if not np.isfinite(found.values[thinnest]):
+        return ""
+    of = f" {unit}" if unit else ""
+    place = ", ".join(f"{c:.6g}" for c in found.places[thinnest])
+    return (
+        f"walls: half of the area is thicker than {found.below(0.5):.4g}{of}, 1 % is thinner than {found.below(0.01):.4g}{of}, "
+        f"the thinnest place is {found.values[thinnest]:.4g}{of} at {place}; thin walls are kept as they are"
+    )
+
+
 def _uses(faces: Ints) -> tuple[Longs, Ints]:
     """How many faces each edge has, and its (e, 2) vertices; those of faces that merging has collapsed count, as for a slicer."""
     ends = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)

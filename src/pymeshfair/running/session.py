@@ -31,9 +31,9 @@ from .job import Compiling, Event, Job, Message, PhaseStarted, StepFinished, Ste
 from .measuring import Found, Measuring, change_of
 from .origins import Origins, find_origins
 from .plain_values import plain
-from .printable import PRINTABLE, print_faults
+from .printable import PRINTABLE, print_faults, wall_words
 from .report import Report, StepDone
-from .shape_change import ShapeChange, warnings_of
+from .shape_change import ShapeChange, milder, warnings_of
 from .suitability import ERASED, instead, traits_asked_for
 from .talk import mark
 
@@ -210,12 +210,17 @@ class Session:
         after = self._looked(outcome.result, self._failed("the result has coordinates that are not finite"))
         origins = find_origins(after.mesh, before.mesh)
         if change := change_of(origins, before, after):
-            for text in warnings_of(change, lambda: instead(self._job.recipe, before, present)):
+            for text in warnings_of(change, self._steps, lambda: instead(self._job.recipe, before, present)):
                 self._warn(text)
-            if self._job.recipe.info.task in ("denoise", "clean") and (change.relief_lost or 0.0) > ERASED:
+            # Who sets how much a recipe smooths has asked for what goes.
+            tasks = ("denoise", "clean") if self._job.overrides else ("denoise", "clean", "smooth")
+            if self._job.recipe.info.task in tasks and (change.relief_lost or 0.0) > ERASED:
+                better = instead(self._job.recipe, before, present)
+                ways = [way for way in (milder(self._steps), better and f"take {better}") if way]
                 self._warn(
                     f"{change.relief_lost:.0%} of the relief beside the noise is gone: compare the result with the scan; if that "
-                    "was detail, smooth less or not at all; `pymeshfair suggest` ranks recipes by what they would take"
+                    f"was detail: {', or '.join([*ways, 'leave it as it is'])}; `pymeshfair suggest` ranks recipes by what they "
+                    "would take"
                 )
         report = Report(
             input=source,
@@ -229,7 +234,7 @@ class Session:
             report = self._watched(report, origins, change, before)
         if not report.breaches or self._job.keep_broken:
             try:
-                report = self._checked(self._saved(report, after), report)
+                report = self._checked(self._saved(report, after), report, after.mesh)
             except OSError as error:
                 raise OutputError(self._job.output, (error.strerror or str(error)).lower()) from error
         return replace(report, warnings=tuple(self.warnings))
@@ -237,7 +242,9 @@ class Session:
     def _gone(self, read: MeshData, result: MeshData, present: set[str]) -> list[str]:
         """What the steps have taken away, in words."""
         texts = []
-        if gone := [a for a in ATTRIBUTES if a in present - attributes_of(result)]:
+        # A recipe of curves makes them of a surface, and that the surface is gone is no news.
+        of_curves = self._job.recipe.info.task == "curves"
+        if not of_curves and (gone := [a for a in ATTRIBUTES if a in present - attributes_of(result)]):
             texts.append(f"after the steps the mesh has no {' and no '.join(gone)} any more")
         if result.source is not read.source and read.source is not None and read.source.extras:
             texts.append(f"a step made a new mesh, without what {read.label} has besides: {'; '.join(read.source.extras)}")
@@ -259,17 +266,24 @@ class Session:
         described = [described_file(f.staged, named=f.target) for f in staged] + [described_file(path) for path in saved.reused]
         return replace(report, output=described[0] | {"side_files": described[1:]}, staged=staged)
 
-    def _checked(self, saved: Report, unsaved: Report) -> Report:
-        """The report of the written file; where that must be printable and is not, of a run that wrote none."""
+    def _checked(self, saved: Report, unsaved: Report, mesh: MeshData) -> Report:
+        """The report of the written file, with its walls; where it must be printable and is not, of a run that wrote none."""
         if (PRINTABLE, None) not in self._job.all_guards.require:
             return saved
         faults = [plain(asdict(fault)) for fault in print_faults(saved.staged[0].staged, self._stage / "checked")]
         broken = (*saved.breaches, *faults)
-        return replace(saved if self._job.keep_broken or not faults else unsaved, breaches=broken)
+        if broken:
+            return replace(saved if self._job.keep_broken or not faults else unsaved, breaches=broken)
+        last, words = saved.steps[-1], wall_words(mesh, self._unit)
+        if not words:
+            return saved
+        self._event(Message(words, step=len(saved.steps)))
+        return replace(saved, steps=(*saved.steps[:-1], replace(last, messages=(*last.messages, words))))
 
     def _watched(self, report: Report, origins: Origins, change: ShapeChange | None, before: Found) -> Report:
         """Find the limits that were broken, and write the intervention map."""
-        if not origins.known:
+        follows = self._job.map is not None or replace(self._job.all_guards, require=())
+        if not origins.known and follows:
             self._warn("a step made a new mesh, so that its elements cannot be followed: distances are those from the input")
         broken = breaches(self._job.all_guards, origins, change, report.before, report.after, unit=self._unit)
         maps: tuple[StagedFile, ...] = ()

@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from ..declaration import Bools, Floats, Ints
+from ..declaration import Bools, FilterClass, Floats, Ints
 from ..filters.geometry import cross_products, turned_faces, vector_lengths
 from ..filters.inspection import share_kept, sharp_edges
 from ..filters.inspection.folded_faces import folded_faces, side_changes
 from ..filters.inspection.surface_measures import SurfaceMeasures
 from ..filters.mesh import bounding_box, scaled_to_unit
 from ..filters.topology import border_vertices, connected_components
+from ..scripts.script import Step
 from .origins import Origins, removed_elements
+
+if TYPE_CHECKING:
+    from ..filters.diffusion import ReliefLoss
 
 #: A run warns where a side of the box has changed by more than this share,
 LARGEST_SIDE_CHANGE = 0.01
-#: or a vertex has moved by more than this many mean edges.
-LARGEST_MOVE = 5.0
+#: or a vertex has moved by more than this many mean edges, or more than this share of the area was added.
+LARGEST_MOVE, LARGEST_ADDED = 5.0, 1.0 / 3.0
+#: parameters of which a smaller value does less
+_AMOUNTS = ("gain", "detail_size", "outer_iterations", "iterations", "stepsmoothnum")
 #: pieces that are listed one by one
 _LISTED = 20
 
@@ -137,6 +143,7 @@ class ShapeChange:
             else None.
         relief_lost: `pymeshfair.filters.diffusion.relief_lost` of the faces whose vertices are the same, beside the noise that is
             estimated, on a sample of a large mesh; None where no vertex moved or relief does not stand out.
+        relief_from: the shortest waves that count there, in mean edges; 0 for all, else shorter relief is hidden by the noise.
         sharp_kept: the share of the length of their sharp edges, those of noise among them, that is sharp still; None without.
     """
 
@@ -150,6 +157,7 @@ class ShapeChange:
     turned: int | None
     folded: Folded | None
     relief_lost: float | None = None
+    relief_from: float = 0.0
     sharp_kept: float | None = None
 
 
@@ -188,12 +196,13 @@ def shape_change(origins: Origins, measured: tuple[SurfaceMeasures, SurfaceMeasu
         removed=_part(*before, gone, faces_gone, first.area),
         turned=turned,
         folded=folded,
-        relief_lost=relief,
+        relief_lost=None if relief is None else relief.share,
+        relief_from=0.0 if relief is None else relief.shortest,
         sharp_kept=sharp,
     )
 
 
-def _details(origins: Origins, edge: float) -> tuple[float | None, float | None]:
+def _details(origins: Origins, edge: float) -> tuple[ReliefLoss | None, float | None]:
     """Which share of the relief is lost, and which of the sharp edges is kept, of the faces whose vertices are the same."""
     # Half of all filters come with these, and most runs of a batch without measures need none of them.
     from ..filters.denoising.noise_level import estimate_noise
@@ -211,32 +220,34 @@ def _details(origins: Origins, edge: float) -> tuple[float | None, float | None]
     return relief_lost(points[sample.origin], (scale * new)[sample.origin], sample.faces, noise=noise), sharp
 
 
-def warnings_of(change: ShapeChange, other_recipe: Callable[[], str]) -> Iterator[str]:
+def warnings_of(change: ShapeChange, steps: Sequence[Step], other_recipe: Callable[[], str]) -> Iterator[str]:
     """What the user should know of a change of shape, and what to do about it.
 
-    Nothing where elements were added or removed: there the box changes on purpose.
+    Of dimensions and moves nothing where elements were added or removed: there the box changes on purpose.
 
     Args:
         change: of `shape_change`.
+        steps: of the recipe, whose parameters are named.
         other_recipe: finds the recipe to take in place of this one, empty if none is better.
     """
+    more = (change.added.share or 0.0) - (change.removed.share or 0.0)
+    if change.moved is not None and change.moved.same and more > LARGEST_ADDED:
+        yield f"new surface of {more:.0%} of the area that was scanned was added, which nobody measured: look at it"
     if change.moved is None or change.turned is None:
         return
     dimensions = change.sides_without_noise is not None and _is_large(change.sides_without_noise)
     far = change.moved.edges is not None and change.moved.edges > LARGEST_MOVE
     name = other_recipe() if dimensions or far or change.folded else ""
-    other = f", or take {name}" if name else ""
+    ways = [milder(steps), name and f"take {name}"]
     if dimensions:
         shown = ", ".join(f"{a} {s:+.1%}" for a, s in zip("xyz", change.sides_without_noise or (), strict=True) if s is not None)
-        yield (
-            f"the shape has other dimensions, noise at its ends aside: {shown}. To keep them: a smaller detail_size or "
-            f"gain, fewer iterations{other}"
-        )
+        yield f"the shape has other dimensions, noise at its ends aside: {shown}{_told('. To keep them: ', ways)}"
     if far:
         where = ", ".join(f"{c:.6g}" for c in change.moved.place)
+        loose = any(step.values.get("border", "fixed") != "fixed" for step in steps)
         yield (
             f"vertex {change.moved.vertex} at {where} moved by {change.moved.largest:.6g}, {change.moved.edges:.1f} mean edges: "
-            f"look at the place; if it should have stayed, hold borders (border fixed), smooth less{other}; --max-displacement "
+            f"look at the place{_told('; if it should have stayed: ', [loose and 'border fixed', *ways])}; --max-displacement "
             "makes that an error"
         )
     if change.folded:
@@ -244,8 +255,22 @@ def warnings_of(change: ShapeChange, other_recipe: Callable[[], str]) -> Iterato
         faces = "1 face was" if change.folded.count == 1 else f"{change.folded.count:,} faces were"
         yield (
             f"{faces} folded over, the largest is face {change.folded.face} at {where}: look at the place; long thin triangles "
-            f"fold first, improve_triangles before this recipe makes them regular; or smooth less{other}"
+            f"fold first, improve_triangles before this recipe makes them regular{_told('; or ', ways)}"
         )
+
+
+def milder(steps: Sequence[Step]) -> str:
+    """What makes the steps that smooth do less, a setting of the recipe or else a parameter; empty if they have none."""
+    smoothing = [step for step in steps if step.filter.classes & FilterClass.SMOOTHING]
+    found = [(step, p.name) for n in _AMOUNTS for step in smoothing for p in step.filter.parameters if p.name == n]
+    found = [(step, name) for step, name in found if step.values.get(name) != 1]
+    named = [step.settings[name] for step, name in found if name in step.settings] or [name for _, name in found]
+    return f"a smaller {named[0]}" if named else ""
+
+
+def _told(before: str, ways: Sequence[str | bool]) -> str:
+    said = ", or ".join(str(way) for way in ways if way)
+    return said and before + said
 
 
 def _sides(vertices: Floats, faces: Ints, measures: SurfaceMeasures) -> Floats:

@@ -39,11 +39,13 @@ class Trial:
         error: at vertices that were held out, along the normals; on a scan without noise how far the others were moved.
         before: the same of the scan as it is.
         relief: the share of the relief that went; None where there is none that stands out from the noise.
+        relief_from: the shortest waves that count there; 0 for all.
     """
 
     error: float
     before: float
     relief: float | None
+    relief_from: float = 0.0
 
     @property
     def erases(self) -> bool:
@@ -56,7 +58,8 @@ class Trial:
         if self.error == self.before == 0.0:
             return "it would move nothing, as there is no noise"
         unseen = ", and the relief is too low beside the noise to be measured: look at the result" if self.before else ""
-        kept = unseen if self.relief is None else f", and would take {self.relief:.0%} of the relief"
+        hidden = f" from {self.relief_from:g} edges on, shorter relief being hidden by the noise" if self.relief_from else ""
+        kept = unseen if self.relief is None else f", and would take {self.relief:.0%} of the relief{hidden}"
         if self.before == 0.0:
             return f"there is no noise: it would move vertices by {self.error:.2g} edges{kept}"
         return f"tried here, it misses vertices by {self.error:.3f} edges, the scan as it is by {self.before:.3f}{kept}"
@@ -187,6 +190,8 @@ def unsuitable(name: str, info: RecipeInfo, traits: Mapping[str, float], others:
     first = next((other for other in fitting if other.task == "denoise"), None)
     if info.task not in _ALIKE and first is not None and all(found.startswith("noise is") for _, found in verdict.unmet):
         return f"{wrong}: run {first.recipe} first"
+    if info.task in _ALIKE and first is None and any(found.startswith("noise is") for _, found in verdict.unmet):
+        return f"{wrong}: it needs no smoothing"
     # What takes away waves of a given size is no substitute for what takes away noise.
     judged_alike = [other for other in fitting if not info.measure or other.measure == info.measure]
     same = [other for other in judged_alike if other.task in alike and len(other.met) > 1]
@@ -226,7 +231,7 @@ def traits_asked_for(recipe: Recipe, found: Found, attributes: AbstractSet[str])
 
 
 def instead(recipe: Recipe, found: Found, attributes: AbstractSet[str]) -> str:
-    """The recipe to take where another one, which takes away noise, has changed the shape too much; empty if there is none.
+    """The recipe to take where another one, which takes away noise, has changed the shape too much; empty if that is the first.
 
     Args:
         recipe: that was run.
@@ -235,9 +240,9 @@ def instead(recipe: Recipe, found: Found, attributes: AbstractSet[str]) -> str:
     """
     if found.measures is None or recipe.info.task not in _ALIKE:
         return ""
-    worse = {head.name for head in shipped_heads() if head.info.behind == recipe.name} | {recipe.name}
     suited = ranked(traits_of(found.mesh.vertices, found.mesh.faces, found.measures, attributes))
-    return next((s.recipe for s in suited if s.fits and s.task in _ALIKE and s.recipe not in worse), "")
+    alike = [s.recipe for s in suited if s.fits and s.task in _ALIKE]
+    return "" if recipe.name in alike[:1] else next(iter(alike), "")
 
 
 def needed(conditions: Iterable[Condition]) -> set[str]:

@@ -75,13 +75,10 @@ def trials(
     which = np.flatnonzero(scan.scored).astype(np.int32) if clean else held
     errors = scores_of(np.stack([heights(points, which) for points in (start, *results.values())])).errors
     level = 0.0 if clean else scan.noise.deviation
+    lost = [relief_lost(scan.points, points, scan.faces, noise=level) for points in results.values()]
     return {
-        name: Trial(
-            float(errors[k]),
-            float(errors[0]),
-            relief_lost(scan.points, points, scan.faces, noise=level),
-        )
-        for k, (name, points) in enumerate(results.items(), 1)
+        name: Trial(float(error), float(errors[0]), *(relief or (None,)))
+        for name, error, relief in zip(results, errors[1:], lost, strict=True)
     }
 
 
