@@ -113,7 +113,7 @@ def test_a_choice_keeps_its_number_where_its_word_was_wrong() -> None:
     param = f'<Param type="RichEnum" name="weightMode" value="1" enum_cardinality="4" {words}/>'
     found = upgraded(one_filter("Recompute Vertex Normals", param))
     assert found.script.steps[0].values == {"weightmode": "By Area"}
-    assert "what MeshLab called 'By Angle' did what it calls 'By Area' today" in str(found.changes[-1])
+    assert "the former choice 'By Angle' is called 'By Area' today" in str(found.changes[-1])
     assert not found.warnings
     new = (
         param.replace("By Angle", "x")
