@@ -266,7 +266,7 @@ def _modes(problem: SpectralProblem, count: int, progress: Progress) -> tuple[Fl
     """The frequencies and modes, without the modes that are constant on a component: values of mean 0 have no share in them."""
     if not basis_fits(problem, count):
         raise FilterInputError(
-            f"{count} modes of {len(problem.mass)} vertices take {8e-9 * count * len(problem.mass):.1f} GB: take method "
+            f"{count} modes of {len(problem.mass)} vertices take {8e-9 * count * len(problem.mass):.1f} GB: take the method "
             "'polynomial', a larger detail_size or fewer modes"
         )
     kappa, shapes = lowest_eigenpairs(problem, count, constants=False, progress=progress)

@@ -274,7 +274,7 @@ def _faces(
     lines = [f"f {run}\n" for run in runs(each, shape.lengths)]
     triangles = shape.triangles
     ids = triangles if mesh.face_ids is None else mesh.face_ids[triangles]
-    states = uses[triangles][:, None]  # then the groups and objects of the file
+    states = uses[triangles][:, None]  # last the material, before it the groups and objects
     if document is not None:
         states = np.concatenate([np.where(ids[:, None] < 0, -1, document.states[ids]), states], axis=1)
     starts = np.flatnonzero(np.append(True, (states[1:] != states[:-1]).any(axis=1)))

@@ -93,13 +93,13 @@ def _count(tokens: Tokens, line: int) -> int:
     lengths = tokens.lengths[line : line + len(_HEAD)].tolist()
     first = tokens.first[line : line + 2]
     if lengths != list(_HEAD) or (tokens.kinds[first] != INTEGER).any() or (tokens.values[first] < 0).any():
-        raise at_line(tokens, line, "begins no grid, which has columns, rows, four lines of the scanner's pose, four of a matrix")
+        raise at_line(tokens, line, "begins no grid (columns, rows, four lines of the scanner's pose, four of a matrix)")
     columns, rows = tokens.values[first].tolist()
     return int(min(columns * rows, 1 << 53))
 
 
 def _width(tokens: Tokens, line: int, points: int) -> int:
-    """The number of numbers of each point of a grid."""
+    """How many numbers each point of a grid has."""
     lengths = tokens.lengths[line : line + points]
     if len(lengths) < points:
         raise ContentsError(f"one of its grids declares {points:,} points, but {len(lengths):,} lines follow")

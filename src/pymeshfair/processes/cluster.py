@@ -117,7 +117,7 @@ def open_client(scheduler: Scheduler) -> Iterator[Client]:
         from distributed import Client
     except ImportError as error:
         raise ClusterError(missing_package("distributed", "cluster")) from error
-    # Errors are reported by our own messages. Some of dask's loggers have their own level.
+    # Silences dask's logs: errors are reported by our own messages. Some of its loggers have their own level.
     for name in ("distributed", "tornado", *logging.root.manager.loggerDict):
         if name.partition(".")[0] in ("distributed", "tornado"):
             logging.getLogger(name).setLevel(logging.CRITICAL)
@@ -209,7 +209,7 @@ def check_workers(client: Client, wanted: Conditions) -> None:
     if not answers:
         raise ClusterError("the scheduler has no workers; start some, and start again")
     unfit = {
-        address: [f"it does not answer: {type(answer).__name__}: {answer}"] if isinstance(answer, BaseException) else answer
+        address: [f"the check failed there: {type(answer).__name__}: {answer}"] if isinstance(answer, BaseException) else answer
         for address, answer in answers.items()
     }
     unfit = {address: reasons for address, reasons in unfit.items() if reasons}

@@ -101,7 +101,7 @@ def _environment(package: str) -> Environment:
 
 
 def short(value: Any) -> str:
-    """The value of a parameter, shortened."""
+    """The value of a parameter in at most 120 characters and an ellipsis."""
     text = value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
     return text if len(text) <= _SHORT else f"{text[:_SHORT]} ..."
 
